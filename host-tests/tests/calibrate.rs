@@ -4,17 +4,13 @@
 use std::ops::Range;
 
 use crate::labelled;
-use estimator_core::stillness::SETTLED_AFTER;
-use estimator_core::{ContactEstimator, Gravity, Learnt, Params, Vec3};
+use estimator_core::{ContactEstimator, Learnt, Params, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
 use host_tests::sets::Labelled;
 use labelled::{averaged, rmse};
-use recordings::analysis::calibrate::CalibrationError;
 use recordings::analysis::calibrate::learnt::LearntCalibration;
-use recordings::analysis::calibrate::robot_file::RobotFile;
 use recordings::analysis::calibrate::sensor::{RestsError, SensorCalibration};
-use recordings::config::Overrides;
 use recordings::samples::recording::Recording;
 use recordings::samples::space::Vector;
 
@@ -72,25 +68,6 @@ fn the_program_learns_the_same_bits_as_the_estimator() {
     assert!(both != first && both.is_settled());
 }
 
-#[test]
-fn learnt_values_pass_through_a_configuration_file_exactly() {
-    let recording = walk(12.0, 3);
-    let mut calibration = LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
-    calibration
-        .add(&recording, || ())
-        .expect("valid parameters");
-    let foot = calibration.finish().expect("a walk");
-    let mut file = RobotFile::default();
-    file.set_learnt(&foot);
-    let overrides = Overrides::parse(&file.text(), "robot.toml").expect("a configuration");
-    let mut params = Params::DEFAULT;
-    overrides.apply(&mut params);
-    let read = params.learnt.expect("a warm start");
-    let bits = |learnt: Learnt| learnt.to_array().map(f32::to_bits);
-    assert_eq!(bits(read), bits(foot.learnt));
-    assert_eq!(foot.object.map(f32::to_bits), bits(foot.learnt));
-}
-
 /// Samples of a part of a recording.
 fn part(recording: &Recording, samples: Range<usize>) -> Recording {
     Recording {
@@ -125,31 +102,6 @@ fn a_warm_start_from_the_first_half_does_not_harm_the_second() {
         assert!(*gain >= -WARM_COSTS, "{name}: {gain}");
     }
     assert!(mean >= -WARM_COSTS_IN_THE_MEAN, "{mean}");
-}
-
-#[test]
-fn a_recording_with_too_few_steps_is_rejected() {
-    let refused = |recording: &Recording| {
-        let mut calibration =
-            LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
-        calibration.add(recording, || ()).expect("valid parameters");
-        calibration.finish().expect_err("refused")
-    };
-    let stand = Plan::steady(GaitName::Stand, Ground::Hard, 30.0, 1);
-    for recording in [walk(3.5, 1), record(&stand, &SensorParams::LSM6DSOX, 1)] {
-        let CalibrationError::Unsettled(unsettled) = refused(&recording) else {
-            panic!("{} is settled", recording.name);
-        };
-        let least = unsettled.still_seconds.min(unsettled.moving_seconds);
-        assert!(least < SETTLED_AFTER, "{unsettled}");
-    }
-    // Gravity is declared removed but present.
-    let mut wrong = walk(12.0, 1);
-    wrong.gravity = Gravity::Removed;
-    assert!(matches!(
-        refused(&wrong),
-        CalibrationError::Alike | CalibrationError::Unsettled(_)
-    ));
 }
 
 /// A sensor with known errors that lies still for two seconds on each of some sides, and is turned by hand in

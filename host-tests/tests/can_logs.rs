@@ -16,9 +16,6 @@ use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
-use proptest::collection::vec;
-use proptest::prelude::*;
-use proptest::sample::Index;
 use tempfile::TempDir;
 
 /// Log of `candump -l` that the demo writes.
@@ -280,37 +277,6 @@ fn every_format_counts_the_same_frames_with_any_line_ending() {
     }
 }
 
-/// Number of lines that are not blank.
-fn entries(bytes: &[u8]) -> u64 {
-    let text = String::from_utf8_lossy(bytes);
-    text.lines().filter(|line| !line.trim().is_empty()).count() as u64
-}
-
-/// Asserts that each entry of a log is counted once.
-fn assert_counts_add_up(bytes: &[u8]) {
-    let Ok(Decoded { rows, report, .. }) = decode(bytes, "file", &Feet::default()) else {
-        return;
-    };
-    if report.log.is_none() {
-        return;
-    }
-    let of = |problem: &str| report.problems.get(problem).copied().unwrap_or(0);
-    let contacts = report.frames.get("contact").copied().unwrap_or(0);
-    assert_eq!(rows.len(), report.rows);
-    assert_eq!(rows.len() as u64, contacts - report.duplicates);
-    let wrong: u64 = report
-        .problems
-        .iter()
-        .filter(|(name, _)| {
-            name.ends_with("_of_wrong_length") && *name != "emergency_of_wrong_length"
-        })
-        .map(|(_, count)| count)
-        .sum();
-    let counted = report.frames.values().sum::<u64>() + of("malformed_lines") + wrong;
-    let text = String::from_utf8_lossy(bytes);
-    assert_eq!(counted, entries(bytes), "{report}\n{text}");
-}
-
 #[test]
 fn a_truncated_log_loses_only_the_cut_line() {
     for (name, log) in small() {
@@ -330,79 +296,5 @@ fn a_truncated_log_loses_only_the_cut_line() {
                 }
             }
         }
-    }
-}
-
-#[test]
-fn a_log_without_its_beginning_is_recognised_by_the_next_line() {
-    for (name, log) in small() {
-        for start in 1..log.find("18").expect("a third frame") {
-            let decoded = decode(&log.as_bytes()[start..], "file", &Feet::default());
-            assert!(decoded.is_ok(), "{name}, {start}: {decoded:?}");
-        }
-    }
-}
-
-#[test]
-fn interfaces_and_formats_may_be_mixed() {
-    let log = small();
-    // Terminal output appended to a log: one file, two feet of the same id on two buses.
-    let both = [log[0].1.as_str(), log[1].1.as_str()].concat();
-    let Decoded { rows, report, .. } = decoded(both.as_bytes());
-    assert_eq!(rows.len(), 6 - report.duplicates as usize);
-    assert_eq!(report.frames.values().sum::<u64>(), 16);
-    assert!(!report.problems.contains_key("malformed_lines"));
-}
-
-#[test]
-fn ten_megabytes_of_garbage_are_rejected_in_one_line() {
-    let mut state = 1_u32;
-    let mut byte = || {
-        // Marsaglia's xorshift.
-        state ^= state << 13;
-        state ^= state >> 17;
-        state ^= state << 5;
-        state as u8
-    };
-    let random: Vec<u8> = (0..10_000_000).map(|_| byte()).collect();
-    let printable: Vec<u8> = random.iter().map(|byte| 32 + byte % 95).collect();
-    let digits: Vec<u8> = random
-        .iter()
-        .map(|byte| b"01 .()#,\n"[usize::from(byte % 9)])
-        .collect();
-    for (name, bytes) in [
-        ("random", random),
-        ("printable", printable),
-        ("digits", digits),
-    ] {
-        match decode(&bytes, "file", &Feet::default()) {
-            Err(error) => assert_eq!(error.to_string().lines().count(), 1),
-            // Digits and brackets occasionally form a valid line of a log.
-            Ok(Decoded {
-                report, notices, ..
-            }) => {
-                assert_eq!(name, "digits", "{report}");
-                assert!(notices.len() < 20);
-            }
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn every_line_of_a_damaged_log_is_counted_once(
-        which in 0_usize..2,
-        damage in vec((any::<Index>(), any::<u8>()), 1..12),
-        cut in any::<Index>(),
-    ) {
-        let mut bytes = small().swap_remove(which).1.into_bytes();
-        for (at, byte) in damage {
-            let at = at.index(bytes.len());
-            bytes[at] = byte;
-        }
-        bytes.truncate(cut.index(bytes.len()) + 1);
-        assert_counts_add_up(&bytes);
     }
 }

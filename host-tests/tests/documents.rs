@@ -138,21 +138,6 @@ fn the_readme_is_short() {
     assert_eq!(long, None);
 }
 
-#[test]
-fn a_link_is_checked_by_its_file_heading_and_name() {
-    let from = workspace().join("README.md");
-    let judged = |text, target| problem(&from, &Link { text, target });
-    assert_eq!(judged("LICENSE", "LICENSE-MIT"), None);
-    assert!(judged("x", "no-such-file.md").is_some());
-    assert!(judged("x", "#no-such-heading").is_some());
-    assert_eq!(judged("x", "#what-has-run-where"), None);
-    assert_eq!(
-        judged("`host_tests::oracle`", "host-tests/src/lib.rs"),
-        None
-    );
-    assert!(judged("`host_tests::no_such`", "host-tests/src/lib.rs").is_some());
-}
-
 /// Number of lines of a source file without its tests.
 fn lines_without_tests(text: &str) -> usize {
     let is_code = |line: &&str| !line.starts_with("#[cfg(test)]");

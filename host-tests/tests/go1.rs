@@ -40,18 +40,6 @@ fn recording(file: &str) -> Option<Recording> {
     Some(loaded.recording)
 }
 
-/// [`peaks`] with the paper's half-widths and 50 rows.
-fn stance_peaks(file: &str) -> Option<Vec<f32>> {
-    Some(peaks(&recording(file)?, &Params::PAPER_GO1))
-}
-
-/// [`peaks`] with the default preset: as recorded, and after a minute of standing.
-fn default_peaks(file: &str) -> Option<[Vec<f32>; 2]> {
-    let recording = recording(file)?;
-    let stood = stood(&recording, STANDING, 1);
-    Some([&recording, &stood].map(|recording| peaks(recording, &Params::DEFAULT)))
-}
-
 fn peak(estimates: &[ContactEstimate]) -> f32 {
     let probabilities = estimates.iter().map(|e| e.probabilities.stable);
     probabilities.fold(0.0, f32::max)
@@ -81,68 +69,33 @@ fn stances(samples: &[RecordedSample]) -> Vec<std::ops::Range<usize>> {
 }
 
 #[test]
-fn p_stays_low_on_grease_and_recovers_after_it() {
-    let Some(peaks) = stance_peaks(SLIPPERY) else {
-        return;
-    };
-    let (greased, good) = peaks.split_at(3);
-    assert!(greased.iter().all(|p| *p < 0.6), "{peaks:?}");
-    assert!(
-        good.len() == 8 && good.iter().all(|p| *p > 0.8),
-        "{peaks:?}"
-    );
-}
-
-#[test]
-fn every_stance_on_a_mattress_is_probable() {
-    let Some(peaks) = stance_peaks(MATTRESS) else {
-        return;
-    };
-    assert!(
-        peaks.len() == 6 && peaks.iter().all(|p| *p > 0.9),
-        "{peaks:?}"
-    );
-}
-
-#[test]
-fn every_stance_on_normal_ground_is_probable() {
-    let Some(peaks) = stance_peaks(NORMAL) else {
-        return;
-    };
-    assert!(
-        peaks.len() == 10 && peaks.iter().all(|p| *p > 0.9),
-        "{peaks:?}"
-    );
-}
-
-#[test]
-fn p_stays_low_on_grease_and_recovers_with_defaults() {
-    for (peaks, when) in default_peaks(SLIPPERY).into_iter().flatten().zip(WHEN) {
-        let (greased, good) = peaks.split_at(3);
-        assert!(greased.iter().all(|p| *p < 0.6), "{when}: {peaks:?}");
-        assert!(
-            good.len() == 8 && good.iter().all(|p| *p > 0.8),
-            "{when}: {peaks:?}"
-        );
-    }
-}
-
-/// The recordings of [`default_peaks`].
-const WHEN: [&str; 2] = ["as recorded", "after a minute of standing"];
-
-#[test]
-fn every_mattress_stance_is_probable_with_defaults() {
-    for (peaks, when) in default_peaks(MATTRESS).into_iter().flatten().zip(WHEN) {
-        assert_eq!(peaks.len(), 6);
-        assert!(peaks.iter().all(|p| *p > 0.89), "{when}: {peaks:?}");
-    }
-}
-
-#[test]
-fn every_stance_on_normal_ground_is_probable_with_defaults() {
-    for (peaks, when) in default_peaks(NORMAL).into_iter().flatten().zip(WHEN) {
-        assert_eq!(peaks.len(), 10);
-        assert!(peaks.iter().all(|p| *p > 0.9), "{when}: {peaks:?}");
+fn only_stances_on_grease_are_improbable() {
+    // The first stances on grease slide; on the mattress the default preset has seen 0.892.
+    for (file, sliding, good, least) in [
+        (SLIPPERY, 3, 8, 0.8),
+        (MATTRESS, 0, 6, 0.89),
+        (NORMAL, 0, 10, 0.9),
+    ] {
+        let Some(recording) = recording(file) else {
+            return;
+        };
+        let stood = stood(&recording, STANDING, 1);
+        for (walk, params) in [
+            (&recording, Params::PAPER_GO1),
+            (&recording, Params::DEFAULT),
+            (&stood, Params::DEFAULT),
+        ] {
+            let peaks = peaks(walk, &params);
+            assert_eq!(peaks.len(), sliding + good, "{file}");
+            assert!(
+                peaks[..sliding].iter().all(|p| *p < 0.6),
+                "{file}: {peaks:?}"
+            );
+            assert!(
+                peaks[sliding..].iter().all(|p| *p > least),
+                "{file}: {peaks:?}"
+            );
+        }
     }
 }
 

@@ -14,8 +14,6 @@ mod atlas;
 #[path = "attacks/main.rs"]
 mod attacks;
 mod attitude;
-#[cfg(feature = "full")]
-mod bag_copies;
 mod broad;
 mod calibrate;
 mod can_logs;
@@ -39,8 +37,6 @@ mod mounting;
 mod noise;
 #[cfg(feature = "full")]
 mod page;
-#[cfg(feature = "full")]
-mod played;
 mod properties;
 mod rates;
 #[cfg(feature = "full")]

@@ -27,33 +27,15 @@ fn assert_rmse(recording: &Recording, limit: f64) {
 }
 
 #[test]
-fn one_lost_sample_in_twenty_is_tolerated() {
-    assert_rmse(&losing_single(&demo(), 0.05, SEED), 0.23);
-}
-
-#[test]
-fn lost_bursts_of_ten_milliseconds_are_tolerated() {
-    assert_rmse(&losing_bursts(&demo(), 0.05, 10, SEED), 0.25);
-}
-
-#[test]
-fn times_off_by_half_a_period_are_tolerated() {
-    assert_rmse(&jittering(&demo(), 0.5, SEED), 0.22);
-}
-
-#[test]
-fn gyroscope_bias_of_two_degrees_per_second_is_tolerated() {
+fn defects_of_samples_are_tolerated() {
+    let demo = demo();
+    assert_rmse(&losing_single(&demo, 0.05, SEED), 0.23);
+    assert_rmse(&losing_bursts(&demo, 0.05, 10, SEED), 0.25);
+    assert_rmse(&jittering(&demo, 0.5, SEED), 0.22);
     for sign in [1.0_f32, -1.0] {
-        let bias = sign * 2.0_f32.to_radians();
-        assert_rmse(&with_rate_bias(&demo(), Vec3::new(bias, bias, bias)), 0.22);
-    }
-}
-
-#[test]
-fn accelerometer_bias_of_a_third_of_a_metre_is_tolerated() {
-    for sign in [1.0_f32, -1.0] {
-        let bias = sign * 0.3;
-        assert_rmse(&with_force_bias(&demo(), Vec3::new(bias, bias, bias)), 0.23);
+        let all = |bias: f32| Vec3::new(sign * bias, sign * bias, sign * bias);
+        assert_rmse(&with_rate_bias(&demo, all(2.0_f32.to_radians())), 0.22);
+        assert_rmse(&with_force_bias(&demo, all(0.3)), 0.23);
     }
 }
 

@@ -62,12 +62,6 @@ impl Gait {
         phase: 0.0,
     };
 
-    /// The same steps in less time.
-    pub const TROT: Self = Self {
-        stride: 0.6,
-        ..Self::WALK
-    };
-
     /// Standing all the time.
     pub const STANDING: Self = Self {
         duty: 1.0,
@@ -163,41 +157,6 @@ pub fn measured(gait: &Gait, rate: f64, seconds: f64, gravity: Gravity) -> Vec<S
             }
         })
         .collect()
-}
-
-/// Adds a bias to the accelerometer, m/s², and to the gyroscope, rad/s.
-pub fn biased(samples: &[Sample], force: [f64; 3], rate: [f64; 3]) -> Vec<Sample> {
-    let mut samples = samples.to_vec();
-    for sample in &mut samples {
-        for axis in 0..3 {
-            sample.force[axis] += force[axis];
-            sample.rate[axis] += rate[axis];
-        }
-    }
-    samples
-}
-
-/// Samples of a sensor that is mounted turned about an axis, by an angle in rad.
-pub fn mounted(samples: &[Sample], axis: [f64; 3], angle: f64) -> Vec<Sample> {
-    let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let [x, y, z] = axis.map(|x| x / length);
-    let (sine, cosine) = angle.sin_cos();
-    let turned = |v: [f64; 3]| {
-        let along = (v[0] * x + v[1] * y + v[2] * z) * (1.0 - cosine);
-        let cross = [
-            y * v[2] - z * v[1],
-            z * v[0] - x * v[2],
-            x * v[1] - y * v[0],
-        ];
-        let axis = [x, y, z];
-        std::array::from_fn(|k| v[k] * cosine + cross[k] * sine + axis[k] * along)
-    };
-    let mut samples = samples.to_vec();
-    for sample in &mut samples {
-        sample.force = turned(sample.force);
-        sample.rate = turned(sample.rate);
-    }
-    samples
 }
 
 pub fn vector(values: [f64; 3]) -> Vec3 {
@@ -299,12 +258,11 @@ pub fn assert_told_right(name: &str, shares: Shares) {
     assert!(right, "{name}: {shares:.3?}");
 }
 
-/// Shares of a walk after earlier motion, from the eleventh step on.
-pub fn walk_after(params: &Params, before: &[Sample], gait: &Gait, steps: f64) -> Shares {
+/// Shares of a walk after some steps.
+pub fn walk_after(params: &Params, gait: &Gait, steps: f64) -> Shares {
     let rate = f64::from(params.sample_rate);
     let walk = measured(gait, rate, (steps + STEPS) * gait.stride, params.gravity);
     let mut foot = Foot::new(params);
-    foot.measures(before);
     let estimates = foot.measures(&walk);
     shares(&walk, &estimates, steps * gait.stride)
 }

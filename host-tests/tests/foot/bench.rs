@@ -170,13 +170,6 @@ impl Run<'_> {
     }
 }
 
-/// A contact frame, with the time at which it was sent.
-#[derive(Clone, Copy, Debug)]
-pub struct Sent {
-    pub ns: u64,
-    pub contact: Contact,
-}
-
 /// The foot with its ports, and consumers that take all output at once.
 pub struct Bench {
     pub foot: Foot,
@@ -276,15 +269,6 @@ impl Bench {
         answers.collect()
     }
 
-    /// Lines of text over UART in the last tick.
-    pub fn lines(&self) -> Vec<&str> {
-        let lines = self.uart.iter().filter_map(|message| match message {
-            Message::Log(line) => Some(line.text()),
-            _ => None,
-        });
-        lines.collect()
-    }
-
     /// Emergency messages on CAN in the last tick.
     pub fn emergencies(&self) -> Vec<Emergency> {
         let frames = self.can.iter().filter(|frame| frame.id() == 0x91);
@@ -342,11 +326,6 @@ impl Bench {
         }
         assert_eq!(self.foot.stage(), Stage::Running);
         self
-    }
-
-    /// Number of UART frames that the receiving side misses.
-    pub fn uart_missing(&self) -> u32 {
-        self.decoder.drops().missing
     }
 }
 

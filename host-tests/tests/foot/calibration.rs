@@ -6,12 +6,10 @@ use std::cell::RefCell;
 use crate::bench::{Bench, MS, Run, run, standing};
 use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
-use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method};
+use estimator_core::{Flag, Learning, Learnt, Method};
 use firmware::ports::{Input, Reloaded, Request};
-use gait::{Activity, GaitName, Ground, Plan, SensorParams, Track};
+use gait::{GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
-use recordings::replay::replay;
-use recordings::samples::recording::{RecordedSample, Recording};
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::node::{CalibrationState, Command};
 use wire::uart::{Answer, ConfigGet, Message};
@@ -91,39 +89,6 @@ fn learnt_from(seed: u64) -> Settings {
 fn classes(learnt: Learnt) -> [f32; 9] {
     let numbers = learnt.to_array();
     std::array::from_fn(|i| numbers[i])
-}
-
-#[test]
-fn a_walking_foot_settles_within_five_steps() {
-    for (gait, seed) in [(GaitName::Walk, 3), (GaitName::Trot, 4)] {
-        let plan = Plan::steady(gait, Ground::Hard, 30.0, seed);
-        let truth = Track::new(&plan);
-        let part = SensorParams::LSM6DSOX.mounted(Track::new(&plan), 0.0, seed);
-        let mut bench = Bench::new(Settings::default());
-        let (mut steps, mut in_the_air) = (0, false);
-        let mut settled_after = None;
-        run(
-            Run::default(),
-            &part,
-            &mut bench,
-            20_000 * MS,
-            |bench, tick, _| {
-                let at = truth.at(tick.time.as_micros() as f64 * 1.0e-6);
-                let swings = at.activity == Activity::Swinging;
-                steps += u32::from(in_the_air && !swings);
-                in_the_air = swings;
-                match (settled_after, is_settling(bench)) {
-                    (None, false) if !bench.foot.estimate().flags.are_doubt() => {
-                        settled_after = Some(steps);
-                    }
-                    (Some(after), settling) => assert!(!settling, "settled after {after} steps"),
-                    _ => {}
-                }
-            },
-        );
-        println!("{gait:?}: settled after {settled_after:?} of {steps} steps");
-        assert!(settled_after.is_some_and(|after| (1..=5).contains(&after)));
-    }
 }
 
 #[test]
@@ -273,31 +238,6 @@ fn a_foot_that_has_only_stood_has_nothing_to_keep() {
 }
 
 #[test]
-fn frozen_classes_never_change() {
-    let mut settings = learnt_from(9);
-    assert_eq!(settings.set(LEARNING, Value::U8(0)), Ok(()));
-    let start = settings.learnt().expect("something");
-    let mut bench = Bench::new(settings);
-    let mut age = start.idle_seconds;
-    let part = walking(20.0, 10);
-    run(
-        Run::default(),
-        &part,
-        &mut bench,
-        20_000 * MS,
-        |bench, _, _| {
-            let learnt = bench.foot.learnt();
-            assert_eq!(classes(learnt), classes(start));
-            assert!(learnt.idle_seconds >= age && !is_settling(bench));
-            age = learnt.idle_seconds;
-        },
-    );
-    // The age shows this, from when up is known.
-    let grown = age - start.idle_seconds;
-    assert!((19.0..20.0).contains(&grown), "{grown} s");
-}
-
-#[test]
 fn estimator_settings_do_not_change_the_learnt_values() {
     let changes: [(Address, Value); 5] = [
         (THRESHOLD, Value::F32(0.6)),
@@ -357,45 +297,6 @@ fn learnt_values_written_by_a_master_take_precedence() {
     let answers = scripted(&part, &mut bench, 20, &script);
     assert_eq!(answers, [Answer::Done; 12]);
     assert_eq!(bench.foot.settings().learnt(), Some(other));
-}
-
-#[test]
-fn the_foot_and_a_replay_with_equal_learnt_values_agree() {
-    let settings = learnt_from(14);
-    let params = settings.params();
-    assert!(params.learnt.is_some());
-    let mut bench = Bench::new(settings);
-    let part = walking(20.0, 15);
-    let (mut samples, mut on_foot): (Vec<_>, Vec<ContactEstimate>) = Default::default();
-    run(
-        Run::default(),
-        &part,
-        &mut bench,
-        15_000 * MS,
-        |bench, _, measurement| {
-            samples.push(RecordedSample {
-                imu: measurement.sample,
-                load: None,
-                label: None,
-            });
-            on_foot.push(*bench.foot.estimate());
-        },
-    );
-    let recording = Recording {
-        name: "what the foot measured".to_owned(),
-        sample_rate: params.sample_rate,
-        gravity: params.gravity,
-        load_title: String::new(),
-        samples,
-    };
-    let on_host = replay(&recording, &params).expect("the foot's parameters");
-    assert_eq!(on_host.len(), on_foot.len());
-    let text = |estimate: &ContactEstimate| format!("{estimate:?}");
-    let difference = on_foot
-        .iter()
-        .zip(&on_host)
-        .find(|(a, b)| text(a) != text(b));
-    assert_eq!(difference, None);
 }
 
 #[test]

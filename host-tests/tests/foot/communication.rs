@@ -1,20 +1,19 @@
 //! CAN and UART: requests, settings, floods, and missing receivers.
 
-use crate::bench::{Bench, MS, Run, SECOND, run, standing};
+use crate::bench::Bench;
 use ::storage::{Erase, Origin, StoreFailed};
-use estimator_core::{Decision, Phase, Timestamp};
+use estimator_core::{Phase, Timestamp};
 use firmware::Start;
 use firmware::imu::missing_sample;
-use firmware::ports::{BusState, Input, Reloaded, Request};
+use firmware::ports::{Input, Reloaded, Request};
 use firmware::sampling::{Activity, Measurement, ReadAt, SensorFault, Tick};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{BootCause, Command, State};
-use wire::uart::{Answer, Message, encode};
+use wire::uart::{Answer, Message};
 use wire::{AbortCode, Address, CanFrame, Counter, Fault, Faults, Settings, Value};
 
 const WINDOW: Address = Address::new(index::WINDOW, 0);
-const THRESHOLD: Address = Address::new(index::DECISION, 1);
 const LOAD_SOURCE: Address = Address::new(index::LOAD_INPUT, 1);
 const STORE: Address = Address::new(index::STORE, 1);
 
@@ -148,67 +147,6 @@ fn streams_can_be_switched_off_and_thinned_out() {
 }
 
 #[test]
-fn a_flood_of_malformed_commands_is_only_counted() {
-    let part = standing();
-    let mut bench = Bench::new(Settings::default());
-    let mut state = 1_u32;
-    let mut random = move || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 16) as u8
-    };
-    let sound = encode(
-        0,
-        &Message::Nmt(wire::uart::NmtRequest(Command::StartRemoteNode)),
-    );
-    let mut last: Option<u8> = None;
-    let mut frames = 0_u32;
-    run(
-        Run::default(),
-        &part,
-        &mut bench,
-        10 * SECOND,
-        |bench, _, _| {
-            let sequence = bench.contact().expect("a contact frame").sequence;
-            if let Some(last) = last.replace(sequence) {
-                assert_eq!(sequence, last.wrapping_add(1));
-            }
-            frames += 1;
-            // As much as 1 Mbaud carries: garbage, and frames with one wrong byte.
-            let mut bytes: Vec<u8> = (0..80).map(|_| random()).collect();
-            let mut damaged = sound.as_bytes().to_vec();
-            damaged[2] ^= 1 << (random() % 7) | 1;
-            bytes.extend(damaged.iter().map(|byte| (*byte).max(1)));
-            bytes.push(0);
-            bench.type_in(&bytes);
-            // Any frame on the bus, to this foot and to others.
-            for _ in 0..4 {
-                let id = u16::from_le_bytes([random(), random() & 7]);
-                let data: Vec<u8> = (0..random() % 9).map(|_| random()).collect();
-                // Neither NMT nor LSS, which every node has to obey.
-                if !matches!(id, 0 | 0x7E5) {
-                    let frame = CanFrame::new(id, &data).expect("a frame");
-                    bench
-                        .ports
-                        .try_put(Input::Can(frame, Timestamp::from_micros(0)));
-                }
-            }
-        },
-    );
-    assert!(frames > 9990, "{frames}");
-    assert!(bench.foot.counters().get(Counter::UartRefused) > 10_000);
-    assert_eq!(*bench.foot.settings(), Settings::default());
-    assert!(!bench.foot.faults().void_estimate());
-    // The foot still answers.
-    bench.type_in(&[0]);
-    bench.set(WINDOW, Value::U32(10_000));
-    let mut answers = Vec::new();
-    run(Run::default(), &part, &mut bench, 10 * MS, |bench, _, _| {
-        answers.extend(bench.answers());
-    });
-    assert_eq!(answers, [Answer::Refused(AbortCode::DeviceState)]);
-}
-
-#[test]
 fn a_minute_without_a_receiver_costs_frames_but_no_tick() {
     let mut bench = bench();
     bench.can_listens = false;
@@ -262,144 +200,6 @@ fn frames_withdrawn_by_the_board_are_counted() {
     bench.still();
     let dropped = bench.foot.counters().get(Counter::CanDropped) - before;
     assert_eq!(dropped, 3);
-}
-
-#[test]
-fn lost_input_is_a_fault_for_a_second_after_the_last_loss() {
-    type Lost = fn(u32) -> Input;
-    let losses: [(Lost, Fault); 2] = [
-        (Input::CanLost, Fault::CanOverrun),
-        (Input::UartLost, Fault::UartOverrun),
-    ];
-    for (lost, fault) in losses {
-        let mut bench = bench();
-        let emergencies = |bench: &mut Bench, ticks: u32| {
-            let mut found = Vec::new();
-            for _ in 0..ticks {
-                bench.still();
-                found.extend(
-                    bench
-                        .emergencies()
-                        .iter()
-                        .map(|e| (e.fault, e.code, e.detail)),
-                );
-            }
-            found
-        };
-        assert!(bench.ports.try_put(lost(5)));
-        let raised = emergencies(&mut bench, 1);
-        assert_eq!(raised, [(Some(fault), fault.code(), 5)]);
-        // A fault that is already active is not reported again, and lasts longer.
-        assert_eq!(emergencies(&mut bench, 900), []);
-        assert!(bench.ports.try_put(lost(2)));
-        assert_eq!(emergencies(&mut bench, 999), []);
-        assert_eq!(emergencies(&mut bench, 2), [(Some(fault), 0, 0)]);
-        assert!(bench.ports.try_put(lost(1)));
-        let again = emergencies(&mut bench, 1);
-        assert_eq!(again, [(Some(fault), fault.code(), 8)]);
-    }
-}
-
-#[test]
-fn bus_off_is_a_fault_and_reported_after_recovery() {
-    let mut bench = bench();
-    let off = Fault::CanBusOff;
-    for times in 1..=2 {
-        assert!(bench.ports.try_put(Input::Bus(BusState::Passive(3, 130))));
-        bench.still();
-        let [passive] = bench.emergencies()[..] else {
-            panic!("{:?}", bench.emergencies());
-        };
-        assert_eq!(passive.code, Fault::CanErrorPassive.code());
-        assert_eq!(passive.detail, 3 | 130 << 8);
-        assert!(bench.ports.try_put(Input::Bus(BusState::Off)));
-        bench.still();
-        assert!(bench.lines().contains(&off.name()), "{:?}", bench.lines());
-        // Longer than the hold time of an event fault.
-        for _ in 0..1100 {
-            assert!(bench.foot.faults().contains(off));
-            assert_eq!(bench.emergencies(), []);
-            bench.still();
-        }
-        assert_eq!(bench.foot.counters().get(Counter::CanBusOff), times);
-        // The estimate is not affected.
-        let status = bench.contact().expect("a contact frame").status;
-        assert!(status.is_valid() && status.decision() == Decision::Stable);
-        assert!(bench.ports.try_put(Input::Bus(BusState::Active)));
-        bench.still();
-        let codes: Vec<_> = bench
-            .emergencies()
-            .iter()
-            .map(|e| (e.fault, e.code, e.detail))
-            .collect();
-        assert_eq!(codes, [(Some(off), off.code(), times)]);
-        for _ in 0..998 {
-            bench.still();
-        }
-        assert!(bench.foot.faults().contains(off));
-        bench.still();
-        assert_eq!(bench.foot.faults(), Faults::NONE);
-    }
-}
-
-#[test]
-fn repeated_bus_off_is_reported_once_and_stays_active() {
-    let mut bench = bench();
-    let mut reported = 0;
-    for _ in 0..20 {
-        for state in [BusState::Off, BusState::Active, BusState::Off] {
-            assert!(bench.ports.try_put(Input::Bus(state)));
-        }
-        for _ in 0..1100 {
-            bench.still();
-            assert!(bench.foot.faults().contains(Fault::CanBusOff));
-            assert_eq!(bench.emergencies(), []);
-        }
-        assert!(bench.ports.try_put(Input::Bus(BusState::Active)));
-        bench.still();
-        reported += bench.emergencies().len();
-    }
-    assert_eq!(reported, 1);
-    assert_eq!(bench.foot.counters().get(Counter::CanBusOff), 40);
-}
-
-#[test]
-fn the_bus_off_fault_lasts_one_second_after_its_end() {
-    let mut bench = bench();
-    let mut take = |state: BusState, ticks: u32| {
-        assert!(bench.ports.try_put(Input::Bus(state)));
-        (0..ticks).for_each(|_| bench.still());
-        (bench.foot.faults(), bench.emergencies().len())
-    };
-    let off = Faults::NONE.with(Fault::CanBusOff);
-    let (active, passive) = (BusState::Active, BusState::Passive(0, 130));
-    // The report waits for a bus, however often the state is updated.
-    assert_eq!(take(BusState::Off, 1), (off, 0));
-    assert_eq!(take(BusState::Off, 1), (off, 0));
-    assert_eq!(take(active, 1), (off, 1));
-    // Later events on the bus do not prolong it.
-    let warned = Faults::NONE.with(Fault::CanErrorPassive);
-    assert_eq!(take(passive, 500).0, off.with(Fault::CanErrorPassive));
-    assert_eq!(take(active, 498).0, off.with(Fault::CanErrorPassive));
-    assert_eq!(take(active, 1).0, warned);
-    assert_eq!(take(active, 500).0, warned);
-    assert_eq!(take(active, 1).0, Faults::NONE);
-}
-
-#[test]
-fn a_bus_that_flickers_is_reported_once() {
-    let mut bench = bench();
-    let mut reported = 0;
-    for _ in 0..100 {
-        for state in [BusState::Passive(0, 130), BusState::Active] {
-            assert!(bench.ports.try_put(Input::Bus(state)));
-            for _ in 0..10 {
-                bench.still();
-                reported += bench.emergencies().len();
-            }
-        }
-    }
-    assert_eq!(reported, 1);
 }
 
 #[test]
@@ -528,30 +328,6 @@ fn old_faults_are_reported_at_start_and_the_crash_is_cleared() {
 }
 
 #[test]
-fn without_a_crystal_can_is_silent_and_the_uart_reports_it() {
-    let start = Start {
-        unused_crystal_khz: Some(0),
-        ..Start::default()
-    };
-    let mut bench = Bench::with_start(Settings::default(), start);
-    let mut lines = Vec::new();
-    for _ in 0..1000 {
-        bench.still();
-        assert_eq!(bench.can, []);
-        lines.extend(bench.uart.iter().filter_map(|message| match message {
-            Message::Log(line) => Some(line.text().to_owned()),
-            _ => None,
-        }));
-    }
-    assert!(
-        lines.contains(&Fault::CrystalMissing.name().to_owned()),
-        "{lines:?}"
-    );
-    assert_eq!(bench.foot.counters().get(Counter::CanDropped), 0);
-    assert!(!bench.foot.estimate().flags.are_doubt());
-}
-
-#[test]
 fn an_analog_load_gives_a_stance_and_an_open_input_a_fault() {
     let settings = settings(&[
         (LOAD_SOURCE, Value::U8(1)),
@@ -582,29 +358,6 @@ fn an_analog_load_gives_a_stance_and_an_open_input_a_fault() {
 }
 
 #[test]
-fn a_can_load_expires_after_a_tenth_of_a_second() {
-    let settings = settings(&[(LOAD_SOURCE, Value::U8(2))]);
-    let mut bench = Bench::new(settings).running();
-    let load = CanFrame::new(0x211, &50.0_f32.to_le_bytes()).expect("a frame");
-    receive(&mut bench, load);
-    let mut phases = Vec::new();
-    for _ in 0..150 {
-        phases.push(bench.contact().expect("a contact frame").status.phase());
-        bench.still();
-    }
-    let stance = phases
-        .iter()
-        .take_while(|phase| **phase == Phase::Stance)
-        .count();
-    assert!((99..=101).contains(&stance), "{stance}");
-    assert!(
-        phases[stance..]
-            .iter()
-            .all(|phase| *phase == Phase::Unknown)
-    );
-}
-
-#[test]
 fn a_stopped_foot_is_silent_until_it_is_started() {
     let mut bench = bench();
     bench.command(Command::StopRemoteNode);
@@ -618,33 +371,6 @@ fn a_stopped_foot_is_silent_until_it_is_started() {
         Message::Health(health) => health.state == State::Operational,
         _ => true,
     }));
-}
-
-#[test]
-fn a_new_threshold_takes_effect() {
-    let mut bench = open();
-    bench.set(THRESHOLD, Value::F32(0.99));
-    bench.still();
-    assert_eq!(bench.answers(), [Answer::Done]);
-    assert_eq!(bench.foot.settings().params().decision.threshold, 0.99);
-}
-
-#[test]
-fn the_watchdog_is_fed_only_while_the_foot_is_alive() {
-    let mut bench = bench();
-    let report_both = |bench: &Bench| {
-        bench.ports.liveness.report(Worker::Can);
-        bench.ports.liveness.report(Worker::Uart);
-    };
-    report_both(&bench);
-    assert!(bench.ports.liveness.all_alive());
-    report_both(&bench);
-    assert!(!bench.ports.liveness.all_alive(), "without a tick");
-    bench.still();
-    assert!(bench.ports.liveness.all_alive());
-    bench.still();
-    bench.ports.liveness.report(Worker::Can);
-    assert!(!bench.ports.liveness.all_alive(), "without the UART");
 }
 
 #[test]
@@ -683,108 +409,5 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
         };
         bench.tick(&tick, &measurement, None);
         assert_eq!(is_alive(&bench), alive, "{activity:?}, {fault:?}");
-    }
-}
-
-#[test]
-fn damaged_settings_are_reported_until_valid_ones_are_stored() {
-    let mut bench = bench();
-    for (origin, reported) in [
-        (Origin::Corrupted, vec![0x6300]),
-        // The node has booted, so the fault is reported again.
-        (Origin::Corrupted, vec![0x6300]),
-        (Origin::Stored, vec![]),
-        (Origin::Corrupted, vec![0x6300]),
-        (Origin::Blank, vec![]),
-    ] {
-        bench.command(Command::ResetCommunication);
-        bench.still();
-        assert_eq!(bench.ports.try_next_request(), Some(Request::Reload));
-        bench.ports.reload(Reloaded {
-            settings: Settings::default(),
-            origin,
-        });
-        bench.still();
-        let codes: Vec<_> = bench.emergencies().iter().map(|e| e.code).collect();
-        assert_eq!(codes, reported, "{origin:?}");
-        let faults = bench.foot.faults();
-        let corrupted = origin == Origin::Corrupted;
-        assert_eq!(faults.contains(Fault::ConfigCorrupted), corrupted);
-    }
-}
-
-#[test]
-fn a_store_erases_no_page_while_process_data_are_sent() {
-    let mut bench = bench();
-    let restore = Address::new(index::RESTORE, 1);
-    for (address, signature) in [(STORE, SIGNATURE_STORE), (restore, SIGNATURE_RESTORE)] {
-        bench.set(address, Value::U32(signature));
-        bench.still();
-        assert!(matches!(
-            bench.ports.try_next_request(),
-            Some(Request::Store(_, Erase::Refused) | Request::Restore(Erase::Refused))
-        ));
-        let needs_erase = Err(StoreFailed::NeedsErase);
-        assert!(bench.ports.try_put(Input::Stored(needs_erase)));
-        bench.still();
-        assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
-        // The rejection is not a fault of the board.
-        assert!(bench.foot.faults().is_empty());
-    }
-}
-
-#[test]
-fn a_supply_too_low_to_store_has_its_own_detail() {
-    let mut bench = open();
-    bench.set(STORE, Value::U32(SIGNATURE_STORE));
-    bench.still();
-    assert!(bench.ports.try_next_request().is_some());
-    let low = Err(StoreFailed::SupplyLow);
-    assert!(bench.ports.try_put(Input::Stored(low)));
-    bench.still();
-    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Hardware)]);
-    let reported = bench.emergencies();
-    assert_eq!((reported[0].code, reported[0].detail), (0x6301, 1));
-}
-
-#[test]
-fn the_brown_out_level_is_shown_and_set_on_request() {
-    let start = Start {
-        brown_out_level: 2,
-        ..Start::default()
-    };
-    let mut bench = Bench::with_start(Settings::default(), start);
-    bench.still();
-    let level = Address::new(index::SUPPLY, 1);
-    let command = Address::new(index::SUPPLY, 2);
-    bench.ask(&Message::ConfigGet(wire::uart::ConfigGet {
-        address: level,
-    }));
-    bench.still();
-    assert_eq!(bench.answers(), [Answer::Value(Value::U8(2).into())]);
-    let signature = Value::U32(wire::dictionary::SIGNATURE_BROWN_OUT);
-    bench.set(command, signature);
-    bench.still();
-    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
-    bench.command(Command::EnterPreOperational);
-    bench.still();
-    bench.set(command, Value::U32(1));
-    bench.still();
-    assert_eq!(bench.answers(), [Answer::Refused(AbortCode::CannotStore)]);
-    for (result, answer) in [
-        (Ok(()), Answer::Done),
-        (
-            Err(StoreFailed::SupplyLow),
-            Answer::Refused(AbortCode::Hardware),
-        ),
-    ] {
-        bench.set(command, signature);
-        bench.still();
-        assert_eq!(bench.answers(), []);
-        assert_eq!(bench.ports.try_next_request(), Some(Request::ProtectSupply));
-        assert!(bench.ports.try_put(Input::Protected(result)));
-        bench.still();
-        assert_eq!(bench.answers(), [answer]);
-        assert!(bench.foot.faults().is_empty());
     }
 }

@@ -7,8 +7,5 @@ mod bench;
 mod calibration;
 mod communication;
 mod correction;
-mod edges;
 mod faults;
-mod half_dead;
-mod hour;
 mod storage;

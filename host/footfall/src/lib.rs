@@ -13,7 +13,7 @@
 //! | or calibrating: learning a foot in advance, or finding sensor errors | [`recordings::analysis::calibrate`] |
 //! | or converting to another format | [`convert`] |
 //! | scoring the estimates | [`recordings::scoring`] |
-//! | simulating and decoding the output of a foot | [`feet::robot::walk`], [`feet::decode`]; its tables and feet [`decoded`] |
+//! | simulating and decoding the output of a foot | [`feet::robot::walk`], [`feet::decode`] |
 //! | streaming feet | [`monitor`], [`feet`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
 //! | writing the results | [`recordings::output`], [`plot`], [`recordings::analysis::summary`], combined by [`report`] |
 //! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
@@ -21,11 +21,8 @@
 //! | messages on standard error | [`messages`] |
 //! | optional features | [`feature`] |
 
-#[cfg(feature = "bags")]
-pub mod bag_copy;
 pub mod commands;
 pub mod convert;
-pub mod decoded;
 pub mod error;
 pub mod feature;
 pub mod files;

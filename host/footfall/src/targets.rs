@@ -16,12 +16,10 @@ pub enum Target<'a> {
     Estimates(&'a Path),
     /// Table of events.
     Events(&'a Path),
-    /// A picture.
-    Picture(&'a Path),
+    /// Table of decoded rows.
+    Rows(&'a Path),
     /// Picture of a replay, in any format of [`Drawing`].
     Drawing(&'a Path),
-    /// A page of a report.
-    Page(&'a Path),
     /// A configuration file.
     Configuration(&'a Path),
     /// A recording for ROS 2.
@@ -40,10 +38,8 @@ impl<'a> Target<'a> {
     const fn parts(self) -> (&'a Path, &'static str, &'static [&'static str]) {
         match self {
             Self::Estimates(path) => (path, "tables are CSV or Parquet", &Layout::EXTENSIONS),
-            Self::Events(path) => (path, "tables are CSV", &["csv"]),
-            Self::Picture(path) => (path, "pictures are SVG", &["svg"]),
+            Self::Events(path) | Self::Rows(path) => (path, "tables are CSV", &["csv"]),
             Self::Drawing(path) => (path, "pictures are SVG or pages", &Drawing::EXTENSIONS),
-            Self::Page(path) => (path, "reports are HTML", &["html"]),
             Self::Configuration(path) => (path, "configurations are TOML", &["toml"]),
             Self::Bag(path) => (path, "recordings for ROS 2 are MCAP", &["mcap"]),
             Self::Settings(path) => (path, "settings are text", &["txt"]),

@@ -25,14 +25,6 @@ fn demo_without_input_writes_all_results() {
 }
 
 #[test]
-fn demo_output_can_be_replayed() {
-    let bench = Bench::new();
-    bench.stdout("demo --out walk --seed 3");
-    let summary = bench.stdout("replay walk/samples.csv");
-    assert!(summary.starts_with("samples: "), "{summary}");
-}
-
-#[test]
 fn seed_determines_the_demo() {
     let bench = Bench::new();
     for (out, seed) in [("a", 7), ("b", 7), ("c", 8)] {

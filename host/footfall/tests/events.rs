@@ -95,32 +95,6 @@ fn span_contains_its_events() {
 }
 
 #[test]
-fn standing_foot_has_no_events() {
-    let bench = Bench::with("walk.csv", standing());
-    assert_eq!(
-        bench.stdout("replay walk.csv --events -"),
-        "t,event,duration,p_peak,distance\n"
-    );
-}
-
-#[test]
-fn stdout_accepts_one_result() {
-    let bench = Bench::with("walk.csv", standing());
-    for two in [
-        "--events - --output -",
-        "--events - --json",
-        "--plot - --events -",
-        "--plot - --json",
-    ] {
-        assert_eq!(
-            bench.error(&format!("replay walk.csv {two}")),
-            "footfall: standard output takes one result: a table or picture (-), or --json\n"
-        );
-    }
-    assert!(bench.stdout("replay walk.csv --plot -").starts_with("<svg"));
-}
-
-#[test]
 fn page_is_one_file_for_all_feet() {
     let bench = Bench::with("RL.csv", standing());
     fs::write(bench.path("<!--<script>.csv"), standing()).expect("a file");

@@ -1,16 +1,18 @@
 //! Tests of `footfall replay` on files that other programs write: comma decimals, counts, bags of ROS 1.
 
-use std::env;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-use crate::common::{Bench, read, text, unmet};
-use crate::packages;
+use crate::common::{Bench, assert_has, read, text, unmet};
+use crate::packages::{self, Packages};
+use crate::record::count;
 
 const REQUIREMENTS: &str = include_str!("../../../host-tests/tests/python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/others.py");
-const WHOLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/whole.py");
+const ROBOT_BAG: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../host-tests/tests/python/robot_bag.py"
+);
 const WALK: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../../host-tests/recordings/walk.csv"
@@ -40,23 +42,14 @@ fn assert_near(found: &[f32], expected: &[f32]) {
 
 #[test]
 fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
-    let packages = match packages::install("python-roads", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
+    let Some((packages, bench, _)) = python(SCRIPT, &[WALK, "."]) else {
+        return;
     };
-    let bench = Bench::new();
-    let output = Command::new(&packages.interpreter)
-        .args([Path::new(SCRIPT), Path::new(WALK), bench.directory.path()])
-        .env("PYTHONPATH", &packages.folder)
-        .output()
-        .expect("Python runs");
-    assert!(output.status.success(), "{}", text(&output.stderr));
     let expected = probabilities(&bench, "point.csv");
     assert!(expected.iter().any(|p| *p > 0.9) && expected.iter().any(|p| *p < 0.1));
 
     assert_eq!(probabilities(&bench, "comma.csv --decimal ,"), expected);
-    let said = bench.error("replay comma.csv");
-    assert!(said.contains("--decimal ,"), "{said}");
+    bench.refuses("replay comma.csv", "--decimal ,");
 
     let of_counts = probabilities(&bench, "of_counts.csv");
     let scaled = "counts.csv --scale 0.000122,0.07 --units g,dps";
@@ -66,75 +59,111 @@ fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
         &expected,
     );
 
-    let said = bench.error("replay ros1.mcap");
-    assert!(said.contains("these are messages of ROS 1"), "{said}");
+    bench.refuses("replay ros1.mcap", "these are messages of ROS 1");
 
-    // With the program that converts, and without.
-    let run = |path: &Path, arguments: &[&str]| -> Output {
-        Command::new(env!("CARGO_BIN_EXE_footfall"))
-            .args(arguments)
-            .current_dir(&bench.directory)
-            .env("PATH", path)
-            .env("PYTHONPATH", &packages.folder)
-            .output()
-            .expect("the program that was just built")
-    };
-    let replay = [
-        "replay",
-        "walk.bag",
-        "--load-topic",
-        "/ft",
-        "--output",
-        "p.csv",
-    ];
-    let output = run(&packages.folder.join("bin"), &replay);
-    let stderr = text(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
+    let said = bench.error("replay walk.bag");
     assert!(
-        stderr.contains("walk.bag is a ROS 1 bag, read as"),
-        "{stderr}"
+        said.contains("is a ROS 1 bag; convert it: pip install rosbags"),
+        "{said}"
     );
-    let table = read(&bench.path("p.csv"));
-    assert_eq!(column(&table), expected);
-    assert!(table.contains(",stance,"));
-    let output = run(bench.directory.path(), &replay);
-    let stderr = text(&output.stderr);
-    assert!(!output.status.success(), "{stderr}");
-    assert!(stderr.contains("pip install rosbags"), "{stderr}");
+    let converted = Command::new(packages.folder.join("bin/rosbags-convert"))
+        .args(["--src", "walk.bag", "--dst", "walk"])
+        .current_dir(&bench.directory)
+        .env("PYTHONPATH", &packages.folder)
+        .output()
+        .expect("the program of the advice");
+    assert!(converted.status.success(), "{}", text(&converted.stderr));
+    assert_eq!(probabilities(&bench, "walk --load-topic /ft"), expected);
 }
 
-#[test]
-fn cut_bag_that_others_refuse_is_made_whole() {
+/// Installs the packages, and runs a script with the walk in the folder of a bench; `None` if they cannot be installed.
+fn python(script: &str, arguments: &[&str]) -> Option<(Packages, Bench, String)> {
     let packages = match packages::install("python-roads", REQUIREMENTS) {
         Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
+        Err(missing) => {
+            unmet(&missing);
+            return None;
+        }
     };
     let bench = Bench::new();
-    bench.stdout(&format!("convert {WALK} walk.mcap"));
-    let bytes = fs::read(bench.path("walk.mcap")).expect("a bag");
-    fs::write(bench.path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("a file");
-    for arguments in [
-        "convert cut.mcap samples.mcap",
-        "replay cut.mcap --output all.mcap",
-    ] {
-        let said = bench.run(arguments);
-        assert!(said.status.success(), "{arguments}: {}", text(&said.stderr));
-        assert!(text(&said.stderr).contains("footfall convert writes a whole one"));
-    }
+    let said = run(&packages, &bench, script, arguments);
+    Some((packages, bench, said))
+}
+
+/// Runs a script in the folder of a bench, and returns what it prints.
+fn run(packages: &Packages, bench: &Bench, script: &str, arguments: &[&str]) -> String {
     let output = Command::new(&packages.interpreter)
-        .arg(WHOLE)
-        .args(["cut.mcap", "samples.mcap", "all.mcap"])
+        .arg(script)
+        .args(arguments)
         .current_dir(&bench.directory)
         .env("PYTHONPATH", &packages.folder)
         .output()
         .expect("Python runs");
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let counts: Vec<Vec<usize>> = serde_json::from_slice(&output.stdout).expect("counts");
-    let [cut, samples, all] = counts.as_slice() else {
-        panic!("{counts:?}");
+    text(&output.stdout)
+}
+
+#[test]
+fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
+    const FEET: &str = "--topic all --not-topic /trunk* --load-topic /ft/{foot}";
+    let Some((_, bench, _)) = python(ROBOT_BAG, &[WALK, "bag"]) else {
+        return;
     };
-    assert_eq!(*cut, [0, 0], "both readers refuse it");
-    assert!(samples[0] > 500 && samples[0] == samples[1], "{counts:?}");
-    // The contacts come in addition.
-    assert!(all[0] > samples[0] && all[0] == all[1], "{counts:?}");
+    let rows = |arguments: &str| {
+        bench.stdout(&format!("replay bag {arguments} --output out.csv"));
+        read(&bench.path("out.csv"))
+    };
+    let of_foot = |table: &str, foot: &str| -> Vec<String> {
+        let rows = table.lines().filter_map(|row| row.strip_prefix(foot));
+        rows.map(str::to_owned).collect()
+    };
+    let table = rows(&format!("{FEET} --axes fr=-x,-y,z"));
+    let left = of_foot(&table, "fl,");
+    assert_eq!(left.len(), 3000);
+    assert_eq!(left, of_foot(&table, "fr,"));
+    assert!(left.iter().any(|row| row.contains(",stance,")));
+    // One foot, whose name is a part of its topic.
+    let one = rows("--topic /fl/imu --load-topic /ft/{foot}");
+    assert!(one.lines().skip(1).eq(left.iter().map(String::as_str)));
+    // The same as a source.
+    let report = bench.stdout(&format!(
+        "record file:bag {FEET} --axes fr=-x,-y,z -o rec.mcap"
+    ));
+    for foot in ["fl", "fr"] {
+        assert_eq!(count(&report, &format!("/footfall/{foot}/contact")), 3000);
+    }
+    assert!(!report.contains("trunk"), "{report}");
+    let report = bench.stdout("record file:bag --topic /fl/imu --compat bool -o alone.mcap");
+    assert_eq!(count(&report, "/footfall/fl/contact"), 3000);
+    assert!(
+        count(&report, "/footfall/FL/contact/decision") > 100,
+        "{report}"
+    );
+    assert!(!report.contains("/bag"), "{report}");
+    for (arguments, expected) in [
+        ("monitor demo:seconds=1 --topic all", "are for file:"),
+        (
+            "replay bag --topic all --not-topic * --load-topic /ft/{foot}",
+            "/trunk/imu",
+        ),
+    ] {
+        bench.refuses(arguments, expected);
+    }
+}
+
+#[test]
+fn cut_bag_that_others_refuse_is_made_whole() {
+    let bench = Bench::new();
+    bench.stdout(&format!("convert {WALK} walk.mcap"));
+    let bytes = fs::read(bench.path("walk.mcap")).expect("a bag");
+    fs::write(bench.path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("a file");
+    let said = text(&bench.run("convert cut.mcap samples.mcap").stderr);
+    assert_has(&said, "footfall convert writes a whole one");
+    let samples = |name: &str| {
+        let bytes = fs::read(bench.path(name)).expect("a bag");
+        let summary = mcap::Summary::read(&bytes).ok().flatten()?;
+        summary.stats.map(|stats| stats.message_count)
+    };
+    assert_eq!(samples("cut.mcap"), None);
+    assert!(samples("samples.mcap") > Some(500));
 }

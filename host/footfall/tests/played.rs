@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Bench, read, text};
+use crate::common::{Bench, assert_has, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
 
@@ -98,30 +98,27 @@ fn monitor_names_settings_of_other_feet() {
     let remark = "robot.toml has settings of walk, but there is other";
     assert!(shown.contains(remark), "{shown}");
     let error = failed(&bench, "file:other.csv@max --axes walk=x,y,z");
-    assert!(
-        error.contains("--axes names the foot walk, but there is other"),
-        "{error}"
-    );
+    assert_has(&error, "--axes names the foot walk, but there is other");
 }
 
 #[test]
 fn settings_of_no_recording_are_refused() {
     let bench = bench();
     for command in ["monitor", "view", "record -o x.mcap", "ros2"] {
-        let error = bench.error(&format!("{command} demo --config robot.toml"));
-        assert!(
-            error.contains("demo:feet=1 has no recording of an IMU: --config"),
-            "{error}"
-        );
+        for option in ["--config robot.toml", "--estimate-again"] {
+            bench.refuses(
+                &format!("{command} demo {option}"),
+                "demo:feet=1 has no recording of an IMU: ",
+            );
+        }
     }
     let frame = "(0.000001) can0 1A1#0000000000000000\n";
     fs::write(bench.path("can.log"), frame.repeat(3)).expect("a file");
     let error = failed(&bench, "file:can.log@max --config robot.toml");
-    assert!(
-        error.contains("can.log has contacts that feet sent"),
-        "{error}"
-    );
+    assert_has(&error, "can.log has contacts that feet sent");
     fs::write(bench.path("bad.toml"), "decision.threshold = 2\n").expect("a file");
-    let error = bench.error("monitor file:walk.csv@max --plain --config bad.toml");
-    assert!(error.contains("bad.toml, line 1"), "{error}");
+    bench.refuses(
+        "monitor file:walk.csv@max --plain --config bad.toml",
+        "bad.toml, line 1",
+    );
 }

@@ -1,17 +1,16 @@
 //! Tests of `footfall record` as a program.
 
 use std::fs;
-use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, read, samples, text};
+use crate::common::{AXES, Bench, assert_has, read, samples, text};
 use feet::feed::Fed;
 use feet::{Arrival, Feed};
 use wire::Foot as Position;
 
 /// Returns the reported message count of a topic.
-fn count(report: &str, topic: &str) -> u64 {
+pub fn count(report: &str, topic: &str) -> u64 {
     let line = report
         .lines()
         .find(|line| line.ends_with(&format!(" {topic}")));
@@ -37,13 +36,13 @@ fn recording_of_four_feet_is_complete_and_replayable() {
     assert!(count(&report, "/diagnostics") >= 40, "{report}");
     let output = bench.run("replay walk.mcap --topic all --json --estimate-again");
     let said = text(&output.stderr);
-    assert!(
-        said.contains("walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,"),
-        "{said}"
+    assert_has(
+        &said,
+        "walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,",
     );
-    assert!(
-        said.contains("which are not read: the estimate is computed again from the samples"),
-        "{said}"
+    assert_has(
+        &said,
+        "which are not read: the estimate is computed again from the samples",
     );
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let recordings = json["recordings"].as_array().expect("recordings");
@@ -84,68 +83,6 @@ fn absent_feet_of_compat_are_reported_as_in_swing() {
         assert_eq!(said, "", "{compat}");
         assert!(messages > 1000, "{compat}: {messages}");
     }
-}
-
-#[test]
-fn copy_of_a_bag_wants_a_place_for_each_foot() {
-    let bench = Bench::new();
-    let names = "--names 0x15=FL,0x16=R";
-    bench.stdout(&format!(
-        "record demo:feet=2,line=uart,seconds=3 {names} -o walk.mcap"
-    ));
-    // Copy without the contacts of the recording.
-    bench.stdout("convert walk.mcap imu.mcap --topic all");
-    let copy = "replay imu.mcap --topic all --output copy.mcap";
-    let said = bench.error(&format!("{copy} --compat champ"));
-    assert!(
-        said.contains("the foot L has no place of its own in the messages of all feet"),
-        "{said}"
-    );
-    let output = bench.run(&format!(
-        "{copy} --compat champ --not-topic /footfall/L/imu --rename R=FR"
-    ));
-    let said = text(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    let warning =
-        "footfall: the bag has no foot RL, RR: in messages of all feet each counts as in swing\n";
-    assert!(said.contains(warning), "{said}");
-    let said = text(&bench.run(copy).stderr);
-    assert!(!said.contains("of all feet"), "{said}");
-    for options in ["--compat champ", "--lowstate /lowstate"] {
-        let said = bench.error(&format!("replay imu.mcap --topic all {options}"));
-        let option = options.split(' ').next().expect("an option");
-        let expected = format!("footfall: {option} is for a copy of a bag: --output copy.mcap\n");
-        assert_eq!(said, expected);
-    }
-}
-
-#[test]
-fn truncated_recording_loses_only_its_end() {
-    let bench = Bench::new();
-    bench.run("record demo:feet=1,line=uart,seconds=6 -o whole.mcap");
-    let whole = fs::read(bench.path("whole.mcap")).expect("a recording");
-    let mut last = 0;
-    for part in 1..=40 {
-        let bytes = whole.len() * part / 40;
-        fs::write(bench.path("cut.mcap"), &whole[..bytes]).expect("a file");
-        let output = bench.run("replay cut.mcap --json");
-        let samples = if output.status.success() {
-            let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-            json["recordings"][0]["samples"].as_u64().expect("a count")
-        } else {
-            // Only the data before the first chunk is present.
-            assert_eq!(last, 0, "{}", text(&output.stderr));
-            0
-        };
-        assert!(samples >= last, "{samples} after {last} at {bytes} bytes");
-        let share = 6000 * part as u64 / 40;
-        assert!(
-            samples + 1500 >= share,
-            "{samples} of {share} at {bytes} bytes"
-        );
-        last = samples;
-    }
-    assert_eq!(last, 6000);
 }
 
 #[cfg(unix)]
@@ -225,9 +162,9 @@ fn foot_with_custom_id_is_recorded_when_named() {
     let bench = Bench::with("own.log", (0..100).map(contact).collect::<String>());
     let output = bench.run("record file:own.log@max -o none.mcap");
     let said = text(&output.stderr);
-    assert!(
-        said.contains("no foot was heard, but node 34 may be one: --node 34"),
-        "{said}"
+    assert_has(
+        &said,
+        "no foot was heard, but node 34 may be one: --node 34",
     );
     for (option, name) in [("--node 34", "node_34"), ("--names 34=FL", "FL")] {
         let report = bench.stdout(&format!("record file:own.log@max {option} -o {name}.mcap"));
@@ -240,45 +177,44 @@ fn foot_with_custom_id_is_recorded_when_named() {
 }
 
 #[test]
-fn existing_file_needs_overwrite_option() {
-    let bench = Bench::with("walk.mcap", "precious");
-    let output = bench.run("record demo:seconds=1 -o walk.mcap");
-    assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).contains("walk.mcap is there already"));
-    let read = |path: &Path| fs::read(path).expect("a file");
-    assert_eq!(read(&bench.path("walk.mcap")), b"precious");
-    let output = bench.run("record demo:seconds=1 -o walk.mcap --overwrite");
-    assert!(output.status.success());
-    assert!(read(&bench.path("walk.mcap")).starts_with(b"\x89MCAP0"));
-    let output = bench.run("record demo:seconds=1 -o -");
-    assert_eq!(output.status.code(), Some(1));
-    assert!(!bench.path("-").exists());
-    let output = bench.run("record demo:seconds=1 -o walk.bag");
-    assert!(
-        text(&output.stderr).contains(".mcap"),
-        "{}",
-        text(&output.stderr)
-    );
-    let output = bench.run("record file:none.log -o other.mcap");
-    assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).starts_with("footfall: none.log "));
-    assert!(!bench.path("other.mcap").exists());
+fn recorded_log_has_the_events_of_its_walk() {
+    let bench = Bench::new();
+    bench.stdout("demo --out walk");
+    let events = |recording: &str| -> Vec<String> {
+        let table = bench.stdout(&format!("replay {recording} --events -"));
+        let name = |row: &str| row.split(',').nth(1).expect("an event").to_owned();
+        table.lines().skip(1).map(name).collect()
+    };
+    let expected = events("walk/samples.csv");
+    assert_eq!(expected.len(), 32);
+    bench.stdout("record file:walk/can.log -o walk.mcap");
+    assert_eq!(events("walk.mcap"), expected);
 }
 
 #[test]
-fn invalid_source_never_replaces_a_file() {
+fn existing_file_is_replaced_on_request_by_a_valid_source_alone() {
     let bench = Bench::with("walk.mcap", "precious");
-    for (source, says) in [
-        ("walk.mcap", "it is the recording itself"),
-        ("none.log", "none.log cannot be read"),
+    for (arguments, expected) in [
+        ("demo:seconds=1 -o walk.mcap", "walk.mcap is there already"),
+        ("demo:seconds=1 -o -", "cannot be written"),
+        ("demo:seconds=1 -o walk.bag", ".mcap"),
+        ("file:none.log -o other.mcap", "footfall: none.log "),
+        (
+            "file:none.log -o walk.mcap --overwrite",
+            "none.log cannot be read",
+        ),
+        (
+            "file:walk.mcap -o walk.mcap --overwrite",
+            "it is the recording itself",
+        ),
     ] {
-        let output = bench.run(&format!("record file:{source} -o walk.mcap --overwrite"));
-        assert_eq!(output.status.code(), Some(1));
-        let said = text(&output.stderr);
-        assert!(said.contains(says), "{said}");
-        let kept = fs::read(bench.path("walk.mcap")).expect("a file");
-        assert_eq!(kept, b"precious", "{source}");
+        bench.refuses(&format!("record {arguments}"), expected);
+        assert_eq!(bench.files(), ["walk.mcap"]);
+        assert_eq!(read(&bench.path("walk.mcap")), "precious");
     }
+    bench.stdout("record demo:seconds=1 -o walk.mcap --overwrite");
+    let bytes = fs::read(bench.path("walk.mcap")).expect("a file");
+    assert!(bytes.starts_with(b"\x89MCAP0"));
 }
 
 /// Cells of the six axes in each row of a table of ours with times, without trailing columns.
@@ -372,6 +308,14 @@ fn implausible_unit_is_remarked_in_live_sources() {
     assert!(shown.contains(remark), "{shown}");
     let shown = bench.stdout("monitor --plain file:g.csv@max --units g");
     assert!(!shown.contains("looks like g"), "{shown}");
+    let rows = rows.replace(",1.0,", ",0.0,");
+    fs::write(bench.path("rest.csv"), format!("t,{AXES}\n{rows}")).expect("a file");
+    fs::write(bench.path("removed.toml"), "gravity = 'removed'\n").expect("a file");
+    let output = bench.run("record file:rest.csv --config removed.toml -o rest.mcap");
+    let said = text(&output.stderr);
+    let computed = "rest: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
+                    gravity by the estimated orientation\n";
+    assert!(said.contains(computed), "{said}");
 }
 
 #[test]
@@ -395,15 +339,9 @@ fn feet_of_a_bag_are_calibrated_each_by_itself() {
     let feet = json["feet"].as_object().expect("feet");
     assert_eq!(feet.keys().collect::<Vec<_>>(), ["L", "R"]);
     bench.stdout("replay feet.mcap --topic all --config robot.toml");
-    let said = bench.error("calibrate feet.mcap --topic all --plot all.svg");
-    assert!(
-        said.contains("--plot draws the amplitudes of one foot"),
-        "{said}"
-    );
     fs::write(bench.path("paper.toml"), "method = 'half_widths'\n").expect("a file");
-    let said = bench.error("calibrate feet.mcap --topic all --config paper.toml");
-    assert!(
-        said.contains("foot L: method = \"half_widths\" learns nothing"),
-        "{said}"
+    bench.refuses(
+        "calibrate feet.mcap --topic all --config paper.toml",
+        "foot L: method = \"half_widths\" learns nothing",
     );
 }

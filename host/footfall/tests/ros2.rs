@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::common::{Bench, text, unmet};
+use crate::common::{Bench, assert_has, text, unmet};
 use crate::domain::Domain;
 use crate::packages;
 use crate::packages::Packages;
@@ -134,10 +134,7 @@ fn ros_environment_variables_are_applied() {
             .expect("the program that was just built");
         let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
         assert!(output.status.success(), "{variable}: {stderr}");
-        assert!(
-            stdout.contains(" /dog/footfall/FL/contact\n"),
-            "{variable}: {stdout}"
-        );
+        assert_has(&stdout, " /dog/footfall/FL/contact\n");
         assert!(stdout.contains(" /diagnostics\n"), "{variable}: {stdout}");
     }
 }

@@ -5,67 +5,49 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use crate::common::{samples, text, wait_until};
+use crate::common::{Bench, read, samples, text, unmet, wait_until};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
 
-/// Runs a command in tmux until the terminal shows all of `words` and `then` has returned.
-fn on_a_terminal(
+/// Returns whether there is tmux; the test is unmet without.
+fn has_tmux() -> bool {
+    let has = Command::new("tmux").arg("-V").output().is_ok();
+    if !has {
+        unmet("tmux is not installed");
+    }
+    has
+}
+
+/// Runs a command until its terminal shows all of `words`, with a key at a time from the first picture on, and then ends
+/// it with q.
+fn watched(
+    bench: &Bench,
     command: &str,
-    (columns, rows): (u16, u16),
+    size: &str,
     keys: &[&str],
     words: &[&str],
     then: impl FnOnce(),
 ) {
-    let session = format!("footfall-{columns}x{rows}-{}", std::process::id());
-    let folder = tempfile::tempdir().expect("a folder");
-    let socket = folder.path().join("tmux");
-    let tmux = |arguments: &[&str]| {
-        let run = Command::new("tmux")
-            .arg("-S")
-            .arg(&socket)
-            .args(arguments)
-            .output();
-        run.expect("tmux runs")
-    };
-    let (x, y) = (columns.to_string(), rows.to_string());
-    let started = tmux(&[
-        "-f",
-        "/dev/null",
-        "new-session",
-        "-d",
-        "-s",
-        &session,
-        "-x",
-        &x,
-        "-y",
-        &y,
-        command,
-    ]);
-    assert!(started.status.success(), "{started:?}");
+    let session = Session::sized(bench, size, ":", &format!("exec {command}"));
     let mut keys = keys.iter();
-    wait_until(&format!("{words:?} at {columns}x{rows}"), || {
+    wait_until(&format!("{words:?} at {size}"), || {
         thread::sleep(Duration::from_millis(300));
-        let screen = text(&tmux(&["capture-pane", "-p", "-t", &session]).stdout);
+        let screen = session.screen();
         if screen.contains("stance")
             && let Some(key) = keys.next()
         {
-            tmux(&["send-keys", "-t", &session, key]);
+            session.tmux(&["send-keys", "-t", "foot", key]);
         }
         words.iter().all(|word| screen.contains(word))
     });
     then();
-    tmux(&["send-keys", "-t", &session, "q"]);
-    wait_until("the end by q", || {
-        !tmux(&["has-session", "-t", &session]).status.success()
-    });
-    tmux(&["kill-server"]);
+    session.end(&["send-keys", "-t", "foot", "q"]);
 }
 
 #[test]
 fn terminal_shows_four_feet_and_handles_keys() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
     let words = [
         "FL",
@@ -77,29 +59,38 @@ fn terminal_shows_four_feet_and_handles_keys() {
         "mark 1",
         "paused",
     ];
-    let command = format!("{PROGRAM} monitor demo:feet=4");
-    for size in [(80, 24), (200, 55)] {
-        on_a_terminal(&command, size, &["m", "Space"], &words, || ());
+    for size in ["80x24", "200x55"] {
+        let command = format!("{PROGRAM} monitor demo:feet=4");
+        watched(
+            &Bench::new(),
+            &command,
+            size,
+            &["m", "Space"],
+            &words,
+            || (),
+        );
     }
 }
 
 #[test]
 fn key_starts_a_recording_and_quitting_ends_it() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
-    let bench = crate::common::Bench::new();
+    let bench = Bench::new();
     std::fs::write(bench.path("footfall-1.mcap"), "taken").expect("a file");
-    let folder = bench.path("");
-    let command = format!(
-        "cd {} && {PROGRAM} monitor demo:line=uart",
-        folder.display()
-    );
-    let keys = ["r", "m", "m", "m", "m"];
+    let command = format!("{PROGRAM} monitor demo:line=uart");
     let words = ["recording to footfall-2.mcap", "mark 4"];
-    on_a_terminal(&command, (110, 30), &keys, &words, || {
-        bench.wait_for_samples("footfall-2.mcap", IMU, 500);
-    });
+    watched(
+        &bench,
+        &command,
+        "110x30",
+        &["r", "m", "m", "m", "m"],
+        &words,
+        || {
+            bench.wait_for_samples("footfall-2.mcap", IMU, 500);
+        },
+    );
     assert!(samples_in(&bench, "footfall-2.mcap") > 500);
 }
 
@@ -107,7 +98,7 @@ fn key_starts_a_recording_and_quitting_ends_it() {
 const IMU: &str = "/footfall/FL/imu";
 
 /// Number of IMU samples of the foot FL in a recording, which must be complete.
-fn samples_in(bench: &crate::common::Bench, file: &str) -> u64 {
+fn samples_in(bench: &Bench, file: &str) -> u64 {
     let output = bench.run(&format!("replay {file} --topic {IMU} --json"));
     // A recording without an end would be remarked.
     let remarks = text(&output.stderr);
@@ -120,12 +111,12 @@ fn samples_in(bench: &crate::common::Bench, file: &str) -> u64 {
 
 #[test]
 fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
     // Closed terminals send SIGHUP, which `nohup` and some shells keep from their programs.
     for on_hang_up in ["-", "''"] {
-        let bench = crate::common::Bench::new();
+        let bench = Bench::new();
         let command = format!("exec {PROGRAM} monitor demo");
         let session = Session::begin(&bench, &format!("trap {on_hang_up} HUP"), &command);
         session.wait_for("stance");
@@ -138,54 +129,67 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
 
 #[test]
 fn picture_on_a_closed_terminal_is_no_crash() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
-    let bench = crate::common::Bench::new();
+    let bench = Bench::new();
     // The shell outlives the terminal, too, to note how the program ends.
     let command = format!("{PROGRAM} monitor demo; echo $? > status");
     let session = Session::begin(&bench, "trap '' HUP", &command);
     session.wait_for("stance");
     session.end(&["kill-server"]);
-    assert_eq!(crate::common::read(&bench.path("status")), "0\n");
+    assert_eq!(read(&bench.path("status")), "0\n");
 }
 
 /// Program in a terminal of its own, named `foot`.
 struct Session<'a> {
-    bench: &'a crate::common::Bench,
+    bench: &'a Bench,
     command: String,
 }
 
 impl<'a> Session<'a> {
     /// Runs `before` and then `command` in the folder of a bench, as the only process of a terminal.
-    fn begin(bench: &'a crate::common::Bench, before: &str, command: &str) -> Self {
+    fn begin(bench: &'a Bench, before: &str, command: &str) -> Self {
+        Self::sized(bench, "80x24", before, command)
+    }
+
+    /// The same in a terminal with this number of columns and rows.
+    fn sized(bench: &'a Bench, size: &str, before: &str, command: &str) -> Self {
         let folder = bench.path("");
         let command = format!(
             "{before}; cd {} && echo $$ > pid && {command}",
             folder.display()
         );
         let session = Self { bench, command };
-        session.tmux(&[
+        let (columns, rows) = size.split_once('x').expect("columns and rows");
+        let start = [
             "-f",
             "/dev/null",
             "new-session",
             "-d",
             "-s",
             "foot",
-            &session.command,
-        ]);
+            "-x",
+            columns,
+            "-y",
+            rows,
+        ];
+        session.tmux(&[&start[..], &[&session.command]].concat());
         session
     }
 
-    /// Waits until the terminal shows a text.
-    fn wait_for(&self, text: &str) {
+    fn screen(&self) -> String {
         let mut tmux = Command::new("tmux");
         tmux.arg("-S").arg(self.bench.path("tmux"));
         tmux.args(["capture-pane", "-p", "-t", "foot"]);
-        wait_until(&format!("{text} of {}", self.command), || {
+        text(&tmux.output().expect("tmux runs").stdout)
+    }
+
+    /// Waits until the terminal shows a text.
+    fn wait_for(&self, shown: &str) {
+        wait_until(&format!("{shown} of {}", self.command), || {
             thread::sleep(Duration::from_millis(100));
-            let screen = tmux.output().expect("tmux runs").stdout;
-            crate::common::text(&screen).contains(text)
+            self.screen().contains(shown)
         });
     }
 
@@ -200,7 +204,7 @@ impl<'a> Session<'a> {
         wait_until("a process id", || {
             std::fs::read(self.bench.path("pid")).is_ok_and(|pid| pid.ends_with(b"\n"))
         });
-        crate::common::read(&self.bench.path("pid"))
+        read(&self.bench.path("pid"))
     }
 
     fn process(&self) -> PathBuf {
@@ -219,11 +223,7 @@ impl<'a> Session<'a> {
 }
 
 /// Runs `command` in a terminal, which is closed when `is_ready` returns; asserts that the process ends.
-fn end_with_a_closed_terminal(
-    bench: &crate::common::Bench,
-    command: &str,
-    is_ready: impl FnOnce(&Session),
-) {
+fn end_with_a_closed_terminal(bench: &Bench, command: &str, is_ready: impl FnOnce(&Session)) {
     let session = Session::begin(bench, ":", &format!("exec {command}"));
     is_ready(&session);
     session.end(&["kill-session", "-t", "foot"]);
@@ -231,8 +231,8 @@ fn end_with_a_closed_terminal(
 
 #[test]
 fn commands_without_a_picture_end_with_their_terminal() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
     for (arguments, shown) in [
         ("monitor demo --plain", "missing 0"),
@@ -240,7 +240,7 @@ fn commands_without_a_picture_end_with_their_terminal() {
         #[cfg(feature = "foxglove")]
         ("view demo --port 0", "serving"),
     ] {
-        let bench = crate::common::Bench::new();
+        let bench = Bench::new();
         let command = format!("{PROGRAM} {arguments}");
         end_with_a_closed_terminal(&bench, &command, |session| session.wait_for(shown));
     }
@@ -249,10 +249,10 @@ fn commands_without_a_picture_end_with_their_terminal() {
 #[cfg(feature = "ros2")]
 #[test]
 fn ros_node_ends_with_its_terminal() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
-    let bench = crate::common::Bench::new();
+    let bench = Bench::new();
     let domain = crate::domain::Domain::take();
     let command = format!(
         "{PROGRAM} ros2 demo --network 127.0.0.1 --domain-id {}",
@@ -272,11 +272,11 @@ fn ros_node_ends_with_its_terminal() {
 
 #[test]
 fn recording_is_complete_after_its_terminal_was_closed() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
     for line in ["can", "uart"] {
-        let bench = crate::common::Bench::new();
+        let bench = Bench::new();
         let record = format!("record demo:line={line},speed=1 -o walk.mcap");
         end_with_a_closed_terminal(&bench, &format!("{PROGRAM} {record}"), |_| {
             bench.wait_for_samples("walk.mcap", IMU, 50);
@@ -287,10 +287,10 @@ fn recording_is_complete_after_its_terminal_was_closed() {
 
 #[test]
 fn signal_restores_the_terminal() {
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return crate::common::unmet("tmux is not installed");
+    if !has_tmux() {
+        return;
     }
-    let bench = crate::common::Bench::new();
+    let bench = Bench::new();
     let monitor = format!("sh -c 'echo $$ > pid; exec {PROGRAM} monitor demo'");
     let command = format!("{monitor}; stty -a; read answer");
     let session = Session::begin(&bench, ":", &command);

@@ -13,7 +13,7 @@
 //! | the estimator applied to a recording | [`replay`] |
 //! | tables of samples and estimates | [`output`], `parquet_output` |
 //! | tables of samples in Parquet | `parquet_samples` |
-//! | rows of any kind in Parquet, read and written | `parquet_rows` |
+//! | rows of any table in Parquet | `parquet_rows` |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | numbers in messages | [`number`] |
 
@@ -25,11 +25,9 @@ pub mod mounting;
 pub mod number;
 pub mod output;
 #[cfg(feature = "parquet")]
-mod parquet_encoder;
-#[cfg(feature = "parquet")]
 pub mod parquet_output;
 #[cfg(feature = "parquet")]
-pub mod parquet_rows;
+mod parquet_rows;
 #[cfg(feature = "parquet")]
 pub mod parquet_samples;
 pub mod plausible;

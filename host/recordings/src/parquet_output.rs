@@ -10,54 +10,32 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::sync::Arc;
 
-use arrow_array::builder::{
-    ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
-};
-use arrow_array::types::Int32Type;
-use arrow_schema::{DataType, Field, Schema};
+use arrow_schema::{DataType, Field};
 use estimator_core::{ContactEstimate, Decision, Flag};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError;
 
 use crate::output::{FOOT, HEADER, TableFeet, numbers, seconds};
-use crate::parquet_encoder::{BATCH, Encoder};
-
-/// Numbers of a row between `t` and `state`.
-const NUMBERS: usize = 20;
-
-type Texts = StringDictionaryBuilder<Int32Type>;
+use crate::parquet_rows::{BATCH, Cell, Encoder, ParquetRows, text};
 
 /// A table of estimates that is being written. Its memory is that of a row group.
 pub struct ParquetEstimates<W: Write> {
-    encoder: Encoder<W>,
-    names: Option<Texts>,
-    t: Float64Builder,
-    numbers: Vec<Float32Builder>,
-    state: Texts,
-    decision: UInt8Builder,
-    flags: Texts,
+    rows: ParquetRows<W>,
+    feet: TableFeet,
 }
 
 impl<W: Write> ParquetEstimates<W> {
-    /// Starts a table without rows.
+    /// Begins a table.
     ///
     /// # Errors
-    /// Any error of the writer.
+    /// Any error of the encoder.
     pub fn new(to: W, feet: TableFeet) -> io::Result<Self> {
-        let column = match feet {
-            TableFeet::One => None,
-            TableFeet::Several => Some(FOOT),
-        };
+        let foot = (feet == TableFeet::Several).then(|| text(FOOT));
+        let fields = foot.into_iter().chain(HEADER.split(',').map(field));
         Ok(Self {
-            encoder: Encoder::new(to, Arc::new(schema(column)))?,
-            names: column.map(|_| Texts::new()),
-            t: Float64Builder::new(),
-            numbers: (0..NUMBERS).map(|_| Float32Builder::new()).collect(),
-            state: Texts::new(),
-            decision: UInt8Builder::new(),
-            flags: Texts::new(),
+            rows: ParquetRows::new(to, fields.collect())?,
+            feet,
         })
     }
 
@@ -72,45 +50,37 @@ impl<W: Write> ParquetEstimates<W> {
         estimate: &ContactEstimate,
         start_us: i64,
     ) -> io::Result<()> {
-        if let Some(names) = &mut self.names {
-            names.append_value(name.unwrap_or_default());
-        }
-        self.t.append_value(seconds(estimate.timestamp, start_us));
-        for (builder, number) in self.numbers.iter_mut().zip(numbers(estimate)) {
-            builder.append_option((!number.is_nan()).then_some(number));
-        }
-        self.state.append_value(estimate.phase.name());
+        let name = (self.feet == TableFeet::Several).then(|| Cell::Text(name.unwrap_or_default()));
+        let known = |number: f32| Cell::Number((!number.is_nan()).then_some(number));
         let is_stable = estimate.decision == Decision::Stable;
-        self.decision.append_value(u8::from(is_stable));
         let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
-        self.flags.append_value(flags.join("|"));
-        if self.t.len() == BATCH {
-            self.encode()?;
-        }
-        Ok(())
+        let flags = flags.join("|");
+        let row = name.into_iter();
+        let row = row.chain([Cell::Seconds(seconds(estimate.timestamp, start_us))]);
+        let row = row.chain(numbers(estimate).map(known));
+        self.rows.add(row.chain([
+            Cell::Text(estimate.phase.name()),
+            Cell::Digit(Some(u8::from(is_stable))),
+            Cell::Text(&flags),
+        ]))
     }
 
-    /// Writes the pending rows and the end of the file.
+    /// Writes the rest, and returns the writer.
     ///
     /// # Errors
-    /// Any error of the writer.
-    pub fn finish(mut self) -> io::Result<W> {
-        self.encode()?;
-        self.encoder.finish()
+    /// Any error of the encoder or of the writer.
+    pub fn finish(self) -> io::Result<W> {
+        self.rows.finish()
     }
+}
 
-    /// Encodes the pending rows.
-    fn encode(&mut self) -> io::Result<()> {
-        let mut columns: Vec<&mut dyn ArrayBuilder> = Vec::new();
-        columns.extend(self.names.iter_mut().map(|names| names as _));
-        columns.push(&mut self.t);
-        columns.extend(self.numbers.iter_mut().map(|numbers| numbers as _));
-        columns.extend([
-            &mut self.state as _,
-            &mut self.decision as _,
-            &mut self.flags as _,
-        ]);
-        self.encoder.write_built(columns)
+/// Column of a name in [`HEADER`].
+fn field(column: &str) -> Field {
+    match column {
+        "state" | "flags" => text(column),
+        "t" => Field::new(column, DataType::Float64, false),
+        "decision" => Field::new(column, DataType::UInt8, false),
+        _ => Field::new(column, DataType::Float32, true),
     }
 }
 
@@ -137,29 +107,12 @@ pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
     encoder.map_or(Ok(()), |encoder| encoder.finish().map(|_| ()))
 }
 
-fn schema(name: Option<&'static str>) -> Schema {
-    let text = || DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
-    let field = |column: &str| {
-        let data_type = match column {
-            "state" | "flags" => text(),
-            "t" => DataType::Float64,
-            "decision" => DataType::UInt8,
-            _ => DataType::Float32,
-        };
-        let is_number = data_type == DataType::Float32;
-        Field::new(column, data_type, is_number)
-    };
-    let name = name.map(|name| Field::new(name, text(), false));
-    let fields = name.into_iter().chain(HEADER.split(',').map(field));
-    Schema::new(fields.collect::<Vec<_>>())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parquet_encoder::ROW_GROUP;
+    use crate::parquet_rows::ROW_GROUP;
     use arrow_array::cast::AsArray;
-    use arrow_array::types::{Float32Type, Float64Type, UInt8Type};
+    use arrow_array::types::{Float32Type, Float64Type, Int32Type, UInt8Type};
     use arrow_array::{Array, ArrayRef, RecordBatch};
     use estimator_core::{
         AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Timestamp,
@@ -172,7 +125,7 @@ mod tests {
 
     /// An estimate whose numbers are all different.
     fn estimate(k: usize) -> ContactEstimate {
-        let number = |place: usize| (k * NUMBERS + place) as f32 / 3.0;
+        let number = |place: usize| (20 * k + place) as f32 / 3.0;
         ContactEstimate {
             timestamp: Timestamp::from_micros(1_500_001 * k as u64),
             probabilities: Probabilities {

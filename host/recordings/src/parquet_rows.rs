@@ -1,171 +1,156 @@
-//! Rows of any serde type in Parquet, in typed columns.
-//!
-//! Field names are column names. A nullable column is an `Option`, and `None` if the file lacks it.
+//! Tables in Parquet, written row by row. Their memory is that of a row group.
 
-use std::fs::File;
 use std::io::{self, Write};
+use std::mem;
 use std::sync::Arc;
 
-use arrow_json::ArrayWriter;
-use arrow_json::reader::{Decoder, ReaderBuilder};
-use arrow_schema::{ArrowError, Schema};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use arrow_array::builder::{
+    ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
+};
+use arrow_array::types::Int32Type;
+use arrow_array::{ArrayRef, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
+use parquet::arrow::ArrowWriter;
+use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use parquet::file::properties::WriterProperties;
 
-use crate::input::table::parquet::guarded::guarded;
-use crate::parquet_encoder::{BATCH, Encoder};
+/// Number of rows that are encoded at a time.
+pub(crate) const BATCH: usize = 8192;
 
-pub use arrow_schema::{DataType, Field};
+/// Number of rows of a row group.
+pub(crate) const ROW_GROUP: usize = 16 * BATCH;
 
-/// A table of rows that is being written.
-pub struct ParquetRows<W: Write> {
+/// Program in the metadata of a file.
+const WRITTEN_BY: &str = concat!("footfall version ", env!("CARGO_PKG_VERSION"));
+
+/// Encoder of a file, batch by batch.
+pub(crate) struct Encoder<W: Write> {
+    to: W,
+    writer: ArrowWriter<Vec<u8>>,
+    schema: Arc<Schema>,
+}
+
+impl<W: Write> Encoder<W> {
+    pub(crate) fn new(to: W, schema: Arc<Schema>) -> io::Result<Self> {
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_created_by(WRITTEN_BY.to_owned())
+            .set_max_row_group_row_count(Some(ROW_GROUP))
+            .build();
+        let writer = ArrowWriter::try_new(Vec::new(), schema.clone(), Some(properties));
+        Ok(Self {
+            to,
+            writer: writer.map_err(io::Error::from)?,
+            schema,
+        })
+    }
+
+    pub(crate) fn write(&mut self, batch: &RecordBatch) -> io::Result<()> {
+        self.writer.write(batch).map_err(io::Error::from)?;
+        self.to.write_all(&mem::take(self.writer.inner_mut()))
+    }
+
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        let rest = self.writer.into_inner().map_err(io::Error::from)?;
+        self.to.write_all(&rest)?;
+        self.to.flush()?;
+        Ok(self.to)
+    }
+}
+
+/// Value of a row in one column; `None` where it is not known.
+pub(crate) enum Cell<'a> {
+    /// Time, s.
+    Seconds(f64),
+    Number(Option<f32>),
+    Digit(Option<u8>),
+    Text(&'a str),
+}
+
+/// Values of a column that wait for their batch.
+enum Column {
+    Seconds(Float64Builder),
+    Number(Float32Builder),
+    Digit(UInt8Builder),
+    Text(StringDictionaryBuilder<Int32Type>),
+}
+
+impl Column {
+    fn of(data_type: &DataType) -> Self {
+        match data_type {
+            DataType::Float64 => Self::Seconds(Float64Builder::new()),
+            DataType::Float32 => Self::Number(Float32Builder::new()),
+            DataType::UInt8 => Self::Digit(UInt8Builder::new()),
+            _ => Self::Text(StringDictionaryBuilder::new()),
+        }
+    }
+
+    fn push(&mut self, cell: &Cell<'_>) {
+        match (self, cell) {
+            (Self::Seconds(column), Cell::Seconds(value)) => column.append_value(*value),
+            (Self::Number(column), Cell::Number(value)) => column.append_option(*value),
+            (Self::Digit(column), Cell::Digit(value)) => column.append_option(*value),
+            (Self::Text(column), Cell::Text(value)) => column.append_value(value),
+            _ => {}
+        }
+    }
+
+    fn finish(&mut self) -> ArrayRef {
+        match self {
+            Self::Seconds(column) => ArrayBuilder::finish(column),
+            Self::Number(column) => ArrayBuilder::finish(column),
+            Self::Digit(column) => ArrayBuilder::finish(column),
+            Self::Text(column) => ArrayBuilder::finish(column),
+        }
+    }
+}
+
+/// Table that is written.
+pub(crate) struct ParquetRows<W: Write> {
     encoder: Encoder<W>,
-    decoder: Decoder,
+    columns: Vec<Column>,
     waiting: usize,
 }
 
 impl<W: Write> ParquetRows<W> {
-    /// Starts a table of these columns, without rows.
-    ///
-    /// # Errors
-    /// Any error of the writer, or two columns of the same name.
-    pub fn new(to: W, columns: Vec<Field>) -> io::Result<Self> {
-        let schema = Arc::new(Schema::new(columns));
+    /// Begins a table with these columns, of the types of a [`Cell`].
+    pub(crate) fn new(to: W, fields: Vec<Field>) -> io::Result<Self> {
+        let columns = fields.iter().map(|field| Column::of(field.data_type()));
         Ok(Self {
-            encoder: Encoder::new(to, schema.clone())?,
-            decoder: ReaderBuilder::new(schema)
-                .with_batch_size(BATCH)
-                .build_decoder()
-                .map_err(io_error)?,
+            columns: columns.collect(),
+            encoder: Encoder::new(to, Arc::new(Schema::new(fields)))?,
             waiting: 0,
         })
     }
 
-    /// Appends a row.
-    ///
-    /// # Errors
-    /// Any error of the writer, or a field of another type than its column.
-    pub fn add(&mut self, row: &impl Serialize) -> io::Result<()> {
-        self.decoder.serialize(&[row]).map_err(io_error)?;
+    /// Adds a row, a cell for each column.
+    pub(crate) fn add<'a>(&mut self, row: impl IntoIterator<Item = Cell<'a>>) -> io::Result<()> {
+        let cells = self.columns.iter_mut().zip(row);
+        cells.for_each(|(column, cell)| column.push(&cell));
         self.waiting += 1;
-        if self.waiting == BATCH {
-            self.encode()?;
+        match self.waiting {
+            BATCH => self.encode(),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
-    /// Writes the pending rows and the end of the file.
-    ///
-    /// # Errors
-    /// Any error of the writer.
-    pub fn finish(mut self) -> io::Result<W> {
+    pub(crate) fn finish(mut self) -> io::Result<W> {
         self.encode()?;
         self.encoder.finish()
     }
 
     fn encode(&mut self) -> io::Result<()> {
         self.waiting = 0;
-        match self.decoder.flush().map_err(io_error)? {
-            Some(batch) => self.encoder.write(&batch),
-            None => Ok(()),
-        }
+        let columns = self.columns.iter_mut().map(Column::finish).collect();
+        let batch = RecordBatch::try_new(self.encoder.schema.clone(), columns);
+        let batch = batch.map_err(ParquetError::from).map_err(io::Error::from)?;
+        self.encoder.write(&batch)
     }
 }
 
-/// Reads all rows of a file.
-///
-/// # Errors
-/// The file cannot be read, is not valid Parquet, or lacks a required column.
-pub fn read<T: DeserializeOwned>(file: File) -> io::Result<Vec<T>> {
-    let json = guarded(|| -> io::Result<Vec<u8>> {
-        let rows = ParquetRecordBatchReaderBuilder::try_new(file).map_err(io::Error::from)?;
-        let rows = rows.build().map_err(io::Error::from)?;
-        let mut writer = ArrayWriter::new(Vec::new());
-        for batch in rows {
-            writer.write(&batch.map_err(io_error)?).map_err(io_error)?;
-        }
-        writer.finish().map_err(io_error)?;
-        Ok(writer.into_inner())
-    });
-    let json = json.unwrap_or_else(|| Err(io::ErrorKind::InvalidData.into()))?;
-    Ok(serde_json::from_slice(&json)?)
-}
-
-fn io_error(error: ArrowError) -> io::Error {
-    ParquetError::from(error).into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde::Deserialize;
-    use std::io::{Seek, SeekFrom};
-
-    #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-    struct Row {
-        name: String,
-        count: u64,
-        number: f64,
-        single: Option<f32>,
-        yes: bool,
-        words: Vec<String>,
-    }
-
-    fn columns() -> Vec<Field> {
-        let words = Field::new("item", DataType::Utf8, false);
-        vec![
-            Field::new("name", DataType::Utf8, false),
-            Field::new("count", DataType::UInt64, false),
-            Field::new("number", DataType::Float64, false),
-            Field::new("single", DataType::Float32, true),
-            Field::new("yes", DataType::Boolean, false),
-            Field::new("words", DataType::List(Arc::new(words)), false),
-        ]
-    }
-
-    fn row(k: u64) -> Row {
-        Row {
-            name: format!("walk \"{k}\"\n"),
-            count: u64::MAX - k,
-            number: 1.0e-7 / (k as f64 + 0.3),
-            single: k.is_multiple_of(3).then_some(k as f32 / 7.0),
-            yes: k.is_multiple_of(2),
-            words: (0..k % 3).map(|word| word.to_string()).collect(),
-        }
-    }
-
-    fn written(rows: &[Row]) -> File {
-        let mut table = ParquetRows::new(tempfile::tempfile().unwrap(), columns()).unwrap();
-        rows.iter().for_each(|row| table.add(row).unwrap());
-        let mut file = table.finish().unwrap();
-        file.seek(SeekFrom::Start(0)).unwrap();
-        file
-    }
-
-    #[test]
-    fn rows_read_back_bit_exact_over_all_batches() {
-        let rows: Vec<Row> = (0..BATCH as u64 + 10).map(row).collect();
-        assert!(read::<Row>(written(&rows)).unwrap() == rows);
-        assert!(read::<Row>(written(&[])).unwrap().is_empty());
-    }
-
-    #[test]
-    fn damaged_file_is_an_error() {
-        let mut file = written(&[row(1), row(2)]);
-        let length = file.metadata().unwrap().len();
-        for place in (0..length).step_by(7) {
-            let mut damaged = Vec::new();
-            file.seek(SeekFrom::Start(0)).unwrap();
-            io::copy(&mut file, &mut damaged).unwrap();
-            damaged[place as usize] ^= 0xff;
-            let mut copy = tempfile::tempfile().unwrap();
-            copy.write_all(&damaged).unwrap();
-            // Either rows or an error, but no panic.
-            let _ = read::<Row>(copy);
-        }
-        let cut = tempfile::tempfile().unwrap();
-        assert!(read::<Row>(cut).is_err());
-    }
+/// Column of a text with few values.
+pub(crate) fn text(name: &str) -> Field {
+    let data_type = DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
+    Field::new(name, data_type, false)
 }

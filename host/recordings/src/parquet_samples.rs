@@ -9,97 +9,56 @@
 //! | `validity` | text, dictionary |
 
 use std::io::{self, Write};
-use std::sync::Arc;
 
 use crate::samples::recording::{Label, RecordedSample};
 use crate::samples::space::components;
 use crate::samples::validity::name_of;
-use arrow_array::builder::{
-    ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
-};
-use arrow_array::types::Int32Type;
-use arrow_schema::{DataType, Field, Schema};
+use arrow_schema::{DataType, Field};
 use estimator_core::{Axis, Load};
 
 use crate::output::seconds;
-use crate::parquet_encoder::{BATCH, Encoder};
+use crate::parquet_rows::{Cell, ParquetRows, text};
 
 /// A recording that is being written. Its memory is that of a row group.
-pub struct ParquetSamples<W: Write> {
-    encoder: Encoder<W>,
-    t: Float64Builder,
-    axes: [Float32Builder; 6],
-    force: Float32Builder,
-    label: UInt8Builder,
-    validity: StringDictionaryBuilder<Int32Type>,
-}
+pub struct ParquetSamples<W: Write>(ParquetRows<W>);
 
 impl<W: Write> ParquetSamples<W> {
-    /// Starts a recording without samples.
+    /// Begins a table.
     ///
     /// # Errors
-    /// Any error of the writer.
+    /// Any error of the encoder.
     pub fn new(to: W) -> io::Result<Self> {
-        Ok(Self {
-            encoder: Encoder::new(to, Arc::new(schema()))?,
-            t: Float64Builder::new(),
-            axes: Default::default(),
-            force: Float32Builder::new(),
-            label: UInt8Builder::new(),
-            validity: StringDictionaryBuilder::new(),
-        })
+        let mut fields = vec![Field::new("t", DataType::Float64, false)];
+        fields.extend(Axis::ALL.map(|axis| Field::new(axis.name(), DataType::Float32, false)));
+        fields.push(Field::new("force", DataType::Float32, true));
+        fields.push(Field::new("label", DataType::UInt8, true));
+        fields.push(text("validity"));
+        Ok(Self(ParquetRows::new(to, fields)?))
     }
 
-    /// Appends a sample; `start_us` is the time of the recording's clock at timestamp 0, µs.
+    /// Adds a sample; `start_us` is the time of the recording's clock at timestamp 0, µs.
     ///
     /// # Errors
-    /// Any error of the writer.
+    /// Any error of the encoder or of the writer.
     pub fn add(&mut self, sample: &RecordedSample, start_us: i64) -> io::Result<()> {
         let imu = &sample.imu;
-        self.t.append_value(seconds(imu.timestamp, start_us));
-        let force = components(imu.specific_force.0).into_iter();
-        let values = force.chain(components(imu.angular_rate.0));
-        for (builder, value) in self.axes.iter_mut().zip(values) {
-            builder.append_value(value);
-        }
-        self.force.append_option(sample.load.map(|Load(load)| load));
+        let axes = components(imu.specific_force.0).into_iter();
+        let axes = axes.chain(components(imu.angular_rate.0));
         let label = sample.label.map(|label| u8::from(label == Label::Stable));
-        self.label.append_option(label);
-        self.validity.append_value(name_of(imu.validity));
-        if self.t.len() == BATCH {
-            self.encode()?;
-        }
-        Ok(())
+        let row = [Cell::Seconds(seconds(imu.timestamp, start_us))].into_iter();
+        let row = row.chain(axes.map(|axis| Cell::Number(Some(axis))));
+        self.0.add(row.chain([
+            Cell::Number(sample.load.map(|Load(load)| load)),
+            Cell::Digit(label),
+            Cell::Text(name_of(imu.validity)),
+        ]))
     }
 
-    /// Writes the pending rows and the end of the file.
+    /// Writes the rest, and returns the writer.
     ///
     /// # Errors
-    /// Any error of the writer.
-    pub fn finish(mut self) -> io::Result<W> {
-        self.encode()?;
-        self.encoder.finish()
+    /// Any error of the encoder or of the writer.
+    pub fn finish(self) -> io::Result<W> {
+        self.0.finish()
     }
-
-    /// Encodes the pending rows.
-    fn encode(&mut self) -> io::Result<()> {
-        let mut columns: Vec<&mut dyn ArrayBuilder> = vec![&mut self.t];
-        columns.extend(self.axes.iter_mut().map(|axis| axis as _));
-        columns.extend([
-            &mut self.force as _,
-            &mut self.label as _,
-            &mut self.validity as _,
-        ]);
-        self.encoder.write_built(columns)
-    }
-}
-
-fn schema() -> Schema {
-    let text = DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
-    let mut fields = vec![Field::new("t", DataType::Float64, false)];
-    fields.extend(Axis::ALL.map(|axis| Field::new(axis.name(), DataType::Float32, false)));
-    fields.push(Field::new("force", DataType::Float32, true));
-    fields.push(Field::new("label", DataType::UInt8, true));
-    fields.push(Field::new("validity", text, false));
-    Schema::new(fields)
 }

@@ -1,7 +1,5 @@
 //! Pages written by other programs: earlier ones, later ones, and ones with a longer or a shorter record.
 
-use std::future::Future;
-
 use embedded_storage_async::nor_flash as asynchronous;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
@@ -53,22 +51,18 @@ fn map(flash: Flash) -> Map {
     MapStorage::new(Earlier(flash), config, Cache::new_uncached())
 }
 
-fn done<T>(future: impl Future<Output = T>) -> T {
-    at_once(future)
-}
-
 /// Content of the flash after another program has stored a record.
 fn stored_by_another(flash: Flash, record: &[u8]) -> Flash {
     let mut map = map(flash);
     let mut buffer = [0; PAGE];
-    done(map.store_item(&mut buffer, &0, &record)).expect("it has power");
+    at_once(map.store_item(&mut buffer, &0, &record)).expect("it has power");
     map.destroy().0.0
 }
 
 /// Record read by an earlier program, with a sufficient buffer.
 fn read_by_another(flash: Flash) -> Option<Vec<u8>> {
     let mut buffer = [0; PAGE];
-    let item = done(map(flash).fetch_item::<&[u8]>(&mut buffer, &0));
+    let item = at_once(map(flash).fetch_item::<&[u8]>(&mut buffer, &0));
     item.expect("sound").map(<[u8]>::to_vec)
 }
 

@@ -25,7 +25,6 @@ use crate::error::Error;
 use crate::files::write_file;
 use crate::json::Described;
 use crate::messages::{detail, warn};
-use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
 use crate::targets::{self, Target};
@@ -39,7 +38,7 @@ pub struct CalibrateArguments {
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
     /// Find accelerometer bias and scale and gyroscope bias instead
-    #[arg(long, conflicts_with_all = ["plot", "axes"], help_heading = ESTIMATOR)]
+    #[arg(long, conflicts_with = "axes", help_heading = ESTIMATOR)]
     pub rests: bool,
     /// Write what is found as settings of this foot: the table [feet.NAME]
     #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new(), requires = "output", help_heading = OUTPUT)]
@@ -50,9 +49,6 @@ pub struct CalibrateArguments {
     /// Write a file for --config: what --config set before, with what was found in its place
     #[arg(long, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
-    /// Draw how the amplitudes are distributed at rest and in motion, which is an SVG
-    #[arg(long, value_name = "OUT.svg", help_heading = OUTPUT)]
-    pub plot: Option<PathBuf>,
     /// Print the report as one JSON object
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
@@ -97,9 +93,7 @@ impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         targets::check_inputs(&self.inputs)?;
         let configuration = self.output.as_deref().map(Target::Configuration);
-        let picture = self.plot.as_deref().map(Target::Picture);
-        let all: Vec<_> = configuration.into_iter().chain(picture).collect();
-        targets::check(&self.inputs, &all)?;
+        targets::check(&self.inputs, configuration.as_slice())?;
         let resolved = self.recording.resolved(None)?;
         if self.rests {
             self.calibrate_sensor(&resolved)
@@ -161,11 +155,6 @@ impl CalibrateArguments {
         let hints = self.hints(resolved)?;
         let inputs = self.recordings(&hints);
         let report = self.learn_foot(resolved, self.foot.as_deref(), &hints, inputs)?;
-        if let Some(path) = &self.plot {
-            write_file(path, |to| {
-                to.write_all(plot::distribution::svg(&report.report)?.as_bytes())
-            })?;
-        }
         self.write_outputs(resolved, &report, |file| {
             set_learnt(file.of_foot(self.foot.clone()), &report)
         })
@@ -173,9 +162,6 @@ impl CalibrateArguments {
 
     /// Calibrates each foot of the recordings.
     fn learn_feet(&self, resolved: &Resolved) -> Result<(), Error> {
-        if self.plot.is_some() {
-            return Err(Error::PlotOfSeveral);
-        }
         let hints = self.recording.reading.hints(resolved)?;
         let mut inputs: BTreeMap<String, Vec<Input>> = BTreeMap::new();
         for input in &self.inputs {
@@ -315,7 +301,6 @@ impl CalibrateArguments {
             let text = set(file).text();
             write_file(path, |to| to.write_all(text.as_bytes()))?;
         }
-        let written = self.output.iter().chain(&self.plot);
-        print(report, SummaryStyle::of(self.json), written).map_err(Error::Print)
+        print(report, SummaryStyle::of(self.json), &self.output).map_err(Error::Print)
     }
 }

@@ -47,8 +47,7 @@ pub const VIEW_EXAMPLES: &str = "\
 Examples:
   footfall view demo:feet=4
   footfall view uart:/dev/ttyACM0 --host 0.0.0.0
-  footfall view --layout foxglove > footfall.json
-  footfall view --layout plotjuggler --feet L,R > footfall.xml";
+  footfall view --layout foxglove > footfall.json";
 
 /// Examples of `footfall calibrate`.
 pub const CALIBRATE_EXAMPLES: &str = "\

@@ -11,10 +11,8 @@ use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
 use crate::feature::Feature;
 use crate::report::print_text;
-use crate::view::pages::pages;
 #[cfg(feature = "foxglove")]
 use crate::view::serving::serve;
-use crate::view::{foxglove_layout, plotjuggler_layout};
 
 /// Arguments of `footfall view`.
 #[derive(Debug, Args)]
@@ -41,18 +39,9 @@ pub struct ViewArguments {
     /// Stop after this time; Ctrl-C stops it, too. The end of a played file does not
     #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
     pub seconds: Option<f64>,
-    /// Print a layout that the viewer opens, and serve nothing
+    /// Print a layout of the feet FL, FR, RL and RR that the viewer opens, and serve nothing
     #[arg(long, value_name = "VIEWER", conflicts_with = "source")]
     pub layout: Option<Viewer>,
-    /// The names of the feet in the layout
-    #[arg(
-        long,
-        value_name = "NAME,...",
-        value_delimiter = ',',
-        conflicts_with = "source",
-        default_value = "FL,FR,RL,RR"
-    )]
-    pub feet: Vec<String>,
 }
 
 /// A program that shows what is served.
@@ -67,13 +56,12 @@ pub enum Viewer {
 }
 
 impl Viewer {
-    /// Returns the layout for feet with these names.
+    /// Returns a layout for the feet FL, FR, RL and RR.
     #[must_use]
-    pub fn layout(self, feet: &[String]) -> String {
-        let pages = pages(feet);
+    pub const fn layout(self) -> &'static str {
         match self {
-            Self::Foxglove => foxglove_layout::layout(&pages),
-            Self::Plotjuggler => plotjuggler_layout::layout(&pages),
+            Self::Foxglove => include_str!("../../../../docs/layouts/foxglove.json"),
+            Self::Plotjuggler => include_str!("../../../../docs/layouts/plotjuggler.xml"),
         }
     }
 }
@@ -81,7 +69,7 @@ impl Viewer {
 impl ViewArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         if let Some(viewer) = self.layout {
-            return print_text(&viewer.layout(&self.feet)).map_err(Error::Print);
+            return print_text(viewer.layout()).map_err(Error::Print);
         }
         let Some(source) = self.source else {
             return Ok(());

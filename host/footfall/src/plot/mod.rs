@@ -14,7 +14,6 @@
 //! [`page`] shows several feet with zoom.
 
 mod decimate;
-pub mod distribution;
 pub mod page;
 mod series;
 
@@ -37,7 +36,7 @@ pub use series::Collector;
 /// Width of the picture in user units; viewers may scale it.
 const WIDTH: u32 = 1600;
 /// Height of the title line.
-pub const TITLE_HEIGHT: u32 = 56;
+const TITLE_HEIGHT: u32 = 56;
 /// Height of a legend row: lines in the first, labels and states in the second.
 const LEGEND_HEIGHT: u32 = 40;
 const PANEL_HEIGHT: u32 = 210;
@@ -46,7 +45,7 @@ const TIME_AXIS_HEIGHT: u32 = 66;
 const BOTTOM_MARGIN: u32 = 12;
 const LEFT_MARGIN: u32 = 16;
 /// Width of the numbers and the title of a vertical axis.
-pub const VALUE_AXIS_WIDTH: u32 = 104;
+const VALUE_AXIS_WIDTH: u32 = 104;
 const RIGHT_MARGIN: u32 = 40;
 /// Left end and width of the data area, pixels.
 const PLOT_LEFT: i32 = (LEFT_MARGIN + VALUE_AXIS_WIDTH) as i32;
@@ -57,19 +56,19 @@ const PANEL_GAP: u32 = 18;
 /// Font family only: the viewer picks the font.
 const FONT: &str = "sans-serif";
 /// Font size of a title.
-pub const TITLE_SIZE: u32 = 32;
+const TITLE_SIZE: u32 = 32;
 /// Font size of axis titles and legends.
-pub const TEXT_SIZE: u32 = 24;
+const TEXT_SIZE: u32 = 24;
 /// Font size of axis numbers.
-pub const NUMBER_SIZE: u32 = 22;
+const NUMBER_SIZE: u32 = 22;
 
 const LOAD_COLOUR: RGBColor = RGBColor(64, 64, 64);
 /// Colour of the first line: the tangential probability.
-pub const TANGENTIAL_COLOUR: RGBColor = RGBColor(0, 114, 178);
+const TANGENTIAL_COLOUR: RGBColor = RGBColor(0, 114, 178);
 /// Colour of the second line: the vertical probability.
-pub const VERTICAL_COLOUR: RGBColor = RGBColor(213, 94, 0);
+const VERTICAL_COLOUR: RGBColor = RGBColor(213, 94, 0);
 /// Colour of the third line: the probability.
-pub const TOTAL_COLOUR: RGBColor = RGBColor(0, 158, 115);
+const TOTAL_COLOUR: RGBColor = RGBColor(0, 158, 115);
 const LABEL_COLOUR: RGBColor = BLACK;
 const SWING_SHADE: RGBColor = RGBColor(230, 230, 230);
 const QUIET_SWING_SHADE: RGBColor = RGBColor(196, 220, 238);
@@ -80,13 +79,13 @@ const SHADE_COLUMN: u32 = 3;
 /// Position of the labels above the total probability, as values on its axis.
 const TRACK: Range<f64> = 1.1..1.22;
 /// Colour of a grid.
-pub const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
+const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
 
 /// A part of a picture.
-pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Result of drawing.
-pub type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
+type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// Figure of one recording, drawn once all samples are added.
 pub struct RecordingPlot {
@@ -239,8 +238,7 @@ fn time_title(start_us: i64) -> String {
 }
 
 /// Returns the text style of a font size, one of the size constants of this module.
-#[must_use]
-pub fn text_style(size: u32) -> TextStyle<'static> {
+fn text_style(size: u32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&BLACK)
 }
 
@@ -370,8 +368,7 @@ fn draw_panel(
 }
 
 /// Formats a number on an axis without trailing decimals.
-#[must_use]
-pub fn tick(value: &f64) -> String {
+fn tick(value: &f64) -> String {
     // Ticks are multiples of a power of ten, except for rounding.
     let rounded = (value * 1.0e6).round() / 1.0e6;
     // Avoids "-0".

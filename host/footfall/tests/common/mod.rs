@@ -90,6 +90,12 @@ impl Bench {
         text(&output.stderr)
     }
 
+    /// Runs a command that must fail, and say this.
+    #[track_caller]
+    pub fn refuses(&self, arguments: &str, expected: &str) {
+        assert_has(&self.error(arguments), expected);
+    }
+
     /// Waits until a file exists.
     pub fn wait_for(&self, name: &str) {
         wait_until(name, || self.path(name).exists());
@@ -148,4 +154,10 @@ pub fn unmet(missing: &str) {
     let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
     assert!(!required, "{missing}");
     eprintln!("not checked: {missing}");
+}
+
+/// Asserts that a text has a part.
+#[track_caller]
+pub fn assert_has(text: &str, part: &str) {
+    assert!(text.contains(part), "no {part:?} in:\n{text}");
 }

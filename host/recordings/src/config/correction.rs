@@ -2,34 +2,16 @@
 
 use crate::input::Correction;
 use crate::number::shown;
-use estimator_core::{AccelerometerCorrection, Mounting};
-use serde::Deserialize;
+use estimator_core::Vec3;
 
-use super::{AccelerationAxes, AngularRateAxes, ParameterRefusal};
-
-/// Systematic errors of an accelerometer.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(default, deny_unknown_fields)]
-pub struct AccelerometerOverrides {
-    /// Reading in free fall, m/s²; −5 to 5.
-    pub bias_m_s2: AccelerationAxes,
-    /// Factor of its readings after the bias is subtracted; 0.5 to 2.
-    pub scale: AccelerationAxes,
-}
-
-/// Systematic errors of a gyroscope.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(default, deny_unknown_fields)]
-pub struct GyroscopeOverrides {
-    /// Reading at rest, rad/s; −1 to 1. Subtracted from the first sample on; the bias that the
-    /// estimator learns comes on top.
-    pub bias_rad_s: AngularRateAxes,
-}
+use super::ParameterRefusal;
 
 /// Limits of a key with three axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     pub key: &'static str,
+    /// The numbers in a correction.
+    pub of: fn(&mut Correction) -> &mut Vec3,
     pub axes: [&'static str; 3],
     pub unit: &'static str,
     pub least: f32,
@@ -41,6 +23,7 @@ pub(super) struct Limits {
 
 pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
     key: "accelerometer.bias_m_s2",
+    of: |correction| &mut correction.accelerometer.bias,
     axes: ["ax", "ay", "az"],
     unit: "m/s²",
     least: -5.0,
@@ -51,6 +34,7 @@ pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
 
 pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
     key: "accelerometer.scale",
+    of: |correction| &mut correction.accelerometer.scale,
     axes: ["ax", "ay", "az"],
     unit: "",
     least: 0.5,
@@ -61,6 +45,7 @@ pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
 
 pub(super) const GYROSCOPE_BIAS: Limits = Limits {
     key: "gyroscope.bias_rad_s",
+    of: |correction| &mut correction.gyroscope_bias,
     axes: ["wx", "wy", "wz"],
     unit: "rad/s",
     least: -1.0,
@@ -69,46 +54,15 @@ pub(super) const GYROSCOPE_BIAS: Limits = Limits {
     meaning: "what the gyroscope that recorded reads at rest",
 };
 
-/// Returns the correction set by the keys of a table of a file, over another one; the table ends with a dot.
-pub(super) fn correction(
-    mut correction: Correction,
-    (accelerometer, gyroscope, axes): (
-        &AccelerometerOverrides,
-        &GyroscopeOverrides,
-        Option<Mounting>,
-    ),
-    (file, table): (&str, &str),
-) -> Result<Correction, ParameterRefusal> {
-    let Correction {
-        accelerometer: AccelerometerCorrection { bias, scale },
-        gyroscope_bias,
-        mounting,
-    } = &mut correction;
-    *mounting = axes.unwrap_or(*mounting);
-    let AccelerationAxes { ax, ay, az } = &accelerometer.bias_m_s2;
-    let AccelerationAxes {
-        ax: sx,
-        ay: sy,
-        az: sz,
-    } = &accelerometer.scale;
-    let AngularRateAxes { wx, wy, wz } = &gyroscope.bias_rad_s;
-    for (limits, vector, values) in [
-        (&ACCELEROMETER_BIAS, bias, [ax, ay, az]),
-        (&ACCELEROMETER_SCALE, scale, [sx, sy, sz]),
-        (&GYROSCOPE_BIAS, gyroscope_bias, [wx, wy, wz]),
-    ] {
-        let parts = [&mut vector.x, &mut vector.y, &mut vector.z];
-        for ((part, value), axis) in parts.into_iter().zip(values).zip(limits.axes) {
-            if let Some(value) = *value {
-                *part = limits.checked((file, table), axis, value)?;
-            }
-        }
+impl PartialEq for Limits {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
     }
-    Ok(correction)
 }
 
 impl Limits {
-    fn checked(
+    /// Checks a value; `file` and the table, with a dot at its end, name it in the error.
+    pub(super) fn checked(
         &self,
         (file, table): (&str, &str),
         axis: &str,

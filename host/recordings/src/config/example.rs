@@ -60,8 +60,11 @@ fn note(key: &Key, params: &Params) -> Option<&'static str> {
             "An example; footfall calibrate writes all of [learnt]. Default: a cold start",
         );
     }
-    if key.used().ends_with("only") {
-        let is_refused = params.method == Method::SelfCalibrating && key.path != "learning";
+    if ["bandwidth.", "half_width.", "window"]
+        .iter()
+        .any(|of| key.path.starts_with(of))
+    {
+        let is_refused = params.method == Method::SelfCalibrating;
         return is_refused.then_some("With method = \"half_widths\" only, else refused");
     }
     match key.path.as_str() {

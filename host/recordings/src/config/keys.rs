@@ -2,12 +2,11 @@
 //! from the estimator's table of limits.
 
 use crate::number::shown;
-use estimator_core::{Learnt, Mounting, Parameter, Params, Row, parameter};
+use estimator_core::{Axis, Learnt, Mounting, Parameter, Params, Row, parameter};
 use wire::dictionary::{self, Address};
 
 use super::correction::{ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS, Limits};
 use super::notation::Notation;
-use super::numbers::split_axis;
 use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text, word_of};
 
 /// A key of a configuration file.
@@ -15,12 +14,12 @@ use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text,
 pub struct Key {
     /// Name, including the tables it is in.
     pub path: String,
-    kind: Kind,
+    pub(super) kind: Kind,
 }
 
 /// Kind of value behind a key.
 #[derive(Clone, Debug, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     /// A number, or one for each of a sensor's axes.
     Numbers(Vec<Parameter>),
     Gravity,
@@ -34,10 +33,6 @@ enum Kind {
     Learnt(usize),
     Correction(Limits),
 }
-
-/// Use of the keys of the method with half-widths.
-const HALF_WIDTHS_ONLY: &str = "the density estimate, with method = \"half_widths\" only";
-const SELF_CALIBRATING_ONLY: &str = "learning, with method = \"self_calibrating\" only";
 
 /// Example of learnt numbers.
 const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [
@@ -89,6 +84,21 @@ pub fn keys() -> Vec<Key> {
         name.starts_with("decision.") || name.starts_with("load.")
     });
     all.extend(numbers.map(|number| key(&of_foot(number.name()), Kind::Numbers(vec![number]))));
+    all
+}
+
+/// Returns the keys that a foot can have values of its own for, without the table of the foot.
+pub(super) fn keys_of_a_foot() -> Vec<Key> {
+    const TABLES: [&str; 6] = [
+        "axes",
+        "learnt",
+        "accelerometer",
+        "gyroscope",
+        "decision",
+        "load",
+    ];
+    let mut all = keys();
+    all.retain(|key| TABLES.contains(&key.path.split('.').next().unwrap_or_default()));
     all
 }
 
@@ -213,31 +223,6 @@ impl Key {
         }
     }
 
-    /// Returns the part of the estimation that uses the key.
-    #[must_use]
-    pub fn used(&self) -> &'static str {
-        match &self.kind {
-            Kind::Numbers(_) => match self.of_all_feet().split('.').next() {
-                Some("bandwidth" | "half_width") => HALF_WIDTHS_ONLY,
-                Some("decision") => "the decision: columns decision and state",
-                Some("load") => "the state, where there is a load signal",
-                Some("velocity") => "sigma_v",
-                Some("attitude") => "the attitude filter: orientation, gravity, gyroscope bias",
-                _ => "all of the estimator, where the recording does not tell",
-            },
-            Kind::Gravity => "the attitude filter, which takes gravity out where it is there",
-            Kind::Axes => "the readings, after [accelerometer] and [gyroscope]",
-            Kind::Method => "the probabilities",
-            Kind::Learning => SELF_CALIBRATING_ONLY,
-            Kind::Learnt(_) => {
-                "the start, with method = \"self_calibrating\" only; all of [learnt] or nothing"
-            }
-            Kind::Window => HALF_WIDTHS_ONLY,
-            Kind::GyroTiming => "the attitude filter: orientation, gravity, gyroscope bias",
-            Kind::Correction(_) => "the readings, before all else: (reading - bias) * scale",
-        }
-    }
-
     /// Returns the path of the same key for all feet.
     fn of_all_feet(&self) -> &str {
         self.path.strip_prefix(OF_FOOT).unwrap_or(&self.path)
@@ -253,8 +238,16 @@ impl Key {
     }
 }
 
+/// Splits the name of a number of one axis into the key of all axes and the axis.
+pub(super) fn split_axis(name: &str) -> (&str, Option<&str>) {
+    match name.rsplit_once('.') {
+        Some((key, axis)) if Axis::ALL.iter().any(|of| of.name() == axis) => (key, Some(axis)),
+        _ => (name, None),
+    }
+}
+
 /// Returns the axis of a number; empty if it has none.
-fn axis(number: Parameter) -> &'static str {
+pub(super) fn axis(number: Parameter) -> &'static str {
     split_axis(number.name()).1.unwrap_or_default()
 }
 

@@ -85,134 +85,49 @@
 //! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,
 //! `_m`, `_m_s`, `_m_s2` or `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
-mod axes;
 mod correction;
 mod example;
 mod keys;
 mod learnt;
 mod notation;
-mod numbers;
 mod position;
 mod preset;
 mod refusal;
 mod resolved;
+mod settings;
 mod value;
 
 use std::collections::BTreeMap;
 use std::io;
 
 use crate::input::{Correction, is_among};
-use estimator_core::{Gravity, Learning, Method, Mounting, Params, WindowLength};
-use serde::{Deserialize, Deserializer};
+use estimator_core::Params;
 use thiserror::Error;
 use toml::de::DeTable;
 
-pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
-pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
 pub use example::example;
 pub use keys::{Key, keys};
 pub use learnt::{ClassesValues, LearntValues};
-pub use numbers::Numbers;
 pub use position::Position;
 pub use preset::{Preset, default_params};
 pub use refusal::{Origins, ParameterRefusal, RateOrigin};
 pub use resolved::{ConfigFile, NoSuchFoot, Resolved};
+pub use settings::Settings;
 pub use value::{
     FootAxes, GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity,
     parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_seconds,
     parse_window, window_text, word_of,
 };
 
-use value::checked_sample_rate;
+use settings::Reader;
 
-/// A configuration file: what it sets differs from the preset, the rest does not.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(default, deny_unknown_fields)]
+/// A configuration file.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
-    /// Sample rate in Hz, where the recording does not say it, as [`parse_sample_rate`] takes it.
-    #[serde(deserialize_with = "sample_rate")]
-    pub sample_rate_hz: Option<f32>,
-    /// Whether samples contain gravity.
-    #[serde(deserialize_with = "gravity")]
-    pub gravity: Option<Gravity>,
-    /// How the axes of the sensor that recorded lie in the foot, as [`parse_axes`] reads it.
-    #[serde(deserialize_with = "axes")]
-    pub axes: Option<Mounting>,
-    /// Where the limits of stillness come from, as [`parse_method`] reads it.
-    #[serde(deserialize_with = "method")]
-    pub method: Option<Method>,
-    /// Whether the foot goes on learning, as [`parse_learning`] reads it.
-    #[serde(deserialize_with = "learning")]
-    pub learning: Option<Learning>,
-    /// Values learnt earlier, for a warm start.
-    pub learnt: Option<LearntValues>,
-    /// Length of the window, as [`parse_window`] reads it.
-    #[serde(deserialize_with = "window")]
-    pub window: Option<WindowLength>,
-    /// Kernel standard deviations h.
-    pub bandwidth: SensorOverrides,
-    /// Half-widths δ.
-    pub half_width: SensorOverrides,
-    /// The attitude filter.
-    #[serde(deserialize_with = "numbers::attitude")]
-    pub attitude: Numbers,
-    /// Systematic errors of the accelerometer that recorded.
-    pub accelerometer: AccelerometerOverrides,
-    /// Systematic errors of the gyroscope that recorded.
-    pub gyroscope: GyroscopeOverrides,
-    /// The debounced decision.
-    #[serde(deserialize_with = "numbers::decision")]
-    pub decision: Numbers,
-    /// The load trigger.
-    #[serde(deserialize_with = "numbers::load")]
-    pub load: Numbers,
-    /// The zero-velocity measurement.
-    #[serde(deserialize_with = "numbers::velocity")]
-    pub velocity: Numbers,
-    /// Settings of single feet, by name; they override those of the file for all feet.
-    pub feet: BTreeMap<String, FootOverrides>,
-}
-
-/// Settings of one foot, in a table such as `[feet.FL]`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(default, deny_unknown_fields)]
-pub struct FootOverrides {
-    /// Mounting of the sensor in the foot, as [`parse_axes`] reads it.
-    #[serde(deserialize_with = "axes")]
-    pub axes: Option<Mounting>,
-    /// Learnt values of the foot: a warm start.
-    pub learnt: Option<LearntValues>,
-    /// Errors of the accelerometer.
-    pub accelerometer: AccelerometerOverrides,
-    /// Errors of the gyroscope.
-    pub gyroscope: GyroscopeOverrides,
-    /// The debounced decision.
-    #[serde(deserialize_with = "numbers::decision")]
-    pub decision: Numbers,
-    /// The load trigger: the zero of a foot's sensor is its own.
-    #[serde(deserialize_with = "numbers::load")]
-    pub load: Numbers,
-}
-
-impl FootOverrides {
-    /// Applies the settings to `params`, which have those of all feet.
-    pub(crate) fn apply(&self, params: &mut Params) {
-        set(
-            &mut params.learnt,
-            self.learnt.map(|learnt| Some(learnt.into())),
-        );
-        for numbers in [&self.decision, &self.load] {
-            numbers.apply(params);
-        }
-    }
-
-    /// Returns the numbers, by their names in the estimator's table of limits.
-    pub(crate) fn numbers(&self) -> BTreeMap<&'static str, f32> {
-        let numbers = self.decision.iter().chain(self.load.iter());
-        numbers
-            .map(|(number, value)| (number.name(), value))
-            .collect()
-    }
+    /// Settings for all feet.
+    pub all: Settings,
+    /// Settings of single feet, by name; they override those for all feet.
+    pub feet: BTreeMap<String, Settings>,
 }
 
 /// Error of a configuration file.
@@ -248,7 +163,7 @@ pub struct KeyError {
     pub message: String,
 }
 
-/// Number of errors after which no further one is looked for.
+/// Number of errors that are shown.
 const MOST_ERRORS: usize = 20;
 
 impl Overrides {
@@ -257,34 +172,37 @@ impl Overrides {
     /// # Errors
     /// The errors of all keys, each with its line, or the first of the syntax.
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
-        // The parser stops at the first error: it reads the rest without that line.
-        let mut rest = text.to_owned();
-        let mut errors: Vec<KeyError> = Vec::new();
-        loop {
-            let error = match toml::from_str(&rest) {
-                Ok(overrides) if errors.is_empty() => return Ok(overrides),
-                Ok(_) => break,
-                Err(error) => error,
-            };
-            let is_syntax = DeTable::parse(&rest).is_err();
-            if is_syntax && !errors.is_empty() {
-                break;
+        let mut reader = Reader::default();
+        let all = match DeTable::parse(text) {
+            Ok(table) => reader.all(table.get_ref()),
+            Err(error) => {
+                let at = error.span().map_or(0, |span| span.start);
+                reader
+                    .errors
+                    .push((at, error.message().trim().replace('\n', ", ")));
+                Settings::default()
             }
-            let start = error.span().map_or(0, |span| span.start.min(text.len()));
-            let position = Position::of_byte(text, start);
-            errors.push(KeyError {
+        };
+        if reader.errors.is_empty() {
+            return Ok(Self {
+                all,
+                feet: reader.feet,
+            });
+        }
+        reader.errors.sort_by_key(|(at, _)| *at);
+        let errors = reader.errors.into_iter().take(MOST_ERRORS);
+        let errors = errors.map(|(at, message)| {
+            let position = Position::of_byte(text, at);
+            KeyError {
                 file: file.to_owned(),
                 position,
                 key: key_on_line(text, position.line),
-                message: (error.message().trim())
-                    .replace('\n', ", ")
-                    .replace("expected f32", "expected a number"),
-            });
-            if is_syntax || errors.len() == MOST_ERRORS || !blank_key(&mut rest, position.line) {
-                break;
+                message,
             }
-        }
-        Err(ConfigError::Wrong { errors })
+        });
+        Err(ConfigError::Wrong {
+            errors: errors.collect(),
+        })
     }
 
     /// Returns the correction of the sensor's errors and its mounting in the foot; `file` names the file in
@@ -293,8 +211,7 @@ impl Overrides {
     /// # Errors
     /// A value out of range.
     pub fn correction(&self, file: &str) -> Result<Correction, ParameterRefusal> {
-        let of_all = (&self.accelerometer, &self.gyroscope, self.axes);
-        correction::correction(Correction::NONE, of_all, (file, ""))
+        self.all.corrected(Correction::NONE, (file, ""))
     }
 
     /// Returns the corrections of single feet, by name; `file` names the file in errors.
@@ -313,10 +230,8 @@ impl Overrides {
             }
         }
         let feet = self.feet.iter().map(|(name, foot)| {
-            let of_foot = (&foot.accelerometer, &foot.gyroscope, foot.axes);
             let table = format!("feet.{name}.");
-            let correction = correction::correction(all, of_foot, (file, &table))?;
-            Ok((name.clone(), correction))
+            Ok((name.clone(), foot.corrected(all, (file, &table))?))
         });
         feet.collect()
     }
@@ -330,83 +245,10 @@ impl Overrides {
         }
     }
 
-    /// Applies the settings of the file to `params`.
+    /// Applies the settings for all feet to `params`.
     pub fn apply(&self, params: &mut Params) {
-        set(&mut params.sample_rate, self.sample_rate_hz);
-        set(&mut params.gravity, self.gravity);
-        set(&mut params.method, self.method);
-        set(&mut params.learning, self.learning);
-        set(
-            &mut params.learnt,
-            self.learnt.map(|learnt| Some(learnt.into())),
-        );
-        set(&mut params.window, self.window);
-        self.bandwidth.apply(&mut params.bandwidth);
-        self.half_width.apply(&mut params.half_width);
-        for numbers in [&self.attitude, &self.decision, &self.load, &self.velocity] {
-            numbers.apply(params);
-        }
+        self.all.apply(params);
     }
-}
-
-fn set<T: Copy>(field: &mut T, value: Option<T>) {
-    if let Some(value) = value {
-        *field = value;
-    }
-}
-
-fn sample_rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
-    let rate = f32::deserialize(deserializer)?;
-    checked_sample_rate(rate)
-        .map(Some)
-        .map_err(serde::de::Error::custom)
-}
-
-/// Reads a value that is written as a word.
-fn word<'de, D: Deserializer<'de>, T>(
-    deserializer: D,
-    parse: impl FnOnce(&str) -> Result<T, String>,
-) -> Result<Option<T>, D::Error> {
-    let text = String::deserialize(deserializer)?;
-    parse(&text).map(Some).map_err(serde::de::Error::custom)
-}
-
-fn window<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WindowLength>, D::Error> {
-    word(deserializer, parse_window)
-}
-
-fn method<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Method>, D::Error> {
-    word(deserializer, parse_method)
-}
-
-fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Learning>, D::Error> {
-    word(deserializer, parse_learning)
-}
-
-fn axes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Mounting>, D::Error> {
-    word(deserializer, parse_axes)
-}
-
-fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>, D::Error> {
-    word(deserializer, parse_gravity)
-}
-
-/// Replaces the key on a line (from 1) by a blank line; returns whether the line has one: without the header of a table,
-/// what follows would be in another.
-fn blank_key(text: &mut String, line: usize) -> bool {
-    let begin = text
-        .split_inclusive('\n')
-        .take(line - 1)
-        .map(str::len)
-        .sum();
-    let length = text[begin..].find('\n').unwrap_or(text.len() - begin);
-    let old = &text[begin..begin + length];
-    if old.trim().is_empty() || old.trim_start().starts_with('[') {
-        return false;
-    }
-    let blank = " ".repeat(length);
-    text.replace_range(begin..begin + length, &blank);
-    true
 }
 
 /// Returns the key on a line (from 1), with the table it is in.

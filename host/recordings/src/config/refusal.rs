@@ -6,10 +6,10 @@ use crate::replay::CAPACITY;
 use estimator_core::{Method, Parameter, Params, ParamsError, WindowLength};
 use thiserror::Error;
 
+use super::keys::split_axis;
 use super::notation::Notation;
-use super::numbers::split_axis;
 use super::position::Position;
-use super::{FootOverrides, Overrides, SensorOverrides};
+use super::{Overrides, Settings};
 
 /// Error of the parameters that result from preset, configuration file, recording and options: one sentence with
 /// the source of the parameter, its value, unit and range.
@@ -105,16 +105,16 @@ impl Origins<'_> {
                 return Err(refusal);
             }
         }
-        let nothing = SensorOverrides::default();
+        let all = &self.overrides.all;
         let (set, way) = if params.method == Method::HalfWidths {
             return Ok(());
         } else if self.window.is_some() {
             ("--window".to_owned(), "leave it out")
-        } else if self.overrides.half_width != nothing {
+        } else if all.has("half_width") {
             (self.in_file("half_width"), "remove the table")
-        } else if self.overrides.bandwidth != nothing {
+        } else if all.has("bandwidth") {
             (self.in_file("bandwidth"), "remove the table")
-        } else if self.overrides.window.is_some() {
+        } else if all.window.is_some() {
             (self.in_file("window"), "remove it")
         } else {
             return Ok(());
@@ -162,7 +162,7 @@ impl Origins<'_> {
     /// Describes an error that the table of a foot causes; `None` if it has other causes.
     fn explain_foot(
         &self,
-        (foot, own): (&str, &FootOverrides),
+        (foot, own): (&str, &Settings),
         error: &ParamsError,
         params: &Params,
     ) -> Option<ParameterRefusal> {
@@ -175,10 +175,9 @@ impl Origins<'_> {
         else {
             return None;
         };
-        let numbers = own.numbers();
         let (on_threshold, off_threshold) = (params.load.on_threshold, params.load.off_threshold);
         let is_load = *field == Parameter::LoadOffThreshold.name() && off_threshold > on_threshold;
-        if is_load && numbers.keys().any(|name| name.starts_with("load.")) {
+        if is_load && own.has("load") {
             return Some(ParameterRefusal::new(format!(
                 "{} has an off_threshold of {}, which is above the on_threshold, {}: \
                  a load that ends a stance must not exceed the one that starts it",
@@ -187,7 +186,10 @@ impl Origins<'_> {
                 shown(on_threshold),
             )));
         }
-        let (name, _) = numbers.get_key_value(field)?;
+        let mut set = Parameter::ALL
+            .into_iter()
+            .filter(|number| own.get(*number).is_some());
+        let name = set.find(|number| number.name() == *field)?.name();
         let key = self.in_file(&format!("feet.{foot}.{name}"));
         let sentence = out_of_range(&key, name, [*value, *min, *max]);
         Some(ParameterRefusal::new(sentence))
@@ -195,7 +197,7 @@ impl Origins<'_> {
 
     /// Describes an off-threshold above the on-threshold; names both, as either may be the preset's.
     fn explain_load(&self, params: &Params) -> String {
-        let load = &self.overrides.load;
+        let all = &self.overrides.all;
         let origin = |set: Option<f32>| match (set, self.file) {
             (Some(_), Some(file)) => file.to_owned(),
             _ => "preset".to_owned(),
@@ -204,14 +206,14 @@ impl Origins<'_> {
             "load.off_threshold is {} ({}), which is above load.on_threshold, {} ({}): \
              a load that ends a stance must not exceed the one that starts it",
             shown(params.load.off_threshold),
-            origin(load.get(Parameter::LoadOffThreshold)),
+            origin(all.get(Parameter::LoadOffThreshold)),
             shown(params.load.on_threshold),
-            origin(load.get(Parameter::LoadOnThreshold)),
+            origin(all.get(Parameter::LoadOnThreshold)),
         )
     }
 
     fn window_name(&self) -> String {
-        match (self.window, self.overrides.window) {
+        match (self.window, self.overrides.all.window) {
             (Some(_), _) => "--window".to_owned(),
             (None, Some(_)) => self.in_file("window"),
             (None, None) => "the preset's window".to_owned(),

@@ -89,8 +89,10 @@ impl Resolved {
             axes.set(&mut correction, &mut foot_corrections);
         }
         Ok(Hints {
-            sample_rate: self.sample_rate.or(self.overrides.sample_rate_hz),
-            gravity: self.gravity.or(self.overrides.gravity),
+            sample_rate: self
+                .sample_rate
+                .or(self.overrides.all.get(Parameter::SampleRate)),
+            gravity: self.gravity.or(self.overrides.all.gravity),
             correction,
             foot_corrections,
             table,
@@ -118,7 +120,10 @@ impl Resolved {
             overrides: &self.overrides,
             window: self.window,
             recording,
-            sample_rate: match (self.sample_rate, self.overrides.sample_rate_hz) {
+            sample_rate: match (
+                self.sample_rate,
+                self.overrides.all.get(Parameter::SampleRate),
+            ) {
                 (Some(_), _) => RateOrigin::Option,
                 (None, Some(_)) => RateOrigin::Configuration,
                 (None, None) => RateOrigin::Recording,

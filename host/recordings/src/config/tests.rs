@@ -4,8 +4,8 @@ use crate::input::Format;
 
 use super::*;
 use estimator_core::{
-    AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
-    VelocityParams,
+    AttitudeParams, DecisionParams, Gravity, GyroTiming, Learning, Learnt, LoadParams, Method,
+    PerAxis, RestParams, VelocityParams, WindowLength,
 };
 
 fn applied(text: &str) -> Params {

@@ -3,38 +3,32 @@
 use super::*;
 use estimator_core::{Flag, Flags, LinearAcceleration, Phase, Probabilities, Quaternion, Vec3};
 
-/// Motion of a foot during some milliseconds.
-#[derive(Clone, Copy)]
-enum Does {
-    Stands,
-    /// Swings with this phase.
-    Swings(Phase),
-    /// Slides along the ground with this acceleration, m/s².
-    Slides(Phase, f32),
-    /// Rolls about its toe: the sensor moves along the ground, and the foot is inclined by 5°.
-    Rolls,
-    /// Moves up and down on the spot.
-    Sinks,
-    /// Moves unseen: the samples are unusable.
-    Hides,
-    /// The same with a load.
-    HidesLoaded,
-}
-
-use Does::{Hides, HidesLoaded, Rolls, Sinks, Slides, Stands, Swings};
-
-/// Phase without a load.
-const NONE: Phase = Phase::Unknown;
-
-fn estimate(does: Does, ms: u64) -> ContactEstimate {
-    let (decision, phase, stable, tangential, vertical, along) = match does {
-        Stands => (Decision::Stable, NONE, 0.95, 1.0, 1.0, 0.0),
-        Swings(phase) => (Decision::NotStable, phase, 0.0, 0.0, 0.0, 5.0),
-        Slides(phase, along) => (Decision::NotStable, phase, 0.1, 0.1, 0.9, along),
-        Rolls => (Decision::NotStable, NONE, 0.1, 0.1, 0.9, 1.0),
-        Sinks => (Decision::NotStable, Phase::Slip, 0.3, 0.95, 0.3, 0.0),
-        Hides => (Decision::NotStable, NONE, 0.0, 0.0, 0.0, 0.0),
-        HidesLoaded => (Decision::NotStable, Phase::Slip, 0.0, 0.0, 0.0, 0.0),
+/// Estimate of a foot that does this:
+///
+/// | letter | it |
+/// |---|---|
+/// | `s` | stands |
+/// | `f`, `F` | swings; with a load signal |
+/// | `a`, `b`, `+`, `-`, `L` | slides with 1, 2, 2.5 or −1.5 m/s², with 1 m/s² and a load |
+/// | `c` | slides with −2 m/s² |
+/// | `r` | rolls about its toe: the sensor moves along the ground, and the foot is inclined by 5° |
+/// | `v` | moves up and down on the spot |
+/// | `h`, `H` | moves unseen: the samples are unusable; with a load |
+fn estimate(does: char, ms: u64) -> ContactEstimate {
+    let (phase, [stable, tangential, vertical], along) = match does {
+        's' => (Phase::Unknown, [0.95, 1.0, 1.0], 0.0),
+        'f' => (Phase::Unknown, [0.0; 3], 5.0),
+        'F' => (Phase::Swing, [0.0; 3], 5.0),
+        'a' | 'r' => (Phase::Unknown, [0.1, 0.1, 0.9], 1.0),
+        'b' => (Phase::Unknown, [0.1, 0.1, 0.9], 2.0),
+        'c' => (Phase::Unknown, [0.1, 0.1, 0.9], -2.0),
+        '+' => (Phase::Unknown, [0.1, 0.1, 0.9], 2.5),
+        '-' => (Phase::Unknown, [0.1, 0.1, 0.9], -1.5),
+        'L' => (Phase::Slip, [0.1, 0.1, 0.9], 1.0),
+        'v' => (Phase::Slip, [0.3, 0.95, 0.3], 0.0),
+        'h' => (Phase::Unknown, [0.0; 3], 0.0),
+        'H' => (Phase::Slip, [0.0; 3], 0.0),
+        _ => panic!("{does}"),
     };
     ContactEstimate {
         timestamp: Timestamp::from_micros(1000 * ms),
@@ -44,14 +38,17 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
             vertical,
             ..Probabilities::default()
         },
-        decision,
+        decision: match does {
+            's' => Decision::Stable,
+            _ => Decision::NotStable,
+        },
         phase,
         flags: match does {
-            Hides | HidesLoaded => Flags::NONE.with(Flag::InvalidSample),
+            'h' | 'H' => Flags::NONE.with(Flag::InvalidSample),
             _ => Flags::NONE,
         },
         orientation: match does {
-            Rolls => Quaternion {
+            'r' => Quaternion {
                 w: 0.99905,
                 x: 0.0,
                 y: 0.04362,
@@ -64,11 +61,14 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
     }
 }
 
-/// Returns the events of a sequence of motions, each with its duration in ms.
-fn events(of: &[(u64, Does)]) -> Vec<ContactEvent> {
+/// Returns the events of a sequence such as `300f 500s`: durations in ms, and what the foot does.
+fn events(of: &str) -> Vec<ContactEvent> {
+    let each = of.split_whitespace().flat_map(|part| {
+        let (ms, does) = part.split_at(part.len() - 1);
+        (0..ms.parse().expect(part)).flat_map(move |_: u64| does.chars())
+    });
     let mut events = Events::default();
     let mut found = Vec::new();
-    let each = of.iter().flat_map(|(ms, does)| (0..*ms).map(|_| *does));
     for (ms, does) in (0..).zip(each) {
         events.add(&estimate(does, ms));
         found.extend(std::iter::from_fn(|| events.pop()));
@@ -77,275 +77,107 @@ fn events(of: &[(u64, Does)]) -> Vec<ContactEvent> {
     found
 }
 
-/// Returns name, time and duration in ms of each event.
-fn said(of: &[(u64, Does)]) -> Vec<(&'static str, u64, Option<u64>)> {
-    let ms = |micros: u64| micros / 1000;
-    let say = |e: &ContactEvent| (e.kind.name(), ms(e.time.as_micros()), e.duration_us.map(ms));
-    events(of).iter().map(say).collect()
-}
-
-#[test]
-fn step_yields_touch_down_and_lift_off() {
-    for swing in [Phase::Swing, NONE] {
-        let step = [
-            (300, Swings(swing)),
-            (500, Stands),
-            (300, Swings(swing)),
-            (400, Stands),
-        ];
-        assert_eq!(
-            said(&step),
-            [
-                ("touch_down", 300, Some(500)),
-                ("lift_off", 800, Some(500)),
-                ("touch_down", 1100, None)
-            ]
-        );
-    }
-}
-
-#[test]
-fn loaded_stance_without_stability_is_an_event() {
-    let swing = Swings(Phase::Swing);
-    let slides = Slides(Phase::Slip, 1.0);
-    let slippery = [
-        (200, slides),
-        (300, Stands),
-        (200, swing),
-        // Two stances that slide throughout, a bounce, a landing.
-        (250, slides),
-        (200, swing),
-        (150, slides),
-        (200, swing),
-        (60, slides),
-        (200, swing),
-        (150, slides),
-        (400, Stands),
-    ];
-    assert_eq!(
-        said(&slippery),
-        [
-            ("lift_off", 500, None),
-            ("unstable_start", 700, Some(250)),
-            ("unstable_end", 950, Some(250)),
-            ("unstable_start", 1150, Some(150)),
-            ("unstable_end", 1300, Some(150)),
-            ("touch_down", 1910, None)
-        ]
-    );
-}
-
-#[test]
-fn unusable_samples_make_no_unstable_stance() {
-    let lost = [
-        (300, Stands),
-        (200, Swings(Phase::Swing)),
-        (100, Slides(Phase::Slip, 1.0)),
-        (1, HidesLoaded),
-        (100, Slides(Phase::Slip, 1.0)),
-        (200, Swings(Phase::Swing)),
-    ];
-    assert_eq!(said(&lost), [("lift_off", 300, None)]);
-}
-
-#[test]
-fn standing_at_start_yields_no_touch_down() {
-    let begins = [(180, Hides), (500, Stands), (300, Swings(NONE))];
-    assert_eq!(said(&begins), [("lift_off", 680, None)]);
-}
-
-#[test]
-fn slip_within_stance_has_distance() {
-    let slip = [
-        (300, Swings(NONE)),
-        (100, Stands),
-        (100, Slides(NONE, 2.0)),
-        (100, Slides(NONE, -2.0)),
-        (200, Stands),
-        (300, Swings(NONE)),
-    ];
-    assert_eq!(
-        said(&slip),
-        [
-            ("touch_down", 300, Some(500)),
-            ("slip_start", 400, Some(200)),
-            ("slip_end", 600, Some(200)),
-            ("lift_off", 800, Some(500)),
-        ]
-    );
-    let distances: Vec<_> = events(&slip).iter().map(|e| e.distance_m).collect();
-    // Up to 0.2 m/s and back to rest in 0.2 s.
-    assert!(
-        matches!(distances[..], [None, Some(a), Some(b), None] if a == b && (a - 0.02).abs() < 5e-4),
-        "{distances:?}"
-    );
-}
-
-#[test]
-fn constant_acceleration_error_adds_no_distance() {
-    let biased = [
-        (100, Stands),
-        (100, Slides(NONE, 2.5)),
-        (100, Slides(NONE, -1.5)),
-        (100, Stands),
-    ];
-    let distance = events(&biased)[0].distance_m.unwrap();
-    assert!((distance - 0.02).abs() < 5e-4, "{distance}");
-}
-
-#[test]
-fn distance_is_blank_after_doubtful_sample() {
-    let hidden = [
-        (100, Stands),
-        (100, Slides(NONE, 2.0)),
-        (1, Hides),
-        (100, Slides(NONE, -2.0)),
-        (100, Stands),
-    ];
-    let found = events(&hidden);
-    assert_eq!(
-        (found.len(), found[0].distance_m, found[0].duration_us),
-        (2, None, Some(201_000))
-    );
-}
-
-#[test]
-fn long_landing_is_not_a_slip() {
-    let landing = [
-        (300, Swings(Phase::Swing)),
-        (400, Slides(Phase::Slip, 1.0)),
-        (500, Stands),
-    ];
-    assert_eq!(said(&landing), [("touch_down", 700, None)]);
-}
-
-#[test]
-fn slip_ends_at_lift_off() {
-    let lost = [
-        (100, Stands),
-        (200, Slides(Phase::Slip, 1.0)),
-        (300, Swings(Phase::Swing)),
-        (50, Stands),
-    ];
-    let slip = ("slip_start", 100, Some(200));
-    let end = ("slip_end", 300, Some(200));
-    assert_eq!(
-        said(&lost),
-        [
-            slip,
-            end,
-            ("lift_off", 300, None),
-            ("touch_down", 600, None)
-        ]
-    );
-    let peeled = [
-        (100, Stands),
-        (60, Slides(Phase::Slip, 1.0)),
-        (300, Swings(Phase::Swing)),
-        (50, Stands),
-    ];
-    assert_eq!(
-        said(&peeled),
-        [("lift_off", 100, None), ("touch_down", 460, None)]
-    );
-}
-
-#[test]
-fn foot_that_rolls_off_about_its_toe_has_no_slip() {
-    let stance = [(100, Stands), (30, Slides(NONE, 1.0)), (120, Rolls)];
-    let rocks = [&stance[..], &[(100, Stands)]].concat();
-    assert_eq!(said(&rocks), []);
-    let lifts = [&stance[..], &[(300, Swings(NONE)), (50, Stands)]].concat();
-    assert_eq!(
-        said(&lifts),
-        [("lift_off", 100, None), ("touch_down", 550, None)]
-    );
-}
-
-#[test]
-fn slide_before_a_roll_keeps_its_slip() {
-    let slides = [
-        (100, Stands),
-        (150, Slides(NONE, 1.0)),
-        (50, Rolls),
-        (100, Stands),
-    ];
-    assert_eq!(
-        said(&slides),
-        [("slip_start", 100, Some(200)), ("slip_end", 300, Some(200))]
-    );
-}
-
-#[test]
-fn sinking_foot_has_no_event() {
-    assert_eq!(said(&[(100, Stands), (200, Sinks), (100, Stands)]), []);
-}
-
-#[test]
-fn short_shock_in_stance_is_not_a_swing() {
-    let knocked = [(200, Stands), (50, Swings(NONE)), (200, Stands)];
-    assert!(
-        said(&knocked)
-            .iter()
-            .all(|(name, ..)| name.starts_with("slip")),
-        "{:?}",
-        said(&knocked)
-    );
-}
-
-#[test]
-fn duration_is_blank_if_stance_end_is_unseen() {
-    let unseen = |hidden| {
-        said(&[
-            (300, Swings(NONE)),
-            (300, Stands),
-            (hidden, Hides),
-            (300, Stands),
-            (200, Swings(NONE)),
-            (9, Stands),
-        ])
+/// Returns name, time in ms, and duration in ms of each event.
+fn described(of: &str) -> String {
+    let say = |event: &ContactEvent| {
+        let (name, ms) = (event.kind.name(), event.time.as_micros() / 1000);
+        let duration = event.duration_us.map(|us| format!(" {}", us / 1000));
+        format!("{name} {ms}{}", duration.unwrap_or_default())
     };
-    assert_eq!(
-        unseen(400),
-        [
-            ("touch_down", 300, None),
-            ("lift_off", 1300, None),
-            ("touch_down", 1500, None)
-        ]
-    );
-    // A short gap is bridged.
-    let bridged = unseen(20);
-    assert_eq!(
-        bridged[..2],
-        [("touch_down", 300, Some(620)), ("lift_off", 920, Some(620))]
+    let described: Vec<String> = events(of).iter().map(say).collect();
+    described.join(", ")
+}
+
+#[test]
+fn motions_yield_events() {
+    const STEP: &str = "touch_down 300 500, lift_off 800 500, touch_down 1100";
+    const SLIPPERY: &str = "lift_off 500, unstable_start 700 250, unstable_end 950 250, \
+        unstable_start 1150 150, unstable_end 1300 150, touch_down 1910";
+    for (why, motions, expected) in [
+        ("a step", "300F 500s 300F 400s", STEP),
+        ("a step without a load", "300f 500s 300f 400s", STEP),
+        (
+            "two stances that slide throughout, a bounce, a landing",
+            "200L 300s 200F 250L 200F 150L 200F 60L 200F 150L 400s",
+            SLIPPERY,
+        ),
+        (
+            "unusable samples make no unstable stance",
+            "300s 200F 100L 1H 100L 200F",
+            "lift_off 300",
+        ),
+        ("it stands at the start", "180h 500s 300f", "lift_off 680"),
+        (
+            "a slip within a stance",
+            "300f 100s 100b 100c 200s 300f",
+            "touch_down 300 500, slip_start 400 200, slip_end 600 200, lift_off 800 500",
+        ),
+        (
+            "a slip ends at the lift-off",
+            "100s 200L 300F 50s",
+            "slip_start 100 200, slip_end 300 200, lift_off 300, touch_down 600",
+        ),
+        (
+            "a short one is the lift-off",
+            "100s 60L 300F 50s",
+            "lift_off 100, touch_down 460",
+        ),
+        ("it rocks about its toe", "100s 30a 120r 100s", ""),
+        (
+            "it rolls off about its toe",
+            "100s 30a 120r 300f 50s",
+            "lift_off 100, touch_down 550",
+        ),
+        (
+            "a slide before a roll",
+            "100s 150a 50r 100s",
+            "slip_start 100 200, slip_end 300 200",
+        ),
+        ("it sinks", "100s 200v 100s", ""),
+        (
+            "the end of the stance is unseen",
+            "300f 300s 400h 300s 200f 9s",
+            "touch_down 300, lift_off 1300, touch_down 1500",
+        ),
+        (
+            "a short gap is bridged",
+            "300f 300s 20h 300s 200f 9s",
+            "touch_down 300 620, lift_off 920 620, touch_down 1120",
+        ),
+    ] {
+        assert_eq!(described(motions), expected, "{why}");
+    }
+    // A short shock in the stance is not a swing.
+    let knocked = events("200s 50f 200s");
+    assert!(
+        knocked
+            .iter()
+            .all(|event| event.kind.name().starts_with("slip"))
     );
 }
 
 #[test]
-fn recording_may_end_in_slip_or_swing() {
+fn slip_has_a_distance_and_a_peak() {
+    // Up to 0.2 m/s and back to rest in 0.2 s; then with a constant error of 0.5 m/s².
+    for slip in ["100s 100b 100c 200s", "100s 100+ 100- 100s"] {
+        let found = events(slip);
+        let [Some(start), Some(end)] = [found[0].distance_m, found[1].distance_m] else {
+            panic!("{found:?}");
+        };
+        assert!(start == end && (start - 0.02).abs() < 5e-4, "{start}");
+    }
+    let hidden = events("100s 100b 1h 100c 100s");
+    assert_eq!(hidden.len(), 2);
     assert_eq!(
-        said(&[(100, Stands), (150, Slides(NONE, 1.0))]),
-        [("slip_start", 100, None)]
+        (hidden[0].distance_m, hidden[0].duration_us),
+        (None, Some(201_000))
     );
-    assert_eq!(
-        said(&[(100, Stands), (150, Swings(NONE))]),
-        [("lift_off", 100, None)]
-    );
-    assert_eq!(said(&[(100, Stands)]), []);
-    assert_eq!(said(&[]), []);
-}
-
-#[test]
-fn peak_is_that_of_the_stance_or_slip() {
-    let slip = [
-        (300, Swings(NONE)),
-        (100, Stands),
-        (100, Slides(NONE, 2.0)),
-        (100, Stands),
-        (300, Swings(NONE)),
-    ];
-    let peaks: Vec<_> = events(&slip).iter().map(|e| e.peak).collect();
-    assert_eq!(peaks, [0.95, 0.1, 0.1, 0.95]);
+    let stance = events("300f 100s 100b 100s 300f");
+    let of = stance
+        .iter()
+        .map(|event| (event.peak, event.distance_m.is_some()));
+    let of: Vec<_> = of.collect();
+    assert_eq!(of, [(0.95, false), (0.1, true), (0.1, true), (0.95, false)]);
 }
 
 #[test]

@@ -6,8 +6,6 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
 
-#[cfg(feature = "bags")]
-use super::bag::ros1;
 use super::error::InputError;
 use super::format::Format;
 use super::refusal::ContainerError;
@@ -38,12 +36,6 @@ pub(super) struct Container {
     pub(super) name: String,
     /// Files in the order of their times.
     pub(super) parts: Vec<Part>,
-    /// Sentence on how the bag was made readable.
-    #[cfg(feature = "bags")]
-    pub(super) notice: Option<String>,
-    /// Folder of the files, if it is temporary.
-    #[cfg(feature = "bags")]
-    _converted: Option<tempfile::TempDir>,
 }
 
 /// A file of a container.
@@ -88,10 +80,6 @@ impl Source {
             Opened::file(path, wrap).map_err(|source| InputError::unreadable(&file, source))?
         };
         match (opened, given) {
-            #[cfg(feature = "bags")]
-            (Opened::Foreign(Foreign::Ros1Bag), None | Some(Format::Rosbag2)) => {
-                Self::converted(path)
-            }
             (Opened::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
             (Opened::Table(_), Some(given)) if given.is_container() => {
                 Err(other_format(file, given, None))
@@ -112,30 +100,9 @@ impl Source {
                     file,
                     name: recording_name(path),
                     parts,
-                    #[cfg(feature = "bags")]
-                    notice: None,
-                    #[cfg(feature = "bags")]
-                    _converted: None,
                 })),
             },
         }
-    }
-
-    /// Opens a bag of ROS 1.
-    #[cfg(feature = "bags")]
-    fn converted(path: &Path) -> Result<Self, InputError> {
-        let converted = ros1::converted(path)?;
-        let file = path.display().to_string();
-        Ok(Self::Container(Container {
-            format: Format::Rosbag2,
-            notice: Some(format!(
-                "{file} is a ROS 1 bag, read as rosbags-convert converts it"
-            )),
-            file,
-            name: recording_name(path),
-            parts: Self::folder(&converted.path().join(ros1::BAG))?,
-            _converted: Some(converted),
-        }))
     }
 
     /// Files of a rosbag2 in its folder.

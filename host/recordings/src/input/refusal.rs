@@ -265,14 +265,6 @@ pub enum ContainerError {
         /// Half a sentence on its fields.
         what: String,
     },
-    /// A bag of ROS 1 cannot be converted.
-    #[error("{file} is a ROS 1 bag, which rosbags-convert does not convert: {reason}")]
-    NotConverted {
-        /// Path of the file, as given.
-        file: String,
-        /// Last line of its output.
-        reason: String,
-    },
     /// Options for bags are given for a file of another format.
     #[error(
         "{file} is read as {format}: --topic, --not-topic, --frame and --load-topic are for mcap and rosbag2"
@@ -317,8 +309,7 @@ impl ContainerError {
             Self::Foreign {
                 kind: Foreign::Ros1Bag,
                 ..
-            } | Self::NotConverted { .. }
-                | Self::NotBuilt { .. }
+            } | Self::NotBuilt { .. }
         )
     }
 }

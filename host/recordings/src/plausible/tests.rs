@@ -123,8 +123,15 @@ fn gravity_contradicting_its_declaration_is_found() {
     let mut recording = walk();
     recording.gravity = Gravity::Removed;
     assert_eq!(found(&recording), ["gravity_included"]);
+    let said = check(&recording)[0].to_string();
+    assert!(
+        said.ends_with(" m/s² at rest: --gravity included"),
+        "{said}"
+    );
     let mut recording = with_force(|force| Vec3::new(force.x, force.y, force.z - 9.81));
     assert_eq!(found(&recording), ["gravity_removed"]);
+    let said = check(&recording)[0].to_string();
+    assert!(said.ends_with(" m/s² at rest: --gravity removed"), "{said}");
     recording.gravity = Gravity::Removed;
     assert_eq!(found(&recording), [""; 0]);
 }

@@ -45,7 +45,7 @@ macro_rules! kinds {
 kinds! {
     /// A bag of ROS 1.
     Ros1Bag = "a ROS 1 bag",
-        Some("it is read where rosbags-convert is installed: pip install rosbags"),
+        Some("convert it: pip install rosbags, then rosbags-convert --src walk.bag --dst walk"),
         Some("it holds topics, no frames: see footfall replay and docs/formats.md");
     /// HDF5, also of pandas.
     Hdf5 = "an HDF5 file",

@@ -4,12 +4,9 @@
 //! |---|---|
 //! | arguments, and the walk through the steps | this one |
 //! | report as text and as JSON | `report` |
-//! | report as a page | `page` |
 
-mod page;
 mod report;
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
@@ -22,11 +19,10 @@ use wire::NodeId;
 use super::feet::parse_node;
 use super::listen::SOURCES;
 use crate::error::Error;
-use crate::files::{finish_when_interrupted, is_interrupted, write_file};
+use crate::files::{finish_when_interrupted, is_interrupted};
 use crate::foot_error::FootError;
 use crate::messages;
 use crate::report::print_text;
-use crate::targets::{self, Target};
 pub use report::AcceptReport;
 use report::End;
 
@@ -48,9 +44,6 @@ pub struct AcceptArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-    /// Also write the report as a page
-    #[arg(long, value_name = "FILE.html")]
-    pub page: Option<PathBuf>,
 }
 
 fn parse_step(text: &str) -> Result<AcceptStep, String> {
@@ -61,8 +54,6 @@ fn parse_step(text: &str) -> Result<AcceptStep, String> {
 
 impl AcceptArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let pages: Vec<_> = self.page.iter().map(|page| Target::Page(page)).collect();
-        targets::check(&[], &pages)?;
         let link = link::open(&self.source)?;
         let mut client = Client::new(link, self.node).map_err(FootError::from)?;
         // The self-test changes a setting meanwhile, and so do the streams of a serial line.
@@ -103,9 +94,6 @@ impl AcceptArguments {
             false => report.summary(),
         };
         print_text(&text).map_err(Error::Print)?;
-        if let Some(file) = &self.page {
-            write_file(file, |to| to.write_all(page::of(&report).as_bytes()))?;
-        }
         done.map_err(FootError::from)?;
         let is_out = |figure: &&Figure| figure.verdict() == Verdict::Out;
         let out = figures.iter().filter(is_out);

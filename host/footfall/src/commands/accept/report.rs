@@ -71,8 +71,6 @@ pub(super) struct Judged {
     pub(super) detail: String,
     /// What to do; empty where the value is within its limits, or where there is none.
     pub(super) remedy: &'static str,
-    #[serde(skip)]
-    pub(super) range: String,
 }
 
 impl Described for AcceptReport {
@@ -161,7 +159,6 @@ impl Judged {
             verdict: verdict.name(),
             detail: figure.detail.clone() + reason,
             remedy: if verdict == Verdict::Out { remedy } else { "" },
-            range: limit.range(),
         }
     }
 }

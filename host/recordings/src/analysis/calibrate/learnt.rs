@@ -8,9 +8,7 @@ use std::fmt;
 use crate::replay::replay_observed;
 use crate::samples::recording::Recording;
 use estimator_core::stillness::{Classes, Constants, SETTLED_AFTER};
-use estimator_core::{
-    ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError, StillnessParams, Vec3,
-};
+use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError};
 use serde::Serialize;
 use wire::dictionary::index;
 
@@ -30,7 +28,6 @@ pub struct LearntCalibration {
     recordings: Vec<LearntFrom>,
     samples: usize,
     unusable: usize,
-    amplitudes: Vec<Amplitudes>,
 }
 
 /// A recording that was learnt from.
@@ -40,15 +37,6 @@ pub struct LearntFrom {
     pub recording: String,
     /// From its first sample to its last, s.
     pub duration_s: f64,
-}
-
-/// Amplitudes of one sample, for the plot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Amplitudes {
-    /// Acceleration, angular rate, leaky mean of the acceleration; m/s², rad/s, m/s².
-    pub values: [f64; 3],
-    /// Probability that the foot stands.
-    pub stable: f64,
 }
 
 impl LearntCalibration {
@@ -69,7 +57,6 @@ impl LearntCalibration {
             recordings: Vec::new(),
             samples: 0,
             unusable: 0,
-            amplitudes: Vec::new(),
         })
     }
 
@@ -90,8 +77,6 @@ impl LearntCalibration {
         self.learnt = Some(learnt);
         self.samples += estimates.len();
         self.unusable += estimates.iter().filter(|e| !is_usable(e)).count();
-        self.amplitudes
-            .extend(amplitudes(recording, &estimates, params.stillness.params()));
         self.recordings.push(LearntFrom {
             recording: recording.name.clone(),
             duration_s: recording.duration_s(),
@@ -125,7 +110,6 @@ impl LearntCalibration {
             settled: learnt.is_settled(),
             object: learnt.to_array(),
             recordings: self.recordings,
-            amplitudes: self.amplitudes,
             learnt,
         })
     }
@@ -140,30 +124,6 @@ fn is_usable(estimate: &ContactEstimate) -> bool {
         Flag::AttitudeNotInitialised,
     ];
     !unusable.iter().any(|flag| estimate.flags.contains(*flag))
-}
-
-/// Returns the amplitudes of the usable samples, as the estimator sees them.
-fn amplitudes(
-    recording: &Recording,
-    estimates: &[ContactEstimate],
-    params: &StillnessParams,
-) -> Vec<Amplitudes> {
-    let leak = 1.0 - libm::expf(-1.0 / (params.leak * recording.sample_rate));
-    let mut velocity = Vec3::ZERO;
-    let usable = estimates.iter().filter(|estimate| is_usable(estimate));
-    usable
-        .map(|estimate| {
-            let acceleration = estimate.linear_acceleration.0;
-            let length = acceleration.length();
-            let capped = acceleration * (params.impact / length.max(params.impact));
-            velocity += (capped - velocity) * leak;
-            Amplitudes {
-                values: [length, estimate.angular_rate.0.length(), velocity.length()]
-                    .map(f64::from),
-                stable: f64::from(estimate.probabilities.stable),
-            }
-        })
-        .collect()
 }
 
 fn quantities(learnt: &Learnt, constants: &Constants) -> [QuantityReport; 3] {
@@ -249,9 +209,6 @@ pub struct LearntFoot {
     /// Samples and steps that the values follow from.
     #[serde(skip)]
     pub learnt: Learnt,
-    /// The amplitudes of all samples.
-    #[serde(skip)]
-    pub amplitudes: Vec<Amplitudes>,
 }
 
 /// One quantity's amplitudes, in its unit.

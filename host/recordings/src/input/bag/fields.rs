@@ -91,8 +91,7 @@ impl Fields {
     pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
         let beside = self.stamp.iter().chain(&self.covariances).flatten();
         let paths: Vec<&Path> = self.axes.iter().chain(beside).collect();
-        let (found, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
-        let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
+        let (values, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
         let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
             return Err("it lacks an axis".to_owned());
         };

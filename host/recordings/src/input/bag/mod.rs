@@ -12,15 +12,12 @@
 //! | contacts of feet, from topics beside that of the samples | `contacts` |
 //! | names of feet | `feet` |
 //! | files that the folder should have | `metadata` |
-//! | all messages as they are stored | `copy` |
-//! | other numbers in the place of those of a message | `replacement` |
 //!
 //! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
 //! memory is that of the longest record and of the loads.
 
 mod cdr;
 mod contacts;
-mod copy;
 mod definition;
 mod feed;
 mod feet;
@@ -31,8 +28,6 @@ mod mcap;
 mod messages;
 mod metadata;
 mod reader;
-mod replacement;
-pub(super) mod ros1;
 mod rosbag2;
 mod sidecar;
 mod storage;
@@ -53,11 +48,8 @@ use feed::Feed;
 use loads::loads;
 use messages::Imu;
 use reader::Reader;
+use storage::Channel;
 use visit::visit;
-
-pub use copy::copy;
-pub use replacement::Replacement;
-pub use storage::{Channel, Schema, Written};
 
 /// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
 const MOST_FRAMES: usize = 64;
@@ -135,7 +127,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     }
     let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
     if let Some(first) = recordings.first_mut() {
-        let notices = container.notice.into_iter().chain(missing);
+        let notices = missing.into_iter();
         let notices = notices.chain(endings).chain(contacts);
         first.about.notices.splice(0..0, notices);
     }

@@ -1,43 +1,29 @@
 //! Messages of a bag, independent of its storage.
 
-use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use super::super::error::InputError;
 
 /// A topic as declared in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Channel {
+pub(super) struct Channel {
     /// Name of the topic.
-    pub topic: String,
+    pub(super) topic: String,
     /// Type of its messages, such as `sensor_msgs/msg/Imu`.
-    pub message: String,
+    pub(super) message: String,
     /// Serialisation of its messages: `cdr`.
-    pub encoding: String,
+    pub(super) encoding: String,
     /// Definition of the type, if the bag has one.
-    pub schema: Option<Rc<Schema>>,
-    /// Further properties, such as the quality of service.
-    pub metadata: BTreeMap<String, String>,
+    pub(super) schema: Option<Rc<Schema>>,
 }
 
 /// Definition of a type.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Schema {
+pub(super) struct Schema {
     /// Its language, such as `ros2msg`.
-    pub encoding: String,
+    pub(super) encoding: String,
     /// Its text.
-    pub text: Vec<u8>,
-}
-
-/// When a message was written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Written {
-    /// Time at which it was written, ns.
-    pub log_ns: i64,
-    /// Time at which it was sent, ns; that of writing where the storage keeps one time.
-    pub publish_ns: i64,
-    /// Number given by its sender, where the storage keeps it.
-    pub sequence: Option<u32>,
+    pub(super) text: Vec<u8>,
 }
 
 /// Receives the topics and messages of a bag.
@@ -45,13 +31,9 @@ pub(super) trait Visitor {
     /// Declares a topic before its messages; returns whether they are needed. A topic may be declared more than once.
     fn channel(&mut self, channel: &Channel) -> bool;
 
-    /// Passes a message of a topic that is needed.
-    fn message(
-        &mut self,
-        channel: &Channel,
-        written: Written,
-        payload: &[u8],
-    ) -> Result<(), InputError>;
+    /// Passes a message of a topic that is needed, with the time at which it was written, ns.
+    fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8])
+    -> Result<(), InputError>;
 }
 
 /// Converts a time from ns to µs, rounded.

@@ -36,30 +36,6 @@ fn times(decoded: &Decoded) -> Vec<u64> {
 }
 
 #[test]
-fn log_clock_bridges_gaps_longer_than_the_short_clock() {
-    // 650 ms on the short clock, then 1 ms, then 10 s of silence, then a log clock that was set back.
-    let log = [
-        contact("can0", 1_000, 0, 65_000),
-        contact("can0", 1_001, 1, 65_100),
-        contact(
-            "can0",
-            11_001,
-            2,
-            65_100_u16.wrapping_add((1_000_000_u32 % 65_536) as u16),
-        ),
-        contact(
-            "can0",
-            500,
-            3,
-            65_200_u16.wrapping_add((1_000_000_u32 % 65_536) as u16),
-        ),
-    ];
-    let decoded = decode(&log.concat(), "can.log", &[]);
-    assert_eq!(times(&decoded), [650_000, 651_000, 10_651_000, 10_652_000]);
-    assert_eq!(decoded.report.longest_step_s, Some(10.0));
-}
-
-#[test]
 fn contact_before_its_boot_up_belongs_to_the_new_segment() {
     let before = (0..300_u16).map(|k| contact("can0", 1000 + u64::from(k), k as u8, 100 * k));
     let mut log: String = before.collect();
@@ -524,49 +500,6 @@ fn restarted_foot_needs_a_new_sync() {
     let clocks = [("received", 20), ("sync", 600)];
     assert_eq!(decoded.report.clocks, clocks.into());
     assert_eq!(decoded.rows.last().unwrap().segment, 1);
-}
-
-#[test]
-fn feet_have_names_by_their_ids() {
-    let log = [contact_of(0x12, 1, 0, 0), contact_of(33, 2, 0, 0)].concat();
-    let mut feet = Feet::default();
-    feet.call(&[(NODE_33, crate::decode::feet::Name::new("toe").unwrap())])
-        .unwrap();
-    let decoded = crate::decode::decode(log.as_bytes(), "can.log", &feet).unwrap();
-    let names = decoded.rows.iter().map(|row| row.foot.as_deref());
-    assert!(names.eq([Some("FR"), Some("toe")]));
-}
-
-#[test]
-fn log_without_times_is_unwrapped_by_the_foot_clock() {
-    let plain = |log: &[String]| -> String {
-        let line = |line: &String| line.split_once(' ').unwrap().1.replace('#', "   [8]  ");
-        let spaced = |line: String| {
-            let (head, data) = line.trim().split_at(line.len() - 17);
-            let bytes: Vec<_> = (0..8).map(|k| &data[2 * k..2 * k + 2]).collect();
-            format!("  {}{}\n", head.replace("can0 ", "can0  "), bytes.join(" "))
-        };
-        log.iter().map(line).map(spaced).collect()
-    };
-    let mut log = steady(1000);
-    log.remove(700);
-    log.swap(300, 301);
-    log.insert(500, log[499].clone());
-    let decoded = decode(&plain(&log), "can.log", &[]);
-    let mut expected = steady_times(1000);
-    expected.remove(700);
-    expected.swap(300, 301);
-    assert_eq!(times(&decoded), expected);
-    let report = decoded.report;
-    // The overtaken contact was counted as missing first.
-    assert_eq!((report.duplicates, report.missing, report.gaps), (1, 2, 2));
-    assert!(report.clocks.is_empty());
-    assert!(
-        decoded
-            .rows
-            .iter()
-            .all(|row| row.received.is_none() && row.common.is_none())
-    );
 }
 
 #[test]

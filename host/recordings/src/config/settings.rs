@@ -1,0 +1,343 @@
+//! Settings of a configuration file, read by the table of its keys.
+
+use std::collections::BTreeMap;
+
+use crate::input::Correction;
+use estimator_core::{
+    Gravity, GyroTiming, Learning, Learnt, Method, Mounting, Parameter, Params, WindowLength,
+};
+use serde::de::{DeserializeOwned, IgnoredAny};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::ParameterRefusal;
+use super::correction::Limits;
+use super::keys::{Key, Kind, axis, keys, keys_of_a_foot};
+use super::value::{
+    checked_sample_rate, parse_axes, parse_gravity, parse_gyro_timing, parse_learning,
+    parse_method, parse_window,
+};
+
+/// Settings for all feet, or for one: what is set differs from the preset, the rest does not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// Whether samples contain gravity.
+    pub gravity: Option<Gravity>,
+    /// How the axes of the sensor that recorded lie in the foot.
+    pub axes: Option<Mounting>,
+    /// Where the limits of stillness come from.
+    pub method: Option<Method>,
+    /// Whether the foot goes on learning.
+    pub learning: Option<Learning>,
+    /// Values learnt earlier, for a warm start.
+    pub learnt: Option<Learnt>,
+    /// Length of the window.
+    pub window: Option<WindowLength>,
+    gyro_timing: Option<GyroTiming>,
+    /// Numbers of the estimator, in the order of the file.
+    numbers: Vec<(Parameter, f32)>,
+    /// Errors of the sensor that recorded: key, place among its axes, value.
+    corrections: Vec<(Limits, usize, f32)>,
+}
+
+impl Settings {
+    /// Returns the value that is set for a number.
+    #[must_use]
+    pub fn get(&self, parameter: Parameter) -> Option<f32> {
+        let mut numbers = self.numbers.iter();
+        numbers.find_map(|(of, value)| (*of == parameter).then_some(*value))
+    }
+
+    /// Returns whether a number is set in this table.
+    pub(super) fn has(&self, table: &str) -> bool {
+        let mut names = self.numbers.iter().map(|(number, _)| number.name());
+        names.any(|name| name.split('.').next() == Some(table))
+    }
+
+    /// Applies the settings to `params`.
+    pub fn apply(&self, params: &mut Params) {
+        set(&mut params.gravity, self.gravity);
+        set(&mut params.method, self.method);
+        set(&mut params.learning, self.learning);
+        set(&mut params.learnt, self.learnt.map(Some));
+        set(&mut params.window, self.window);
+        set(&mut params.attitude.gyro_timing, self.gyro_timing);
+        for (parameter, value) in &self.numbers {
+            parameter.set(params, *value);
+        }
+    }
+
+    /// Returns another correction with the mounting and the sensor's errors that are set; `file` and the table, with a
+    /// dot at its end, name them in errors.
+    pub(super) fn corrected(
+        &self,
+        mut correction: Correction,
+        (file, table): (&str, &str),
+    ) -> Result<Correction, ParameterRefusal> {
+        set(&mut correction.mounting, self.axes);
+        for (limits, place, value) in &self.corrections {
+            let value = limits.checked((file, table), limits.axes[*place], *value)?;
+            let of = (limits.of)(&mut correction);
+            *[&mut of.x, &mut of.y, &mut of.z][*place] = value;
+        }
+        Ok(correction)
+    }
+}
+
+fn set<T: Copy>(field: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *field = value;
+    }
+}
+
+/// Reader of a file: collects all errors of its keys, each with the byte at which it is.
+#[derive(Default)]
+pub(super) struct Reader {
+    pub(super) feet: BTreeMap<String, Settings>,
+    pub(super) errors: Vec<(usize, String)>,
+    learnt: [Option<f32>; Learnt::NUMBERS],
+}
+
+type Value<'a> = Spanned<DeValue<'a>>;
+
+impl Reader {
+    /// Reads the settings for all feet, and those of single feet.
+    pub(super) fn all(&mut self, table: &DeTable<'_>) -> Settings {
+        let mut all = Settings::default();
+        self.table(table, "", &keys(), &mut all);
+        all
+    }
+
+    fn table(&mut self, table: &DeTable<'_>, within: &str, keys: &[Key], to: &mut Settings) {
+        for (key, value) in in_order(table) {
+            let path = format!("{within}{}", key.get_ref());
+            let below = format!("{path}.");
+            if path == "feet" && keys.iter().any(|known| known.path.starts_with(&below)) {
+                self.feet(value);
+            } else if let Some(known) = keys.iter().find(|known| known.path == path) {
+                self.setting(&known.kind, value, to);
+            } else if keys.iter().any(|known| known.path.starts_with(&below)) {
+                let before = self.errors.len();
+                if let Some(table) = self.inner(value, &format!("the table {path}")) {
+                    self.table(table, &below, keys, to);
+                }
+                if path == "learnt" && self.errors.len() == before {
+                    to.learnt = self.learnt(value);
+                }
+            } else {
+                let mut known: Vec<&str> = Vec::new();
+                let beside = keys.iter().filter_map(|key| key.path.strip_prefix(within));
+                for name in beside.filter_map(|rest| rest.split('.').next()) {
+                    if !known.contains(&name) {
+                        known.push(name);
+                    }
+                }
+                self.unknown(key, &known);
+            }
+        }
+    }
+
+    fn feet(&mut self, value: &Value<'_>) {
+        let Some(feet) = self.inner(value, "the table feet") else {
+            return;
+        };
+        for (name, value) in in_order(feet) {
+            let mut own = Settings::default();
+            if let Some(table) = self.inner(value, "a table of settings") {
+                self.table(table, "", &keys_of_a_foot(), &mut own);
+            }
+            self.feet.insert(name.get_ref().to_string(), own);
+        }
+    }
+
+    fn setting(&mut self, kind: &Kind, value: &Value<'_>, to: &mut Settings) {
+        match kind {
+            Kind::Gravity => to.gravity = self.word(value, parse_gravity),
+            Kind::Axes => to.axes = self.word(value, parse_axes),
+            Kind::Method => to.method = self.word(value, parse_method),
+            Kind::Learning => to.learning = self.word(value, parse_learning),
+            Kind::Window => to.window = self.word(value, parse_window),
+            Kind::GyroTiming => to.gyro_timing = self.word(value, parse_gyro_timing),
+            Kind::Learnt(place) => self.learnt[*place] = self.take(value, "a number"),
+            Kind::Numbers(numbers) => match &numbers[..] {
+                [Parameter::SampleRate] => {
+                    let rate = self.take(value, "a number").map(checked_sample_rate);
+                    let rate = rate.and_then(|rate| self.noted(value, rate));
+                    (to.numbers).extend(rate.map(|rate| (Parameter::SampleRate, rate)));
+                }
+                [number] => {
+                    let read = self.take(value, "a number");
+                    to.numbers.extend(read.map(|read| (*number, read)));
+                }
+                axes if value.get_ref().is_table() => {
+                    let names: Vec<&str> = axes.iter().map(|number| axis(*number)).collect();
+                    let read = self.each(value, &names).into_iter();
+                    to.numbers
+                        .extend(read.map(|(place, read)| (axes[place], read)));
+                }
+                axes => {
+                    let read: Option<f32> = self.take(value, "a number or a table of axes");
+                    let read = read.into_iter();
+                    (to.numbers)
+                        .extend(read.flat_map(|read| axes.iter().map(move |of| (*of, read))));
+                }
+            },
+            Kind::Correction(limits) => {
+                let read = self.each(value, &limits.axes).into_iter();
+                to.corrections
+                    .extend(read.map(|(place, read)| (*limits, place, read)));
+            }
+        }
+    }
+
+    /// Reads a table of axes: places among their names, and numbers.
+    fn each(&mut self, value: &Value<'_>, axes: &[&str]) -> Vec<(usize, f32)> {
+        let mut read = Vec::new();
+        let table = self.inner(value, "a table of axes");
+        for (key, value) in table.into_iter().flat_map(in_order) {
+            match axes.iter().position(|axis| axis == key.get_ref()) {
+                Some(place) => {
+                    let number = self.take(value, "a number");
+                    read.extend(number.map(|number| (place, number)));
+                }
+                None => self.unknown(key, axes),
+            }
+        }
+        read
+    }
+
+    /// Takes the learnt numbers that were read, which are valid together only.
+    fn learnt(&mut self, table: &Value<'_>) -> Option<Learnt> {
+        let mut numbers = [0.0; Learnt::NUMBERS];
+        let read = std::mem::take(&mut self.learnt);
+        for ((number, read), row) in numbers.iter_mut().zip(read).zip(Learnt::ROWS).rev() {
+            let name = row.name.trim_start_matches("learnt.");
+            *number = self.noted(table, read.ok_or(format!("missing field `{name}`")))?;
+        }
+        Some(Learnt::from_array(numbers))
+    }
+
+    fn word<T>(
+        &mut self,
+        value: &Value<'_>,
+        parse: impl FnOnce(&str) -> Result<T, String>,
+    ) -> Option<T> {
+        let text: String = self.take(value, "a string")?;
+        self.noted(value, parse(&text))
+    }
+
+    fn inner<'a, 'b>(&mut self, value: &'a Value<'b>, expected: &str) -> Option<&'a DeTable<'b>> {
+        let table = value.get_ref().as_table();
+        if table.is_none() {
+            let _ = self.take::<BTreeMap<String, IgnoredAny>>(value, expected);
+        }
+        table
+    }
+
+    /// Reads a value; `expected` says in an error what it should be.
+    fn take<T: DeserializeOwned>(&mut self, value: &Value<'_>, expected: &str) -> Option<T> {
+        let read = T::deserialize(ValueDeserializer::from(value.clone()));
+        let read = read.map_err(|error| {
+            let (what, _) = error
+                .message()
+                .split_once(", expected ")
+                .unwrap_or_default();
+            format!("{what}, expected {expected}")
+        });
+        self.noted(value, read)
+    }
+
+    fn noted<T>(&mut self, at: &Value<'_>, read: Result<T, String>) -> Option<T> {
+        read.map_err(|error| self.errors.push((at.span().start, error)))
+            .ok()
+    }
+
+    fn unknown(&mut self, key: &Spanned<impl AsRef<str>>, known: &[&str]) {
+        let names: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+        let expected = match &names[..] {
+            [one] => one.clone(),
+            [one, other] => format!("{one} or {other}"),
+            _ => format!("one of {}", names.join(", ")),
+        };
+        let name = key.get_ref().as_ref();
+        let sentence = format!("unknown field `{name}`, expected {expected}");
+        self.errors.push((key.span().start, sentence));
+    }
+}
+
+/// Returns the entries of a table in the order of the file.
+fn in_order<'a, 'b>(
+    table: &'a DeTable<'b>,
+) -> Vec<(&'a Spanned<toml::de::DeString<'b>>, &'a Value<'b>)> {
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    entries
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Overrides;
+    use super::*;
+
+    #[test]
+    fn every_number_can_be_set_by_its_key() {
+        for number in Parameter::ALL {
+            let name = number.name();
+            let overrides = Overrides::parse(&format!("{name} = 0.25\n"), "x.toml").expect(name);
+            let mut params = Params::DEFAULT;
+            overrides.apply(&mut params);
+            let mut expected = Params::DEFAULT;
+            number.set(&mut expected, 0.25);
+            assert_eq!(params, expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn unknown_key_error_lists_the_known_keys() {
+        for (text, expected) in [
+            (
+                "decision.on_delay = 1",
+                "unknown field `on_delay`, expected one of `threshold`, `on_delay_s`, `off_delay_s`",
+            ),
+            (
+                "load.threshold = 1",
+                "unknown field `threshold`, expected `on_threshold` or `off_threshold`",
+            ),
+            (
+                "gyroscope.bias = 1",
+                "unknown field `bias`, expected `bias_rad_s`",
+            ),
+            (
+                "feet.FL.window = 1",
+                "unknown field `window`, expected one of `axes`, `decision`, `load`, `learnt`, \
+                 `accelerometer`, `gyroscope`",
+            ),
+            (
+                "load = 3",
+                "invalid type: integer `3`, expected the table load",
+            ),
+            (
+                "feet.FL = 3",
+                "invalid type: integer `3`, expected a table of settings",
+            ),
+            (
+                "gyroscope.bias_rad_s = 3",
+                "invalid type: integer `3`, expected a table of axes",
+            ),
+            (
+                "attitude.rest.time_s = 1",
+                "unknown field `time_s`, expected one of `duration_s`, `acceleration_m_s2`, \
+                 `rate_rad_s`, `bias_limit_rad_s`, `bias_time_constant_s`",
+            ),
+            (
+                "attitude.gain = 1",
+                "unknown field `gain`, expected one of `motion_time_constant_s`, `quiet_gain`, \
+                 `quiet_acceleration_m_s2`, `quiet_rate_rad_s`, `rest`, `gyro_timing`",
+            ),
+        ] {
+            let error = Overrides::parse(text, "x.toml").unwrap_err().to_string();
+            let (_, message) = error.split_once(": ").expect("a message");
+            assert_eq!(message, expected);
+        }
+    }
+}
