@@ -74,8 +74,7 @@ impl Bag<'_> {
     fn file(&mut self, bytes: &mut dyn Read) -> Result<(), Stop> {
         let options = LinearReaderOptions::default()
             .with_skip_end_magic(true)
-            // Lengths within a damaged chunk could be those of anything.
-            .with_prevalidate_chunk_crcs(true)
+            .with_validate_chunk_crcs(true)
             .with_record_length_limit(LONGEST_RECORD);
         let mut reader = LinearReader::new_with_options(options);
         while let Some(event) = reader.next_event() {
