@@ -345,3 +345,36 @@ fn feet_of_a_bag_are_calibrated_each_by_itself() {
         "foot L: method = \"half_widths\" learns nothing",
     );
 }
+
+#[test]
+fn copy_of_a_bag_wants_a_place_for_each_foot() {
+    let bench = Bench::new();
+    let names = "--names 0x15=FL,0x16=R";
+    bench.stdout(&format!(
+        "record demo:feet=2,line=uart,seconds=3 {names} -o walk.mcap"
+    ));
+    // Copy without the contacts of the recording.
+    bench.stdout("convert walk.mcap imu.mcap --topic all");
+    let copy = "replay imu.mcap --topic all --output copy.mcap";
+    let said = bench.error(&format!("{copy} --compat champ"));
+    assert!(
+        said.contains("the foot L has no place of its own in the messages of all feet"),
+        "{said}"
+    );
+    let output = bench.run(&format!(
+        "{copy} --compat champ --not-topic /footfall/L/imu --rename R=FR"
+    ));
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let warning =
+        "footfall: the bag has no foot RL, RR: in messages of all feet each counts as in swing\n";
+    assert!(said.contains(warning), "{said}");
+    let said = text(&bench.run(copy).stderr);
+    assert!(!said.contains("of all feet"), "{said}");
+    for options in ["--compat champ", "--lowstate /lowstate"] {
+        let said = bench.error(&format!("replay imu.mcap --topic all {options}"));
+        let option = options.split(' ').next().expect("an option");
+        let expected = format!("footfall: {option} is for a copy of a bag: --output copy.mcap\n");
+        assert_eq!(said, expected);
+    }
+}

@@ -208,3 +208,12 @@ fn memory_is_independent_of_recording_length() {
     // Buffers kept in memory are full after about 800,000 rows.
     assert!(short > 1000 && long < 120_000, "{short} and {long} KiB");
 }
+
+#[test]
+#[cfg(feature = "bags")]
+fn stdin_does_not_become_a_copy_of_a_bag() {
+    let said = Bench::new().piped("replay - --output out.mcap", "").stderr;
+    let said = crate::common::text(&said);
+    assert!(said.contains("which is read twice"), "{said}");
+    assert!(!said.contains("give one mcap"), "{said}");
+}

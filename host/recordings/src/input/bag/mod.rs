@@ -31,6 +31,7 @@ mod mcap;
 mod messages;
 mod metadata;
 mod reader;
+mod replacement;
 mod rosbag2;
 mod sidecar;
 mod storage;
