@@ -213,7 +213,7 @@ fn memory_is_independent_of_recording_length() {
 #[cfg(feature = "bags")]
 fn stdin_does_not_become_a_copy_of_a_bag() {
     let said = Bench::new().piped("replay - --output out.mcap", "").stderr;
-    let said = crate::common::text(&said);
+    let said = text(&said);
     assert!(said.contains("which is read twice"), "{said}");
     assert!(!said.contains("give one mcap"), "{said}");
 }
