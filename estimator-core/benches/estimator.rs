@@ -1,85 +1,116 @@
-//! Throughput of the estimator and of its parts, in samples per second, on a simulated walk.
-
-// The harness' macros make public items without documentation.
-#![allow(missing_docs)]
+//! Cost of the estimator and of its parts on a simulated walk.
+//!
+//! Without arguments: a table of throughputs, the fastest of several passes. With `--once NAME`: one pass of this case, for
+//! `host-tests/tests/instructions.rs`, which has valgrind count the instructions of [`pass`] alone.
 
 mod walk;
 
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use estimator_core::{
     AttitudeFilter, ContactEstimator, DensityEstimator, Params, WindowLength, erf,
 };
 
-/// The kernel density estimate alone, with the paper's parameters, at windows of many lengths:
-/// the cost must not grow with the window.
-fn kde(c: &mut Criterion) {
+/// Time for which the passes of a case are repeated.
+const MEASURED: Duration = Duration::from_secs(2);
+
+/// A name, the number of samples in a pass, and the pass.
+struct Case(&'static str, usize, Box<dyn FnMut()>);
+
+/// The kernel density estimate alone, with the paper's parameters.
+fn kde(name: &'static str, window: u32) -> Case {
     let motion = walk::motion();
-    let mut group = c.benchmark_group("kde");
-    group.throughput(Throughput::Elements(motion.len() as u64));
-    for window in [50, 10, 250, 4000] {
-        let params = Params {
-            window: WindowLength::Samples(window),
-            ..Params::PAPER
-        };
-        let config = params.validate::<4096>().expect("a preset");
-        group.bench_function(format!("paper_{window}"), |b| {
-            let mut density = DensityEstimator::new(&config);
-            b.iter(|| {
-                for &(acceleration, rate) in &motion {
-                    black_box(density.push(acceleration, rate));
-                }
-            });
-        });
+    let params = Params {
+        window: WindowLength::Samples(window),
+        ..Params::PAPER
+    };
+    let config = params.validate::<4096>().expect("a preset");
+    let mut density = DensityEstimator::new(&config);
+    let pass = move || {
+        for &(acceleration, rate) in &motion {
+            black_box(density.push(acceleration, rate));
+        }
+    };
+    Case(name, walk::SAMPLES, Box::new(pass))
+}
+
+/// The attitude filter alone.
+fn filter() -> Case {
+    let samples = walk::samples();
+    let config = Params::DEFAULT.validate::<256>().expect("a preset");
+    let pass = move || {
+        let mut filter = AttitudeFilter::new(&config);
+        for sample in &samples {
+            filter.update(black_box(sample));
+        }
+        black_box(filter.orientation());
+    };
+    Case("filter/step", walk::SAMPLES, Box::new(pass))
+}
+
+/// The whole estimator with the default preset.
+fn pipeline() -> Case {
+    let samples = walk::samples();
+    let config = Params::DEFAULT.validate::<256>().expect("a preset");
+    let pass = move || {
+        let mut estimator = ContactEstimator::new(&config);
+        for sample in &samples {
+            black_box(estimator.update(sample, None));
+        }
+    };
+    Case("pipeline/default", walk::SAMPLES, Box::new(pass))
+}
+
+/// An error function.
+fn error_function(name: &'static str, function: fn(f32) -> f32) -> Case {
+    const ARGUMENTS: usize = 4000;
+    let arguments: Vec<f32> = (0..ARGUMENTS).map(|i| i as f32 * 1.0e-3).collect();
+    let pass = move || {
+        black_box(
+            arguments
+                .iter()
+                .map(|&x| function(black_box(x)))
+                .sum::<f32>(),
+        );
+    };
+    Case(name, ARGUMENTS, Box::new(pass))
+}
+
+/// Not inlined: only its instructions are counted, without those of the preparation.
+#[inline(never)]
+fn pass(run: &mut dyn FnMut()) {
+    run();
+}
+
+fn main() {
+    let cases = [
+        // The cost must not grow with the window.
+        kde("kde/paper_50", 50),
+        kde("kde/paper_250", 250),
+        kde("kde/paper_4000", 4000),
+        filter(),
+        pipeline(),
+        error_function("erf/table", erf::erf),
+        error_function("erf/libm", libm::erff),
+    ];
+    let arguments: Vec<String> = std::env::args().collect();
+    let once = arguments.iter().position(|argument| argument == "--once");
+    let once = once.map(|at| arguments.get(at + 1).expect("the name of a case"));
+    for Case(name, samples, mut run) in cases {
+        if let Some(wanted) = once {
+            if wanted == name {
+                pass(&mut run);
+            }
+            continue;
+        }
+        let (end, mut fastest) = (Instant::now() + MEASURED, Duration::MAX);
+        while Instant::now() < end {
+            let begin = Instant::now();
+            pass(&mut run);
+            fastest = fastest.min(begin.elapsed());
+        }
+        let rate = samples as f64 / fastest.as_secs_f64() / 1.0e6;
+        println!("{name:18} {rate:8.2} million samples/s");
     }
 }
-
-/// Throughput of the attitude filter alone.
-fn filter(c: &mut Criterion) {
-    let samples = walk::samples();
-    let mut group = c.benchmark_group("filter");
-    group.throughput(Throughput::Elements(samples.len() as u64));
-    let config = Params::DEFAULT.validate::<256>().expect("a preset");
-    group.bench_function("step", |b| {
-        b.iter(|| {
-            let mut filter = AttitudeFilter::new(&config);
-            for sample in &samples {
-                filter.update(sample);
-                black_box(filter.orientation());
-            }
-        });
-    });
-}
-
-/// Throughput of the whole estimator with the default preset.
-fn pipeline(c: &mut Criterion) {
-    let samples = walk::samples();
-    let mut group = c.benchmark_group("pipeline");
-    group.throughput(Throughput::Elements(samples.len() as u64));
-    let config = Params::DEFAULT.validate::<256>().expect("a preset");
-    group.bench_function("default", |b| {
-        b.iter(|| {
-            let mut estimator = ContactEstimator::new(&config);
-            for sample in &samples {
-                black_box(estimator.update(sample, None));
-            }
-        });
-    });
-}
-
-/// The table-based error function compared with `libm::erff`.
-fn error_function(c: &mut Criterion) {
-    let arguments: Vec<f32> = (0..4000).map(|i| i as f32 * 1.0e-3).collect();
-    let mut group = c.benchmark_group("erf");
-    group.throughput(Throughput::Elements(arguments.len() as u64));
-    group.bench_function("table", |b| b.iter(|| sum_over(&arguments, erf::erf)));
-    group.bench_function("libm", |b| b.iter(|| sum_over(&arguments, libm::erff)));
-}
-
-fn sum_over(arguments: &[f32], function: impl Fn(f32) -> f32) -> f32 {
-    arguments.iter().map(|&x| function(black_box(x))).sum()
-}
-
-criterion_group!(benches, kde, filter, pipeline, error_function);
-criterion_main!(benches);

@@ -1,7 +1,6 @@
 //! Cost of a sample, in instructions of the host, compared with its budget.
 
-use std::env;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use host_tests::committed::workspace;
@@ -10,76 +9,73 @@ use serde_json::Value;
 
 /// Most instructions per sample, on average over a walk of 5000 samples, x86-64 without extensions.
 const BUDGETS: [(&str, f64); 4] = [
-    ("kde/paper_50", 800.0),
-    ("kde/paper_250", 800.0),
-    ("filter/step", 2_000.0),
-    ("pipeline/default", 5_000.0),
+    ("kde/paper_50", 500.0),
+    ("kde/paper_250", 500.0),
+    ("filter/step", 1_200.0),
+    ("pipeline/default", 3_000.0),
 ];
 const SAMPLES: f64 = 5000.0;
 
 #[test]
 fn samples_keep_their_budgets_for_any_window() {
-    let Some(runner) = runner() else {
+    let Some(counts) = count_instructions() else {
         return;
     };
-    let counts = count_instructions(&runner);
-    assert_eq!(counts.len(), BUDGETS.len(), "{counts:?}");
-    let count_of = |name: &str| {
-        let count = counts.iter().find(|(counted, _)| counted == name);
-        let (_, count) = count.unwrap_or_else(|| panic!("{name} was not counted: {counts:?}"));
-        *count
-    };
-    for (name, budget) in BUDGETS {
-        let count = count_of(name);
+    for ((name, budget), count) in BUDGETS.into_iter().zip(&counts) {
         assert!(
-            count <= budget,
+            *count <= budget,
             "{name} costs {count:.1} instructions per sample; the budget is {budget}"
         );
     }
-    let (short, long) = (count_of("kde/paper_50"), count_of("kde/paper_250"));
+    let [short, long, ..] = counts[..] else {
+        panic!("{counts:?}");
+    };
     assert!((long / short - 1.0).abs() < 0.01, "{short} and {long}");
 }
 
-/// Runs the bench. Returns each benchmark's name with its instructions per sample.
-fn count_instructions(runner: &Path) -> Vec<(String, f64)> {
+/// Runs each case of the bench under valgrind. Returns its instructions per sample.
+fn count_instructions() -> Option<Vec<f64>> {
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        unmet("valgrind is not installed (Debian: apt-get install valgrind)");
+        return None;
+    }
+    let bench = bench();
+    let count = |(name, _): (&str, f64)| {
+        // Only what `pass` of the bench calls.
+        let output = Command::new("valgrind")
+            .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+            .arg("--toggle-collect=estimator::pass*")
+            .arg(&bench)
+            .args(["--once", name])
+            .output()
+            .expect("valgrind starts");
+        let report = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{report}");
+        let counted = report
+            .lines()
+            .find_map(|line| line.split_once("Collected : "));
+        let counted: f64 = counted
+            .and_then(|(_, n)| n.parse().ok())
+            .unwrap_or_else(|| panic!("{report}"));
+        counted / SAMPLES
+    };
+    Some(BUDGETS.map(count).to_vec())
+}
+
+/// Builds the bench and returns its path.
+fn bench() -> PathBuf {
     let output = Command::new(env!("CARGO"))
-        .args(["bench", "--package", "estimator-core"])
-        .args(["--bench", "instructions", "--", "--output-format=json"])
-        .env("GUNGRAUN_RUNNER", runner)
+        .args(["bench", "--locked", "--package", "estimator-core"])
+        .args(["--bench", "estimator", "--no-run", "--message-format=json"])
         // Its own directory: a build for release in the other one would keep it waiting for minutes.
         .env("CARGO_TARGET_DIR", workspace().join("target/benches"))
         .current_dir(workspace())
         .output()
         .expect("cargo starts");
-    assert!(
-        output.status.success(),
-        "the bench failed: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8_lossy(&output.stdout)
-        .lines()
-        .map(|line| {
-            let run: Value = serde_json::from_str(line).expect("a line of JSON for each benchmark");
-            let text = |key: &str| run[key].as_str().expect(key).to_owned();
-            let metrics = &run["profiles"][0]["data"]["parts"][0]["metrics"];
-            let instructions = metrics["Ir"]["values"]["new"].as_f64().expect("a count");
-            let name = format!("{}/{}", text("function_name"), text("id"));
-            (name, instructions / SAMPLES)
-        })
-        .collect()
-}
-
-/// The program that runs the bench under valgrind, or `None` if a requirement is missing.
-fn runner() -> Option<PathBuf> {
-    if Command::new("valgrind").arg("--version").output().is_err() {
-        unmet("valgrind is not installed (Debian: apt-get install valgrind)");
-        return None;
-    }
-    let installed = workspace().join("target/tools/bin/gungraun-runner");
-    let runner = env::var_os("GUNGRAUN_RUNNER").map_or(installed, PathBuf::from);
-    if runner.is_file() {
-        return Some(runner);
-    }
-    unmet("gungraun-runner is not installed (.ci/install does it)");
-    None
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let built = messages.lines().find_map(|line| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        Some(PathBuf::from(message["executable"].as_str()?))
+    });
+    built.unwrap_or_else(|| panic!("{}", String::from_utf8_lossy(&output.stderr)))
 }

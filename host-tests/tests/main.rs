@@ -14,6 +14,8 @@ mod atlas;
 #[path = "attacks/main.rs"]
 mod attacks;
 mod attitude;
+#[cfg(feature = "full")]
+mod bag_copies;
 mod broad;
 mod calibrate;
 mod can_logs;

@@ -24,6 +24,12 @@ use tempfile::TempDir;
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/roads.py");
 
+const COPIED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/copied.py");
+
+const LOW_STATE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/low_state.py");
+
+const RECORDED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/recorded.py");
+
 const ESTIMATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/estimates.py");
 
 /// Number of rows of the walk: five seconds with steps on firm ground.
@@ -222,6 +228,92 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
 }
 
 #[test]
+fn frames_of_one_topic_are_separate_feet() {
+    const FRAMES: [&str; 4] = ["fl_foot", "fr_foot", "rl_foot", "rr_foot"];
+    let Some(folder) = roads() else { return };
+    let packages = packages::install("python-roads", REQUIREMENTS).expect("as for the bags");
+    let table = read(&folder.join("walk.csv"), &Hints::default());
+    let mut left = table.into_iter().next().expect("a foot");
+    left.samples.truncate(ROWS_OF_FEET);
+    for path in entries(&folder.join("frames")) {
+        let said = Opened::new(&path, None)
+            .and_then(|opened| opened.store_all(&Hints::default()))
+            .err()
+            .expect("several feet")
+            .to_string();
+        for frame in FRAMES {
+            let listed = format!("/foot_imus frame \"{frame}\" ({ROWS_OF_FEET} messages");
+            assert!(said.contains(&listed), "{said}");
+        }
+        let feet = read(&path, &hints(&["all"], &[]));
+        let names = feet.iter().filter_map(|foot| foot.name.as_deref());
+        assert!(names.eq(FRAMES), "{}", path.display());
+        for (foot, factor) in feet.iter().zip([1.0, -1.0, 0.5, 0.25]) {
+            assert_eq!(foot.samples.len(), ROWS_OF_FEET);
+            for (found, expected) in foot.samples.iter().zip(&left.samples) {
+                let [found, expected] = [found, expected].map(|sample| sample.imu.specific_force.0);
+                assert_eq!((found.x, found.z), (factor * expected.x, expected.z));
+            }
+        }
+        let pairs = || feet[0].samples.iter().zip(&left.samples);
+        assert!(pairs().all(|(found, expected)| found.imu == expected.imu));
+
+        // Recording of the bag as a source of streaming feet.
+        let recording = folder.join("recorded.mcap");
+        let source = format!("file:{}", path.display());
+        let paths = [
+            "--output".as_ref(),
+            recording.as_os_str(),
+            "--overwrite".as_ref(),
+        ];
+        let options = ["footfall", "record", &source, "--topic", "all"].map(AsRef::as_ref);
+        let arguments = Arguments::parse_from(options.into_iter().chain(paths));
+        arguments.run().expect("a recording");
+        let output = Command::new(&packages.interpreter)
+            .args([RECORDED.as_ref(), path.as_os_str()])
+            .args(["/foot_imus".as_ref(), recording.as_os_str()])
+            .env("PYTHONPATH", &packages.folder)
+            .output()
+            .expect("Python runs");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{stderr}");
+        let equal = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(equal.trim(), (4 * ROWS_OF_FEET).to_string());
+    }
+}
+
+#[test]
+fn mapping_that_the_error_suggests_reads_a_foot_with_its_load() {
+    let Some(folder) = roads() else { return };
+    let table = read(&folder.join("walk.csv"), &Hints::default());
+    let mut expected = table.into_iter().next().expect("a foot");
+    expected.samples.truncate(ROWS_OF_FEET);
+    expected.estimates.truncate(ROWS_OF_FEET);
+    let path = folder.join("tables/plotjuggler.csv");
+    let refused = Opened::new(&path, None).and_then(|opened| opened.store_all(&Hints::default()));
+    let said = refused.err().expect("two sensors").to_string();
+    let (_, mappings) = said.split_once("choose one, --map ").expect("mappings");
+    let mappings: Vec<&str> = mappings.split(" or --map ").collect();
+    assert_eq!(mappings.len(), 2, "{said}");
+    let read_with = |mapping: &str| {
+        let mut hints = Hints::default();
+        let with_load = format!("{mapping},force=/ft/fl/wrench/force/z");
+        hints.table.mapping = with_load.parse().expect("a mapping");
+        read(&path, &hints)
+    };
+    assert_same(&read_with(mappings[0])[0], &expected, &path);
+    for (right, left) in read_with(mappings[1])[0]
+        .samples
+        .iter()
+        .zip(&expected.samples)
+    {
+        assert_eq!(right.imu.angular_rate, left.imu.angular_rate);
+        let [right, left] = [right, left].map(|sample| sample.imu.specific_force.0);
+        assert_eq!((right.x, right.y, right.z), (-left.x, -left.y, left.z));
+    }
+}
+
+#[test]
 fn axes_and_loads_are_read_from_fields_of_any_message() {
     let Some(folder) = roads() else { return };
     let table = read(&folder.join("walk.csv"), &Hints::default());
@@ -283,6 +375,211 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
         assert_eq!(both.len(), 2, "{named}");
         assert_eq!(both[1].samples[7].imu, expected.samples[7].imu);
     }
+}
+
+#[test]
+fn robot_states_are_played_and_estimated() {
+    let Some(folder) = roads() else { return };
+    let out = tempfile::tempdir().expect("a folder");
+    let load = "/lowstate.foot_force[1]";
+    for path in entries(&folder.join("states")) {
+        let run = |command: &[&str]| {
+            let options = ["--topic", "/lowstate.imu_state", "--load-topic", load];
+            let arguments = ["footfall"].iter().chain(command).chain(&options);
+            let arguments = Arguments::try_parse_from(arguments).expect("arguments");
+            arguments.run().unwrap_or_else(|error| panic!("{error}"));
+        };
+        let name = path.file_name().expect("a name").to_string_lossy();
+        let played = out.path().join(format!("{name}.mcap"));
+        let source = format!("file:{}@max", path.display());
+        run(&["record", &source, "--output", &played.to_string_lossy()]);
+        let [expected, found] = [
+            &read(&path, &hints(&["/lowstate.imu_state"], &[]))[0],
+            &read(&played, &Hints::default())[0],
+        ];
+        assert!(found.samples == expected.samples, "{name}");
+        run(&["replay", &path.to_string_lossy()]);
+    }
+}
+
+#[test]
+fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
+    let Some(folder) = roads() else { return };
+    let packages = packages::install("python-roads", REQUIREMENTS).expect("installed before");
+    let out = tempfile::tempdir().expect("a folder");
+    let events = out.path().join("events.csv");
+    let loads = |bag: &Path| match bag.starts_with(folder.join("robots")) {
+        true => [1, 0, 3, 2]
+            .map(|foot| format!("--load-topic=/lowstate.foot_force[{foot}]"))
+            .to_vec(),
+        false => vec!["--load-topic=/ft/{foot}".to_owned()],
+    };
+    let run = |bag: &Path, output: &Path| {
+        let loads = loads(bag);
+        let options = ["--topic", "all"].into_iter();
+        let options = options.chain(loads.iter().map(String::as_str));
+        let command = ["footfall", "replay"]
+            .into_iter()
+            .chain(options)
+            .map(OsStr::new);
+        let paths = [bag.as_os_str(), "--output".as_ref(), output.as_os_str()];
+        let events = ["--events".as_ref(), events.as_os_str()];
+        let arguments = command.chain(paths).chain(events);
+        let arguments = Arguments::try_parse_from(arguments).expect("arguments");
+        arguments.run().map_err(|error| error.to_string())
+    };
+    let [copy, table] = ["copy.mcap", "table.csv"].map(|name| out.path().join(name));
+    for (name, feet, rows) in [
+        ("robots/mcap_9", 4, 3000),
+        ("feet/ros2_zstd.mcap", 2, ROWS_OF_FEET),
+        ("feet/big_endian.mcap", 2, ROWS_OF_FEET),
+        ("feet/sqlite3_message_9", 2, ROWS_OF_FEET),
+        ("feet/mcap_file_8", 2, ROWS_OF_FEET),
+    ] {
+        let bag = folder.join(name);
+        run(&bag, &copy).expect("a copy");
+        run(&bag, &table).expect("a table");
+        let compared = Command::new(&packages.interpreter)
+            .arg(COPIED)
+            .args([&bag, &copy, &table, &events])
+            .env("PYTHONPATH", &packages.folder)
+            .output()
+            .expect("Python runs");
+        let stderr = String::from_utf8_lossy(&compared.stderr);
+        assert!(compared.status.success(), "{name}: {stderr}");
+        let counts = String::from_utf8_lossy(&compared.stdout);
+        let counts: Vec<usize> = counts
+            .split_whitespace()
+            .map(|count| count.parse().expect("a count"))
+            .collect();
+        assert_eq!(counts[0], feet * rows, "{name}");
+        // The feet of the first two seconds stand.
+        let expected = if feet == 4 { 20..40 } else { 0..1 };
+        assert!(expected.contains(&counts[1]), "{name}: {counts:?}");
+    }
+    // Types without definitions keep their names.
+    let bag = folder.join("states/sqlite3_8");
+    let arguments = [
+        "footfall",
+        "replay",
+        "--topic",
+        "/lowstate.imu_state",
+        "--output",
+    ]
+    .map(OsStr::new);
+    let states = out.path().join("states.mcap");
+    let arguments = arguments
+        .into_iter()
+        .chain([states.as_os_str(), bag.as_os_str()]);
+    let arguments = Arguments::try_parse_from(arguments).expect("arguments");
+    arguments.run().expect("a copy");
+    let [of_bag, of_copy] =
+        [&bag, &states].map(|path| read(path, &hints(&["/lowstate.imu_state"], &[])));
+    assert_same(&of_copy[0], &of_bag[0], &states);
+    let inside = folder.join("feet/sqlite3_none_9");
+    let said = run(&inside, &inside.join("contacts.mcap")).expect_err("a part of the bag");
+    assert!(said.contains("it is the recording itself"), "{said}");
+    let again = run(&copy, &out.path().join("again.mcap")).expect_err("contacts are there");
+    assert!(
+        again.contains("its messages are those of an earlier estimate"),
+        "{again}"
+    );
+    assert!(!out.path().join("again.mcap").exists());
+    let table = run(&folder.join("walk.csv"), &copy).expect_err("no bag");
+    assert!(
+        table.contains("give one mcap or rosbag2 to replay"),
+        "{table}"
+    );
+}
+
+#[test]
+fn states_of_a_robot_have_the_forces_of_the_estimates() {
+    let Some(folder) = roads() else { return };
+    let packages = packages::install("python-roads", REQUIREMENTS).expect("installed before");
+    let out = tempfile::tempdir().expect("a folder");
+    let copy = out.path().join("copy.mcap");
+    // Places of the feet in Unitree's order, by their names.
+    let loads = [1, 0, 3, 2].map(|foot| format!("--load-topic=/lowstate.foot_force[{foot}]"));
+    let run = |bag: &Path, options: &[&str]| {
+        let command = ["footfall", "--quiet", "replay", "--topic", "all"];
+        let command = command.into_iter().chain(loads.iter().map(String::as_str));
+        let command = command.chain(options.iter().copied()).map(OsStr::new);
+        let paths = [bag.as_os_str(), "--output".as_ref(), copy.as_os_str()];
+        let arguments = Arguments::try_parse_from(command.chain(paths)).expect("arguments");
+        arguments.run().map_err(|error| error.to_string())
+    };
+    let bags = entries(&folder.join("robots"));
+    assert_eq!(bags.len(), 3);
+    for bag in &bags {
+        let decisions = &["--lowstate", "/lowstate", "--compat", "champ"][..];
+        let loads = &["--lowstate", "/lowstate", "--lowstate-scale", "-0.5"][..];
+        // The kind of the bag has no influence on the forces that are written.
+        let is_scaled = bag.ends_with("big_endian.mcap");
+        let scaled = is_scaled.then_some((loads, Some("-0.5")));
+        for (options, scale) in [(decisions, None)].into_iter().chain(scaled) {
+            run(bag, options).expect("a copy");
+            let compared = Command::new(&packages.interpreter)
+                .args([LOW_STATE.as_ref(), copy.as_os_str()])
+                .args(scale)
+                .env("PYTHONPATH", &packages.folder)
+                .output()
+                .expect("Python runs");
+            let stderr = String::from_utf8_lossy(&compared.stderr);
+            let named = bag.display();
+            assert!(compared.status.success(), "{named}, {scale:?}: {stderr}");
+            let states = String::from_utf8_lossy(&compared.stdout);
+            assert_eq!(states.trim(), "1500", "{named}");
+        }
+    }
+    fs::remove_file(&copy).expect("the copy");
+    for (options, expected) in [
+        (
+            &["--lowstate", "/highstate"][..],
+            "topic /highstate: no forces of four feet to replace: the bag has no message on it",
+        ),
+        (
+            &["--lowstate", "/imu/fl"],
+            "topic /imu/fl: no forces of four feet to replace: there is no foot_force, but header,",
+        ),
+        (
+            &["--lowstate", "/lowstate", "--compat", "unitree"],
+            "both write /footfall/lowstate",
+        ),
+    ] {
+        let said = run(&bags[0], options).expect_err("no forces");
+        assert!(said.contains(expected), "{said}");
+        assert!(!copy.exists(), "{said}");
+    }
+}
+
+#[test]
+fn the_command_takes_topics_and_loads() {
+    let Some(folder) = roads() else { return };
+    let bag = folder.join("feet/ros2_zstd.mcap");
+    let output = folder.join("command.csv");
+    let replayed = |arguments: &[&str]| {
+        let command = ["footfall", "replay"]
+            .into_iter()
+            .chain(arguments.iter().copied());
+        let paths = [bag.as_os_str(), "--output".as_ref(), output.as_os_str()];
+        let all = command.map(OsStr::new).chain(paths);
+        Arguments::try_parse_from(all)
+            .expect("arguments")
+            .run()
+            .map_err(|error| error.to_string())
+    };
+    let several = replayed(&[]).expect_err("two feet");
+    assert!(several.contains("choose with --topic"), "{several}");
+    replayed(&["--topic", "/imu/fl", "--load-topic", "/ft/fl:force.z"]).expect("one foot");
+    let table = fs::read_to_string(&output).expect("a table");
+    assert_eq!(table.lines().count(), ROWS_OF_FEET + 1);
+    assert!(
+        table
+            .lines()
+            .nth(1)
+            .is_some_and(|row| row.starts_with("1700000000.123485,"))
+    );
+    assert!(table.contains(",stance,"), "the load is there");
 }
 
 #[test]

@@ -4,23 +4,10 @@ mod common;
 
 use common::{QUIET, part, sensor};
 use lsm6dsox::sim::{Axis, Part, PartFault, PartOptions};
-use lsm6dsox::{
-    Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, SetSpiClock, SpiClock, register,
-};
+use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Sensor, SetSpiClock, SpiClock, register};
 
 const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
-
-#[test]
-fn data_line_stuck_low_reads_identity_0x00() {
-    let part = part(QUIET);
-    part.inject(PartFault::MisoStuckLow);
-    let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
-    assert_eq!(
-        sensor.init(&mut part.delay()),
-        Err(Error::Identity { read: 0x00 })
-    );
-}
 
 #[test]
 fn data_line_stuck_low_after_init_gives_stale_samples() {
@@ -58,31 +45,6 @@ fn data_line_stuck_high_reads_identity_0xff_and_no_samples() {
 }
 
 #[test]
-fn another_identity_is_reported_as_it_was_read() {
-    let part = part(QUIET);
-    part.inject(PartFault::WrongId(0x6B));
-    let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
-    let error = sensor.init(&mut part.delay()).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "WHO_AM_I (0x0F): read 0x6B, expected 0x6C"
-    );
-}
-
-#[test]
-fn frequent_bit_flips_stop_init_with_a_named_register() {
-    let part = part(QUIET);
-    part.inject(PartFault::BitFlips {
-        per_million: 100_000,
-    });
-    let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
-    assert!(matches!(
-        sensor.init(&mut part.delay()),
-        Err(Error::Identity { .. } | Error::ReadBack { .. } | Error::ResetTimeout { .. })
-    ));
-}
-
-#[test]
 fn rare_bit_flips_show_in_the_status_of_some_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
@@ -112,34 +74,6 @@ fn reset_in_mid_run_gives_stale_samples_and_fails_verify() {
     sensor.init(&mut part.delay()).unwrap();
     part.advance_by(MILLISECOND);
     assert!(sensor.sample().unwrap().is_fresh());
-}
-
-#[test]
-fn samples_stay_fresh_after_a_lost_data_ready() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    part.inject(PartFault::DataReadyLost);
-    for _ in 0..100 {
-        assert_eq!(part.next_rising_edge_ns(Pin::Int1), None);
-        assert!(!part.pin_is_high(Pin::Int1));
-        part.advance_by(MILLISECOND);
-        assert!(sensor.sample().unwrap().is_fresh());
-    }
-}
-
-#[test]
-fn edge_storm_gives_stale_samples() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    part.inject(PartFault::DataReadyStorm { period_ns: 15_000 });
-    let mut fresh = 0;
-    for _ in 0..1_000 {
-        part.advance_to(part.next_rising_edge_ns(Pin::Int1).unwrap());
-        assert!(part.pin_is_high(Pin::Int1));
-        fresh += u32::from(sensor.sample().unwrap().is_fresh());
-    }
-    // Ten edges per sample.
-    assert!((99..=101).contains(&fresh), "{fresh}");
 }
 
 #[test]
@@ -192,29 +126,6 @@ fn an_axis_sticks_at_its_code_while_the_others_go_on() {
         changed = core::array::from_fn(|axis| changed[axis] || codes[axis] != last[axis]);
     }
     assert_eq!(changed, [true, false, true, false, true, false]);
-}
-
-#[test]
-fn one_sensor_freezes_while_the_other_goes_on() {
-    let noisy = PartOptions {
-        noise: true,
-        ..QUIET
-    };
-    for frozen in [Sensor::Accel, Sensor::Gyro] {
-        let part = part(noisy);
-        let mut sensor = sensor(&part, PRESET);
-        part.advance_by(MILLISECOND);
-        let before = sensor.sample().unwrap();
-        part.inject(PartFault::SensorFrozen(frozen));
-        part.advance_by(10 * MILLISECOND);
-        let after = sensor.sample().unwrap();
-        assert!(after.is_fresh());
-        let same = (
-            before.specific_force == after.specific_force,
-            before.angular_rate == after.angular_rate,
-        );
-        assert_eq!(same, (frozen == Sensor::Accel, frozen == Sensor::Gyro));
-    }
 }
 
 #[test]
@@ -322,100 +233,4 @@ fn slow_data_line_is_one_bit_late_until_the_clock_is_halved() {
         part.spi().set_spi_clock(SpiClock::Half);
         assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{ns} ns");
     }
-}
-
-#[test]
-fn glitches_add_edges_to_those_of_samples() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    sensor.sample().unwrap();
-    part.inject(PartFault::DataReadyGlitches { period_ns: 40_000 });
-    let end = part.now_ns() + 3 * MILLISECOND;
-    let (mut real, mut glitches) = (0, 0);
-    while let Some(edge) = part.next_rising_edge_ns(Pin::Int1).filter(|ns| *ns < end) {
-        part.advance_to(edge - 1);
-        assert!(!part.pin_is_high(Pin::Int1), "at {edge} ns");
-        part.advance_to(edge);
-        assert!(part.pin_is_high(Pin::Int1), "at {edge} ns");
-        let long = part.with(|part| {
-            part.advance_to(edge + 2_000);
-            part.pin_is_high(Pin::Int1)
-        });
-        *(if long { &mut real } else { &mut glitches }) += 1;
-    }
-    assert!((19..=21).contains(&real), "{real}");
-    assert!((30..=45).contains(&glitches), "{glitches}");
-}
-
-#[test]
-fn saturated_codes_are_flagged_and_not_hidden() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    assert!(!sensor.sample().unwrap().is_saturated());
-    part.inject(PartFault::Saturation);
-    part.advance_by(MILLISECOND);
-    let raw = sensor.sample().unwrap();
-    assert_eq!(raw.specific_force.saturated(), [true; 3]);
-    assert_eq!(raw.angular_rate.saturated(), [true; 3]);
-    let sample = raw.to_si();
-    assert!(sample.accel_saturated && sample.gyro_saturated);
-    assert!(sample.specific_force[0] > 156.0);
-}
-
-#[test]
-fn slow_clock_still_gives_a_fresh_sample_each_millisecond() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    part.inject(PartFault::ClockRatio(0.97));
-    for _ in 0..1_000 {
-        part.advance_by(MILLISECOND);
-        assert!(sensor.sample().unwrap().is_fresh());
-    }
-    // The trim does not show the error.
-    assert_eq!(sensor.frequency_fine().unwrap().0, 0);
-}
-
-#[test]
-fn a_clock_at_a_tenth_of_its_rate_gives_stale_samples() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    part.inject(PartFault::ClockRatio(0.1));
-    let fresh = (0..1_000)
-        .filter(|_| {
-            part.advance_by(MILLISECOND);
-            sensor.sample().unwrap().is_fresh()
-        })
-        .count();
-    assert!((660..=670).contains(&fresh), "{fresh}");
-}
-
-#[test]
-fn part_recovers_when_its_faults_are_cleared() {
-    let part = part(QUIET);
-    for fault in [
-        PartFault::MisoStuckLow,
-        PartFault::MisoStuckHigh,
-        PartFault::BitFlips {
-            per_million: 500_000,
-        },
-        PartFault::WrongId(0),
-        PartFault::DataReadyLost,
-        PartFault::DataReadyStorm { period_ns: 1_000 },
-        PartFault::FrozenOutput,
-        PartFault::SensorFrozen(Sensor::Accel),
-        PartFault::AxisStuck {
-            sensor: Sensor::Gyro,
-            axis: Axis::X,
-            code: i16::MAX,
-        },
-        PartFault::DataReadyGlitches { period_ns: 0 },
-        PartFault::Saturation,
-        PartFault::ClockRatio(0.1),
-    ] {
-        part.inject(fault);
-    }
-    part.with(Part::clear_faults);
-    let mut sensor = sensor(&part, PRESET);
-    let sample = sensor.sample().unwrap();
-    assert!(sample.is_fresh() && !sample.is_saturated());
 }

@@ -9,9 +9,7 @@ use common::{QUIET, at_rest, part, sensor};
 use embedded_hal::spi::SpiDevice as _;
 use lsm6dsox::register::Register;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
-use lsm6dsox::sim::{
-    Interpolation, Part, PartFault, PartOptions, Recording, SharedPart, SimSpi, Stimulus,
-};
+use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, SimSpi, Stimulus};
 use lsm6dsox::{
     AccelFilter, AccelFullScale, Config, DataReady, DataReadyMode, GyroFilter, GyroFullScale,
     Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor, register,
@@ -81,21 +79,6 @@ fn each_millisecond_gets_a_fresh_sample_within_one_period() {
             assert!(sensor.sample().unwrap().is_fresh(), "tick {tick}");
         }
     }
-}
-
-#[test]
-fn an_hour_of_milliseconds_brings_a_fresh_sample_each() {
-    let part = part(PartOptions {
-        clock_error: -0.013,
-        jitter_ns: 500,
-        ..QUIET
-    });
-    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    for _ in 0..3_600_000 {
-        part.advance_by(MILLISECOND);
-        assert!(sensor.sample().unwrap().is_fresh());
-    }
-    assert!(part.now_ns() > 3_600_000 * MILLISECOND);
 }
 
 #[test]
@@ -361,38 +344,6 @@ fn an_axis_that_does_not_answer_the_test_signal_fails_by_name() {
 }
 
 #[test]
-fn powered_down_part_gives_no_new_samples_until_init() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    sensor.sample().unwrap();
-    sensor.power_down().unwrap();
-    part.advance_by(100 * MILLISECOND);
-    let status = sensor.status().unwrap();
-    assert!(!status.accel_fresh() && !status.gyro_fresh());
-    sensor.init(&mut part.delay()).unwrap();
-    part.advance_by(MILLISECOND);
-    assert!(sensor.sample().unwrap().is_fresh());
-}
-
-#[test]
-fn recording_plays_at_its_own_rate() {
-    // 100 Hz, one code per sample.
-    let step = 0.488e-3 * 9.806_65;
-    let samples = (0..200).map(|i| Stimulus {
-        specific_force: [f64::from(i) * step, 0.0, 0.0],
-        ..Stimulus::REST
-    });
-    let recording = Recording::new(100.0, samples.collect(), Interpolation::Linear).unwrap();
-    let part = Part::with_options(recording, QUIET).shared();
-    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    for tenths in 2..19_i16 {
-        part.advance_to(u64::from(tenths.unsigned_abs()) * 100 * MILLISECOND);
-        let code = sensor.sample().unwrap().specific_force.codes[0];
-        assert!((code - 10 * tenths).abs() <= 1, "{tenths}: {code}");
-    }
-}
-
-#[test]
 fn the_same_seed_gives_the_same_bits() {
     let run = |seed| {
         let part = part(PartOptions {
@@ -633,13 +584,6 @@ fn clock_rate_change_does_not_repeat_a_sample() {
     assert!(edges(&part, 10 * MILLISECOND).abs_diff(before) <= 1);
     part.inject(PartFault::ClockRatio(0.5));
     assert!(edges(&part, 10 * MILLISECOND).abs_diff(before / 2) <= 1);
-}
-
-#[test]
-fn a_default_part_passes_its_self_test() {
-    let part = part(PartOptions::DEFAULT);
-    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    assert!(sensor.self_test(&mut part.delay()).unwrap().passed());
 }
 
 #[test]

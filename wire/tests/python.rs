@@ -1,12 +1,10 @@
 //! Use of the wire formats from Python: `footfall.eds` by python-canopen and by Lely's tools, `footfall.dbc`
-//! by cantools, and python-canopen as master of a foot over slcan on a pseudo-terminal. The packages
-//! are installed into a virtual environment under `target`, in the versions of
-//! `python/requirements.txt`.
-#![cfg(unix)]
+//! by cantools. The packages are installed into a virtual environment under `target`, in the versions of
+//! `python/requirements.txt`. With python-canopen as master, the virtual board runs a foot.
 
 mod python {
     pub mod environment;
-    pub mod foot;
+    pub mod truth;
 }
 
 use std::fmt::Write;
@@ -15,13 +13,12 @@ use std::process::Command;
 use std::sync::OnceLock;
 use std::{env, fs};
 
-use estimator_core::{
-    AngularRate, ContactEstimate, Decision, Flags, LinearAcceleration, PerAxis, Phase,
-    Probabilities, Quaternion, Timestamp, Vec3,
-};
-use wire::dictionary::{self, Role, Shape};
-use wire::pdo::{Acceleration, Attitude, Axes, Bias, ClockReading, Contact, Health, Rate};
-use wire::{Faults, Foot, Pdo, Value};
+use estimator_core::Phase;
+use proptest::strategy::{Strategy as _, ValueTree as _};
+use proptest::test_runner::TestRunner;
+use python::truth::truth;
+use wire::dictionary::{self, Role, Shape, index};
+use wire::{Address, BootCause, Fault, Foot, Node, Pdo, Settings, Value};
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -129,156 +126,83 @@ fn lelys_tools_read_the_eds_and_readme_bus_without_warnings() {
     script("lely.py", &[&eds, &table, &readme]);
 }
 
+/// Number of estimates whose frames are decoded.
+const ESTIMATES: usize = 1_000;
+
 #[test]
-fn cantools_decodes_frames_like_the_codec() {
-    let mut table = String::from("id\tdata\tsignal\tvalue\n");
-    // Few frames: `dbc.rs` compares many with the same file by another reader.
-    for i in 0..20_u32 {
-        let share = i as f32 / 19.0;
-        let vector = |scale: f32| Vec3::new(share * scale, -share * scale, (0.5 - share) * scale);
-        let estimate = ContactEstimate {
-            timestamp: Timestamp::from_micros(u64::from(i) * 98_765),
-            probabilities: Probabilities {
-                axes: PerAxis::from_array([share; 6]),
-                tangential: share,
-                vertical: 1.0 - share,
-                stable: share * (1.0 - share),
-            },
-            decision: if i % 3 == 0 {
-                Decision::Stable
-            } else {
-                Decision::NotStable
-            },
-            phase: Phase::ALL[i as usize % 5],
-            flags: Flags::NONE,
-            orientation: Quaternion {
-                w: share,
-                x: -share,
-                y: 1.0 - share,
-                z: 0.5,
-            },
-            linear_acceleration: LinearAcceleration(vector(300.0)),
-            angular_rate: AngularRate(vector(40.0)),
-            gyro_bias: AngularRate(vector(0.3)),
-            ..ContactEstimate::default()
+fn cantools_decodes_every_signal_as_it_was_encoded() {
+    let mut table = String::from("id\tmessage\tdata\tsignal\tvalue\ttolerance\tname\n");
+    let mut row =
+        |id: u16, message: String, data: &[u8], signal: &str, expected: (f64, f64), name: &str| {
+            let data: String = data.iter().map(|byte| format!("{byte:02x}")).collect();
+            let (value, tolerance) = expected;
+            let _ = writeln!(
+                table,
+                "{id}\t{message}\t{data}\t{signal}\t{value}\t{tolerance}\t{name}"
+            );
         };
-        for foot in Foot::ALL {
-            for pdo in Pdo::ALL {
-                for (data, signal, value) in decoded(pdo, &estimate, i) {
-                    let id = pdo.cob_id(foot.default_node_id());
-                    let data: String = data.iter().map(|byte| format!("{byte:02x}")).collect();
-                    let _ = writeln!(table, "{id}\t{data}\t{signal}\t{value}");
-                }
+    let mut runner = TestRunner::deterministic();
+    for foot in Foot::ALL.into_iter().cycle().take(ESTIMATES) {
+        let truth = truth().new_tree(&mut runner).expect("a truth").current();
+        for pdo in Pdo::ALL {
+            let (id, data) = (pdo.cob_id(foot.default_node_id()), truth.frame(pdo));
+            for (_, signal) in pdo.signals() {
+                let expected = truth.expected(signal.name);
+                let phase = Phase::ALL
+                    .into_iter()
+                    .find(|phase| f64::from(*phase as u8) == expected.0);
+                let name = phase
+                    .filter(|_| signal.name == "State")
+                    .map_or("", Phase::name);
+                row(
+                    id,
+                    format!("{}_{}", foot.name(), pdo.name()),
+                    &data,
+                    signal.name,
+                    expected,
+                    name,
+                );
+            }
+        }
+    }
+    for foot in Foot::ALL {
+        let mut settings = Settings::default();
+        let node_id = Value::U8(foot.default_node_id().get());
+        assert_eq!(
+            settings.set(Address::new(index::NODE_ID, 0), node_id),
+            Ok(())
+        );
+        let mut node = Node::new(settings, 0);
+        let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
+        let heartbeat = format!("{}_Heartbeat", foot.name());
+        row(
+            boot.id(),
+            heartbeat,
+            boot.data(),
+            "NodeState",
+            (0.0, 0.0),
+            "boot_up",
+        );
+        for fault in Fault::ALL {
+            let frame = node.raise(fault, 0x1234_5678).expect("an emergency");
+            for (signal, value, name) in [
+                ("EmergencyCode", u32::from(fault.code()), fault.name()),
+                ("ErrorRegister", u32::from(node.faults().register()), ""),
+                ("FaultNumber", u32::from(fault.number()), fault.name()),
+                ("Detail", 0x1234_5678, ""),
+            ] {
+                let message = format!("{}_Emergency", foot.name());
+                row(
+                    frame.id(),
+                    message,
+                    frame.data(),
+                    signal,
+                    (value.into(), 0.0),
+                    name,
+                );
             }
         }
     }
     let table = scratch("frames.tsv", &table);
     script("dbc.py", &[&Path::new(HERE).join("footfall.dbc"), &table]);
-}
-
-/// Frames and their values decoded by the codec.
-fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'static str, f64)> {
-    let faults = Faults::NONE;
-    let vector = |bytes, names: [&'static str; 3], vector: Vec3| {
-        let values = [vector.x, vector.y, vector.z].map(f64::from);
-        names
-            .into_iter()
-            .zip(values)
-            .map(|(name, value)| (bytes, name, value))
-            .collect()
-    };
-    match pdo {
-        Pdo::Contact => {
-            let bytes = Contact::new(estimate, i as u8, faults).encode();
-            let contact = Contact::decode(&bytes);
-            [
-                (
-                    "StableContactProbability",
-                    contact.stable.probability().into(),
-                ),
-                (
-                    "TangentialProbability",
-                    contact.tangential.probability().into(),
-                ),
-                ("VerticalProbability", contact.vertical.probability().into()),
-                ("Timestamp", f64::from(contact.timestamp.0) / 100.0),
-                ("Sequence", contact.sequence.into()),
-                ("State", f64::from(contact.status.phase() as u8)),
-                (
-                    "Decision",
-                    f64::from(u8::from(contact.status.decision() == Decision::Stable)),
-                ),
-                ("Valid", f64::from(u8::from(contact.status.is_valid()))),
-            ]
-            .map(|(name, value)| (bytes, name, value))
-            .to_vec()
-        }
-        Pdo::Axes => {
-            let bytes = Axes::new(estimate, faults).encode();
-            let axes = Axes::decode(&bytes).probabilities;
-            vec![(bytes, "ProbabilityWz", axes.wz.probability().into())]
-        }
-        Pdo::Attitude => {
-            let bytes = Attitude::new(estimate, faults).encode();
-            let Quaternion { w, x, y, z } = Attitude::decode(&bytes).orientation();
-            let mut values = vec![(bytes, "QuaternionW", w.into())];
-            let names = ["QuaternionX", "QuaternionY", "QuaternionZ"];
-            values.extend::<Vec<_>>(vector(bytes, names, Vec3::new(x, y, z)));
-            values
-        }
-        Pdo::Acceleration => {
-            let bytes = Acceleration::new(estimate, faults).encode();
-            let names = ["AccelerationX", "AccelerationY", "AccelerationZ"];
-            vector(bytes, names, Acceleration::decode(&bytes).acceleration())
-        }
-        Pdo::Rate => {
-            let bytes = Rate::new(estimate, faults).encode();
-            vector(
-                bytes,
-                ["RateX", "RateY", "RateZ"],
-                Rate::decode(&bytes).rate(),
-            )
-        }
-        Pdo::Bias => {
-            let bytes = Bias::new(estimate, i as f32 - 40.0, faults).encode();
-            let bias = Bias::decode(&bytes);
-            let mut values = vec![(bytes, "Temperature", bias.temperature().into())];
-            values.extend::<Vec<_>>(vector(bytes, ["BiasX", "BiasY", "BiasZ"], bias.bias()));
-            values
-        }
-        Pdo::Health => {
-            let bytes = {
-                let clock = ClockReading {
-                    sync: (i % 240 + 1) as u8,
-                    time: estimate.timestamp.into(),
-                };
-                Health::new(estimate.flags, i as u8, i, clock).encode()
-            };
-            let health = Health::decode(&bytes);
-            vec![
-                (bytes, "ErrorRegister", health.register.into()),
-                (bytes, "Dropped", health.dropped.into()),
-                (bytes, "SyncCounter", health.clock.sync.into()),
-                (bytes, "Clock", f64::from(health.clock.time.0) / 100.0),
-            ]
-        }
-    }
-}
-
-#[test]
-fn python_canopen_is_master_of_a_foot_over_slcan() {
-    if interpreter().is_none() {
-        return;
-    }
-    let foot = match python::foot::start() {
-        Ok(foot) => foot,
-        Err(error) => {
-            unmet(&format!("no pseudo-terminal: {error}"));
-            return;
-        }
-    };
-    script(
-        "master.py",
-        &[foot.tty(), &Path::new(HERE).join("footfall.eds")],
-    );
 }

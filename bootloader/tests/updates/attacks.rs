@@ -1,16 +1,16 @@
 //! Attacks with any bytes: headers with one changed bit, random requests, journals that a program has spoilt.
 
 use bootloader::flash::Flash as _;
-use bootloader::image::{Board, HEADER, Refusal};
+use bootloader::image::{HEADER, Refusal};
 use bootloader::journal::{Event, Progress, State};
 use bootloader::layout::Slot;
-use bootloader::node::{Line, Node};
+use bootloader::node::Line;
 use bootloader::start::Program::CanRun;
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 use wire::CanFrame;
-use wire::foot::NodeId;
 
+use crate::download::Master;
 use crate::flash::{Chip, image};
 
 const NODE: u16 = 5;
@@ -31,50 +31,34 @@ impl Random {
     }
 }
 
-fn node(chip: Chip) -> Node<Chip> {
-    let mut node = Node::new(NodeId::new(5), chip, Board::Reference, 77, KEY);
-    node.boot(CanRun);
-    assert_eq!(node.take_restart(), None);
-    node
-}
-
-fn ask(node: &mut Node<Chip>, request: [u8; 8]) -> Option<[u8; 8]> {
-    let frame = CanFrame::new(0x600 + NODE, &request).expect("a frame");
-    let answer = node.receive(&frame, Line::Can)?;
-    answer.data8().copied()
-}
-
-fn status(node: &mut Node<Chip>) -> Option<Refusal> {
-    let [.., a, b, c, d] = ask(node, [0x40, 0x57, 0x1F, 1, 0, 0, 0, 0]).expect("an answer");
-    Refusal::from_flash_status(u32::from_le_bytes([a, b, c, d]))
-}
-
 /// Sends the header of an image by segments, until the node aborts. Returns whether it has.
-fn is_refused(node: &mut Node<Chip>, header: &[u8], size: u32) -> bool {
+fn is_refused(master: &mut Master, header: &[u8], size: u32) -> bool {
     let [a, b, c, d] = size.to_le_bytes();
-    let begun = ask(node, [0x21, 0x50, 0x1F, 1, a, b, c, d]).expect("an answer");
+    let begun = master
+        .send([0x21, 0x50, 0x1F, 1, a, b, c, d])
+        .expect("an answer");
     assert_eq!(begun[0], 0x60);
     header.chunks(7).enumerate().any(|(k, bytes)| {
         let toggle = (k as u8 & 1) << 4;
         let mut request = [toggle | (7 - bytes.len() as u8) << 1, 0, 0, 0, 0, 0, 0, 0];
         request[1..=bytes.len()].copy_from_slice(bytes);
-        ask(node, request).expect("an answer")[0] == 0x80
+        master.send(request).expect("an answer")[0] == 0x80
     })
 }
 
 #[test]
 fn header_with_any_changed_bit_is_refused_before_a_write() {
     let new = image(3, 300);
-    let mut node = node(Chip::blank().with(Slot::Running, &image(2, 200)));
+    let mut master = Master::of(Chip::blank().with(Slot::Running, &image(2, 200)));
     for bit in 0..8 * HEADER {
         let mut header = new[..HEADER].to_vec();
         header[bit / 8] ^= 1 << (bit % 8);
-        assert!(is_refused(&mut node, &header, new.len() as u32), "{bit}");
-        assert!(status(&mut node).is_some(), "{bit}");
-        assert_eq!(node.take_restart(), None);
+        assert!(is_refused(&mut master, &header, new.len() as u32), "{bit}");
+        assert!(master.status().is_some(), "{bit}");
+        assert_eq!(master.node.take_restart(), None);
     }
-    assert!(!is_refused(&mut node, &new[..HEADER], new.len() as u32));
-    assert_eq!(node.release().operations, 0, "nothing was written");
+    assert!(!is_refused(&mut master, &new[..HEADER], new.len() as u32));
+    assert_eq!(master.node.release().operations, 0, "nothing was written");
 }
 
 /// Requests of a download in progress, with some of their bytes replaced.
@@ -122,7 +106,7 @@ fn random_requests_neither_run_nor_lose_a_program() {
         .with(Slot::Previous, &image(1, 100));
     for seed in 1..=40 {
         let mut random = Random(seed);
-        let mut node = node(chip);
+        let mut node = Master::of(chip).node;
         for _ in 0..3_000 {
             let (id, request) = hostile(&mut random, &new);
             let length = [8, 8, 8, 8, 8, 8, 2, 0][random.below(8)];

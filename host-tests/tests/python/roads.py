@@ -4,7 +4,7 @@ usage: roads.py walk.csv folder
 
 walk.csv is a table of ours. Into folder/same go bags and Parquet files of that walk, into
 folder/feet bags in which it is the left of two feet, into folder/states bags with messages of robots that
-have its numbers as fields, into folder/tables the table that PlotJuggler exports of two feet, into folder/other files
+have its numbers as fields, into folder/robots bags of a Unitree robot with an IMU in each foot, into folder/frames bags with four feet on one topic by their frames, into folder/tables the table that PlotJuggler exports of two feet, into folder/other files
 that are no recordings.
 Each name is printed. Bags have the load on /ft, or /ft/fl and /ft/fr.
 """
@@ -251,6 +251,47 @@ def parquets(folder, walk):
     write(by_struct, folder / "structs.parquet")
 
 
+# Frames of the feet on one topic, with the factors of their x and y.
+FRAMES = {"fl_foot": 1.0, "fr_foot": -1.0, "rl_foot": 0.5, "rr_foot": 0.25}
+
+
+def frames(folder, walk):
+    """Four feet on one topic, by their frames: the first is that of the walk."""
+    for plugin in (StoragePlugin.SQLITE3, StoragePlugin.MCAP):
+        with Rosbag2Writer(folder / plugin.name.lower(), version=9, storage_plugin=plugin) as writer:
+            connection = writer.add_connection("/foot_imus", IMU, typestore=STORE)
+            for row in walk.itertuples():
+                stamp_ns = START_NS + round(row.t * 1e6) * 1000
+                for frame, factor in FRAMES.items():
+                    sample = row._replace(ax=factor * row.ax, ay=factor * row.ay)
+                    data = STORE.serialize_cdr(imu(stamp_ns, sample, frame), IMU)
+                    writer.write(connection, stamp_ns + LATE_NS, data)
+
+
+LOW_STATE = "unitree_go/msg/LowState"
+FEET = "test_msgs/msg/Feet"
+JOINTS = "sensor_msgs/msg/JointState"
+
+# https://github.com/unitreerobotics/unitree_ros2; the second one is of a robot with an IMU in each foot.
+DEFINITIONS = {
+    LOW_STATE: """
+uint8[2] head\nuint8 level_flag\nuint8 frame_reserve\nuint32[2] sn\nuint32[2] version\nuint16 bandwidth
+IMUState imu_state\nMotorState[20] motor_state\nBmsState bms_state\nint16[4] foot_force\nint16[4] foot_force_est
+uint32 tick\nuint8[40] wireless_remote\nuint8 bit_flag\nfloat32 adc_reel\nint8 temperature_ntc1
+int8 temperature_ntc2\nfloat32 power_v\nfloat32 power_a\nuint16[4] fan_frequency\nuint32 reserve\nuint32 crc""",
+    "unitree_go/msg/IMUState": """
+float32[4] quaternion\nfloat32[3] gyroscope\nfloat32[3] accelerometer\nfloat32[3] rpy\nint8 temperature""",
+    "unitree_go/msg/MotorState": """
+uint8 mode\nfloat32 q\nfloat32 dq\nfloat32 ddq\nfloat32 tau_est\nfloat32 q_raw\nfloat32 dq_raw
+float32 ddq_raw\nint8 temperature\nuint32 lost\nuint32[2] reserve""",
+    "unitree_go/msg/BmsState": """
+uint8 version_high\nuint8 version_low\nuint8 status\nuint8 soc\nint32 current\nuint16 cycle
+int8[2] bq_ntc\nint8[2] mcu_ntc\nuint16[15] cell_vol""",
+    FEET: "std_msgs/Header header\nstring[] names\nFoot[] feet",
+    "test_msgs/msg/Foot": "bool ok\ngeometry_msgs/Vector3 gyro\ngeometry_msgs/Vector3 acc",
+}
+
+
 def typed(store, name, fields):
     """A message whose other fields are zeros, and empty where they are of variable length."""
     def zero(kind, detail):
@@ -317,6 +358,55 @@ def states(folder, walk):
     database.close()
 
 
+def robot_messages(store, walk):
+    """Four feet that walk at different times, and the state of a robot with their forces every two samples: topic, type,
+    time of writing, message."""
+    shifted = {foot: walk.iloc[numpy.roll(numpy.arange(len(walk)), 400 * k)] for k, foot in enumerate(("fl", "fr", "rl", "rr"))}
+    rows = {foot: list(table.itertuples()) for foot, table in shifted.items()}
+    for k, t in enumerate(walk["t"]):
+        stamp_ns = START_NS + round(t * 1e6) * 1000
+        if k % 2 == 0:
+            forces = [round(rows[foot][k].force) for foot in ("fr", "fl", "rr", "rl")]
+            motors = [typed(store, "unitree_go/msg/MotorState", {"q": 0.1 * k + motor}) for motor in range(20)]
+            fields = {
+                "motor_state": motors,
+                "foot_force": numpy.array(forces, dtype=numpy.int16),
+                "foot_force_est": numpy.array([1, -2, 3, -4], dtype=numpy.int16),
+                "tick": k,
+                "crc": 0xDEADBEEF - k,
+            }
+            yield "/lowstate", LOW_STATE, stamp_ns + LATE_NS - 400_000, typed(store, LOW_STATE, fields)
+        for foot, of_foot in rows.items():
+            yield f"/imu/{foot}", IMU, stamp_ns + LATE_NS, imu(stamp_ns, of_foot[k])
+
+
+def robots(folder, walk):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in DEFINITIONS.items():
+        store.register(get_types_from_msg(text, name))
+    messages = list(robot_messages(store, walk))
+    serialised = [(topic, name, log_ns, store.serialize_cdr(message, name)) for topic, name, log_ns, message in messages]
+    for version, plugin in ((8, StoragePlugin.SQLITE3), (9, StoragePlugin.MCAP)):
+        with Rosbag2Writer(folder / f"{plugin.name}_{version}".lower(), version=version, storage_plugin=plugin) as writer:
+            connections = {}
+            for topic, name, log_ns, data in serialised:
+                if topic not in connections:
+                    connections[topic] = writer.add_connection(topic, name, typestore=store)
+                writer.write(connections[topic], log_ns, data)
+    with (folder / "big_endian.mcap").open("wb") as file:
+        writer = McapWriter(file, compression=CompressionType.ZSTD)
+        writer.start(profile="ros2", library="roads")
+        channels = {}
+        for topic, name, log_ns, message in messages:
+            if topic not in channels:
+                text, _ = store.generate_msgdef(name, ros_version=2)
+                schema = writer.register_schema(name, "ros2msg", text.encode())
+                channels[topic] = writer.register_channel(topic, "cdr", schema)
+            data = bytes(store.serialize_cdr(message, name, little_endian=False))
+            writer.add_message(channels[topic], log_ns, data, log_ns)
+        writer.finish()
+
+
 def by_plotjuggler(path, walk):
     """Two feet and the load of the left one as PlotJuggler exports them: a row for each message, whose columns of other
     topics are blank. A load is 1 µs before its sample."""
@@ -356,12 +446,14 @@ def others(folder, walk):
 def main():
     walk = pandas.read_csv(sys.argv[1], usecols=["t", *AXES, "force"])
     folder = Path(sys.argv[2])
-    for name in ("same", "feet", "states", "tables", "other"):
+    for name in ("same", "feet", "frames", "states", "robots", "tables", "other"):
         (folder / name).mkdir(parents=True)
     bags(folder / "same", Walk(walk, {"": False}))
     parquets(folder / "same", walk)
     bags_of_feet(folder / "feet", Walk(walk.head(2000), {"/fl": False, "/fr": True}))
+    frames(folder / "frames", walk.head(2000))
     states(folder / "states", walk.head(2000))
+    robots(folder / "robots", walk.iloc[1000:4000].assign(t=walk["t"][:3000].to_numpy()))
     by_plotjuggler(folder / "tables" / "plotjuggler.csv", walk.head(2000))
     others(folder / "other", walk)
 

@@ -18,7 +18,6 @@ use feet::robot::Robot;
 use feet::source::DemoLine;
 use feet::{Arrival, Link, LinkError, Sending, Source};
 use wire::dictionary::index;
-use wire::foot::cob_id;
 use wire::node::{Command, State};
 use wire::uart::{Decoder, Message, NmtRequest, encode};
 use wire::{AbortCode, Address, CanFrame, DataType, Foot, NodeId, Value};

@@ -127,6 +127,44 @@ pub enum Error {
         "{0} has no recording of an IMU: --config, --topic, --load-topic, --axes, --units and their like are for file:"
     )]
     NotPlayed(String),
+    /// A bag has a topic that contacts are written to.
+    #[error(
+        "{file} has the topic {topic} already: its messages are those of an earlier estimate, or of another program; --estimate-again writes new ones in their place"
+    )]
+    TopicTaken {
+        /// Bag as given.
+        file: String,
+        /// Topic of the contacts of a foot, or of messages of all feet.
+        topic: String,
+    },
+    /// Messages of all feet are wanted of contacts that are copied as they are.
+    #[error(
+        "{file} has contacts, which are copied as they were recorded: {option} needs --estimate-again"
+    )]
+    CopiedContacts {
+        /// Bag as given.
+        file: String,
+        /// Option of the messages.
+        option: &'static str,
+    },
+    /// A foot has no place in messages of all feet.
+    #[error(
+        "the foot {name} has no place of its own in the messages of all feet, which are those of FL, FR, RL and RR: name it, as in --rename {name}=FL, or leave its topic out with --not-topic"
+    )]
+    NoPlace {
+        /// Name of the foot.
+        name: String,
+    },
+    /// Messages whose forces are to be replaced have none.
+    #[error("{file}, topic {topic}: no forces of four feet to replace: {what}")]
+    NoForces {
+        /// Bag as given.
+        file: String,
+        /// Topic of the robot's states.
+        topic: String,
+        /// Half a sentence on the cause.
+        what: String,
+    },
     /// Axes are given for a foot that is not in the recordings.
     #[error(transparent)]
     NoSuchFoot(#[from] recordings::config::NoSuchFoot),

@@ -21,6 +21,21 @@ pub enum OutputError {
         /// Missing directory.
         directory: String,
     },
+    /// Contacts go into a copy of a bag, and the input is another file, or there are several.
+    #[error("{0} becomes a copy of a bag with its contacts: give one mcap or rosbag2 to replay")]
+    OneBagOnly(String),
+    /// There are options for a copy of a bag, and none is written.
+    #[error("{0} is for a copy of a bag: --output copy.mcap")]
+    NoCopy(&'static str),
+    /// Two options write one topic.
+    #[error("--compat unitree and --lowstate both write /footfall/lowstate: give one of them")]
+    LowStateTwice,
+    /// Contacts go into a copy of a bag, and the input is not a file on disk.
+    #[error(
+        "{0} becomes a copy of the recording, which is read twice: a bag on disk, not standard input or a pipe. \
+         For the estimates alone name a .csv or .parquet"
+    )]
+    ReadTwice(String),
     /// The result would overwrite its source recording.
     #[error("{0} cannot be written: it is the recording itself")]
     OverInput(String),

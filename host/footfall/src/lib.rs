@@ -21,6 +21,8 @@
 //! | messages on standard error | [`messages`] |
 //! | optional features | [`feature`] |
 
+#[cfg(feature = "bags")]
+pub mod bag_copy;
 pub mod commands;
 pub mod convert;
 pub mod error;

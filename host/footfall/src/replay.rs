@@ -1,8 +1,9 @@
-//! Picture of a foot, drawn during the estimation, with a progress bar; files of events and pictures.
+//! Picture of a foot, drawn during the estimation, with a progress bar; files of events and pictures; foot of a bag
+//! that is copied.
 
 use std::path::{Path, PathBuf};
 
-use estimator_core::ContactEstimate;
+use estimator_core::{ContactEstimate, Params};
 use indicatif::ProgressBar;
 use recordings::analysis::replay::foot::{self, Observer, Replayed};
 use recordings::analysis::replay::span::Span;
@@ -47,6 +48,8 @@ pub struct Watched {
     pub bar: ProgressBar,
     /// Picture of the foot, if drawn.
     pub picture: Option<Picture>,
+    /// Events of the foot, if kept.
+    pub events: Option<Vec<ContactEvent>>,
 }
 
 impl Observer for Watched {
@@ -63,10 +66,29 @@ impl Observer for Watched {
     }
 
     fn add_event(&mut self, event: &ContactEvent) {
+        if let Some(events) = &mut self.events {
+            events.push(*event);
+        }
         if let Some(Picture::Page(page)) = &mut self.picture {
             page.add_event(event);
         }
     }
+}
+
+/// A foot whose contacts go into a copy of its bag.
+pub struct CopiedFoot {
+    /// Name of the foot, in the topics of its contacts.
+    pub name: String,
+    /// Its place in messages of all feet, if its names have one.
+    pub place: Option<usize>,
+    /// Its samples.
+    pub stored: Stored,
+    /// Parameters of its estimate.
+    pub params: Params,
+    /// Part of the recording whose contacts are written.
+    pub span: Span,
+    /// Events in that part.
+    pub events: Vec<ContactEvent>,
 }
 
 /// A foot with its estimates.

@@ -124,7 +124,7 @@ fn estimates_from_output_match_those_from_source() {
             let what = format!("{source} {options}, {target}");
             if !is_alone && !target.contains("mcap") && !target.contains("rosbag2") {
                 bench.refuses(
-                    &format!("--quiet convert {source} {target} {options}"),
+                    &format!("--quiet convert {source} {target} {options} --overwrite"),
                     "choose one with --topic, or write .mcap",
                 );
                 continue;

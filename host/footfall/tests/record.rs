@@ -187,10 +187,8 @@ fn recorded_log_has_the_events_of_its_walk() {
     };
     let expected = events("walk/samples.csv");
     assert_eq!(expected.len(), 32);
-    for file in ["can.log", "uart.bin"] {
-        bench.stdout(&format!("record file:walk/{file} -o walk.mcap --overwrite"));
-        assert_eq!(events("walk.mcap"), expected, "{file}");
-    }
+    bench.stdout("record file:walk/can.log -o walk.mcap");
+    assert_eq!(events("walk.mcap"), expected);
 }
 
 #[test]
@@ -312,11 +310,9 @@ fn implausible_unit_is_remarked_in_live_sources() {
     assert!(!shown.contains("looks like g"), "{shown}");
     let rows = rows.replace(",1.0,", ",0.0,");
     fs::write(bench.path("rest.csv"), format!("t,{AXES}\n{rows}")).expect("a file");
-    let said = text(
-        &bench
-            .run("record file:rest.csv --gravity removed -o rest.mcap")
-            .stderr,
-    );
+    fs::write(bench.path("removed.toml"), "gravity = 'removed'\n").expect("a file");
+    let output = bench.run("record file:rest.csv --config removed.toml -o rest.mcap");
+    let said = text(&output.stderr);
     let computed = "rest: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
                     gravity by the estimated orientation\n";
     assert!(said.contains(computed), "{said}");
@@ -348,4 +344,37 @@ fn feet_of_a_bag_are_calibrated_each_by_itself() {
         "calibrate feet.mcap --topic all --config paper.toml",
         "foot L: method = \"half_widths\" learns nothing",
     );
+}
+
+#[test]
+fn copy_of_a_bag_wants_a_place_for_each_foot() {
+    let bench = Bench::new();
+    let names = "--names 0x15=FL,0x16=R";
+    bench.stdout(&format!(
+        "record demo:feet=2,line=uart,seconds=3 {names} -o walk.mcap"
+    ));
+    // Copy without the contacts of the recording.
+    bench.stdout("convert walk.mcap imu.mcap --topic all");
+    let copy = "replay imu.mcap --topic all --output copy.mcap";
+    let said = bench.error(&format!("{copy} --compat champ"));
+    assert!(
+        said.contains("the foot L has no place of its own in the messages of all feet"),
+        "{said}"
+    );
+    let output = bench.run(&format!(
+        "{copy} --compat champ --not-topic /footfall/L/imu --rename R=FR"
+    ));
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let warning =
+        "footfall: the bag has no foot RL, RR: in messages of all feet each counts as in swing\n";
+    assert!(said.contains(warning), "{said}");
+    let said = text(&bench.run(copy).stderr);
+    assert!(!said.contains("of all feet"), "{said}");
+    for options in ["--compat champ", "--lowstate /lowstate"] {
+        let said = bench.error(&format!("replay imu.mcap --topic all {options}"));
+        let option = options.split(' ').next().expect("an option");
+        let expected = format!("footfall: {option} is for a copy of a bag: --output copy.mcap\n");
+        assert_eq!(said, expected);
+    }
 }

@@ -1,6 +1,7 @@
 //! Tests of `footfall replay` of bags with the contacts that a foot sent.
 
-use std::fs::File;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
 use std::sync::Arc;
 
 use crate::common::{Bench, assert_has, read, text};
@@ -325,4 +326,42 @@ fn recorded_contacts_play_without_samples() {
             "{error}"
         );
     }
+}
+
+/// Messages of a whole bag by topic; `None` if it has no summary.
+fn counts(bench: &Bench, name: &str) -> Option<BTreeMap<String, u64>> {
+    let bytes = fs::read(bench.path(name)).expect("a bag");
+    let summary = mcap::Summary::read(&bytes).ok()??;
+    let counts = summary.stats?.channel_message_counts;
+    let topic = |id: &u16| summary.channels[id].topic.clone();
+    Some(
+        counts
+            .iter()
+            .map(|(id, count)| (topic(id), *count))
+            .collect(),
+    )
+}
+
+#[test]
+fn copy_makes_a_cut_recording_whole() {
+    let bench = Bench::new();
+    bag(&bench);
+    let whole = fs::read(bench.path("walk.mcap")).expect("a bag");
+    bench.stdout("replay walk.mcap --output copy.mcap");
+    assert_eq!(counts(&bench, "copy.mcap"), counts(&bench, "walk.mcap"));
+    let mut most = 0;
+    for length in (0..whole.len()).step_by(1000) {
+        fs::write(bench.path("cut.mcap"), &whole[..length]).expect("a file");
+        let output = bench.run("replay cut.mcap --output copy.mcap");
+        if !output.status.success() {
+            // No chunk is whole: there is nothing to rescue.
+            assert_eq!(most, 0, "{length}: {output:?}");
+            continue;
+        }
+        let counts = counts(&bench, "copy.mcap").expect("a whole bag");
+        let contacts = counts["/footfall/FL/contact"];
+        assert!(contacts >= most, "{length}: {contacts} after {most}");
+        most = contacts;
+    }
+    assert_eq!(most, CONTACTS);
 }

@@ -19,7 +19,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Sub {
-    /// Run an ELF and write uart.bin, can.log, samples.csv, plot.svg and report.json.
+    /// Run an ELF and write uart.bin and can.log, which `footfall decode` reads, and report.json.
     Run(commands::run::RunArguments),
     /// Run an ELF at the speed of real time behind pseudo-terminals: a serial line for each foot, and one bus
     /// behind an slcan adapter.

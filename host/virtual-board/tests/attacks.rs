@@ -2,16 +2,14 @@
 
 mod common;
 
-use common::rig::{
-    OPERATIONAL, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, Rig, STOP, glitch,
-};
+use common::rig::{OPERATIONAL, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, Rig, STOP};
 use common::{MILLISECOND, product};
 use lsm6dsox::sim::PartFault as SensorFault;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::part::can::BusFault;
 use virtual_board::emulator::part::rcc::ResetCause;
 use wire::Value;
-use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
+use wire::dictionary::index;
 use wire::uart::Message;
 
 /// The foot keeps one pending request, which a weaker one must not replace.
@@ -37,8 +35,7 @@ fn a_serial_request_flood_does_not_hide_the_fault() {
         rig.run(10);
     }
     rig.forget();
-    rig.board
-        .inject(Injection::Sensor(SensorFault::MisoStuckLow));
+    rig.inject(Injection::Sensor(SensorFault::MisoStuckLow));
     for _ in 0..50 {
         (0..75).for_each(|_| rig.uart_get(index::IDENTITY, 4));
         rig.run(10);
@@ -50,128 +47,6 @@ fn a_serial_request_flood_does_not_hide_the_fault() {
         _ => false,
     });
     assert!(named, "the fault has no name after 500 ms");
-}
-
-/// Two more faults while the sensor fails.
-#[derive(Clone, Copy, Debug)]
-enum Extra {
-    FloodAndStore,
-    GlitchAndRefusals,
-    SettingsAndStop,
-    NoAcknowledgeAndFlood,
-    ShortedAndStore,
-}
-
-#[test]
-#[ignore = "full: two more faults beside a failing sensor"]
-fn two_more_faults_do_not_prolong_stable_frames() {
-    const SEEN_US: u64 = 1_700;
-    /// Age at which frames that the bus did not accept are dropped, µs.
-    const OLD_US: u64 = 21_000;
-    let Some(elf) = product() else { return };
-    for (number, extra) in [
-        Extra::FloodAndStore,
-        Extra::GlitchAndRefusals,
-        Extra::SettingsAndStop,
-        Extra::NoAcknowledgeAndFlood,
-        Extra::ShortedAndStore,
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        let mut rig = Rig::new(&elf);
-        rig.run(600);
-        rig.run_us(number as u64 * 283);
-        let mut can_us = SEEN_US;
-        match extra {
-            Extra::FloodAndStore => {
-                (0..300).for_each(|_| rig.sdo_read(index::IDENTITY, 4));
-                (0..100).for_each(|_| rig.uart_get(index::IDENTITY, 4));
-                rig.run(12);
-                rig.uart_set(index::STORE, 1, Value::U32(SIGNATURE_STORE));
-            }
-            Extra::GlitchAndRefusals => {
-                glitch(&mut rig);
-                // Wrong lengths, segments without a transfer, a block transfer.
-                for command in [0x2F, 0x21, 0x01, 0x11, 0x60, 0xC2, 0xA0, 0xE0] {
-                    rig.can(0x611, &[command, 0x10, 0x20, 0, 7, 0, 0, 0]);
-                    rig.can(0x611, &[command, 0x10, 0x20]);
-                }
-            }
-            Extra::SettingsAndStop => {
-                rig.nmt(PRE_OPERATIONAL);
-                rig.sdo_write(index::ESTIMATION, 1, 1);
-                rig.sdo_write(index::WINDOW, 0, 256_000);
-                rig.sdo_write(index::ESTIMATION, 1, 0);
-                rig.nmt(OPERATIONAL);
-            }
-            Extra::NoAcknowledgeAndFlood => {
-                rig.board.inject(Injection::Bus(BusFault::NoAcknowledge));
-                (0..100).for_each(|_| rig.uart_get(index::IDENTITY, 4));
-                can_us = OLD_US;
-            }
-            Extra::ShortedAndStore => {
-                rig.board.inject(Injection::Bus(BusFault::Shorted));
-                rig.uart_set(index::STORE, 1, Value::U32(SIGNATURE_STORE));
-                can_us = OLD_US;
-            }
-        }
-        rig.run_us(700);
-        rig.forget();
-        let at = rig.board.now();
-        rig.board
-            .inject(Injection::Sensor(SensorFault::MisoStuckLow));
-        rig.run(100);
-        rig.board.inject(Injection::Bus(BusFault::None));
-        rig.run(100);
-        for (time, line) in rig.stable() {
-            let late_us = (time - at) * 1000 / MILLISECOND;
-            let most = if line == 'c' { can_us } else { SEEN_US };
-            assert!(late_us <= most, "{extra:?}: {late_us} µs on {line}");
-        }
-        let code = wire::Fault::SensorWrongId.code();
-        assert!(rig.emergencies().contains(&code), "{extra:?}");
-        rig.board.inject(Injection::Clear);
-        rig.run(500);
-        assert!(!rig.stable().is_empty(), "{extra:?}: not recovered");
-        assert_eq!(rig.resets(), [], "{extra:?}");
-    }
-}
-
-#[test]
-fn a_cut_restore_leaves_the_old_settings_or_the_defaults() {
-    let Some(elf) = product() else { return };
-    let mut kept = [0; 2];
-    for operation in 1..=4 {
-        let mut rig = Rig::new(&elf);
-        rig.run(100);
-        rig.nmt(PRE_OPERATIONAL);
-        rig.run(3);
-        rig.sdo_write(index::LOAD_INPUT, 2, 5.0_f32.to_bits());
-        rig.sdo_write(index::LOAD_INPUT, 3, 7.0_f32.to_bits());
-        rig.run(5);
-        rig.store();
-        rig.run(60);
-        rig.board.inject(Injection::CutInFlash(operation));
-        rig.sdo_write(index::RESTORE, 1, SIGNATURE_RESTORE);
-        rig.run(60);
-        rig.board.inject(Injection::Reset);
-        rig.run(50);
-        rig.forget();
-        for subindex in [2, 3] {
-            rig.sdo_read(index::LOAD_INPUT, subindex);
-            rig.run(5);
-        }
-        let values: Vec<f32> = rig
-            .answers()
-            .iter()
-            .map(|answer| f32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]))
-            .collect();
-        let allowed = [[5.0, 7.0], [1.0, 0.0]];
-        let index = allowed.iter().position(|all| values == all);
-        kept[index.unwrap_or_else(|| panic!("{values:?} after {operation}"))] += 1;
-    }
-    assert!(kept.iter().all(|count| *count > 0), "{kept:?}");
 }
 
 #[test]
@@ -232,7 +107,7 @@ fn a_controller_that_ignores_aborts_stops_only_can() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);
     rig.run(300);
-    rig.board.inject(Injection::Bus(BusFault::AbortIgnored));
+    rig.inject(Injection::Bus(BusFault::AbortIgnored));
     rig.run(100);
     rig.forget();
     rig.run(2_500);
@@ -240,7 +115,7 @@ fn a_controller_that_ignores_aborts_stops_only_can() {
     let is_contact = |message: &&(u64, Message)| matches!(message.1, Message::Contact(_));
     let serial = rig.messages.iter().filter(is_contact).count();
     assert!(serial > 2_490, "{serial} contacts");
-    rig.board.inject(Injection::Clear);
+    rig.inject(Injection::Clear);
     rig.run(10);
     rig.forget();
     rig.run(100);
@@ -424,9 +299,8 @@ fn a_three_second_debugger_halt_leaves_nothing_stable() {
         rig.run_us(us);
         rig.forget();
         let at = rig.board.now();
-        rig.board.inject(Injection::DebuggerHalt(3_000));
-        rig.board
-            .inject(Injection::Sensor(SensorFault::MisoStuckLow));
+        rig.inject(Injection::DebuggerHalt(3_000));
+        rig.inject(Injection::Sensor(SensorFault::MisoStuckLow));
         rig.run(3_200);
         let last = rig.stable().into_iter().map(|(time, _)| time - at).max();
         assert!(last < Some(MILLISECOND), "{last:?}");
@@ -447,9 +321,9 @@ fn a_flickering_bus_gets_few_emergencies() {
     rig.run(500);
     rig.forget();
     for _ in 0..FLICKER_S * 250 {
-        rig.board.inject(Injection::Bus(BusFault::NoAcknowledge));
+        rig.inject(Injection::Bus(BusFault::NoAcknowledge));
         rig.run(2);
-        rig.board.inject(Injection::Bus(BusFault::None));
+        rig.inject(Injection::Bus(BusFault::None));
         rig.run(2);
     }
     let emergencies = rig.emergencies();

@@ -3,13 +3,14 @@
 mod common;
 
 use common::rig::Rig;
-use common::{directory, products, run};
-use lsm6dsox::sim::Stimulus;
+use common::{directory, product, products, run};
+use lsm6dsox::sim::{PartFault, Stimulus};
 use virtual_board::emulator::board::{Board, BoardOptions, Injection};
 use virtual_board::emulator::wiring::{ChipPin, Wiring};
 use virtual_board::product::motion;
-use virtual_board::product::report::{self, RunOptions};
+use virtual_board::product::report::{self, RunOptions, TimedStep};
 use virtual_board::product::scenario::ScenarioStep;
+use virtual_board::product::traffic::Traffic;
 use wire::dictionary::index;
 use wire::uart::Message;
 use wire::{Address, Value};
@@ -47,7 +48,11 @@ fn contacts_arrive_on_both_lines_of_every_board() {
         let is_full = |count: &usize| (995..=1005).contains(count);
         assert!(counts.iter().all(is_full), "{}: {counts:?}", wiring.name);
         assert!(rig.stable().len() > 1_900, "{}", wiring.name);
+        assert!(rig.count(0x711) > 0, "{}: no heartbeat", wiring.name);
         assert_eq!((rig.resets(), rig.emergencies()), (vec![], vec![]));
+        let machine = rig.board.cpu().machine();
+        let sensor = machine.chip.sensor.as_ref().expect("there is a sensor");
+        assert_eq!(sensor.violations(), [], "registers were misused");
     }
 }
 
@@ -62,13 +67,14 @@ fn assert_samples(seconds: u64) {
         };
         let folder = directory(&format!("boards-{}", wiring.name));
         let report = report::run(&mut board, &run, &folder).expect("it runs");
-        let compared = report["parity_compared"]["uart"].as_u64().expect("a count");
+        let [compared, over_can] = ["uart", "can"].map(|line| {
+            assert_eq!(report["drops"][line], 0, "{}: {line}", wiring.name);
+            report["parity_compared"][line].as_u64().expect("a count")
+        });
         let measured = report["parity_measured"].as_u64().expect("a count");
-        assert!(
-            compared + 100 > run.milliseconds,
-            "{}: {compared}",
-            wiring.name
-        );
+        assert_eq!(report["late_ticks"], 0, "{}", wiring.name);
+        let least = compared.min(over_can) + 100;
+        assert!(least > run.milliseconds, "{}: {least}", wiring.name);
         // A sample is found by the time of its edge, to 2 µs; there is none until the sensor has started.
         assert!(
             measured + STARTING_MS > compared,
@@ -85,9 +91,9 @@ fn samples_of_every_board_have_times_and_bits_of_their_edges() {
 }
 
 #[test]
-#[ignore = "full: 10 s of a walk on each board"]
+#[ignore = "full: 60 s of a walk on each board"]
 fn samples_of_a_longer_walk_have_times_and_bits_of_their_edges() {
-    assert_samples(10);
+    assert_samples(60);
 }
 
 #[test]
@@ -217,5 +223,32 @@ fn a_select_or_data_ready_wire_at_another_pin_is_a_fault() {
             };
             assert_eq!(estimates, expected, "{}: {fault:?}", wiring.name);
         }
+    }
+}
+
+#[test]
+fn two_reports_of_the_same_run_are_identical() {
+    let Some(elf) = product() else { return };
+    let files = ["uart.bin", "can.log", "report.json"];
+    let run = RunOptions {
+        milliseconds: 1_500,
+        faults: vec!["frozen@1000".into()],
+        actions: vec![TimedStep {
+            ms: 1_000,
+            step: ScenarioStep::Inject(Injection::Sensor(PartFault::FrozenOutput)),
+        }],
+        traffic: Traffic::Full,
+    };
+    let outcome = |name: &str| {
+        let out = directory(name);
+        let gait = motion::gait(gait::GaitName::Walk, 2.0, 1);
+        let mut board = Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits");
+        report::run(&mut board, &run, &out).expect("it runs");
+        files.map(|file| std::fs::read(out.join(file)).expect("it was written"))
+    };
+    let (first, second) = (outcome("first"), outcome("second"));
+    for ((file, first), second) in files.iter().zip(first).zip(second) {
+        assert!(!first.is_empty(), "{file} is empty");
+        assert!(first == second, "{file} differs");
     }
 }

@@ -4,27 +4,14 @@
 
 mod common;
 
-use common::{boot_product, product};
-use virtual_board::emulator::board::Board;
-use virtual_board::emulator::part::can::BusFrame;
-use virtual_board::emulator::time;
+use common::product;
+use common::rig::{Rig, STOP};
 use wire::dictionary::{self, Access, Entry, Limits, Role, index};
 use wire::{Address, Value};
-
-const MILLISECOND: u64 = time::PER_SECOND / 1000;
-
-const REQUEST: u16 = 0x611;
-const ANSWER: u32 = 0x591;
-const ESTIMATE: u32 = 0x191;
 
 /// Time limit of an answer, and of an answer to an action, ms.
 const PROMPT_MS: u64 = 20;
 const DONE_MS: u64 = 5_000;
-
-/// Commands of the master to one node.
-const START: u8 = 0x01;
-const STOP: u8 = 0x02;
-const PRE_OPERATIONAL: u8 = 0x80;
 
 /// Values at the ends of a range and beyond them, as bytes.
 fn values(entry: &Entry) -> Vec<Vec<u8>> {
@@ -70,20 +57,6 @@ fn bytes(value: Value) -> Vec<u8> {
     value.to_raw().to_le_bytes()[..size].to_vec()
 }
 
-/// Sends a request. Returns the answer, if it arrives in time.
-fn ask(board: &mut Board, request: [u8; 8], deadline_ms: u64) -> Option<[u8; 8]> {
-    board.take_can();
-    board.push_can(BusFrame::new(REQUEST, &request));
-    for _ in 0..4 * deadline_ms {
-        board.run_for(MILLISECOND / 4).expect("nothing is misused");
-        let mut answers = board.take_can().into_iter();
-        if let Some(sent) = answers.find(|sent| sent.frame.id == ANSWER) {
-            return sent.frame.data.try_into().ok();
-        }
-    }
-    None
-}
-
 fn request(command: u8, address: Address, data: &[u8]) -> [u8; 8] {
     let [low, high] = address.index.to_le_bytes();
     let mut request = [command, low, high, address.subindex, 0, 0, 0, 0];
@@ -96,11 +69,6 @@ fn request(command: u8, address: Address, data: &[u8]) -> [u8; 8] {
 fn write(address: Address, data: &[u8]) -> [u8; 8] {
     let unused = 4 - data.len().min(4) as u8;
     request(0x23 | unused << 2, address, data)
-}
-
-fn command(board: &mut Board, command: u8) {
-    board.push_can(BusFrame::new(0x000, &[command, 0x11]));
-    board.run_for(5 * MILLISECOND).expect("it runs");
 }
 
 const fn is_abort(answer: &[u8; 8]) -> bool {
@@ -118,12 +86,14 @@ fn is_left_out(address: Address, data: &[u8]) -> bool {
 }
 
 /// Tests all entries in the current state of the node. Returns the number of requests.
-fn walk(board: &mut Board, may_set: bool) -> usize {
+fn walk(rig: &mut Rig, may_set: bool) -> usize {
     let mut requests = 0;
     for (address, entry) in dictionary::entries() {
         let name = format!("{:04X}:{}", address.index, address.subindex);
         let read = request(0x40, address, &[]);
-        let answer = ask(board, read, PROMPT_MS).unwrap_or_else(|| panic!("{name}: no answer"));
+        let answer = rig
+            .ask(read, PROMPT_MS)
+            .unwrap_or_else(|| panic!("{name}: no answer"));
         assert_eq!(
             is_abort(&answer),
             entry.access == Access::Wo,
@@ -138,7 +108,8 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
                 continue;
             }
             requests += 1;
-            let answer = ask(board, write(address, &data), deadline_ms)
+            let answer = rig
+                .ask(write(address, &data), deadline_ms)
                 .unwrap_or_else(|| panic!("{name}: no answer to {data:02x?}"));
             let taken = !is_abort(&answer);
             assert!(answer[0] == 0x60 || !taken, "{name}: {answer:02x?}");
@@ -155,9 +126,9 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
                 "{name}: a setting changed while process data flow"
             );
             if taken && matches!(entry.role, Role::Setting(_)) {
-                let answer = ask(board, read, PROMPT_MS).expect("an answer");
+                let answer = rig.ask(read, PROMPT_MS).expect("an answer");
                 assert_eq!(answer[4..4 + data.len()], data[..], "{name} reads back");
-                let back = ask(board, write(address, &bytes(entry.default)), PROMPT_MS);
+                let back = rig.ask(write(address, &bytes(entry.default)), PROMPT_MS);
                 assert!(
                     back.is_some_and(|answer| !is_abort(&answer)),
                     "{name}: default"
@@ -171,29 +142,27 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
 #[test]
 fn boundary_values_of_all_entries_are_answered_in_every_state() {
     let Some(elf) = product() else { return };
-    let mut board = boot_product(&elf);
-    board.run_for(1_000 * MILLISECOND).expect("it runs");
-    let operational = walk(&mut board, false);
-    command(&mut board, PRE_OPERATIONAL);
-    let pre_operational = walk(&mut board, true);
+    let mut rig = Rig::new(&elf);
+    rig.run(1_000);
+    let operational = walk(&mut rig, false);
+    rig.pre_operational();
+    let pre_operational = walk(&mut rig, true);
     println!("{operational} and {pre_operational} requests");
-    command(&mut board, STOP);
+    rig.nmt(STOP);
+    rig.run(5);
     for (address, entry) in dictionary::entries() {
         let silent = [
             request(0x40, address, &[]),
             write(address, &bytes(entry.default)),
         ];
         for request in silent {
-            assert_eq!(ask(&mut board, request, 2), None, "{address:?} in stopped");
+            assert_eq!(rig.ask(request, 2), None, "{address:?} in stopped");
         }
     }
-    command(&mut board, START);
-    board.run_for(500 * MILLISECOND).expect("it runs");
-    board.take_can();
-    board.run_for(1_000 * MILLISECOND).expect("it runs");
-    let frames = board.take_can();
-    let estimates = frames.iter().filter(|sent| sent.frame.id == ESTIMATE);
-    assert!(estimates.count() > 990, "estimates go on");
-    assert_eq!(board.resets(), []);
-    assert_eq!(board.faults(), []);
+    rig.operational();
+    rig.run(500);
+    let (_, contacts) = rig.watch(1_000);
+    assert!(contacts > 990, "estimates go on");
+    assert_eq!(rig.resets(), []);
+    assert_eq!(rig.board.faults(), []);
 }

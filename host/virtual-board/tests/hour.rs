@@ -64,39 +64,38 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     }
     std::fs::remove_dir_all(&out).expect("what was written can be removed");
     if std::env::var_os("FOOTFALL_UPDATE").is_some_and(|value| value == "1") {
-        let table = table(commit, &report, factor);
+        let table = table(&commit, &report, factor);
         assert_block_of(&[Wiring::reference().program], "hour", &table);
     }
 }
 
-fn table(commit: String, report: &Value, factor: f64) -> String {
+fn table(commit: &str, report: &Value, factor: f64) -> String {
+    let number = |place: &str| report.pointer(place).and_then(Value::as_f64).unwrap_or(0.0);
     let spread = |name: &str, unit: &str| {
-        let of = |part: &str| report[name][part].as_f64().unwrap_or(0.0);
-        format!("{:.0} median, {:.0} at most{unit}", of("median"), of("max"))
+        let [median, most] = ["median", "max"].map(|part| number(&format!("/{name}/{part}")));
+        format!("{median:.0} median, {most:.0} at most{unit}")
     };
+    let pair = |of: [&str; 2]| of.map(|place| number(place).to_string()).join(", ");
     let rows = [
         ("when", said_by("date", &["+%F"])),
-        ("commit", commit),
-        ("ticks", report["ticks"].to_string()),
-        ("late ticks", report["late_ticks"].to_string()),
+        ("commit", commit.to_owned()),
+        ("ticks", number("/ticks").to_string()),
+        ("late ticks", number("/late_ticks").to_string()),
         (
             "frames: serial line, CAN",
-            format!("{}, {}", report["uart_frames"], report["can_frames"]),
+            pair(["/uart_frames", "/can_frames"]),
         ),
         (
             "drops: serial line, CAN",
-            format!("{}, {}", report["drops"]["uart"], report["drops"]["can"]),
+            pair(["/drops/uart", "/drops/can"]),
         ),
         (
             "estimates compared with the host: serial line, CAN",
-            format!(
-                "{}, {}",
-                report["parity_compared"]["uart"], report["parity_compared"]["can"]
-            ),
+            pair(["/parity_compared/uart", "/parity_compared/can"]),
         ),
         (
             "of which differ in a bit",
-            report["parity_mismatches"].to_string(),
+            number("/parity_mismatches").to_string(),
         ),
         (
             "instructions in a tick",
@@ -108,10 +107,7 @@ fn table(commit: String, report: &Value, factor: f64) -> String {
         ),
         (
             "estimated load of the processor",
-            format!(
-                "{:.1} %",
-                report["cpu_load_percent"].as_f64().unwrap_or(0.0)
-            ),
+            format!("{:.1} %", number("/cpu_load_percent")),
         ),
         (
             "data-ready edge to CAN mailbox",
@@ -119,7 +115,7 @@ fn table(commit: String, report: &Value, factor: f64) -> String {
         ),
         (
             "deepest stack",
-            format!("{} bytes", report["stack_high_water_bytes"]),
+            format!("{} bytes", number("/stack_high_water_bytes")),
         ),
         ("speed on one core", format!("{factor:.1} times real time")),
     ];

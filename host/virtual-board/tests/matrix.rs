@@ -18,18 +18,21 @@ fn chosen() -> Vec<&'static Scenario> {
 }
 
 /// One row of each class of faults, which the default run takes at one phase of the sampling.
-const OF_EACH_CLASS: [(&str, &str); 14] = [
+const OF_EACH_CLASS: [(&str, &str); 17] = [
     ("sensor", "sensor-reset"),
     ("sensor's outputs", "gyroscope-axis-stuck"),
+    ("sensor's registers", "self-test-on"),
     ("sensor's bus", "miso-low"),
     ("DMA", "spi-dma-error"),
     ("data-ready line", "data-ready-lost"),
     ("crystal", "crystal-lost"),
     ("CAN", "bus-shorted"),
     ("serial line", "uart-break"),
+    ("requests", "flood-then-sensor"),
     ("load", "load-open"),
     ("settings", "flash-corrupted"),
     ("flash", "power-cut"),
+    ("start", "hang-at-start"),
     ("watchdog", "hang"),
     ("crash", "hard-fault"),
     ("supply", "brown-out"),

@@ -3,39 +3,11 @@
 
 mod common;
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
 use common::digest::assert_block_of;
 use common::product;
 use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::cores::on_all_cores;
 use virtual_board::product::scenario::pairs::{self, Pair};
-
-/// Runs pairs on all cores. Returns the names of those with violations, and the violations.
-fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
-    let next = AtomicUsize::new(0);
-    let wrong = Mutex::new(Vec::new());
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                while let Some(pair) = pairs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let violations = match pair.run(elf) {
-                        Ok(outcome) => outcome.violations,
-                        Err(problem) => vec![problem.to_string()],
-                    };
-                    if !violations.is_empty() {
-                        let mut wrong = wrong.lock().expect("no thread panicked");
-                        wrong.push((pair.name(), violations));
-                    }
-                }
-            });
-        }
-    });
-    let mut wrong = wrong.into_inner().expect("no thread panicked");
-    wrong.sort();
-    wrong
-}
 
 #[test]
 #[ignore = "full: 4900 pairs of faults, an hour"]
@@ -49,7 +21,12 @@ fn the_board_survives_two_simultaneous_or_close_faults() {
         Err(_) => all.iter().copied().filter(is_named).collect(),
     };
     assert!(!chosen.is_empty(), "no pair is called {wish}");
-    let wrong = run(&elf, &chosen);
+    let outcomes = on_all_cores(&chosen, |pair| match pair.run(&elf) {
+        Ok(outcome) => outcome.violations,
+        Err(problem) => vec![problem.to_string()],
+    });
+    let wrong = chosen.iter().map(Pair::name).zip(outcomes);
+    let wrong: Vec<_> = wrong.filter(|(_, found)| !found.is_empty()).collect();
     println!("{} of {} pairs", chosen.len(), all.len());
     assert!(wrong.is_empty(), "{} pairs: {wrong:#?}", wrong.len());
     if chosen.len() == all.len() {

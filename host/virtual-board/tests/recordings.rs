@@ -3,16 +3,13 @@
 
 mod common;
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
 use common::digest::assert_block_of;
 use common::{directory, product};
 use host_tests::datasets::recorded;
 use recordings::input::Format;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::cores::on_all_cores;
 use virtual_board::product::recorded;
 use virtual_board::product::report::{self, RunOptions};
 
@@ -115,31 +112,6 @@ fn play(elf: &[u8], which: &Recorded, part: Part) -> Option<String> {
     ))
 }
 
-/// Plays recordings on all cores and returns their rows of the table; `None` if a file is absent.
-fn play_all(elf: &[u8], part: Part) -> Option<String> {
-    let next = AtomicUsize::new(0);
-    let rows: Mutex<Vec<(usize, Option<String>)>> = Mutex::default();
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(which) = RECORDINGS.get(index) else {
-                        break;
-                    };
-                    let row = play(elf, which, part);
-                    rows.lock()
-                        .expect("no thread has failed")
-                        .push((index, row));
-                }
-            });
-        }
-    });
-    let mut rows = rows.into_inner().expect("no thread has failed");
-    rows.sort();
-    rows.into_iter().map(|(_, row)| row).collect()
-}
-
 /// The shortest of the recordings.
 #[test]
 fn every_estimate_of_a_recording_has_the_bits_of_the_host() {
@@ -152,7 +124,8 @@ fn every_estimate_of_a_recording_has_the_bits_of_the_host() {
 #[ignore = "full: 14 recordings, 4 minutes of virtual time"]
 fn every_estimate_of_every_recording_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
-    let Some(rows) = play_all(&elf, Part::Excerpt) else {
+    let rows = on_all_cores(&RECORDINGS, |which| play(&elf, which, Part::Excerpt));
+    let Some(rows) = rows.into_iter().collect::<Option<String>>() else {
         return;
     };
     let head = "\
@@ -167,5 +140,5 @@ fn every_estimate_of_every_recording_has_the_bits_of_the_host() {
 #[ignore = "full: all of each recording, many minutes of virtual time"]
 fn every_estimate_of_whole_recordings_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
-    play_all(&elf, Part::Whole);
+    on_all_cores(&RECORDINGS, |which| play(&elf, which, Part::Whole));
 }

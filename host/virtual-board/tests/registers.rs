@@ -2,15 +2,13 @@
 
 mod common;
 
-use common::{boot_product, product};
+use common::rig::Rig;
+use common::{MILLISECOND, boot_product, product};
 use virtual_board::emulator::board::{Board, Injection};
 use virtual_board::emulator::part::can::{BusFault, BusFrame};
-use virtual_board::emulator::part::usart::TimedByte;
-use virtual_board::emulator::time::PER_SECOND;
+use wire::Fault;
 use wire::node::Command;
-use wire::uart::{Decoder, Message, NmtRequest, encode};
-
-const MILLISECOND: u64 = PER_SECOND / 1000;
+use wire::uart::{Message, NmtRequest};
 
 /// Offset of `RCC_PLLCFGR`, and its PLLQ.
 const PLLCFGR: u32 = 0x04;
@@ -33,19 +31,6 @@ const FLAGS: u32 = 44;
 /// Address in the unused part of the stack: its use is logged as a deep stack.
 const DEEP_IN_THE_STACK: u32 = 0x2000_5000;
 
-fn lines(bytes: &[TimedByte]) -> Vec<String> {
-    let mut decoder = Decoder::new();
-    let frames = bytes
-        .iter()
-        .filter_map(|sent| decoder.push(sent.byte)?.ok());
-    frames
-        .filter_map(|frame| match frame.message {
-            Message::Log(line) => Some(line.text().to_owned()),
-            _ => None,
-        })
-        .collect()
-}
-
 #[test]
 fn no_register_holds_a_value_that_the_manual_forbids() {
     let Some(elf) = product() else { return };
@@ -63,25 +48,23 @@ fn no_register_holds_a_value_that_the_manual_forbids() {
 #[test]
 fn a_never_idle_bus_is_reported_and_joined_once_idle() {
     let Some(elf) = product() else { return };
-    let mut board = boot_product(&elf);
-    board.inject(Injection::Bus(BusFault::Shorted));
-    board.run_for(500 * MILLISECOND).expect("it runs");
-    let sent = lines(&board.take_uart());
-    let name = wire::Fault::CanBusOff.name();
-    assert!(sent.iter().any(|line| line == name), "{sent:?}");
-    assert_eq!(board.take_can(), []);
+    let mut rig = Rig::new(&elf);
+    rig.inject(Injection::Bus(BusFault::Shorted));
+    rig.run(500);
+    let name = Fault::CanBusOff.name();
+    let is_named = |sent: &Message| matches!(sent, Message::Log(line) if line.text() == name);
+    assert!(rig.messages.iter().any(|(_, sent)| is_named(sent)));
+    assert_eq!(rig.contacts(), 0);
     // A communication reset leaves the bus and joins it again, or tries to.
     for command in [Command::ResetCommunication, Command::StartRemoteNode] {
-        let message = Message::Nmt(NmtRequest(command));
-        board.push_uart(encode(0, &message).as_bytes());
-        board.run_for(250 * MILLISECOND).expect("it runs");
+        rig.send(&Message::Nmt(NmtRequest(command)));
+        rig.run(250);
     }
-    assert_eq!(board.resets(), []);
-    board.inject(Injection::Clear);
-    board.run_for(500 * MILLISECOND).expect("it runs");
-    let sent = board.take_can().len();
-    assert!(sent > 400, "{sent} frames");
-    assert_eq!(board.resets(), []);
+    assert_eq!(rig.resets(), []);
+    rig.inject(Injection::Clear);
+    let (_, contacts) = rig.watch(500);
+    assert!(contacts > 400, "{contacts} contacts");
+    assert_eq!(rig.resets(), []);
 }
 
 #[test]
@@ -115,23 +98,15 @@ fn a_removed_probe_does_not_stop_the_foot() {
 #[test]
 fn a_length_code_above_eight_means_eight_bytes() {
     let Some(elf) = product() else { return };
-    let mut board = boot_product(&elf);
-    board.run_for(300 * MILLISECOND).expect("it runs");
-    board.take_can();
+    let mut rig = Rig::new(&elf);
+    rig.run(300);
     for length in 9..=15 {
         // A vendor request in an SDO frame that exceeds the maximum length.
         let mut data = vec![0x40, 0x18, 0x10, 1];
         data.resize(length, 0);
-        board.push_can(BusFrame {
-            id: 0x611,
-            extended: false,
-            remote: false,
-            data,
-        });
-        board.run_for(5 * MILLISECOND).expect("it runs");
+        rig.board.push_can(BusFrame { id: 0x611, data });
+        rig.run(5);
     }
-    assert_eq!(board.resets(), []);
-    let sent = board.take_can();
-    let answers = sent.iter().filter(|sent| sent.frame.id == 0x591).count();
-    assert_eq!(answers, 7);
+    assert_eq!(rig.resets(), []);
+    assert_eq!(rig.answers().len(), 7);
 }

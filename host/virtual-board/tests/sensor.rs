@@ -1,290 +1,70 @@
-//! A sensor that has partly failed, or lost a register's value: the ELF reports it within its bound, and never
-//! reports "stable" on such data afterwards.
+//! The sensor beyond the rows of the fault matrix: details of its faults, another part, the rate of its bus.
 
 mod common;
 
 use common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
-use common::{MILLISECOND, options, product, run};
+use common::{options, product};
 use estimator_core::Validity;
-use lsm6dsox::Sensor;
-use lsm6dsox::register::{self, Register};
-use lsm6dsox::sim::{Axis, PartFault as SensorFault, Stimulus};
-use virtual_board::emulator::board::{Board, Injection};
-use virtual_board::emulator::part::can::TimedFrame;
+use lsm6dsox::sim::{PartFault as SensorFault, Stimulus};
+use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::to_us;
 use virtual_board::product::parity;
 use wire::dictionary::index;
 use wire::uart::{Message, RawSample};
 use wire::{Emergency, Fault};
 
-/// Function codes of `CANopen`; the node's number is added.
-const EMERGENCY: u32 = 0x080;
-const ESTIMATE: u32 = 0x180;
-
-/// Time of the injection, ms: the foot stands and says "stable" by then.
-const BEGIN_MS: u64 = 1_500;
-
-/// Maximum delay of the estimate of a tick, ms: it leaves in the next tick.
-const LAG_MS: u64 = 2;
-
-fn of(frames: &[TimedFrame], function: u32) -> impl Iterator<Item = &TimedFrame> {
-    let is = move |id: u32| id & !0x7F == function && id & 0x7F != 0;
-    frames.iter().filter(move |sent| is(sent.frame.id))
-}
-
-/// Returns whether a frame says "stable": a probability above one half, in the first two bytes of the estimate.
-fn is_stable(sent: &TimedFrame) -> bool {
-    matches!(sent.frame.data[..], [_, high, ..] if high >= 0x80)
-}
-
-fn emergencies(frames: &[TimedFrame]) -> Vec<Emergency> {
-    of(frames, EMERGENCY)
-        .filter_map(|sent| {
-            Some(Emergency::decode(
-                sent.frame.data.get(..8)?.try_into().ok()?,
-            ))
-        })
-        .collect()
-}
-
-/// Frames sent within `ms` of `faults`, while the foot moves by `moves`.
-fn after(elf: &[u8], moves: Stimulus, faults: &[SensorFault], ms: u64) -> (Board, Vec<TimedFrame>) {
-    let begin = BEGIN_MS as f64 / 1000.0;
-    let motion = move |t: f64| if t < begin { Stimulus::REST } else { moves };
-    let mut board = Board::with_motion(elf, options(), motion).expect("it fits the flash");
-    run(&mut board, BEGIN_MS);
-    let before = board.take_can();
-    assert!(of(&before, ESTIMATE).last().is_some_and(is_stable));
-    for fault in faults {
-        board.inject(Injection::Sensor(*fault));
-    }
-    run(&mut board, ms);
-    let frames = board.take_can();
-    (board, frames)
-}
-
-/// A slide at 3 m/s² along x.
-fn slide() -> Stimulus {
-    let [x, y, z] = Stimulus::REST.specific_force;
-    Stimulus {
-        specific_force: [x + 3.0, y, z],
-        ..Stimulus::REST
-    }
-}
-
-/// A turn at 2 rad/s about z.
-fn turn() -> Stimulus {
-    Stimulus {
-        angular_rate: [0.0, 0.0, 2.0],
-        ..Stimulus::REST
-    }
-}
-
-const fn stuck(sensor: Sensor, axis: Axis, code: i16) -> SensorFault {
-    SensorFault::AxisStuck { sensor, axis, code }
-}
-
-#[test]
-#[ignore = "full: five partial failures of the sensor"]
-fn a_partly_failed_sensor_is_not_stable_and_names_its_axes() {
-    let Some(elf) = product() else { return };
-    // 0.2 rad/s are 164 codes of 70 m°/s.
-    for (name, moves, fault, axes, within_ms) in [
-        (
-            "ax stuck",
-            slide(),
-            stuck(Sensor::Accel, Axis::X, 0),
-            0b1,
-            30,
-        ),
-        (
-            "wz stuck",
-            turn(),
-            stuck(Sensor::Gyro, Axis::Z, 0),
-            0b10_0000,
-            90,
-        ),
-        (
-            "wx stuck at 0.2 rad/s",
-            Stimulus::REST,
-            stuck(Sensor::Gyro, Axis::X, 164),
-            0b1000,
-            90,
-        ),
-        (
-            "accelerometer frozen",
-            slide(),
-            SensorFault::SensorFrozen(Sensor::Accel),
-            0b111,
-            20,
-        ),
-        (
-            "gyroscope frozen",
-            turn(),
-            SensorFault::SensorFrozen(Sensor::Gyro),
-            0b11_1000,
-            40,
-        ),
-    ] {
-        let (board, frames) = after(&elf, moves, &[fault], 1_500);
-        let reported = emergencies(&frames);
-        let first = reported.iter().find(|emergency| emergency.code != 0);
-        let first = first.map(|emergency| (emergency.fault, emergency.detail));
-        assert_eq!(first, Some((Some(Fault::SensorFrozen), axes)), "{name}");
-        let deadline = (BEGIN_MS + within_ms + LAG_MS) * MILLISECOND;
-        let late: Vec<_> = of(&frames, ESTIMATE)
-            .filter(|sent| sent.time > deadline)
-            .collect();
-        let stable = late.iter().filter(|sent| is_stable(sent)).count();
-        assert_eq!(stable, 0, "{name}: of {} estimates", late.len());
-        // It stays reported while the fault lasts.
-        let gone = reported.iter().any(|emergency| emergency.code == 0);
-        assert!(!gone, "{name}: {reported:?}");
-        assert_eq!(board.resets(), [], "{name}");
-    }
-}
-
-#[test]
-fn a_recovered_sensor_is_used_again() {
-    let Some(elf) = product() else { return };
-    let fault = stuck(Sensor::Gyro, Axis::Y, 0);
-    let (mut board, _) = after(&elf, Stimulus::REST, &[fault], 300);
-    board.inject(Injection::Clear);
-    run(&mut board, 2_500);
-    let frames = board.take_can();
-    assert!(of(&frames, ESTIMATE).last().is_some_and(is_stable));
-    assert!(
-        emergencies(&frames)
-            .iter()
-            .any(|emergency| emergency.code == 0)
-    );
-}
-
-/// Bits of registers that change by themselves.
-const CHANGES: [(Register, u8); 9] = [
-    (register::CTRL5_C, 0b01),
-    (register::CTRL5_C, 0b0100),
-    (register::CTRL7_G, 0x40),
-    (register::CTRL7_G, 0x80),
-    (register::FUNC_CFG_ACCESS, 0x80),
-    (register::FUNC_CFG_ACCESS, 0x40),
-    (register::CTRL3_C, 0x08),
-    (register::PIN_CTRL, 0x40),
-    (register::X_OFS_USR, 0x10),
-];
-
-#[test]
-fn a_register_change_is_detected_and_corrected() {
-    assert_corrected(&CHANGES[..1]);
-}
-
-#[test]
-#[ignore = "full: changes of every register"]
-fn every_register_change_is_detected_and_corrected() {
-    assert_corrected(&CHANGES);
-}
-
-fn assert_corrected(changes: &[(Register, u8)]) {
-    let Some(elf) = product() else { return };
-    for &(register, bits) in changes {
-        let name = format!("{} ^ {bits:#04x}", register.name);
-        let flip = SensorFault::RegisterFlipped {
-            address: register.address,
-            bits,
-        };
-        let (mut board, frames) = after(&elf, Stimulus::REST, &[flip], 60);
-        let reported = emergencies(&frames);
-        let named = reported
-            .iter()
-            .filter_map(|emergency| emergency.fault)
-            .next();
-        assert!(
-            matches!(
-                named,
-                Some(Fault::SensorConfigMismatch | Fault::SensorWrongId)
-            ),
-            "{name}: {reported:?}"
-        );
-        run(&mut board, 1_500);
-        let frames = board.take_can();
-        assert!(
-            of(&frames, ESTIMATE).last().is_some_and(is_stable),
-            "{name}"
-        );
-        assert_eq!(board.resets(), [], "{name}");
-    }
+/// Emergency messages about a fault.
+fn about(rig: &Rig, fault: Fault) -> Vec<Emergency> {
+    let mut reported = rig.emergency_messages();
+    reported.retain(|emergency| emergency.fault == Some(fault));
+    reported
 }
 
 #[test]
 fn a_bias_too_large_to_learn_is_reported_with_its_value() {
-    assert_bias_reported(&[15.0]);
-}
-
-#[test]
-#[ignore = "full: biases to the end of the range"]
-fn every_bias_too_large_to_learn_is_reported_with_its_value() {
-    assert_bias_reported(&[8.0, 15.0, 30.0]);
-}
-
-fn assert_bias_reported(biases_dps: &[f64]) {
+    const DPS: f64 = 15.0;
     let Some(elf) = product() else { return };
-    for &dps in biases_dps {
-        let mut options = options();
-        let sensor = options.sensor.as_mut().expect("there is a sensor");
-        sensor.gyro_bias = [0.0, dps.to_radians(), 0.0];
-        let still = |_: f64| Stimulus::REST;
-        let mut board = Board::with_motion(&elf, options, still).expect("it fits the flash");
-        run(&mut board, 8_000);
-        let frames = board.take_can();
-        let mut reported = emergencies(&frames);
-        // The slowest specimen begins with read errors, until its bus is slowed down.
-        reported.retain(|emergency| emergency.fault == Some(Fault::GyroBias));
-        let [emergency] = reported[..] else {
-            panic!("{dps} °/s: {reported:?}");
-        };
-        let read = f64::from(emergency.detail) / 1000.0;
-        assert!((read - dps).abs() < 0.1, "{dps} °/s: {read}");
-    }
+    let mut options = options();
+    let sensor = options.sensor.as_mut().expect("there is a sensor");
+    sensor.gyro_bias = [0.0, DPS.to_radians(), 0.0];
+    let mut rig = Rig::with_motion(&elf, options, |_| Stimulus::REST);
+    rig.run(8_000);
+    let [emergency] = about(&rig, Fault::GyroBias)[..] else {
+        panic!("{:?}", rig.emergency_messages());
+    };
+    let read = f64::from(emergency.detail) / 1000.0;
+    assert!((read - DPS).abs() < 0.1, "{read}");
 }
 
 /// An LSM6DSO32 has the identity of an LSM6DSOX, and half of its codes.
 #[test]
 fn a_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
-    assert_scale_reported(&[0.5]);
-}
-
-#[test]
-#[ignore = "full: scales within and beyond the limits"]
-fn every_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
-    assert_scale_reported(&[0.5, 0.85, 1.25]);
-}
-
-fn assert_scale_reported(scales: &[f64]) {
     let Some(elf) = product() else { return };
-    for &g in scales {
+    for (g, is_wrong) in [(0.5, true), (0.85, false)] {
         let lying = move |seconds: f64| {
             let mut lying = Stimulus::REST;
             lying.specific_force[2] *= if seconds < 4.0 { g } else { 1.0 };
             lying
         };
-        let mut board = Board::with_motion(&elf, options(), lying).expect("it fits the flash");
-        run(&mut board, 3_500);
-        let mut frames = board.take_can();
-        run(&mut board, 500);
-        let stable = of(&board.take_can(), ESTIMATE).any(is_stable);
-        run(&mut board, 6_000);
-        frames.extend(board.take_can());
-        let mut reported = emergencies(&frames);
-        reported.retain(|emergency| emergency.fault == Some(Fault::SensorScale));
-        match reported[..] {
-            [] => assert!(stable && (0.8..1.2).contains(&g), "{g} g"),
-            [raised, cleared] => {
-                assert!(!stable && !(0.8..1.2).contains(&g), "{g} g");
-                let read = f64::from(raised.detail) / 1000.0;
-                assert!((read - g).abs() < 0.01, "{g} g: {read}");
-                assert_eq!(cleared.code, 0, "{g} g");
-            }
-            _ => panic!("{g} g: {reported:?}"),
+        let mut rig = Rig::with_motion(&elf, options(), lying);
+        rig.run(3_500);
+        let raised = about(&rig, Fault::SensorScale);
+        rig.forget();
+        rig.run(500);
+        assert_eq!(rig.stable().is_empty(), is_wrong, "{g} g");
+        rig.run(6_000);
+        let cleared = about(&rig, Fault::SensorScale);
+        if is_wrong {
+            let [Emergency { detail, .. }] = raised[..] else {
+                panic!("{raised:?}");
+            };
+            assert!((490..=510).contains(&detail), "{detail}");
+            assert!(
+                matches!(cleared[..], [Emergency { code: 0, .. }]),
+                "{cleared:?}"
+            );
+        } else {
+            assert!(raised.is_empty() && cleared.is_empty(), "{raised:?}");
         }
     }
 }
@@ -304,8 +84,7 @@ fn other_part_is_a_setting_and_measures_twice_the_range() {
         }
         lying
     };
-    let started = Board::with_motion(&elf, options(), lying).expect("it fits the flash");
-    let mut rig = Rig::of(started);
+    let mut rig = Rig::with_motion(&elf, options(), lying);
     rig.run(3_500);
     assert!(rig.emergencies().contains(&Fault::SensorScale.code()));
     rig.nmt(PRE_OPERATIONAL);
@@ -327,7 +106,7 @@ fn other_part_is_a_setting_and_measures_twice_the_range() {
     rig.forget();
     rig.run(500);
     assert!(!rig.stable().is_empty(), "it is no fault any more");
-    rig.board.inject(Injection::Reset);
+    rig.inject(Injection::Reset);
     rig.run(3_000);
     assert_eq!(rig.emergencies(), Vec::<u16>::new());
     let force = |raw: &RawSample| {
@@ -349,8 +128,8 @@ fn other_part_is_a_setting_and_measures_twice_the_range() {
 }
 
 /// Time from the chip select to the last bit of the latest sample, 17 bytes, µs.
-fn burst_us(board: &mut Board) -> f64 {
-    let read = board.take_transactions();
+fn burst_us(rig: &mut Rig) -> f64 {
+    let read = rig.board.take_transactions();
     let sample = read.iter().rev().find(|read| parity::is_sample(read));
     let sample = sample.expect("samples are read");
     to_us(sample.end - sample.start)
@@ -359,31 +138,31 @@ fn burst_us(board: &mut Board) -> f64 {
 #[test]
 fn the_bus_runs_at_5_mhz_and_at_half_for_a_late_data_line() {
     let Some(elf) = product() else { return };
-    let still = |_: f64| Stimulus::REST;
-    let mut board = Board::with_motion(&elf, options(), still).expect("it fits the flash");
-    board.record_sensor_bus();
-    run(&mut board, 1_000);
-    let full = burst_us(&mut board);
+    let mut rig = Rig::new(&elf);
+    rig.board.record_sensor_bus();
+    rig.run(1_000);
+    let full = burst_us(&mut rig);
     assert!((27.2..31.0).contains(&full), "5 MHz: {full} µs");
-    board.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 105 }));
-    run(&mut board, 1_000);
-    let late = burst_us(&mut board);
+    rig.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 105 }));
+    rig.run(1_000);
+    let late = burst_us(&mut rig);
     assert!((54.4..60.0).contains(&late), "late data line: {late} µs");
-    let frames = board.take_can();
-    assert!(of(&frames, ESTIMATE).last().is_some_and(is_stable));
+    rig.forget();
+    rig.run(10);
+    assert!(!rig.stable().is_empty());
 }
 
 /// One bit in 3000: most registers that are read wrong are read right at once.
 #[test]
 fn single_misreads_are_reported_with_their_number() {
     let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(1_500);
     let flips = SensorFault::BitFlips { per_million: 300 };
-    let (mut board, mut frames) = after(&elf, Stimulus::REST, &[flips], 1_000);
-    frames.extend(board.take_can());
-    let mut reported = emergencies(&frames);
-    reported.retain(|emergency| emergency.fault == Some(Fault::Misread) && emergency.code != 0);
-    let [first, ..] = reported[..] else {
-        panic!("no misread is reported");
-    };
+    rig.inject(Injection::Sensor(flips));
+    rig.run(1_000);
+    let mut reported = about(&rig, Fault::Misread);
+    reported.retain(|emergency| emergency.code != 0);
+    let first = reported.first().expect("a misread is reported");
     assert_eq!(first.detail, 1);
 }

@@ -1,51 +1,17 @@
-//! The start: nothing is dropped, and a hang is ended by the watchdog.
+//! The start: nothing is dropped, and a crystal of another board is measured.
 
 mod common;
 
 use common::rig::Rig;
-use common::{boot_product, options, product, products};
+use common::{options, products};
 use lsm6dsox::sim::Stimulus;
-use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::chip::Crystal;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFault;
-use virtual_board::emulator::part::rcc::ResetCause;
-use virtual_board::emulator::time::PER_SECOND;
 use virtual_board::emulator::wiring::Wiring;
 use wire::Counter;
 use wire::uart::Message;
-
-const MICROSECOND: u64 = PER_SECOND / 1_000_000;
-
-#[test]
-fn a_hang_in_the_start_is_ended_by_the_watchdog() {
-    assert_hang_ended(&[3_000]);
-}
-
-#[test]
-#[ignore = "full: hangs at nine moments of the start"]
-fn a_hang_at_any_moment_of_the_start_is_ended_by_the_watchdog() {
-    assert_hang_ended(&[
-        400, 1_000, 2_000, 3_000, 5_000, 8_000, 11_000, 13_000, 40_000,
-    ]);
-}
-
-fn assert_hang_ended(moments_us: &[u64]) {
-    let Some(elf) = product() else { return };
-    for &hang_us in moments_us {
-        let mut board = boot_product(&elf);
-        board.run_for(hang_us * MICROSECOND).expect("it runs");
-        board.inject(Injection::Hang);
-        board.run_for(3 * PER_SECOND).expect("it runs");
-        let causes: Vec<_> = board.resets().iter().map(|(_, cause)| *cause).collect();
-        assert_eq!(causes, [ResetCause::Watchdog], "at {hang_us} µs");
-        board.take_can();
-        board.run_for(PER_SECOND).expect("it runs");
-        let contacts = board.take_can();
-        let contacts = contacts.iter().filter(|sent| sent.frame.id == 0x191);
-        assert!((998..=1002).contains(&contacts.count()), "at {hang_us} µs");
-    }
-}
 
 /// The tasks that send wait for the first tick, at any moment of its millisecond, and also where the bus cannot be joined.
 #[test]
@@ -56,9 +22,8 @@ fn no_message_is_dropped_at_the_start() {
                 let case = format!("{}, {corner:?}, {fault:?}", board.name);
                 let mut options = options();
                 options.set_corner(corner);
-                let started = Board::with_motion(&elf, options, |_| Stimulus::REST);
-                let mut rig = Rig::of(started.expect("it fits"));
-                rig.board.inject(Injection::Bus(fault));
+                let mut rig = Rig::with_motion(&elf, options, |_| Stimulus::REST);
+                rig.inject(Injection::Bus(fault));
                 rig.run(300);
                 let counters = rig.health().expect("a health message").counters;
                 assert_eq!(counters.get(Counter::UartDropped), 0, "{case}");
@@ -72,9 +37,9 @@ fn no_message_is_dropped_at_the_start() {
 
 /// The chip takes crystals of 4 to 26 MHz, and only one of them sets the clocks that a program is built for.
 #[test]
-fn a_wrong_crystal_is_measured_reported_and_not_used() {
+fn a_wrong_or_missing_crystal_is_measured_reported_and_not_used() {
     for (board, elf) in products() {
-        for khz in [8_000, 12_000, 25_000] {
+        for khz in [0, 8_000, 12_000, 25_000] {
             assert_crystal(board, &elf, Corner::Typical, khz);
         }
     }
@@ -86,7 +51,8 @@ fn any_wrong_crystal_is_measured_reported_and_not_used() {
     for (board, elf) in products() {
         for corner in [Corner::Fast, Corner::Typical, Corner::Slow] {
             for khz in [
-                4_000, 6_000, 7_000, 8_000, 9_000, 10_000, 12_000, 14_000, 16_000, 25_000, 26_000,
+                0, 4_000, 6_000, 7_000, 8_000, 9_000, 10_000, 12_000, 14_000, 16_000, 25_000,
+                26_000,
             ] {
                 assert_crystal(board, &elf, corner, khz);
             }
@@ -95,14 +61,16 @@ fn any_wrong_crystal_is_measured_reported_and_not_used() {
 }
 
 /// Asserts that a board with a crystal of `khz` measures; that it joins the bus if that is its crystal, and otherwise
-/// reports the frequency.
+/// reports the frequency. 0 is none at all.
 fn assert_crystal(board: &Wiring, elf: &[u8], corner: Corner, khz: u32) {
     let case = format!("{}, {khz} kHz, {corner:?}", board.name);
     let mut options = options();
     options.set_corner(corner);
-    options.chip.crystal = Crystal::Hertz(khz * 1000);
-    let started = Board::with_motion(elf, options, |_| Stimulus::REST).expect("it fits");
-    let mut rig = Rig::of(started);
+    options.chip.crystal = match khz {
+        0 => Crystal::Missing,
+        _ => Crystal::Hertz(khz * 1000),
+    };
+    let mut rig = Rig::with_motion(elf, options, |_| Stimulus::REST);
     rig.run(400);
     assert_eq!(rig.resets(), [], "{case}");
     let frames = rig.messages.iter();
@@ -120,7 +88,9 @@ fn assert_crystal(board: &Wiring, elf: &[u8], corner: Corner, khz: u32) {
         _ => None,
     });
     let found: Vec<f64> = found.collect();
-    if khz * 1000 == board.crystal {
+    if khz == 0 {
+        assert_eq!((rig.contacts(), found.len()), (0, 0), "{case}");
+    } else if khz * 1000 == board.crystal {
         assert!(
             rig.contacts() > 200 && found.is_empty(),
             "{case}: {found:?}"

@@ -2,15 +2,12 @@
 
 mod common;
 
-use common::{MILLISECOND, boot_product, product, watch};
-use virtual_board::emulator::board::{Board, Injection};
+use common::rig::Rig;
+use common::{MILLISECOND, product};
+use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::PER_SECOND;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
-/// Stalls the core from its next access to a peripheral on.
-fn hold_up(board: &mut Board, duration: u64) {
-    board.cpu().machine().chip.flash.stall += duration;
-}
 
 #[test]
 fn ticks_continue_after_a_stall_and_lost_ones_are_reported() {
@@ -27,8 +24,8 @@ fn ticks_continue_after_a_stall_at_any_phase() {
 fn assert_ticks_continue(phases_us: &[u64]) {
     let Some(elf) = product() else { return };
     let late = wire::Fault::LateTick.code();
-    let mut board = boot_product(&elf);
-    watch(&mut board, 500);
+    let mut rig = Rig::new(&elf);
+    rig.watch(500);
     for held_us in [
         150, 190, 200, 210, 500, 690, 700, 710, 790, 800, 990, 999, 1_000, 1_001, 1_010, 1_200,
         1_999, 5_300, 250_000, 500_000,
@@ -37,19 +34,20 @@ fn assert_ticks_continue(phases_us: &[u64]) {
             let lost = held_us > 2_000;
             if lost {
                 // The fault ends a second after the last late tick.
-                watch(&mut board, 1_100);
+                rig.watch(1_100);
             }
-            let next = board.now().next_multiple_of(MILLISECOND) + phase_us * MICROSECOND;
-            board.run_until(next).expect("it runs");
-            hold_up(&mut board, held_us * MICROSECOND);
-            let (codes, _) = watch(&mut board, held_us / 1_000 + 10);
+            let next = rig.board.now().next_multiple_of(MILLISECOND) + phase_us * MICROSECOND;
+            rig.board.run_until(next).expect("it runs");
+            // The core stands still from its next access to a peripheral on.
+            rig.board.cpu().machine().chip.flash.stall += held_us * MICROSECOND;
+            let (codes, _) = rig.watch(held_us / 1_000 + 10);
             let what = format!("{held_us} µs, {phase_us} µs after a tick: {codes:x?}");
             assert!(!lost || codes.contains(&late), "{what}");
             assert!(codes.iter().all(|code| *code == late), "{what}");
-            let (codes, contacts) = watch(&mut board, 20);
+            let (codes, contacts) = rig.watch(20);
             assert!(codes.is_empty(), "{what}, then {codes:x?}");
             assert!((19..=21).contains(&contacts), "{what}: {contacts}");
-            assert_eq!(board.resets(), [], "{what}");
+            assert_eq!(rig.resets(), [], "{what}");
         }
     }
 }
@@ -57,18 +55,18 @@ fn assert_ticks_continue(phases_us: &[u64]) {
 #[test]
 fn a_debugger_halt_resets_nothing_and_loses_no_tick() {
     let Some(elf) = product() else { return };
-    let mut board = boot_product(&elf);
-    watch(&mut board, 500);
+    let mut rig = Rig::new(&elf);
+    rig.watch(500);
     for halted_ms in [1, 3, 100, 5_000] {
-        board.inject(Injection::DebuggerHalt(halted_ms));
-        let (codes, _) = watch(&mut board, u64::from(halted_ms) + 200);
+        rig.inject(Injection::DebuggerHalt(halted_ms));
+        let (codes, _) = rig.watch(u64::from(halted_ms) + 200);
         let late = wire::Fault::LateTick.code();
         assert!(!codes.contains(&late), "{halted_ms} ms: {codes:x?}");
-        let (_, contacts) = watch(&mut board, 1_000);
+        let (_, contacts) = rig.watch(1_000);
         assert!(
             (999..=1001).contains(&contacts),
             "{halted_ms} ms: {contacts}"
         );
-        assert_eq!(board.resets(), [], "{halted_ms} ms");
+        assert_eq!(rig.resets(), [], "{halted_ms} ms");
     }
 }

@@ -1,11 +1,32 @@
 //! Packages of the workspace and their dependencies.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use anyhow::{Context, Result};
-use cargo_metadata::{CargoOpt, MetadataCommand};
+use anyhow::{Context, Result, ensure};
+use serde::Deserialize;
 
 use crate::command::root;
+
+/// Output of `cargo metadata`.
+#[derive(Deserialize)]
+struct Metadata {
+    packages: Vec<Package>,
+    workspace_root: PathBuf,
+}
+
+#[derive(Deserialize)]
+struct Package {
+    name: String,
+    manifest_path: PathBuf,
+    dependencies: Vec<Dependency>,
+}
+
+#[derive(Deserialize)]
+struct Dependency {
+    name: String,
+}
 
 /// Packages of the workspace.
 pub struct Packages {
@@ -19,22 +40,29 @@ impl Packages {
     /// # Errors
     /// A manifest cannot be read.
     pub fn read() -> Result<Self> {
-        let metadata = MetadataCommand::new()
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let output = Command::new(cargo)
+            .args(["metadata", "--format-version", "1", "--no-deps"])
             .current_dir(root())
-            .features(CargoOpt::AllFeatures)
-            .no_deps()
-            .exec()?;
+            .output()?;
+        ensure!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let metadata: Metadata = serde_json::from_slice(&output.stdout)?;
         let names = metadata.packages.iter();
         let names: BTreeSet<&str> = names.map(|package| package.name.as_str()).collect();
         let mut all = BTreeMap::new();
         for package in &metadata.packages {
             let folder = package.manifest_path.parent();
             let folder = folder.and_then(|path| path.strip_prefix(&metadata.workspace_root).ok());
+            let folder = folder.and_then(Path::to_str);
             let folder = folder.with_context(|| format!("{} is elsewhere", package.name))?;
             let needs = package.dependencies.iter();
             let needs = needs.filter(|needed| names.contains(needed.name.as_str()));
             let needs = needs.map(|needed| needed.name.clone()).collect();
-            all.insert(package.name.to_string(), (folder.to_string(), needs));
+            all.insert(package.name.clone(), (folder.to_owned(), needs));
         }
         Ok(Self { all })
     }

@@ -16,14 +16,6 @@ fn value_of(params: &Params, register: Register) -> u8 {
 }
 
 #[test]
-fn the_preset_is_valid() {
-    assert_eq!(
-        Params::FRESH_KILOHERTZ.validate(),
-        Ok(Config::FRESH_KILOHERTZ)
-    );
-}
-
-#[test]
 fn the_presets_cut_offs_match_and_lie_below_500_hz() {
     let accel = Config::FRESH_KILOHERTZ.accel_cutoff().unwrap();
     let gyro = Config::FRESH_KILOHERTZ.gyro_cutoff().unwrap();
@@ -97,13 +89,6 @@ fn full_scales_use_the_codes_of_st() {
             "{full_scale:?}"
         );
     }
-}
-
-#[test]
-fn i2c_and_i3c_are_off_in_every_configuration() {
-    let params = Params::FRESH_KILOHERTZ;
-    assert!(ctrl4_c::I2C_DISABLE.is_set(value_of(&params, register::CTRL4_C)));
-    assert!(ctrl9_xl::I3C_DISABLE.is_set(value_of(&params, register::CTRL9_XL)));
 }
 
 #[test]

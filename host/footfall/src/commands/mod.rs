@@ -28,6 +28,7 @@ pub mod accept;
 pub mod calibrate;
 pub mod config;
 pub mod convert;
+pub mod copied;
 pub mod decode;
 pub mod demo;
 pub mod explain;

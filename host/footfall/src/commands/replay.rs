@@ -15,16 +15,17 @@ use recordings::analysis::replay::span::Span;
 use recordings::analysis::summary::{InputReport, Summaries, Summary};
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::input::store::contacts::without_effect;
-use recordings::input::{About, ContactUse, Hints, Stored};
+use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::TableFeet;
 
+use super::copied::CopiedArguments;
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::{self, RecordingArguments, estimator_options, with_mounting};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
-use crate::replay::{Picture, ReplayedFoot, Watched, write_shown};
+use crate::replay::{CopiedFoot, Picture, ReplayedFoot, Watched, write_shown};
 use crate::report::{SummaryStyle, print};
 use crate::targets::{self, Drawing, Target};
 
@@ -54,8 +55,11 @@ pub struct ReplayArguments {
     pub to: Option<f64>,
     /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output; as .mcap a
     /// copy of the bag that is replayed, with the contacts of its feet
-    #[arg(long, value_name = "OUT.csv|parquet", help_heading = OUTPUT)]
+    #[arg(long, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
+    /// Messages of all feet in a copy of a bag.
+    #[command(flatten)]
+    pub copied: CopiedArguments,
     /// Write the events: touch-downs, lift-offs, starts and ends of slips, with their distance, and of
     /// stances that are never stable; `-` is standard output
     #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
@@ -81,6 +85,8 @@ struct Done {
     details: Vec<String>,
     /// Names of each foot in the recording.
     names: Vec<Vec<String>>,
+    /// Feet whose contacts go into a copy of the bag.
+    copied: Vec<CopiedFoot>,
     feet: Vec<ReplayedFoot>,
 }
 
@@ -101,7 +107,9 @@ impl ReplayArguments {
         resolved.check_axes(&names)?;
         resolved.unused_feet(&names).into_iter().for_each(warn);
         let mut feet = Vec::new();
+        let mut copied = Vec::new();
         for done in done {
+            copied.extend(done.copied);
             done.details.iter().for_each(detail);
             done.notices.iter().for_each(warn);
             for ReplayedFoot { foot, .. } in &done.feet {
@@ -110,20 +118,51 @@ impl ReplayArguments {
             }
             feet.extend(done.feet);
         }
+        if let Some(bag) = self.bag() {
+            self.copied
+                .copy(&self.inputs, bag, &mut copied, self.estimate_again)?;
+        }
         self.write(feet)
     }
 
     /// Checks that all results can be written before computing them.
     fn check_targets(&self) -> Result<(), OutputError> {
-        let table = self.output.as_deref().map(Target::Estimates);
+        let table = self.output.as_deref().map(|path| match is_bag(path) {
+            true => Target::Bag(path),
+            false => Target::Estimates(path),
+        });
         let events = self.events.as_deref().map(Target::Events);
         let picture = self.plot.as_deref().map(Target::Drawing);
         let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
         targets::check(&self.inputs, &all)?;
+        self.copied.check(self.bag())?;
+        if let Some(bag) = self.bag() {
+            let file = bag.display().to_string();
+            let [input] = &self.inputs[..] else {
+                return Err(OutputError::OneBagOnly(file));
+            };
+            if input.exists() && !input.is_file() && !input.is_dir() || input == Path::new(STANDARD)
+            {
+                return Err(OutputError::ReadTwice(file));
+            }
+            let folder = bag.parent().filter(|folder| *folder != Path::new(""));
+            let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+            if let (Ok(folder), Ok(input)) = (folder, input.canonicalize())
+                && input.is_dir()
+                && folder.starts_with(&input)
+            {
+                return Err(OutputError::OverInput(file));
+            }
+        }
         if self.json && self.fills_stdout() {
             return Err(OutputError::StdoutTwice);
         }
         Ok(())
+    }
+
+    /// Returns the output if it is a copy of the bag with its contacts.
+    fn bag(&self) -> Option<&Path> {
+        self.output.as_deref().filter(|path| is_bag(path))
     }
 
     /// Returns whether a result other than the summary goes to standard output.
@@ -145,6 +184,12 @@ impl ReplayArguments {
         let started = Instant::now();
         let opened = progress::open(input, self.recording.reading.format, bars)?;
         let format = opened.format();
+        if let Some(bag) = self.bag()
+            && !matches!(format, Format::Mcap | Format::Rosbag2)
+        {
+            let file = bag.display().to_string();
+            return Err(OutputError::OneBagOnly(file).into());
+        }
         let params = resolved.params(format);
         let file = input.display().to_string();
         let origins = resolved.origins(&file);
@@ -193,7 +238,7 @@ impl ReplayArguments {
         };
         let wanted = Wanted {
             span,
-            table: table(&self.output),
+            table: self.bag().map_or(table(&self.output), |_| Table::None),
             layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
             events: table(&self.events),
         };
@@ -214,6 +259,7 @@ impl ReplayArguments {
             let mut watched = Watched {
                 bar: bars.estimating(stored.about.samples as u64),
                 picture: drawing.map(|drawing| Picture::new(drawing, &stored, span)),
+                events: self.bag().map(|_| Vec::new()),
             };
             let params = params_of(names);
             let replayed = replay(&mut stored, &params, &wanted, &mut watched);
@@ -238,12 +284,25 @@ impl ReplayArguments {
                 learnt: foot.learnt.into(),
             });
             let recognised = recognised(about, &foot.summary);
-            let picture = watched.picture;
-            Ok::<_, Error>((ReplayedFoot { foot, picture }, recognised))
+            let (picture, events) = (watched.picture, watched.events);
+            Ok::<_, Error>((ReplayedFoot { foot, picture }, events, recognised))
         });
-        let (mut feet, mut details) = (Vec::new(), Vec::new());
-        for replayed in replayed {
-            let (foot, recognised) = replayed?;
+        let (mut feet, mut copied, mut details) = (Vec::new(), Vec::new(), Vec::new());
+        for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
+            let (foot, events, recognised) = replayed?;
+            let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
+            copied.extend(events.map(|events| {
+                CopiedFoot {
+                    name: names.first().cloned().unwrap_or_default(),
+                    place: names
+                        .iter()
+                        .find_map(|name| crate::ros::compat::place(name)),
+                    stored,
+                    params: params_of(names),
+                    span,
+                    events,
+                }
+            }));
             feet.push(foot);
             details.push(recognised);
         }
@@ -260,6 +319,7 @@ impl ReplayArguments {
         Ok(Done {
             feet,
             names,
+            copied,
             file,
             notices,
             details,
@@ -277,7 +337,9 @@ impl ReplayArguments {
                 true => TableFeet::Several,
                 false => TableFeet::One,
             };
-            write_file(path, |to| estimates::write(tables, named, to))?;
+            if !is_bag(path) {
+                write_file(path, |to| estimates::write(tables, named, to))?;
+            }
             written.push(path.clone());
         }
         let (events, plot) = (self.events.as_deref(), self.plot.as_deref());
@@ -291,6 +353,12 @@ impl ReplayArguments {
         };
         print(&summaries, style, &written).map_err(Error::Print)
     }
+}
+
+/// Returns whether the file is a bag by its name.
+fn is_bag(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 /// Returns the recognised properties of a recording.

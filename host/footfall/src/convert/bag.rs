@@ -9,7 +9,7 @@ use mcap::write::NoSeek;
 use recordings::analysis::replay::span::Span;
 use recordings::samples::recording::RecordedSample;
 
-use super::{Bag, ConvertedFoot, samples};
+use super::{Bag, ConvertedFoot, earliest, samples};
 use crate::mcap_recording::io_error;
 
 impl Bag {
@@ -37,18 +37,10 @@ impl Bag {
                 samples: samples(&mut foot.stored, span)?.peekable(),
             });
         }
-        loop {
-            let mut first: Option<(Timestamp, usize)> = None;
-            for (index, stream) in streams.iter_mut().enumerate() {
-                if let Some(at) = stream.next_at()?
-                    && first.is_none_or(|(before, _)| at < before)
-                {
-                    first = Some((at, index));
-                }
-            }
-            let Some((at, index)) = first else {
-                break;
-            };
+        while let Some((at, index)) = earliest(&mut streams, |stream| {
+            let next = stream.next_at()?;
+            Ok(next.map(|at| (at, at)))
+        })? {
             let stream = &mut streams[index];
             if let Some(sample) = stream.samples.next() {
                 let mut messages = stream.messages.messages(&sample?, at).into_iter();

@@ -111,6 +111,26 @@ pub fn each(
     Ok(())
 }
 
+/// Returns the item of least time that a stream has next, and the index of the stream; the first of several.
+///
+/// # Errors
+/// The first error of `next`, which returns a time and its item.
+#[cfg(feature = "bags")]
+pub(crate) fn earliest<S, K: Ord, T>(
+    streams: &mut [S],
+    mut next: impl FnMut(&mut S) -> io::Result<Option<(K, T)>>,
+) -> io::Result<Option<(T, usize)>> {
+    let mut first: Option<(K, T, usize)> = None;
+    for (index, stream) in streams.iter_mut().enumerate() {
+        if let Some((time, item)) = next(stream)?
+            && first.as_ref().is_none_or(|(before, ..)| time < *before)
+        {
+            first = Some((time, item, index));
+        }
+    }
+    Ok(first.map(|(_, item, index)| (item, index)))
+}
+
 /// Writes the table of a foot.
 ///
 /// # Errors

@@ -47,10 +47,9 @@ impl McapRecording {
     /// The file cannot be written.
     pub fn finish(self) -> Result<String, OutputError> {
         let mut text = String::new();
-        let has = |topic: &str| self.file.counts().any(|(other, _)| other == topic);
-        for (topic, count) in self.file.counts() {
-            // Writing to memory does not fail.
-            let _ = writeln!(text, "{count:>9} {topic}");
+        let counts = self.file.counts();
+        let has = |topic: &str| counts.iter().any(|(other, _)| **other == *topic);
+        for topic in counts.keys() {
             if let Some(foot) = topic.strip_suffix("/contact")
                 && !has(&format!("{foot}/imu"))
             {
@@ -58,6 +57,10 @@ impl McapRecording {
                     "{foot}/imu is not in the recording: the foot sent no samples. On a serial line they come with footfall foot SOURCE set uart_streams.raw_sample=1ms"
                 ));
             }
+        }
+        for (topic, count) in &counts {
+            // Writing to memory does not fail.
+            let _ = writeln!(text, "{count:>9} {topic}");
         }
         let _ = writeln!(text, "wrote {}", self.path.display());
         self.file.finish().map_err(unwritable(&self.path))?;

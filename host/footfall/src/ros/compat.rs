@@ -37,10 +37,10 @@ use crate::ros::published::Published;
 pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
 
 /// The feet in the order right front, left front, right hind, left hind, by their places in [`FEET`].
-const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
+pub const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
 
 /// Topic of the states of a Unitree robot.
-const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
+pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
 
 /// Words for the front and the rear of a robot.
 const FRONT: [&str; 2] = ["front", "fore"];
@@ -118,6 +118,13 @@ impl Compat {
                 "`unitree_go/msg/LowState` on /footfall/lowstate, whose forces are 100 or 0"
             }
         }
+    }
+
+    /// Topics of its messages.
+    #[must_use]
+    pub fn topics(self) -> Vec<String> {
+        let messages = self.messages(&Header::default(), [false; 4]);
+        messages.into_iter().map(|(topic, _)| topic).collect()
     }
 
     /// Messages with their topics: whether the feet stand, in the order of [`FEET`].
@@ -222,10 +229,24 @@ impl AllFeet {
         at: Timestamp,
         listened_us: u64,
     ) -> Vec<Published> {
-        let Some(place) = place(&contact.foot) else {
-            self.others.insert(contact.foot.clone());
-            return Vec::new();
-        };
+        let name = contact.foot.as_str();
+        match place(name) {
+            Some(place) => self.take_at(place, contact, at, listened_us),
+            None => {
+                self.others.insert(name.to_owned());
+                Vec::new()
+            }
+        }
+    }
+
+    /// Does the same for the foot at a place in [`FEET`], whatever its name.
+    pub fn take_at(
+        &mut self,
+        place: usize,
+        contact: &RosContact,
+        at: Timestamp,
+        listened_us: u64,
+    ) -> Vec<Published> {
         self.feet[place] = Some(Stance {
             stands: contact.valid && contact.decision,
             stamp: contact.header.stamp,

@@ -60,6 +60,9 @@ const LOW_STATE: &str = include_str!("../../../recordings/src/input/bag/definiti
 /// Definition of a contact, from the interface package.
 pub const CONTACT: &str = include_str!("../../../../ros2/footfall_msgs/msg/Contact.msg");
 
+/// Definition of an event, from the interface package.
+pub const EVENT: &str = include_str!("../../../../ros2/footfall_msgs/msg/Event.msg");
+
 /// Definition of a message type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Definition {
@@ -96,6 +99,7 @@ impl Definition {
     pub const fn of(message: &RosMessage) -> Self {
         match message {
             RosMessage::Contact(_) => Self::CONTACT,
+            RosMessage::Event(_) => Self::new("footfall_msgs/msg/Event", EVENT),
             RosMessage::Imu(_) => Self::IMU,
             RosMessage::Velocity(_) => Self::VELOCITY,
             RosMessage::Number(_) => Self::FLOAT64,
@@ -159,6 +163,7 @@ fn add_nested(fields: &str, to: &mut Vec<(&'static str, &'static str)>) {
 mod tests {
     use super::*;
     use estimator_core::{Flag, Flags, Phase};
+    use recordings::events::EventKind;
 
     /// Value of a constant of a definition.
     fn constant(definition: &str, name: &str) -> Option<u8> {
@@ -182,6 +187,15 @@ mod tests {
                 Some(Flags::NONE.with(flag).bits()),
                 "{name}"
             );
+        }
+    }
+
+    #[test]
+    fn definition_contains_every_kind_of_event() {
+        for kind in EventKind::ALL {
+            let name = kind.name().to_uppercase();
+            let number = crate::ros::estimates::kind_number(kind);
+            assert_eq!(constant(EVENT, &name), Some(number), "{name}");
         }
     }
 }

@@ -3,12 +3,13 @@
 //! A chunk is written as a whole, once a second of message time or when it is full: a truncated file keeps
 //! all complete chunks.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::{Seek, Write};
 use std::sync::Arc;
 
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions, Writer};
+use recordings::input::bag::{Channel, Schema, Written};
 
 use crate::ros::definition::Definition;
 use crate::ros::published::Published;
@@ -22,9 +23,16 @@ const CHUNK_US: u64 = 1_000_000;
 /// Writer of an MCAP file.
 pub struct McapFile<W: Write + Seek> {
     writer: Writer<W>,
-    /// Channel and number of messages of each topic.
-    channels: BTreeMap<Arc<str>, (u16, u32)>,
+    /// Channels of each topic: another bag may have several.
+    channels: HashMap<Arc<str>, Vec<Declared>>,
     chunk_began_us: Option<u64>,
+}
+
+/// A channel of the file.
+struct Declared {
+    id: u16,
+    channel: Channel,
+    messages: u32,
 }
 
 impl<W: Write + Seek> McapFile<W> {
@@ -42,7 +50,7 @@ impl<W: Write + Seek> McapFile<W> {
             .disable_seeking(true);
         Ok(Self {
             writer: options.create(to)?,
-            channels: BTreeMap::new(),
+            channels: HashMap::new(),
             chunk_began_us: None,
         })
     }
@@ -52,34 +60,68 @@ impl<W: Write + Seek> McapFile<W> {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&mut self, published: &Published) -> Result<(), McapError> {
-        let topic = &published.topic;
-        if !self.channels.contains_key(topic) {
-            let definition = Definition::of(&published.message);
-            let text = definition.text();
-            let schema = (self.writer).add_schema(definition.name, "ros2msg", text.as_bytes())?;
-            let none = BTreeMap::new();
-            let channel = self.writer.add_channel(schema, topic, "cdr", &none)?;
-            self.channels.insert(topic.clone(), (channel, 0));
-        }
-        let Some((channel, messages)) = self.channels.get_mut(topic) else {
-            return Ok(());
+        let definition = Definition::of(&published.message);
+        let is_own = |channel: &Channel| channel.message == definition.name;
+        let schema = || Schema {
+            encoding: "ros2msg".to_owned(),
+            text: definition.text().into_bytes(),
         };
-        let micros = published.at.as_micros();
-        let log_time = micros.saturating_mul(1000);
+        let (channel_id, sequence) = match self.next(&published.topic, is_own) {
+            Some(next) => next,
+            None => self.declare(Channel {
+                topic: published.topic.to_string(),
+                message: definition.name.to_owned(),
+                encoding: "cdr".to_owned(),
+                schema: Some(schema().into()),
+                metadata: BTreeMap::new(),
+            })?,
+        };
+        let log_time = published.at.as_micros().saturating_mul(1000);
         let header = MessageHeader {
-            channel_id: *channel,
-            sequence: *messages,
+            channel_id,
+            sequence,
             log_time,
             publish_time: log_time,
         };
-        *messages = messages.wrapping_add(1);
+        self.put(&header, &published.message.cdr())
+    }
+
+    /// Appends a message of another bag; without a number of its sender, it has that on its channel.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn copy(&mut self, of: &Channel, written: Written, data: &[u8]) -> Result<(), McapError> {
+        let (channel_id, number) = match self.next(&of.topic, |channel| channel == of) {
+            Some(next) => next,
+            None => self.declare(of.clone())?,
+        };
+        let nanos = |time| u64::try_from(time).unwrap_or_default();
+        let header = MessageHeader {
+            channel_id,
+            sequence: written.sequence.unwrap_or(number),
+            log_time: nanos(written.log_ns),
+            publish_time: nanos(written.publish_ns),
+        };
+        self.put(&header, data)
+    }
+
+    /// Id of a channel of a topic, and the number of its next message, if it was declared.
+    fn next(&mut self, topic: &str, is: impl Fn(&Channel) -> bool) -> Option<(u16, u32)> {
+        let mut channels = self.channels.get_mut(topic)?.iter_mut();
+        let Declared { id, messages, .. } = channels.find(|declared| is(&declared.channel))?;
+        let number = *messages;
+        *messages = number.wrapping_add(1);
+        Some((*id, number))
+    }
+
+    fn put(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
+        let micros = header.log_time / 1000;
         let began = *self.chunk_began_us.get_or_insert(micros);
         if micros.saturating_sub(began) >= CHUNK_US {
             self.writer.flush()?;
             self.chunk_began_us = Some(micros);
         }
-        self.writer
-            .write_to_known_channel(&header, &published.message.cdr())
+        self.writer.write_to_known_channel(header, data)
     }
 
     /// Writes the current chunk, for use before a pause.
@@ -93,10 +135,40 @@ impl<W: Write + Seek> McapFile<W> {
         Ok(())
     }
 
+    /// Adds a channel; returns its id and the number of its first message. A schema that is there already is used again.
+    fn declare(&mut self, channel: Channel) -> Result<(u16, u32), McapError> {
+        let message = &channel.message;
+        let schema = match &channel.schema {
+            Some(schema) => self
+                .writer
+                .add_schema(message, &schema.encoding, &schema.text)?,
+            // The name of the type is kept without its definition.
+            None if !message.is_empty() => self.writer.add_schema(message, "", &[])?,
+            None => 0,
+        };
+        let Channel {
+            topic,
+            encoding,
+            metadata,
+            ..
+        } = &channel;
+        let id = self.writer.add_channel(schema, topic, encoding, metadata)?;
+        let of_topic = self.channels.entry(topic.as_str().into()).or_default();
+        of_topic.push(Declared {
+            id,
+            channel,
+            messages: 1,
+        });
+        Ok((id, 0))
+    }
+
     /// Number of messages on each topic so far.
-    pub fn counts(&self) -> impl Iterator<Item = (&str, u32)> {
+    #[must_use]
+    pub fn counts(&self) -> BTreeMap<&str, u32> {
+        let count = |channels: &[Declared]| channels.iter().map(|channel| channel.messages).sum();
         let channels = self.channels.iter();
-        channels.map(|(topic, (_, messages))| (topic.as_ref(), *messages))
+        let counts = channels.map(|(topic, channels)| (topic.as_ref(), count(channels)));
+        counts.collect()
     }
 
     /// Writes the remaining messages and the summary.

@@ -115,6 +115,18 @@ pub struct RosContact {
     pub sequence: u16,
 }
 
+/// `footfall_msgs/msg/Event`; `ros2/footfall_msgs/msg/Event.msg` describes its fields.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the definition has them")]
+pub struct RosEvent {
+    pub header: Header,
+    pub foot: String,
+    pub kind: u8,
+    pub duration: f64,
+    pub p_peak: f32,
+    pub distance: f64,
+}
+
 /// A message of other programs about all feet.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Stances<T> {
@@ -207,6 +219,8 @@ pub struct DiagnosticArray {
 pub enum RosMessage {
     /// The contact.
     Contact(RosContact),
+    /// Event of a recording.
+    Event(RosEvent),
     /// The IMU.
     Imu(Box<Imu>),
     /// A velocity.
@@ -303,6 +317,7 @@ mod tests {
         };
         for message in [
             RosMessage::Contact(RosContact::default()),
+            RosMessage::Event(RosEvent::default()),
             RosMessage::Imu(Box::default()),
             RosMessage::Velocity(Box::default()),
             RosMessage::Number(0.0),

@@ -8,6 +8,7 @@
 //! | message on a topic | [`published`] |
 //! | conversion of a foot's data to messages on topics | [`bridge`] |
 //! | conversion of recorded samples to messages on topics | [`samples`] |
+//! | conversion of estimates from a recording to messages on topics | [`estimates`] |
 //! | contacts of all feet in one message of other programs | [`compat`] |
 //! | messages of a foot | `foot` |
 //! | recording of messages: MCAP | `mcap_file`, with the feature `bags` |
@@ -16,6 +17,7 @@
 pub mod bridge;
 pub mod compat;
 pub mod definition;
+pub mod estimates;
 mod foot;
 #[cfg(feature = "bags")]
 mod mcap_file;
@@ -28,6 +30,7 @@ pub mod topics;
 
 pub use bridge::Bridge;
 pub use compat::{AllFeet, Compat};
+pub use estimates::EstimateMessages;
 #[cfg(feature = "bags")]
 pub use mcap_file::McapFile;
 pub use message::RosMessage;

@@ -29,6 +29,8 @@ pub struct FootTopics {
     pub load: Arc<str>,
     /// `sensor_msgs/msg/Imu`.
     pub imu: Arc<str>,
+    /// `footfall_msgs/msg/Event`, of recordings alone.
+    pub event: Arc<str>,
     /// Frame of the foot in headers.
     pub frame: Arc<str>,
     /// Hardware id of the board in diagnostics.
@@ -52,6 +54,7 @@ impl FootTopics {
             velocity: format!("/footfall/{part}/velocity").into(),
             load: format!("/footfall/{part}/load").into(),
             imu: format!("/footfall/{part}/imu").into(),
+            event: format!("/footfall/{part}/event").into(),
             frame: frame.replace("{foot}", &part).into(),
             hardware: FRAME.replace("{foot}", &part).into(),
         }

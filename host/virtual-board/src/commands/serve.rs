@@ -16,7 +16,7 @@ use virtual_board::emulator::corner::Corner;
 
 use virtual_board::product::serve::pace::VirtualSpeed;
 use virtual_board::product::serve::robot::{ControlNode, RobotOptions};
-use virtual_board::product::serve::{self, BoardPrograms, Note, Passage, Planned, ServeSummary};
+use virtual_board::product::serve::{self, BoardPrograms, Note, Passage, ServeSummary};
 
 use super::elf;
 use super::options::duration;
@@ -42,9 +42,6 @@ pub struct ServeArguments {
     /// The specimen of the chip: fast, typical or slow, within what the data sheet allows.
     #[arg(long, default_value = "typical")]
     corner: Corner,
-    /// A fault to inject, and when in ms: [FOOT:]NAME[:VARIANT]@MS. Others can be typed while it runs.
-    #[arg(long = "fault", value_parser = serve::fault_at)]
-    faults: Vec<Planned>,
     /// Nothing but the feet on the bus: no control that sends loads and SYNCs.
     #[arg(long)]
     no_control: bool,
@@ -93,7 +90,6 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
             settings: Vec::new(),
         },
         links: arguments.links.clone(),
-        faults: arguments.faults.clone(),
         ms: arguments.seconds.map(|seconds| (seconds * 1e3) as u64),
         passage: match arguments.lock_step {
             true => Passage::LockStep,

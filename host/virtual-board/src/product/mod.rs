@@ -7,8 +7,10 @@
 //! | boards in real time behind terminals | `serve` |
 //! | comparison with the estimator on the host | [`parity`] |
 //! | motion of the sensor, simulated and recorded | [`motion`], [`recorded`] |
+//! | runs on all cores | [`cores`] |
 //! | additional messages and traffic | [`streams`], [`traffic`] |
 
+pub mod cores;
 pub mod fault;
 pub mod motion;
 pub mod parity;

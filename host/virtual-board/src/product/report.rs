@@ -1,5 +1,4 @@
-//! A run whose bytes, frames, samples, plot and statistics are written as they arrive. Memory use does not grow
-//! with its length.
+//! A run whose bytes, frames and statistics are written as they arrive. Memory use does not grow with its length.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -9,7 +8,6 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use wire::Counter;
-use wire::pdo::P16;
 use wire::uart::{ContactMessage, Decoder, HealthMessage, Message};
 
 use crate::emulator::board::Board;
@@ -67,9 +65,6 @@ pub struct TimedStep {
     pub step: ScenarioStep,
 }
 
-/// Maximum number of points of the plot.
-const POINTS: usize = 6000;
-
 /// Number of transactions in which a sample's edge is searched.
 const RECENT: usize = 16;
 
@@ -92,41 +87,13 @@ struct Log {
     recent: VecDeque<Transaction>,
     /// `None` if faults are injected.
     comparison: Option<ParityCheck>,
-    curve: Curve,
-    contacts: u64,
     uart_frames: u64,
     can_frames: u64,
     emergencies: Vec<Value>,
 }
 
-/// Probability of stable contact over time, thinned out when it gets too long.
-#[derive(Default)]
-struct Curve {
-    /// Number of times that every second point was dropped.
-    halvings: u32,
-    points: Vec<(f64, f64)>,
-}
-
-impl Curve {
-    fn push(&mut self, index: u64, message: &ContactMessage) {
-        if index.is_multiple_of(1 << self.halvings) {
-            let seconds = message.timestamp.as_micros() as f64 / 1.0e6;
-            self.points.push((seconds, probability(message.stable)));
-        }
-        if self.points.len() >= POINTS {
-            self.points = self.points.iter().copied().step_by(2).collect();
-            self.halvings += 1;
-        }
-    }
-}
-
-/// Converts a code to a probability.
-fn probability(code: P16) -> f64 {
-    f64::from(code.0) / 65535.0
-}
-
 impl Log {
-    fn uart(&mut self, bytes: &[TimedByte], samples: &mut impl Write) -> std::io::Result<()> {
+    fn uart(&mut self, bytes: &[TimedByte]) {
         for &TimedByte { time, byte } in bytes {
             let began = *self.frame_began.get_or_insert(time);
             if byte == 0 {
@@ -137,39 +104,22 @@ impl Log {
             };
             self.uart_frames += 1;
             match frame.message {
-                Message::Contact(message) => self.contact(began, message, samples)?,
+                Message::Contact(message) => self.contact(began, message),
                 Message::Health(message) => self.health = Some(message),
                 _ => {}
             }
         }
-        Ok(())
     }
 
-    fn contact(
-        &mut self,
-        began: u64,
-        message: ContactMessage,
-        samples: &mut impl Write,
-    ) -> std::io::Result<()> {
+    fn contact(&mut self, began: u64, message: ContactMessage) {
         if began > self.settled
             && let Some(edge) = self.edge_before(began)
         {
             self.to_uart.push(to_ns(began - edge));
         }
-        self.curve.push(self.contacts, &message);
-        self.contacts += 1;
         if let Some(comparison) = &mut self.comparison {
             comparison.contact(began, message);
         }
-        writeln!(
-            samples,
-            "{:.6},{:.6},{:.6},{:.6},{}",
-            message.timestamp.as_micros() as f64 / 1.0e6,
-            probability(message.stable),
-            probability(message.tangential),
-            probability(message.vertical),
-            message.flags,
-        )
     }
 
     fn bus(&mut self, transactions: Vec<Transaction>) {
@@ -228,8 +178,8 @@ impl Log {
     }
 }
 
-/// Runs a board from its current state, writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
-/// into a directory, and returns the report.
+/// Runs a board from its current state, writes `uart.bin`, `can.log` and `report.json` into a directory, and returns the
+/// report.
 ///
 /// # Errors
 /// If the directory cannot be written to, or the firmware misuses the board.
@@ -242,14 +192,12 @@ pub fn run(
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
     let first = board.now().div_ceil(MILLISECOND);
     let mut uart = create("uart.bin")?;
-    let mut samples = create("samples.csv")?;
     let mut can_log = create("can.log")?;
     let mut log = Log {
         settled: (first + SETTLING) * MILLISECOND,
         comparison: run.faults.is_empty().then(ParityCheck::new).transpose()?,
         ..Log::default()
     };
-    writeln!(samples, "t,p_stable,p_tangential,p_vertical,flags")?;
     let mut actions = run.actions.clone();
     actions.sort_by_key(|action| action.ms);
     let mut actions = actions.into_iter().peekable();
@@ -292,14 +240,12 @@ pub fn run(
         log.bus(board.take_transactions());
         let bytes = board.take_uart();
         uart.write_all(&bytes.iter().map(|sent| sent.byte).collect::<Vec<u8>>())?;
-        log.uart(&bytes, &mut samples)?;
+        log.uart(&bytes);
         log.requests(&board.take_can_requests());
         log.can(board.take_can(), &mut can_log)?;
     }
     uart.flush()?;
     can_log.flush()?;
-    samples.flush()?;
-    create("plot.svg")?.write_all(plot(&log.curve.points).as_bytes())?;
     let parity = log.comparison.take().map(ParityCheck::finish);
     let report = report(board, run, &log, parity, watched);
     create("report.json")?.write_all(format!("{report:#}\n").as_bytes())?;
@@ -375,32 +321,4 @@ fn report(
         "resets": resets,
         "core_faults": core_faults,
     })
-}
-
-/// Plot of the probability of stable contact over time.
-fn plot(curve: &[(f64, f64)]) -> String {
-    let (width, height, left, top) = (900.0, 220.0, 50.0, 20.0);
-    let end = curve.last().map_or(1.0, |point| point.0).max(1.0e-3);
-    let mut points = String::new();
-    for (seconds, probability) in curve {
-        let x = left + width * seconds / end;
-        let y = top + height * (1.0 - probability);
-        // Writing to a string cannot fail.
-        let _ = write!(points, "{x:.1},{y:.1} ");
-    }
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" font-family=\"sans-serif\" font-size=\"12\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
-         <rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"#888\"/>\n\
-         <text x=\"{left}\" y=\"14\">probability of stable contact, as the board sent it</text>\n\
-         <text x=\"30\" y=\"{}\">1</text><text x=\"30\" y=\"{}\">0</text>\n\
-         <text x=\"{}\" y=\"{}\" text-anchor=\"end\">{end:.1} s</text>\n\
-         <polyline fill=\"none\" stroke=\"#1f5fa8\" points=\"{points}\"/>\n</svg>\n",
-        width + left + 30.0,
-        height + top + 40.0,
-        top + 6.0,
-        top + height,
-        left + width,
-        top + height + 18.0,
-    )
 }

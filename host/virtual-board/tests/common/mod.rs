@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod digest;
+pub mod image;
 pub mod rig;
 
 use std::collections::BTreeMap;

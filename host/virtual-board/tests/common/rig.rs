@@ -1,7 +1,8 @@
 //! A board with a master on both of its lines: requests, answers and frames.
 
 use estimator_core::Decision;
-use virtual_board::emulator::board::{Board, Injection};
+use lsm6dsox::sim::Motion;
+use virtual_board::emulator::board::{Board, BoardOptions, Injection};
 use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::part::usart::LineFault;
@@ -28,6 +29,11 @@ pub struct Rig {
 impl Rig {
     pub fn new(elf: &[u8]) -> Self {
         Self::of(boot_product(elf))
+    }
+
+    /// A board with these options, moved by `motion`.
+    pub fn with_motion(elf: &[u8], options: BoardOptions, motion: impl Motion + 'static) -> Self {
+        Self::of(Board::with_motion(elf, options, motion).expect("it fits the flash"))
     }
 
     pub fn of(board: Board) -> Self {
@@ -100,6 +106,57 @@ impl Rig {
         self.can(0x611, &[0x40, i0, i1, subindex, 0, 0, 0, 0]);
     }
 
+    /// Sends an SDO request. Returns its answer, if it arrives within `ms`.
+    pub fn ask(&mut self, request: [u8; 8], ms: u64) -> Option<[u8; 8]> {
+        self.forget();
+        self.can(0x611, &request);
+        (0..4 * ms).find_map(|_| {
+            self.run_us(250);
+            self.answers().first().copied()
+        })
+    }
+
+    /// Writes a value of four bytes. Returns the answer.
+    pub fn write(&mut self, index: u16, subindex: u8, value: u32) -> [u8; 8] {
+        let ([i0, i1], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+        let answer = self.ask([0x23, i0, i1, subindex, a, b, c, d], 2_000);
+        answer.expect("an answer")
+    }
+
+    /// Reads a value of up to four bytes.
+    pub fn read(&mut self, index: u16, subindex: u8) -> u32 {
+        let [i0, i1] = index.to_le_bytes();
+        let answer = self.ask([0x40, i0, i1, subindex, 0, 0, 0, 0], 2_000);
+        let [.., a, b, c, d] = answer.expect("an answer");
+        u32::from_le_bytes([a, b, c, d])
+    }
+
+    /// Stores the settings. Returns the answer.
+    pub fn stored(&mut self) -> [u8; 8] {
+        self.write(index::STORE, 1, SIGNATURE_STORE)
+    }
+
+    pub fn pre_operational(&mut self) {
+        self.nmt(PRE_OPERATIONAL);
+        self.run(5);
+    }
+
+    pub fn operational(&mut self) {
+        self.nmt(OPERATIONAL);
+        self.run(5);
+    }
+
+    pub fn inject(&mut self, injection: Injection) {
+        self.board.inject(injection);
+    }
+
+    /// Runs for `ms`. Returns the codes of emergency messages and the number of contacts.
+    pub fn watch(&mut self, ms: u64) -> (Vec<u16>, usize) {
+        self.forget();
+        self.run(ms);
+        (self.emergencies(), self.contacts())
+    }
+
     pub fn store(&mut self) {
         self.sdo_write(index::STORE, 1, SIGNATURE_STORE);
     }
@@ -121,16 +178,19 @@ impl Rig {
         answers.collect()
     }
 
+    /// Codes of the faults in emergency messages.
     pub fn emergencies(&self) -> Vec<u16> {
-        let frames = self
-            .frames
-            .iter()
-            .filter(|(_, frame)| frame.id & !0x7F == 0x080);
-        frames
-            .filter_map(|(_, frame)| <[u8; 8]>::try_from(frame.data.as_slice()).ok())
-            .map(|data| Emergency::decode(&data).code)
-            .filter(|code| *code != 0)
-            .collect()
+        let codes = self.emergency_messages().into_iter().map(|sent| sent.code);
+        codes.filter(|code| *code != 0).collect()
+    }
+
+    /// Emergency messages, also those that report a fault cleared.
+    pub fn emergency_messages(&self) -> Vec<Emergency> {
+        let is_emergency = |id: u32| id & !0x7F == 0x080;
+        let frames = self.frames.iter();
+        let frames = frames.filter(|(_, frame)| is_emergency(frame.id));
+        let data = frames.filter_map(|(_, frame)| frame.data.as_slice().try_into().ok());
+        data.map(|data: [u8; 8]| Emergency::decode(&data)).collect()
     }
 
     /// Times of frames that say "stable", with their line: `c` for CAN, `u` for the serial line.
@@ -191,14 +251,4 @@ pub fn glitch(rig: &mut Rig) {
     rig.board.inject(Injection::Line(LineFault::Break));
     rig.run_us(30);
     rig.board.inject(Injection::Line(LineFault::None));
-}
-
-/// Sends serial requests every `every_us` for half a second. Returns the number of answers.
-pub fn request_for_half_a_second(rig: &mut Rig, every_us: u64) -> usize {
-    rig.forget();
-    for _ in 0..500_000 / every_us {
-        rig.uart_get(index::IDENTITY, 4);
-        rig.run_us(every_us);
-    }
-    rig.uart_answers(index::IDENTITY).len()
 }

@@ -1,9 +1,4 @@
-//! Feet in any order of threads, and a program that does not read.
-
-use std::fs::OpenOptions;
-use std::io::Write as _;
-use std::thread;
-use std::time::Duration;
+//! Feet in any order of threads, and orders to them.
 
 use virtual_board::emulator::corner::Corner;
 use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
@@ -42,42 +37,6 @@ fn a_seed_gives_the_same_frames_in_any_thread_order() {
     let first = run();
     assert!(first.len() > 500);
     assert!(first == run());
-}
-
-#[test]
-#[ignore = "real time"]
-fn a_program_that_does_not_read_loses_bytes_but_blocks_nothing() {
-    let Some(mut server) = Server::start_in_real_time("slow", &["--feet", "1", "--speed", "max"])
-    else {
-        return;
-    };
-    let open = |name: &str| {
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(server.path(name));
-        file.expect("it opens")
-    };
-    let serial = open("FL.uart");
-    let mut bus = open("bus.slcan");
-    bus.write_all(b"\rC\rS8\rO\r").expect("written");
-    // Ten seconds of the boards fill all buffers.
-    let end_s = server.order("FL: gait walk") + 10.0;
-    while server.order("FL: gait walk") < end_s {
-        thread::sleep(Duration::from_millis(100));
-    }
-    drop((serial, bus));
-    let links = ["FL.uart", "bus.slcan"].map(|name| server.path(name));
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
-    assert!(
-        said.contains("FL.uart: ") && said.contains("bytes lost"),
-        "{said}"
-    );
-    assert!(
-        links.iter().all(|link| link.symlink_metadata().is_err()),
-        "links are left"
-    );
 }
 
 #[test]

@@ -10,48 +10,6 @@ use serde_json::Value as Json;
 
 use crate::server::{LONGEST, Server, footfall, program};
 
-/// Runs every action on one foot, over one of its lines.
-fn set_and_ask(server: &Server, source: &str) {
-    let info = server.foot(source, &["info"]);
-    assert!(info.starts_with("foot     R, serial line\n"), "{info}");
-    assert!(info.contains("faults   none\n"), "{info}");
-    let one = server.foot(source, &["get", "decision.threshold"]);
-    assert!(one.starts_with("decision.threshold = 0.5   # "), "{one}");
-    let set = server.foot(source, &["set", "decision.threshold=0.75"]);
-    assert!(
-        set.starts_with("decision.threshold: 0.5 → 0.75\nnot stored"),
-        "{set}"
-    );
-    // A setting that is not stored is lost after a reset.
-    server.foot(source, &["reset"]);
-    let one = server.foot(source, &["get", "decision.threshold"]);
-    assert!(one.starts_with("decision.threshold = 0.5   # "), "{one}");
-    let set = server.foot(source, &["set", "decision.threshold=0.75", "--save"]);
-    assert_eq!(set, "decision.threshold: 0.5 → 0.75\nstored\n");
-    server.foot(source, &["reset"]);
-    let changed = server.foot(source, &["diff"]);
-    assert_eq!(
-        changed,
-        "foot: 1 → 6\ndecision.threshold: 0.5 → 0.75\nload_input.source: 0 → 2\n"
-    );
-    let file = "serial.txt";
-    server.foot(source, &["export", file]);
-    let exported = fs::read_to_string(server.path(file)).expect("a file");
-    assert!(
-        exported.contains("\ndecision.threshold = 0.75 # "),
-        "{exported}"
-    );
-    let changed = exported.replace("decision.threshold = 0.75 ", "decision.threshold = 0.5 ");
-    fs::write(server.path(file), changed).expect("a file");
-    let imported = server.foot(source, &["import", file]);
-    assert_eq!(imported, "decision.threshold: 0.75 → 0.5\nstored\n");
-    server.foot(source, &["save"]);
-    let same = server.foot(source, &["diff", file]);
-    assert_eq!(same, "");
-    let all: Json = serde_json::from_str(&server.foot(source, &["get", "--json"])).expect("JSON");
-    assert!(all.as_object().expect("an object").len() > 60);
-}
-
 #[test]
 fn a_foot_is_read_and_set_over_serial_line_and_bus() {
     let Some(server) = Server::start("set", &["--feet", "2", "--gait", "stand"]) else {
@@ -62,35 +20,46 @@ fn a_foot_is_read_and_set_over_serial_line_and_bus() {
     let path = server.path("bus.slcan");
     let path = path.display();
     assert_eq!(scan, format!("{path}  node 21  L\n{path}  node 22  R\n"));
-    set_and_ask(&server, &server.serial("R"));
-    let bus = server.bus();
-    let on_bus = |arguments: &[&str]| {
-        let all: Vec<&str> = ["--node", "22"]
-            .into_iter()
-            .chain(arguments.iter().copied())
-            .collect();
-        server.foot(&bus, &all)
-    };
-    let info = on_bus(&["info", "--json"]);
-    let info: Json = serde_json::from_str(&info).expect("JSON");
-    assert_eq!((&info["foot"], &info["node"]), (&"R".into(), &22.into()));
-    assert_eq!(
-        on_bus(&["set", "decision.threshold=0.625", "--save"]),
-        "decision.threshold: 0.5 → 0.625\nstored\n"
-    );
-    on_bus(&["reset"]);
-    assert!(on_bus(&["diff"]).contains("decision.threshold: 0.5 → 0.625\n"));
-    on_bus(&["export", "bus.txt"]);
-    assert_eq!(on_bus(&["diff", "bus.txt"]), "");
-    on_bus(&["set", "decision.threshold=0.5"]);
-    assert_eq!(
-        on_bus(&["import", "bus.txt"]),
-        "decision.threshold: 0.5 → 0.625\nstored\n"
-    );
-    // A board that has lost its settings is FL.
-    on_bus(&["restore"]);
-    let info = server.foot(&server.serial("R"), &["info"]);
-    assert!(info.starts_with("foot     FL, serial line\n"), "{info}");
+    let (serial, bus) = (server.serial("R"), server.bus());
+    for (source, node, file) in [
+        (&serial, &[][..], "serial.txt"),
+        (&bus, &["--node", "22"], "bus.txt"),
+    ] {
+        let foot = |arguments: &[&str]| server.foot(source, &[node, arguments].concat());
+        let info: Json = serde_json::from_str(&foot(&["info", "--json"])).expect("JSON");
+        assert_eq!(info["foot"], "R");
+        assert_eq!(info["node"].as_u64(), (!node.is_empty()).then_some(22));
+        let is_default =
+            || foot(&["get", "decision.threshold"]).starts_with("decision.threshold = 0.5   # ");
+        assert!(is_default());
+        let set = foot(&["set", "decision.threshold=0.75"]);
+        assert!(
+            set.starts_with("decision.threshold: 0.5 → 0.75\nnot stored"),
+            "{set}"
+        );
+        // A setting that is not stored is lost after a reset.
+        foot(&["reset"]);
+        assert!(is_default());
+        let set = foot(&["set", "decision.threshold=0.75", "--save"]);
+        assert_eq!(set, "decision.threshold: 0.5 → 0.75\nstored\n");
+        foot(&["reset"]);
+        let diff = foot(&["diff"]);
+        assert!(diff.contains("decision.threshold: 0.5 → 0.75\n"), "{diff}");
+        foot(&["export", file]);
+        assert_eq!(foot(&["diff", file]), "");
+        foot(&["set", "decision.threshold=0.5"]);
+        let imported = foot(&["import", file]);
+        assert_eq!(imported, "decision.threshold: 0.5 → 0.75\nstored\n");
+        let all: Json = serde_json::from_str(&foot(&["get", "--json"])).expect("JSON");
+        assert!(all.as_object().expect("an object").len() > 60);
+        // A board that has lost its settings is FL.
+        foot(&["restore"]);
+        let info = server.foot(&serial, &["info"]);
+        assert!(info.starts_with("foot     FL, serial line\n"), "{info}");
+        assert!(info.contains("faults   none\n"), "{info}");
+        server.foot(&serial, &["id", "R"]);
+        server.foot(&serial, &["reset"]);
+    }
     let (said, status) = server.end();
     assert!(status.success(), "{said}");
     assert!(said.contains("R: reset by its program"), "{said}");
@@ -157,96 +126,6 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     server.wait_for("error: thawed is none of");
     server.say("FL: gait trot");
     server.wait_for("FL: gait trot");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
-}
-
-#[test]
-#[ignore = "full: four boards"]
-fn the_monitor_loses_no_contact_of_four_feet_on_one_bus() {
-    let Some(server) = Server::start("robot", &["--feet", "4"]) else {
-        return;
-    };
-    let objects = monitored(&server.folder, &server.bus(), "6");
-    for foot in ["FL", "FR", "RL", "RR"] {
-        let foot = newest(&objects, foot);
-        let counts = (&foot["missing"], &foot["dropped"]);
-        assert_eq!(counts, (&0.into(), &0.into()), "{foot}");
-        let rate_hz = foot["rate_hz"].as_f64();
-        assert!(
-            rate_hz.is_some_and(|rate| (990.0..=1010.0).contains(&rate)),
-            "{foot}"
-        );
-    }
-    let (said, status) = server.end();
-    assert!(status.success() && !said.contains("lost, since"), "{said}");
-}
-
-#[test]
-#[ignore = "full: recordings are bags, a feature of the program"]
-fn a_recording_of_each_line_replays() {
-    let Some(server) = Server::start("record", &["--fault", "hang@2000"]) else {
-        return;
-    };
-    let folder = &server.folder;
-    footfall(
-        folder,
-        &["record", &server.bus(), "-o", "bus.mcap", "--seconds", "6"],
-    );
-    let (json, _) = footfall(folder, &["replay", "bus.mcap", "--topic", "all", "--json"]);
-    let json: Json = serde_json::from_str(&json).expect("JSON");
-    assert!(
-        json["recordings"][0]["samples"].as_u64() > Some(100),
-        "{json:#}"
-    );
-    server.wait_for("FL: reset by the watchdog");
-    footfall(
-        folder,
-        &[
-            "foot",
-            &server.serial("FL"),
-            "set",
-            "uart_streams.raw_sample=1",
-        ],
-    );
-    footfall(
-        folder,
-        &[
-            "record",
-            &server.serial("FL"),
-            "-o",
-            "uart.mcap",
-            "--seconds",
-            "4",
-        ],
-    );
-    let (json, _) = footfall(folder, &["replay", "uart.mcap", "--topic", "all", "--json"]);
-    let json: Json = serde_json::from_str(&json).expect("JSON");
-    assert!(
-        json["recordings"][0]["samples"].as_u64() > Some(1000),
-        "{json:#}"
-    );
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
-}
-
-#[test]
-fn the_bytes_of_a_serial_line_decode() {
-    let Some(server) = Server::start("bytes", &[]) else {
-        return;
-    };
-    let folder = &server.folder;
-    let mut line = server.hold("FL.uart");
-    let end_ms = line.now_ms() + 3000;
-    let mut bytes = Vec::new();
-    while line.now_ms() < end_ms {
-        bytes.extend(line.run(end_ms - line.now_ms()));
-    }
-    fs::write(server.path("uart.bin"), bytes).expect("written");
-    drop(line);
-    footfall(folder, &["decode", "uart.bin", "--output", "rows.csv"]);
-    let rows = fs::read_to_string(server.path("rows.csv")).expect("rows");
-    assert!(rows.lines().count() > 500, "{} rows", rows.lines().count());
     let (said, status) = server.end();
     assert!(status.success(), "{said}");
 }

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::Write as _;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,8 +13,39 @@ use host_tests::requirements::unmet;
 use crate::environment;
 use crate::server::{LONGEST, Server, footfall};
 
+/// Runs a script on the bus of the server.
+pub fn script(python: &Path, name: &str, server: &Server, arguments: &[&Path]) {
+    let output = Command::new(python)
+        .arg(
+            workspace()
+                .join("host/virtual-board/tests/python")
+                .join(name),
+        )
+        .arg(server.path("bus.slcan"))
+        .args(arguments)
+        .output()
+        .expect("the interpreter starts");
+    let [printed, words] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    assert!(output.status.success(), "{printed}{words}{}", server.said());
+}
+
 #[test]
-fn python_can_canopen_and_cantools_work_with_a_foot() {
+fn python_canopen_is_master_of_a_foot() {
+    let python = match environment::make() {
+        Ok(python) => python,
+        Err(missing) => return unmet(&missing),
+    };
+    let Some(server) = Server::start("master", &["--gait", "stand", "--no-control"]) else {
+        return;
+    };
+    server.run(3000);
+    let eds = workspace().join("wire/footfall.eds");
+    script(&python, "master.py", &server, &[&eds]);
+}
+
+#[test]
+fn python_can_and_cantools_work_with_a_foot() {
     let python = match environment::make() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),
@@ -23,18 +55,13 @@ fn python_can_canopen_and_cantools_work_with_a_foot() {
     };
     // The foot stands for two seconds, and then takes some steps.
     server.run(1000);
-    let wire = workspace().join("wire");
-    let dbc = wire.join("footfall.dbc");
-    let output = Command::new(&python)
-        .arg(workspace().join("host/virtual-board/tests/python/board.py"))
-        .arg(server.path("bus.slcan"))
-        .args([&wire.join("footfall.eds"), &dbc])
-        .arg(server.path("can.log"))
-        .output()
-        .expect("the interpreter starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (printed, words) = (text(&output.stdout), text(&output.stderr));
-    assert!(output.status.success(), "{printed}{words}{}", server.said());
+    let dbc = workspace().join("wire/footfall.dbc");
+    script(
+        &python,
+        "board.py",
+        &server,
+        &[&dbc, &server.path("can.log")],
+    );
 
     // cantools and `footfall` decode the log of python-can.
     let log = fs::read(server.path("can.log")).expect("a log");
@@ -53,7 +80,8 @@ fn python_can_canopen_and_cantools_work_with_a_foot() {
         .copied()
         .collect();
     let writer = thread::spawn(move || to.write_all(&head));
-    let decoded = text(&cantools.wait_with_output().expect("it ends").stdout);
+    let output = cantools.wait_with_output().expect("it ends");
+    let decoded = String::from_utf8_lossy(&output.stdout);
     writer.join().expect("no panic").expect("written");
     assert!(decoded.matches("FL_Contact(").count() > 300, "{decoded}");
     assert!(decoded.contains("StableContactProbability: "), "{decoded}");
@@ -84,7 +112,7 @@ fn cantools_monitor_shows_a_foot_on_a_terminal() {
 }
 
 /// Output of `cantools monitor` on a terminal, once it shows a contact.
-fn monitored_by_cantools(python: &std::path::Path, server: &Server) -> String {
+fn monitored_by_cantools(python: &Path, server: &Server) -> String {
     let socket = server.path("tmux");
     let tmux = |arguments: &[&str]| {
         let run = Command::new("tmux")

@@ -4,39 +4,20 @@ use std::fs;
 use std::io::{BufRead as _, BufReader};
 use std::process::{Command, Stdio};
 
-use bootloader::image::Sources;
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 use serde_json::Value as Json;
 use virtual_board::emulator::wiring::Wiring;
-use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
+use crate::common::image::{changed_image, identification, new_image};
 use crate::common::{build_bootloader, product};
 use crate::environment;
+use crate::python::script;
 use crate::server::{Server, footfall, program};
 
-/// Image of a program with another hash than that of the server's boards, which a probe has written.
-fn new_image(elf: &[u8]) -> Vec<u8> {
-    let origin = ProgramOrigin {
-        version: [0, 1, 1],
-        commit: [1; 20],
-        sources: Sources::Committed,
-        sequence: 1,
-    };
-    image(elf, &origin, DEVELOPMENT_KEY).expect("a program")
-}
-
-/// The program with another version in its texts.
-fn other_version(elf: &[u8]) -> Vec<u8> {
-    let mut changed = elf.to_vec();
-    let version = changed.windows(5).position(|at| at == b"0.1.0");
-    changed[version.expect("the version") + 4] = b'9';
-    changed
-}
-
-/// Number of an image, as object 0x1F56 shows it.
-fn identification(image: &[u8]) -> u32 {
-    u32::from_le_bytes(image[44..48].try_into().expect("four"))
+/// Image of the program of the server's boards, with another hash than theirs, which a probe has written.
+fn same_program(elf: &[u8]) -> Vec<u8> {
+    changed_image(elf, |_| ())
 }
 
 /// Starts feet with a bootloader.
@@ -72,21 +53,20 @@ fn python_canopen_updates_a_foot() {
     let Some(server) = with_bootloader("updating", ["--gait", "stand"]) else {
         return;
     };
-    for (file, elf) in [("foot.img", &elf), ("second.img", &other_version(&elf))] {
-        fs::write(server.path(file), new_image(elf)).expect("written");
-    }
-    let output = Command::new(&python)
-        .arg(workspace().join("host/virtual-board/tests/python/update.py"))
-        .arg(server.path("bus.slcan"))
-        .arg(server.path("FL.uart"))
-        .arg(workspace().join("wire/footfall.eds"))
-        .arg(server.path("foot.img"))
-        .arg(server.path("second.img"))
-        .output()
-        .expect("the interpreter starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (printed, words) = (text(&output.stdout), text(&output.stderr));
-    assert!(output.status.success(), "{printed}{words}{}", server.said());
+    fs::write(server.path("foot.img"), same_program(&elf)).expect("written");
+    fs::write(server.path("second.img"), new_image(&elf)).expect("written");
+    let [serial, eds, first, second] = [
+        server.path("FL.uart"),
+        workspace().join("wire/footfall.eds"),
+        server.path("foot.img"),
+        server.path("second.img"),
+    ];
+    script(
+        &python,
+        "update.py",
+        &server,
+        &[&serial, &eds, &first, &second],
+    );
     let (said, status) = server.end();
     assert!(status.success(), "{said}");
 }
@@ -97,7 +77,7 @@ fn footfall_updates_a_foot_over_its_serial_line() {
     let Some(server) = with_bootloader("updating-line", ["--gait", "stand"]) else {
         return;
     };
-    let image = new_image(&elf);
+    let image = same_program(&elf);
     let number = identification(&image);
     fs::write(server.path("foot.img"), &image).expect("written");
     let serial = server.serial("FL");
@@ -115,7 +95,7 @@ fn footfall_updates_a_foot_over_its_serial_line() {
     let again = server.foot(&serial, &["update", "foot.img", "--all"]);
     assert!(again.starts_with("the foot: 0.1.0 (") && again.contains("runs already"));
     // From program to program, and back to streaming.
-    fs::write(server.path("second.img"), new_image(&other_version(&elf))).expect("written");
+    fs::write(server.path("second.img"), new_image(&elf)).expect("written");
     let updated = server.foot(&serial, &["update", "second.img"]);
     assert!(
         updated.starts_with(&format!("the foot: 0.1.0 ({number:08X}) → 0.1.9 (")),
@@ -140,7 +120,7 @@ fn footfall_updates_all_feet_of_a_bus() {
     let Some(server) = with_bootloader("updating-all", ["--feet", "2"]) else {
         return;
     };
-    let good = new_image(&elf);
+    let good = same_program(&elf);
     let number = identification(&good);
     let mut damaged = good.clone();
     damaged[1000] ^= 1;
@@ -201,7 +181,7 @@ fn footfall_updates_a_foot_by_its_serial_number() {
     let Some(server) = with_bootloader("updating-serial", ["--feet", "2"]) else {
         return;
     };
-    let image = new_image(&other_version(&elf));
+    let image = new_image(&elf);
     fs::write(server.path("foot.img"), &image).expect("written");
     let bus = server.bus();
     let info = |node: &str| -> Json {

@@ -11,33 +11,13 @@ use wire::{Address, Foot, Pdo, Value, pdo};
 
 use crate::common::{is_built_here, product};
 
-/// Feet on one bus.
-struct Profile {
-    wiring: &'static str,
-    feet: usize,
-    kbit_s: u16,
-    period_ms: u16,
-}
+/// Feet on one bus: the wiring, their number, the bit rate, kbit/s, and the period of a contact, ms.
+type Profile = (&'static str, usize, u16, u16);
 
 const PROFILES: [Profile; 3] = [
-    Profile {
-        wiring: "one line past all feet",
-        feet: 4,
-        kbit_s: 1000,
-        period_ms: 1,
-    },
-    Profile {
-        wiring: "two lines, two feet on each",
-        feet: 2,
-        kbit_s: 1000,
-        period_ms: 1,
-    },
-    Profile {
-        wiring: "a star",
-        feet: 4,
-        kbit_s: 500,
-        period_ms: 2,
-    },
+    ("one line past all feet", 4, 1000, 1),
+    ("two lines, two feet on each", 2, 1000, 1),
+    ("a star", 4, 500, 2),
 ];
 
 /// Time from the start to the measurement, and its end, ms.
@@ -56,19 +36,16 @@ struct Carried {
     dropped: u32,
 }
 
-fn carry(profile: &Profile, elf: &[u8]) -> Carried {
+fn carry((_, feet, kbit_s, period_ms): Profile, elf: &[u8]) -> Carried {
     let options = RobotOptions {
-        feet: profile.feet,
+        feet,
         gait: gait::GaitName::Walk,
         seed: 1,
         corner: Corner::Typical,
         control: ControlNode::Present,
         settings: vec![
-            (
-                Address::new(index::CAN_BIT_RATE, 0),
-                Value::U16(profile.kbit_s),
-            ),
-            (Address::new(index::TPDO, 5), Value::U16(profile.period_ms)),
+            (Address::new(index::CAN_BIT_RATE, 0), Value::U16(kbit_s)),
+            (Address::new(index::TPDO, 5), Value::U16(period_ms)),
         ],
     };
     let robot = BoardRobot::start(elf.to_vec(), &options);
@@ -80,7 +57,7 @@ fn carry(profile: &Profile, elf: &[u8]) -> Carried {
         let happened = robot.step().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(happened.resets, []);
         for carried in happened.carried.iter().filter(|_| is_measured) {
-            assert_eq!(carried.bit_rate, u32::from(profile.kbit_s) * 1000);
+            assert_eq!(carried.bit_rate, u32::from(kbit_s) * 1000);
             let length = carried.frame.bits() * cycle(carried.bit_rate);
             all.busy += length;
             let Ok(data) = <[u8; 8]>::try_from(carried.frame.data.as_slice()) else {
@@ -98,7 +75,7 @@ fn carry(profile: &Profile, elf: &[u8]) -> Carried {
             }
         }
     }
-    assert_eq!((robot.bus.lost, all.contacts.len()), (0, profile.feet));
+    assert_eq!((robot.bus.lost, all.contacts.len()), (0, feet));
     all
 }
 
@@ -108,16 +85,16 @@ fn bus_of_each_wiring_carries_all_contacts() {
     let mut table = String::from(
         "| wiring | feet | bit rate | a contact each | load of the bus | longest time between two contacts of a foot |\n|---|---|---|---|---|---|\n",
     );
-    for profile in &PROFILES {
+    for profile in PROFILES {
+        let (wiring, feet, kbit_s, period_ms) = profile;
         let all = carry(profile, &elf);
-        let wiring = profile.wiring;
         let measured = (UNTIL_MS - FROM_MS) * PER_SECOND / 1000;
         let percent = 100.0 * all.busy as f64 / measured as f64;
         assert!(percent < MOST_PERCENT, "{wiring}: {percent} %");
         assert_eq!(all.dropped, 0, "{wiring}");
         let mut longest = 0;
         for contacts in all.contacts.values() {
-            let expected = (UNTIL_MS - FROM_MS) / u64::from(profile.period_ms);
+            let expected = (UNTIL_MS - FROM_MS) / u64::from(period_ms);
             assert!(expected.abs_diff(contacts.len() as u64) <= 2, "{wiring}");
             for pair in contacts.windows(2) {
                 let [(before, first), (after, second)] = pair else {
@@ -128,12 +105,6 @@ fn bus_of_each_wiring_carries_all_contacts() {
             }
         }
         let longest_ms = longest as f64 * 1e3 / PER_SECOND as f64;
-        let Profile {
-            feet,
-            kbit_s,
-            period_ms,
-            ..
-        } = profile;
         table += &format!(
             "| {wiring} | {feet} | {kbit_s} kbit/s | {period_ms} ms | {percent:.0} % | {longest_ms:.2} ms |\n"
         );

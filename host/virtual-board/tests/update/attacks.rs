@@ -4,14 +4,11 @@ use bootloader::image::BROKEN_OFF;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFrame;
-use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::index;
 
 use crate::common::product;
-use crate::master::{
-    CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, OLD, START, STOP, boot, new_image, segment,
-};
+use crate::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image, segment};
 
 /// Foot in its bootloader, with an empty slot, and an image for it.
 fn stopped() -> Option<(Master, Vec<u8>)> {
@@ -112,9 +109,7 @@ fn master_on_the_other_line_ends_a_transfer_in_words() {
     let Some((mut master, image)) = stopped() else {
         return;
     };
-    let size = master.begin(image.len()).expect("a block");
-    let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
-    assert_eq!(master.block(block)[0], 0xA2);
+    master.begin_with_a_block(&image);
     master.open_serial_line();
     // A read waits for the transfer of the other line; an abort ends it.
     master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 4, 5]);
@@ -126,117 +121,6 @@ fn master_on_the_other_line_ends_a_transfer_in_words() {
     assert_eq!(master.control(CLEAR)[0], 0x60);
     assert_eq!(master.send(&image)[0], 0xA1);
     install(&mut master);
-}
-
-#[test]
-#[ignore = "full: two updates that begin again"]
-fn reset_or_start_in_a_transfer_brings_the_old_program_back() {
-    for by_nmt in [true, false] {
-        let Some((mut master, image)) = stopped() else {
-            return;
-        };
-        let size = master.begin(image.len()).expect("a block");
-        let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
-        assert_eq!(master.block(block)[0], 0xA2);
-        match by_nmt {
-            // All nodes.
-            true => master.board.push_can(BusFrame::new(0, &[0x81, 0])),
-            false => {
-                // The first ends the transfer, which has no answer within a block.
-                master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 4, 5]);
-                assert_eq!(master.control(START)[0], 0x60);
-            }
-        }
-        master.boot_up(1_000);
-        assert_eq!((master.version().as_str(), master.status()), (OLD, None));
-        master.stop();
-        assert_eq!(master.control(CLEAR)[0], 0x60);
-        assert_eq!(master.send(&image)[0], 0xA1);
-        install(&mut master);
-    }
-}
-
-/// Commands that come in any order do not put half an image in place of the program.
-#[test]
-#[ignore = "full: commands of an update in any order"]
-fn commands_in_any_order_keep_the_old_program() {
-    let Some((mut master, image)) = stopped() else {
-        return;
-    };
-    for command in [CLEAR, STOP, CLEAR, CONFIRM, 9, 0xFF, STOP] {
-        let answer = master.ask_within(&[0x2F, 0x51, 0x1F, 1, command, 0, 0, 0], 2_500);
-        let is_known = [CLEAR, STOP].contains(&command);
-        let expected = if is_known { 0x60 } else { 0x80 };
-        assert_eq!(answer.map(|answer| answer[0]), Some(expected), "{command}");
-    }
-    // Complete, then cleared: there is nothing to start.
-    assert_eq!(master.send(&image)[0], 0xA1);
-    let cleared = master.ask_within(&[0x2F, 0x51, 0x1F, 1, CLEAR, 0, 0, 0], 2_500);
-    assert_eq!(cleared.map(|answer| answer[0]), Some(0x60));
-    assert_eq!(master.control(START)[0], 0x60);
-    master.boot_up(1_000);
-    assert_eq!((master.version().as_str(), master.status()), (OLD, None));
-}
-
-/// Operations of the flash in an install, from its first record to the cleared slot.
-fn operations_of_an_install() -> Option<u64> {
-    let (mut master, image) = stopped()?;
-    assert_eq!(master.send(&image)[0], 0xA1);
-    let before = master.board.cpu().machine().chip.flash.operations;
-    install(&mut master);
-    let after = master.board.cpu().machine().chip.flash.operations;
-    Some(after - before)
-}
-
-/// Each operation is cut in a simulated flash by `bootloader/tests`; here those where the work changes, as flashed.
-#[test]
-#[ignore = "full: nine installs, each cut twice"]
-fn power_cuts_where_an_install_changes_leave_a_whole_program() {
-    let Some(all) = operations_of_an_install() else {
-        return;
-    };
-    assert!((40_000..60_000).contains(&all), "{all}");
-    let middle = all / 2;
-    let cuts = (1..=3)
-        .chain(middle - 1..=middle + 1)
-        .chain(all - 2..=all)
-        .collect::<Vec<u64>>();
-    std::thread::scope(|scope| {
-        for half in 0..2 {
-            let cuts = cuts.iter().skip(half).step_by(2);
-            scope.spawn(move || cuts.for_each(|at| cut_twice(*at)));
-        }
-    });
-}
-
-/// Cuts the supply in an operation of an install, and once more in the third operation after it.
-fn cut_twice(at: u64) {
-    let Some((mut master, image)) = stopped() else {
-        return;
-    };
-    assert_eq!(master.send(&image)[0], 0xA1);
-    master.board.inject(Injection::CutInFlash(at));
-    master.push(&[0x2F, 0x51, 0x1F, 1, START, 0, 0, 0]);
-    for _ in 0..INSTALLED_MS {
-        master.run(1);
-        if power_cuts(&master) == 1 {
-            break;
-        }
-    }
-    assert_eq!(power_cuts(&master), 1, "{at}");
-    master.board.inject(Injection::CutInFlash(3));
-    master.boot_up(2 * INSTALLED_MS);
-    let version = master.version();
-    assert!([OLD, NEW].contains(&version.as_str()), "{at}: {version}");
-    assert_eq!(master.status(), None, "{at}");
-}
-
-fn power_cuts(master: &Master) -> usize {
-    let resets = master.board.resets();
-    let cuts = resets
-        .iter()
-        .filter(|(_, cause)| *cause == ResetCause::PowerOn);
-    cuts.count()
 }
 
 /// A cut in the record by which a program confirms itself leaves it on trial, or confirmed.

@@ -168,9 +168,7 @@ fn dead_foot_is_selected_and_updated_beside_traffic() {
     configure(&mut master);
     // A transfer without its master: after five seconds the slot is erased, for up to two seconds.
     let image = new_image(elf);
-    let size = master.begin(image.len()).expect("a block");
-    let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
-    assert_eq!(master.block(block)[0], 0xA2);
+    master.begin_with_a_block(&image);
     master.run(4_900);
     master.board.take_can();
     let now = master.board.now();

@@ -15,13 +15,12 @@ use bootloader::image::{Header, Refusal};
 use common::{options, product};
 use lsm6dsox::sim::Stimulus;
 use master::{
-    CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, OLD, START, boot, boot_without_program, bootloader,
-    changed_image, new_image, number_of,
+    CLEAR, INSTALLED_MS, Master, NEW, OLD, START, boot, bootloader, changed_image, new_image,
+    number_of,
 };
 use virtual_board::emulator::board::{Board, Injection};
 use virtual_board::emulator::chip::Crystal;
 use virtual_board::emulator::corner::Corner;
-use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
@@ -208,34 +207,4 @@ fn updated_foot_confirms_itself_and_takes_the_image_again() {
     // The same file. The slot is clear.
     master.send(&image);
     assert_eq!(master.status(), None);
-}
-
-#[test]
-#[ignore = "full: an update of a foot without a program"]
-fn foot_without_a_program_is_updated() {
-    let Some(elf) = product() else { return };
-    let mut master = Master::new(boot_without_program(Wiring::reference(), Corner::Typical));
-    master.boot_up(1_000);
-    assert_eq!(master.number(index::PROGRAM_ID), 0);
-    // LSS: identify, by its vendor id.
-    master
-        .board
-        .push_can(BusFrame::new(0x7E5, &[0x04, 1, 0, 0, 0, 0, 0, 0]));
-    master
-        .board
-        .push_can(BusFrame::new(0x7E5, &[0x5B, 0, 0, 0, 0, 0, 0, 0]));
-    master.run(5);
-    let frames = master.board.take_can();
-    let lss = frames.iter().find(|sent| sent.frame.id == 0x7E4);
-    let lss = lss.expect("an answer of LSS");
-    assert_eq!(lss.frame.data[..5], *b"\x5Btoof");
-    master
-        .board
-        .push_can(BusFrame::new(0x7E5, &[0x04, 0, 0, 0, 0, 0, 0, 0]));
-    let image = changed_image(&elf, |_| ());
-    assert_eq!(master.send(&image)[0], 0xA1);
-    assert_eq!(master.control(START)[0], 0x60);
-    master.boot_up(INSTALLED_MS);
-    assert!(master.contacts(2_000) > 900);
-    assert_eq!(master.control(CONFIRM)[0], 0x60);
 }

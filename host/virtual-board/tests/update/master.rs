@@ -1,20 +1,20 @@
 //! A master that updates a foot, with its board and images.
 
-use bootloader::image::{HEADER, Header, Refusal, Sources, USED};
-use bootloader::layout::Slot;
+use bootloader::image::Refusal;
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::Board;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
 use virtual_board::emulator::time::PER_SECOND;
 use virtual_board::emulator::wiring::Wiring;
-use virtual_board::product::serve::lawicel;
 use wire::dictionary::{Address, index};
 use wire::node::Command;
 use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
 use wire::value::Value;
-use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
+pub use crate::common::image::{
+    NEW, OLD, changed_image, image_beginning_with, new_image, number_of, origin,
+};
 use crate::common::{build_bootloader, options, run};
 
 const PRE_OPERATIONAL: u8 = 0x80;
@@ -34,10 +34,6 @@ pub const INSTALLED_MS: u32 = 15_000;
 /// Timeout of an answer, ms: the shortest of the masters that update feet is Lely's, 100 ms for each of its attempts
 /// (`LELY_CO_NMT_TIMEOUT`); that of Zephyr's script is 1 s.
 const ANSWER_MS: u32 = 100;
-
-/// Version of the product, and of its image with another version in its texts.
-pub const OLD: &str = "0.1.0";
-pub const NEW: &str = "0.1.9";
 
 pub fn bootloader(wiring: &Wiring) -> Vec<u8> {
     std::fs::read(build_bootloader(wiring)).expect("it was built")
@@ -59,66 +55,6 @@ pub fn boot_without_program(wiring: &'static Wiring, corner: Corner) -> Board {
     options.wiring = Some(wiring);
     options.set_corner(corner);
     Board::with_bootloader(None, &bootloader(wiring), options, at_rest).expect("it fits")
-}
-
-/// Number of a program that a probe has written, by the header in its ELF.
-pub fn number_of(elf: &[u8]) -> u32 {
-    let parsed = virtual_board::emulator::elf::ElfImage::parse(elf).expect("an ELF");
-    let header = parsed
-        .segments
-        .iter()
-        .find_map(|(start, bytes)| (*start == Slot::Running.start()).then_some(bytes));
-    let mut bytes = [0xFF; HEADER];
-    bytes[..USED].copy_from_slice(&header.expect("a header")[..USED]);
-    let header = Header::decode(&bytes).expect("a header");
-    header.identification()
-}
-
-/// Origin of an image, with this sequence.
-pub const fn origin(sequence: u32) -> ProgramOrigin {
-    ProgramOrigin {
-        version: [0, 1, 1],
-        commit: [1; 20],
-        sources: Sources::Committed,
-        sequence,
-    }
-}
-
-/// Image of the product after a change.
-pub fn changed_image(elf: &[u8], change: impl FnOnce(&mut [u8])) -> Vec<u8> {
-    let mut elf = elf.to_vec();
-    change(&mut elf);
-    image(&elf, &origin(100), DEVELOPMENT_KEY).expect("a program")
-}
-
-/// Image of the product with another version.
-pub fn new_image(elf: &[u8]) -> Vec<u8> {
-    changed_image(elf, other_version)
-}
-
-pub fn find(bytes: &[u8], wanted: &[u8]) -> usize {
-    let mut places = bytes.windows(wanted.len());
-    places.position(|at| at == wanted).expect("it is there")
-}
-
-/// Changes the version that object 0x100A shows.
-pub fn other_version(elf: &mut [u8]) {
-    let at = find(elf, OLD.as_bytes());
-    elf[at..at + NEW.len()].copy_from_slice(NEW.as_bytes());
-}
-
-/// Image of a program that begins with these instructions.
-pub fn image_beginning_with(elf: &[u8], code: &[u8]) -> Vec<u8> {
-    changed_image(elf, |elf| {
-        let parsed = virtual_board::emulator::elf::ElfImage::parse(elf).expect("an ELF");
-        let reset = parsed.symbol("Reset").expect("a handler") & !1;
-        let holds_it = |(start, bytes): &&(u32, Vec<u8>)| {
-            (*start..*start + bytes.len() as u32).contains(&reset)
-        };
-        let (start, bytes) = parsed.segments.iter().find(holds_it).expect("its segment");
-        let at = find(elf, bytes) + (reset - start) as usize;
-        elf[at..at + code.len()].copy_from_slice(code);
-    })
 }
 
 /// Segment of a block.
@@ -214,7 +150,10 @@ impl Master {
         let Some((lines, rest)) = text.rsplit_once('\r') else {
             return Vec::new();
         };
-        let frames = lines.split('\r').filter_map(lawicel::frame).collect();
+        let frames = lines
+            .split('\r')
+            .filter_map(|line| wire::slcan::decode(line.as_bytes()));
+        let frames = frames.map(|frame| BusFrame::of(&frame)).collect();
         *text = rest.to_owned();
         frames
     }
@@ -235,10 +174,7 @@ impl Master {
         let frame = BusFrame::new(0x600 + u16::from(self.node), request);
         match self.way {
             Way::Bus => self.board.push_can(frame),
-            Way::Serial(_) => {
-                let line = lawicel::line(&frame) + "\r";
-                self.board.push_uart(line.as_bytes());
-            }
+            Way::Serial(_) => self.board.push_uart(&frame.line()),
         }
     }
 
@@ -356,6 +292,21 @@ impl Master {
             self.push(&segment(k as u8 + 1, bytes, is_last));
         }
         self.answer(500).expect("an answer to a block")
+    }
+
+    /// Begins a block download, of which the first block is sent.
+    pub fn begin_with_a_block(&mut self, image: &[u8]) {
+        let size = self.begin(image.len()).expect("a block");
+        let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
+        assert_eq!(self.block(block)[0], 0xA2);
+    }
+
+    /// Sends segments of which none is the last of all.
+    pub fn push_segments(&mut self, segments: &[&[u8]]) {
+        self.take();
+        for (number, bytes) in (1..).zip(segments) {
+            self.push(&segment(number, bytes, false));
+        }
     }
 
     /// Sends an image by block download.

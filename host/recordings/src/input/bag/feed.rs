@@ -13,6 +13,9 @@ use super::messages::Imu;
 use super::sidecar::Known;
 use super::storage::micros;
 
+/// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
+const FOLLOWS_US: u64 = 1_000;
+
 /// Samples of an IMU: those of a topic, or those of a topic that have the same frame.
 pub(super) struct Feed {
     pub(super) topic: String,
@@ -28,6 +31,8 @@ pub(super) struct Feed {
     rows: Rows,
     /// Whether times are the stamps of messages, and not those when messages were written.
     has_stamps: bool,
+    /// Times of some samples, and the times at which they were written, µs.
+    anchors_us: Vec<(i64, i64)>,
     /// Error in the log times, held back in case they are not needed.
     log_failed: Option<InputError>,
     without: Lacking,
@@ -56,6 +61,7 @@ impl Feed {
             log_us: None,
             rows: Rows::new(hints.table.times),
             has_stamps: false,
+            anchors_us: Vec::new(),
             log_failed: None,
             without: Lacking::default(),
         }
@@ -95,6 +101,7 @@ impl Feed {
                     ..Lacking::default()
                 };
                 self.rows = Rows::new(hints.table.times);
+                self.anchors_us.clear();
                 self.log_failed = None;
             }
         }
@@ -128,6 +135,7 @@ impl Feed {
         if self.log_failed.is_some() {
             return Ok(());
         }
+        self.anchor(time_us, log_us);
         let pushed = self.rows.push(Some(time_us), sample);
         let pushed = pushed.map_err(|refused| refused.into_error(&self.place(file)));
         if self.has_stamps {
@@ -135,6 +143,26 @@ impl Feed {
         }
         self.log_failed = pushed.err();
         Ok(())
+    }
+
+    /// Keeps the time at which a sample was written, if it does not follow from that of an earlier one.
+    fn anchor(&mut self, time_us: i64, log_us: i64) {
+        while self
+            .anchors_us
+            .last()
+            .is_some_and(|(before, _)| *before >= time_us)
+        {
+            self.anchors_us.pop();
+        }
+        let follows = self.anchors_us.last().is_some_and(|(before, written)| {
+            time_us
+                .saturating_sub(*before)
+                .abs_diff(log_us.saturating_sub(*written))
+                <= FOLLOWS_US
+        });
+        if !follows {
+            self.anchors_us.push((time_us, log_us));
+        }
     }
 
     /// Properties of the topic.
@@ -186,6 +214,7 @@ impl Feed {
             gravity: Gravity::Included,
             load_title: load.map_or_else(|| "load".to_owned(), LoadSeries::title),
             notices,
+            anchors_us: self.anchors_us,
             ..About::default()
         };
         self.rows.finish(&place, about, hints)

@@ -91,7 +91,8 @@ impl Fields {
     pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
         let beside = self.stamp.iter().chain(&self.covariances).flatten();
         let paths: Vec<&Path> = self.axes.iter().chain(beside).collect();
-        let (values, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
+        let (found, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
+        let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
         let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
             return Err("it lacks an axis".to_owned());
         };

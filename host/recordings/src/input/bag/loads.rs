@@ -11,7 +11,7 @@ use super::cdr::decode_start;
 use super::fields::Fields;
 use super::load::LoadSeries;
 use super::messages::Header;
-use super::storage::{Channel, Visitor};
+use super::storage::{Channel, Visitor, Written};
 use super::visit::visit;
 use super::{
     ImuKey, MOST_FRAMES, addresses, described, feet, hidden_imus, is_imu, is_wanted, order,
@@ -164,7 +164,7 @@ impl Visitor for LoadReader<'_> {
     fn message(
         &mut self,
         channel: &Channel,
-        log_ns: i64,
+        Written { log_ns, .. }: Written,
         payload: &[u8],
     ) -> Result<(), InputError> {
         if let Some(error) = self.failed.take() {

@@ -1,10 +1,14 @@
 //! MCAP: a sequence of records, some of them in chunks. The summary and the index are not used. Source:
 //! <https://mcap.dev/spec>.
+//!
+//! The frames of records are parsed here, so that attachments take no memory and the records before the end of a
+//! truncated file are found; contents and compressed chunks are parsed by the library.
 
 use std::collections::HashMap;
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read, Take};
 use std::rc::Rc;
 
+use crc32fast::Hasher;
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -12,16 +16,29 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use super::super::error::InputError;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, Schema, Visitor};
+use super::storage::{Channel, Schema, Visitor, Written};
+
+/// Length of the magic bytes at the start of a file.
+const MAGIC: u64 = 8;
 
 /// Longest record that is read, bytes: a picture of 64 million pixels is longer.
-const LONGEST_RECORD: usize = 256 << 20;
+pub(super) const LONGEST_RECORD: usize = 256 << 20;
 
-/// Most bytes read at once: the declared length of a record may exceed the data.
-const AT_ONCE: usize = 1 << 20;
+/// Bytes read at once.
+const AT_ONCE: usize = 64 << 10;
+
+/// Length of the fields of a chunk before the name of its compression: two times, its size, its CRC, and the
+/// length of the name.
+const CHUNK_START: usize = 8 + 8 + 8 + 4 + 4;
+
+/// Longest name of a compression, bytes.
+const LONGEST_NAME: u32 = 64;
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "mcap recover, of the MCAP CLI, saves what can be";
+
+/// Reader of a file.
+type Bytes = BufReader<Box<dyn Read>>;
 
 /// Reason to stop reading a file.
 enum Stop {
@@ -31,6 +48,21 @@ enum Stop {
     Damaged(McapError),
     /// The visitor refused a message.
     Refused(InputError),
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::early(),
+            _ => Self::Unreadable(error),
+        }
+    }
+}
+
+impl Stop {
+    fn early() -> Self {
+        Self::Early(McapError::UnexpectedEof.to_string())
+    }
 }
 
 /// Passes the messages of a file to a visitor; returns the reason why the file ends early, if it does.
@@ -43,9 +75,13 @@ pub(super) fn visit(
         schemas: HashMap::new(),
         channels: HashMap::new(),
         visitor,
+        record: Vec::new(),
     };
-    let bytes = part.bytes().map_err(Stop::Unreadable);
-    let read = bytes.and_then(|mut bytes| bag.file(&mut bytes));
+    let read = part.bytes().map_err(Stop::Unreadable).and_then(|bytes| {
+        let mut bytes = BufReader::with_capacity(AT_ONCE, bytes);
+        skip(&mut bytes, MAGIC)?;
+        bag.file(&mut bytes)
+    });
     match read {
         Ok(()) => Ok(None),
         Err(Stop::Early(why)) => Ok(Some(why)),
@@ -67,43 +103,155 @@ struct Bag<'a> {
     /// Channels, and whether their messages are needed.
     channels: HashMap<u16, (Channel, bool)>,
     visitor: &'a mut dyn Visitor,
+    /// The current record.
+    record: Vec<u8>,
 }
 
 impl Bag<'_> {
     /// Reads all records up to the end of the messages.
-    fn file(&mut self, bytes: &mut dyn Read) -> Result<(), Stop> {
+    fn file(&mut self, bytes: &mut Bytes) -> Result<(), Stop> {
+        loop {
+            let (opcode, length) = frame(bytes)?;
+            match opcode {
+                // The records after the messages are not needed.
+                op::DATA_END | op::FOOTER => return Ok(()),
+                // File systems leave zeros after a loss of power.
+                0 => return Err(Stop::Early("zeros follow".to_owned())),
+                op::CHUNK => {
+                    let mut chunk = bytes.take(length);
+                    self.chunk(&mut chunk, length)?;
+                    let padding = chunk.limit();
+                    skip(bytes, padding)?;
+                }
+                op::SCHEMA | op::CHANNEL | op::MESSAGE => {
+                    self.load(bytes, opcode, length)?;
+                    self.take(opcode)?;
+                }
+                _ => skip(bytes, length)?,
+            }
+        }
+    }
+
+    /// Reads the records of a chunk.
+    fn chunk(&mut self, chunk: &mut Take<&mut Bytes>, length: u64) -> Result<(), Stop> {
+        let too_short = |header: u64| {
+            Stop::Damaged(McapError::BadChunkLength {
+                header,
+                available: length,
+            })
+        };
+        if length < CHUNK_START as u64 {
+            return Err(too_short(CHUNK_START as u64));
+        }
+        let mut header = vec![0; CHUNK_START];
+        chunk.read_exact(&mut header)?;
+        let name_length = number::<4>(&header, 28) as u32;
+        let rest = u64::from(name_length) + 8;
+        if name_length > LONGEST_NAME || chunk.limit() < rest {
+            return Err(too_short(CHUNK_START as u64 + rest));
+        }
+        header.resize(CHUNK_START + rest as usize, 0);
+        chunk.read_exact(&mut header[CHUNK_START..])?;
+        let size = number::<8>(&header, CHUNK_START + name_length as usize);
+        if chunk.limit() < size {
+            return Err(too_short(size));
+        }
+        if name_length == 0 {
+            let crc = number::<4>(&header, 24) as u32;
+            self.plain_chunk(&mut chunk.take(size), crc)
+        } else {
+            self.compressed_chunk(chunk, &header, length)
+        }
+    }
+
+    fn plain_chunk(&mut self, records: &mut Take<impl Read>, crc: u32) -> Result<(), Stop> {
+        let mut hasher = Hasher::new();
+        while records.limit() > 0 {
+            if records.limit() < FRAME as u64 {
+                return Err(Stop::Damaged(McapError::UnexpectedEoc));
+            }
+            let mut bytes = [0; FRAME];
+            records.read_exact(&mut bytes)?;
+            let (opcode, length) = (bytes[0], number::<8>(&bytes, 1));
+            if records.limit() < length {
+                return Err(Stop::Damaged(McapError::UnexpectedEoc));
+            }
+            self.load(records, opcode, length)?;
+            hasher.update(&bytes);
+            hasher.update(&self.record);
+            self.take(opcode)?;
+        }
+        let calculated = hasher.finalize();
+        if crc != 0 && crc != calculated {
+            let saved = crc;
+            return Err(Stop::Damaged(McapError::BadChunkCrc { saved, calculated }));
+        }
+        Ok(())
+    }
+
+    /// Reads a compressed chunk whose frame and header were read; the library reads them again.
+    fn compressed_chunk(
+        &mut self,
+        chunk: &mut Take<&mut Bytes>,
+        header: &[u8],
+        length: u64,
+    ) -> Result<(), Stop> {
         let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
             .with_skip_end_magic(true)
-            // Lengths within a damaged chunk could be those of anything.
-            .with_prevalidate_chunk_crcs(true)
+            .with_validate_chunk_crcs(true)
             .with_record_length_limit(LONGEST_RECORD);
         let mut reader = LinearReader::new_with_options(options);
+        let length = length.to_le_bytes();
+        let before = (&[op::CHUNK][..]).chain(&length[..]).chain(header);
+        let mut bytes = before.chain(chunk);
         while let Some(event) = reader.next_event() {
-            match event.map_err(Stop::Damaged)? {
-                LinearReadEvent::ReadRequest(wanted) => {
-                    let room = reader.insert(wanted.clamp(1, AT_ONCE));
-                    let count = read_some(bytes, room).map_err(Stop::Unreadable)?;
-                    if count == 0 {
-                        return Err(Stop::Early(McapError::UnexpectedEof.to_string()));
+            match event {
+                Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                    // The declared length may exceed the data: memory grows with the data read.
+                    let room = reader.insert(wanted.clamp(1, 16 * AT_ONCE));
+                    let count = read_some(&mut bytes, room)?;
+                    if count == 0 && bytes.get_ref().1.limit() > 0 {
+                        return Err(Stop::early());
                     }
                     reader.notify_read(count);
                 }
-                LinearReadEvent::Record { opcode, data } => match opcode {
-                    // The records after the messages are not needed.
-                    op::DATA_END | op::FOOTER => return Ok(()),
-                    // File systems leave zeros after a loss of power.
-                    0 => return Err(Stop::Early("zeros follow".to_owned())),
-                    op::SCHEMA | op::CHANNEL | op::MESSAGE => self.take(opcode, data)?,
-                    _ => {}
-                },
+                Ok(LinearReadEvent::Record { opcode, data }) => {
+                    self.record.clear();
+                    self.record.extend_from_slice(data);
+                    self.take(opcode)?;
+                }
+                Err(error) => return Err(Stop::Damaged(error)),
             }
         }
         Ok(())
     }
 
-    /// Processes a record.
-    fn take(&mut self, opcode: u8, record: &[u8]) -> Result<(), Stop> {
-        match mcap::parse_record(opcode, record).map_err(Stop::Damaged)? {
+    /// Reads the content of a record. Its declared length may exceed the data: memory grows with the data read.
+    fn load(
+        &mut self,
+        from: &mut (impl Read + ?Sized),
+        opcode: u8,
+        length: u64,
+    ) -> Result<(), Stop> {
+        if length > LONGEST_RECORD as u64 {
+            let len = length;
+            return Err(Stop::Damaged(McapError::RecordTooLarge { opcode, len }));
+        }
+        self.record.clear();
+        (&mut *from).take(length).read_to_end(&mut self.record)?;
+        if (self.record.len() as u64) < length {
+            return Err(Stop::early());
+        }
+        Ok(())
+    }
+
+    /// Processes the current record.
+    fn take(&mut self, opcode: u8) -> Result<(), Stop> {
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+            return Ok(());
+        }
+        match mcap::parse_record(opcode, &self.record).map_err(Stop::Damaged)? {
             Record::Schema { header, data } => {
                 let schema = Schema {
                     encoding: header.encoding,
@@ -120,14 +268,20 @@ impl Bag<'_> {
                     message,
                     encoding: channel.message_encoding,
                     schema,
+                    metadata: channel.metadata,
                 };
                 let is_needed = self.visitor.channel(&declared);
                 self.channels.insert(channel.id, (declared, is_needed));
             }
             Record::Message { header, data } => {
                 if let Some((channel, true)) = self.channels.get(&header.channel_id) {
-                    let log_ns = i64::try_from(header.log_time).unwrap_or(i64::MAX);
-                    let shown = self.visitor.message(channel, log_ns, &data);
+                    let nanos = |time| i64::try_from(time).unwrap_or(i64::MAX);
+                    let written = Written {
+                        log_ns: nanos(header.log_time),
+                        publish_ns: nanos(header.publish_time),
+                        sequence: Some(header.sequence),
+                    };
+                    let shown = self.visitor.message(channel, written, &data);
                     shown.map_err(Stop::Refused)?;
                 }
             }
@@ -137,8 +291,33 @@ impl Bag<'_> {
     }
 }
 
+/// Length of the frame of a record: opcode and content length.
+const FRAME: usize = 1 + 8;
+
+/// Reads the frame of the next record.
+fn frame(bytes: &mut Bytes) -> Result<(u8, u64), Stop> {
+    let mut frame = [0; FRAME];
+    bytes.read_exact(&mut frame)?;
+    Ok((frame[0], number::<8>(&frame, 1)))
+}
+
+/// A little-endian number of `N` bytes.
+fn number<const N: usize>(bytes: &[u8], at: usize) -> u64 {
+    let bytes = bytes.get(at..at + N).unwrap_or_default();
+    let add = |number, byte: &u8| number << 8 | u64::from(*byte);
+    bytes.iter().rev().fold(0, add)
+}
+
+fn skip(bytes: &mut Bytes, length: u64) -> Result<(), Stop> {
+    let skipped = io::copy(&mut bytes.take(length), &mut io::sink())?;
+    if skipped < length {
+        return Err(Stop::early());
+    }
+    Ok(())
+}
+
 /// Reads the available bytes; 0 at the end.
-fn read_some(bytes: &mut dyn Read, room: &mut [u8]) -> io::Result<usize> {
+fn read_some(bytes: &mut impl Read, room: &mut [u8]) -> io::Result<usize> {
     loop {
         match bytes.read(room) {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}

@@ -12,12 +12,15 @@
 //! | contacts of feet, from topics beside that of the samples | `contacts` |
 //! | names of feet | `feet` |
 //! | files that the folder should have | `metadata` |
+//! | all messages as they are stored | `copy` |
+//! | other numbers in the place of those of a message | `replacement` |
 //!
 //! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
 //! memory is that of the longest record and of the loads.
 
 mod cdr;
 mod contacts;
+mod copy;
 mod definition;
 mod feed;
 mod feet;
@@ -28,6 +31,7 @@ mod mcap;
 mod messages;
 mod metadata;
 mod reader;
+mod replacement;
 mod rosbag2;
 mod sidecar;
 mod storage;
@@ -48,8 +52,11 @@ use feed::Feed;
 use loads::loads;
 use messages::Imu;
 use reader::Reader;
-use storage::Channel;
 use visit::visit;
+
+pub use copy::copy;
+pub use replacement::Replacement;
+pub use storage::{Channel, Schema, Written};
 
 /// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
 const MOST_FRAMES: usize = 64;

@@ -15,7 +15,7 @@ use super::fields::{Fields, TRUNK};
 use super::loads::Loads;
 use super::messages::Imu;
 use super::sidecar::{Known, Sidecar, is_sidecar};
-use super::storage::{Channel, Visitor};
+use super::storage::{Channel, Visitor, Written};
 use super::{ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order};
 
 /// Visitor that reads the samples.
@@ -57,7 +57,7 @@ impl Visitor for Reader<'_> {
     fn message(
         &mut self,
         channel: &Channel,
-        log_ns: i64,
+        Written { log_ns, .. }: Written,
         payload: &[u8],
     ) -> Result<(), InputError> {
         if let Some(error) = self.refused.take() {

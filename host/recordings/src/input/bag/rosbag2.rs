@@ -14,11 +14,18 @@ use tempfile::{NamedTempFile, TempPath};
 use super::super::error::InputError;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, Schema, Visitor};
+use super::storage::{Channel, Schema, Visitor, Written};
 use crate::samples::foreign::Foreign;
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";
+
+/// Columns of the table `topics` beside those that every bag has, and their names in MCAP. Source: `mcap_storage.cpp` of
+/// <https://github.com/ros2/rosbag2>.
+const PROPERTIES: [(&str, &str); 2] = [
+    ("offered_qos_profiles", "offered_qos_profiles"),
+    ("type_description_hash", "topic_type_hash"),
+];
 
 /// Passes the messages of a file to a visitor; returns the reason why the file ends early, if it does.
 pub(super) fn visit(
@@ -76,11 +83,16 @@ pub(super) fn visit(
             continue;
         };
         let log_ns: i64 = row.get(1).map_err(damaged)?;
+        let written = Written {
+            log_ns,
+            publish_ns: log_ns,
+            sequence: None,
+        };
         let payload = match row.get_ref(2).map_err(damaged)? {
             ValueRef::Blob(payload) => payload,
             _ => &[],
         };
-        visitor.message(channel, log_ns, payload)?;
+        visitor.message(channel, written, payload)?;
     }
 }
 
@@ -115,11 +127,20 @@ fn channels(
     has_definitions: bool,
     visitor: &mut dyn Visitor,
 ) -> rusqlite::Result<HashMap<i64, (Channel, bool)>> {
+    // Columns were added over the years.
     let mut statement = database.prepare("SELECT * FROM topics")?;
+    let properties: Vec<(&str, usize)> = PROPERTIES
+        .iter()
+        .filter_map(|(column, key)| Some((*key, statement.column_index(column).ok()?)))
+        .collect();
     let mut rows = statement.query([])?;
     let mut channels = HashMap::new();
     while let Some(row) = rows.next()? {
         let message: String = row.get("type")?;
+        let properties = properties.iter().filter_map(|(key, column)| {
+            let text: String = row.get(*column).ok()?;
+            (!text.is_empty()).then(|| ((*key).to_owned(), text))
+        });
         let channel = Channel {
             topic: row.get("name")?,
             schema: has_definitions
@@ -127,6 +148,7 @@ fn channels(
                 .flatten(),
             message,
             encoding: row.get("serialization_format")?,
+            metadata: properties.collect(),
         };
         let is_needed = visitor.channel(&channel);
         channels.insert(row.get("id")?, (channel, is_needed));

@@ -86,6 +86,7 @@ impl Sidecar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
     fn channel(topic: &str, message: &str) -> Channel {
         Channel {
@@ -93,6 +94,7 @@ mod tests {
             message: message.to_owned(),
             encoding: "cdr".to_owned(),
             schema: None,
+            metadata: BTreeMap::new(),
         }
     }
 

@@ -1,29 +1,43 @@
 //! Messages of a bag, independent of its storage.
 
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use super::super::error::InputError;
 
 /// A topic as declared in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Channel {
+pub struct Channel {
     /// Name of the topic.
-    pub(super) topic: String,
+    pub topic: String,
     /// Type of its messages, such as `sensor_msgs/msg/Imu`.
-    pub(super) message: String,
+    pub message: String,
     /// Serialisation of its messages: `cdr`.
-    pub(super) encoding: String,
+    pub encoding: String,
     /// Definition of the type, if the bag has one.
-    pub(super) schema: Option<Rc<Schema>>,
+    pub schema: Option<Rc<Schema>>,
+    /// Further properties, such as the quality of service.
+    pub metadata: BTreeMap<String, String>,
 }
 
 /// Definition of a type.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Schema {
+pub struct Schema {
     /// Its language, such as `ros2msg`.
-    pub(super) encoding: String,
+    pub encoding: String,
     /// Its text.
-    pub(super) text: Vec<u8>,
+    pub text: Vec<u8>,
+}
+
+/// When a message was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Time at which it was written, ns.
+    pub log_ns: i64,
+    /// Time at which it was sent, ns; that of writing where the storage keeps one time.
+    pub publish_ns: i64,
+    /// Number given by its sender, where the storage keeps it.
+    pub sequence: Option<u32>,
 }
 
 /// Receives the topics and messages of a bag.
@@ -31,9 +45,13 @@ pub(super) trait Visitor {
     /// Declares a topic before its messages; returns whether they are needed. A topic may be declared more than once.
     fn channel(&mut self, channel: &Channel) -> bool;
 
-    /// Passes a message of a topic that is needed, with the time at which it was written, ns.
-    fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8])
-    -> Result<(), InputError>;
+    /// Passes a message of a topic that is needed.
+    fn message(
+        &mut self,
+        channel: &Channel,
+        written: Written,
+        payload: &[u8],
+    ) -> Result<(), InputError>;
 }
 
 /// Converts a time from ns to µs, rounded.

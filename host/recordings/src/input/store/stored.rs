@@ -39,6 +39,8 @@ pub struct About {
     pub repairs: Repairs,
     /// Calibration and mounting of the sensor that are applied to the samples.
     pub correction: Correction,
+    /// Times of the file's clock and those of writing, µs: some samples of a bag, in order.
+    pub anchors_us: Vec<(i64, i64)>,
 }
 
 impl About {
@@ -51,6 +53,19 @@ impl About {
             gravity,
             ..Self::default()
         }
+    }
+
+    /// Time at which a sample was written to its bag, µs; `time_us` is that of the file's clock, and the result where
+    /// no other is known.
+    #[must_use]
+    pub fn written_us(&self, time_us: i64) -> i64 {
+        let after = self
+            .anchors_us
+            .partition_point(|(time, _)| *time <= time_us);
+        let anchor = self.anchors_us.get(after.saturating_sub(1));
+        anchor.map_or(time_us, |(time, written)| {
+            time_us.saturating_add(written - time)
+        })
     }
 
     /// Name of the foot, or that of the recording if it has none.

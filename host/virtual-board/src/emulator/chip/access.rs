@@ -26,9 +26,6 @@ impl Chip {
         address: u32,
         size: usize,
     ) -> Result<u32, String> {
-        if let Some((word, bit)) = bit_band(address) {
-            return Ok(self.read_part(now, word)? >> bit & 1);
-        }
         let value = self.read_part(now, address)?;
         self.serve_dma(memory, now)?;
         let shift = 8 * (address & 3);
@@ -50,11 +47,6 @@ impl Chip {
         if FLASH.contains(address) {
             self.flash.reset_at = self.iwdg.next_event();
             return self.flash.program(address, size, value, now, memory);
-        }
-        if let Some((word, bit)) = bit_band(address) {
-            let old = self.read_part(now, word)?;
-            let new = old & !(1 << bit) | (value & 1) << bit;
-            return self.write_part(memory, now, word, 4, new);
         }
         self.write_part(memory, now, address, size, value)?;
         self.serve_dma(memory, now)
@@ -90,8 +82,6 @@ impl Chip {
             Part::Pwr => self.pwr.read(offset, self.flash.supply_mv),
             Part::Iwdg => self.iwdg.read(offset),
             Part::Adc => self.adc.read(offset, now),
-            Part::Syscfg => self.exti.read_syscfg(offset),
-            Part::Exti => self.exti.read(offset),
             Part::Gpio(index) => {
                 if index == self.wiring.data_ready.port {
                     self.with_sensor(now, |_| ());
@@ -149,8 +139,6 @@ impl Chip {
                 let pclk = self.rcc.clocks.pclk2;
                 self.adc.write(offset, value, now, pclk)
             }
-            Part::Syscfg => self.exti.write_syscfg(offset, value),
-            Part::Exti => self.exti.write(offset, value),
             Part::Gpio(index) => {
                 self.ports[index].write(offset, value)?;
                 if index == self.wiring.select.port {
@@ -184,16 +172,7 @@ impl Chip {
                 self.update_select(now);
             }
             Part::Dma(index) => self.dmas[index] = Dma::default(),
-            Part::Syscfg | Part::Exti | Part::Iwdg | Part::Rcc | Part::Flash => {}
+            Part::Iwdg | Part::Rcc | Part::Flash => {}
         }
     }
-}
-
-/// Word and bit behind an address of the peripherals' bit-band alias.
-const fn bit_band(address: u32) -> Option<(u32, u32)> {
-    if address < 0x4200_0000 || address >= 0x4400_0000 {
-        return None;
-    }
-    let byte = 0x4000_0000 + (address - 0x4200_0000) / 32;
-    Some((byte & !3, 8 * (byte & 3) + (address % 32) / 4))
 }

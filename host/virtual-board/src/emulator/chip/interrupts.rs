@@ -2,7 +2,6 @@
 
 use super::Chip;
 use crate::emulator::core::nvic::Nvic;
-use crate::emulator::part::exti::LINES;
 
 const TIMER_INTERRUPTS: [u16; 4] = [28, 29, 30, 50];
 const SPI_INTERRUPTS: [u16; 3] = [35, 36, 51];
@@ -35,11 +34,6 @@ impl Chip {
                 set(line, stream.interrupts());
             }
         }
-        let requesting = self.exti.requesting();
-        for (line, mask) in LINES {
-            set(line, requesting & mask != 0);
-        }
-        set(18, self.adc.interrupts());
         set(4, self.flash.interrupts());
         nvic.set_lines(levels);
     }

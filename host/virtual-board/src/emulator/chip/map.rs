@@ -11,8 +11,6 @@ pub(super) enum Part {
     Pwr,
     Iwdg,
     Adc,
-    Syscfg,
-    Exti,
     Gpio(usize),
     Rcc,
     Flash,
@@ -44,7 +42,7 @@ const AHB1: u32 = 0x30;
 const APB1: u32 = 0x40;
 const APB2: u32 = 0x44;
 
-pub(super) const MAP: [Entry; 31] = [
+pub(super) const MAP: [Entry; 29] = [
     entry("TIM2", 0x4000_0000, Part::Timer(0), Some((APB1, 0))),
     entry("TIM3", 0x4000_0400, Part::Timer(1), Some((APB1, 1))),
     entry("TIM4", 0x4000_0800, Part::Timer(2), Some((APB1, 2))),
@@ -60,9 +58,7 @@ pub(super) const MAP: [Entry; 31] = [
     entry("USART6", 0x4001_1400, Part::Usart(3), Some((APB2, 5))),
     entry("ADC1", 0x4001_2000, Part::Adc, Some((APB2, 8))),
     entry("SPI1", 0x4001_3000, Part::Spi(0), Some((APB2, 12))),
-    entry("SYSCFG", 0x4001_3800, Part::Syscfg, Some((APB2, 14))),
     entry("TIM11", 0x4001_4800, Part::Tim11, Some((APB2, 18))),
-    entry("EXTI", 0x4001_3C00, Part::Exti, None),
     entry("GPIOA", 0x4002_0000, Part::Gpio(0), Some((AHB1, 0))),
     entry("GPIOB", 0x4002_0400, Part::Gpio(1), Some((AHB1, 1))),
     entry("GPIOC", 0x4002_0800, Part::Gpio(2), Some((AHB1, 2))),

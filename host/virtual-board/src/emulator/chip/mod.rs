@@ -26,7 +26,6 @@ use crate::emulator::memory::Memory;
 use crate::emulator::part::adc::Adc;
 use crate::emulator::part::can::Can;
 use crate::emulator::part::dma::Dma;
-use crate::emulator::part::exti::Exti;
 use crate::emulator::part::flash::{FlashRegisters, Protection};
 use crate::emulator::part::gpio::Gpio;
 use crate::emulator::part::iwdg::Iwdg;
@@ -107,7 +106,6 @@ pub struct Chip {
     /// Streams of DMA2 that have an error in the middle of each transfer.
     pub failing_streams: [bool; 8],
     pwr: Pwr,
-    exti: Exti,
     dmas: [Dma; 2],
     spis: [Spi; 3],
     /// TIM2 to TIM5.
@@ -162,7 +160,6 @@ impl Chip {
             resets: Vec::new(),
             failing_streams: [false; 8],
             pwr: Pwr::default(),
-            exti: Exti::default(),
             dmas: Default::default(),
             spis: core::array::from_fn(|_| Spi::new()),
             timers: [
@@ -193,7 +190,6 @@ impl Chip {
         self.adc.reset();
         self.ports.iter_mut().for_each(Gpio::reset);
         self.pwr = Pwr::default();
-        self.exti = Exti::default();
         self.dmas = Default::default();
         self.spis.iter_mut().for_each(Spi::reset);
         self.tim11 = Tim11::default();
@@ -254,7 +250,6 @@ impl Chip {
         let usarts = self.usarts.iter().map(Usart::next_event);
         let others = [
             self.can.next_event(),
-            self.adc.next_event(),
             self.iwdg.next_event(),
             self.sensor_edge,
         ];

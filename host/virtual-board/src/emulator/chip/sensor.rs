@@ -129,7 +129,6 @@ impl Chip {
         let pin = self.wiring.data_ready;
         let port = &mut self.ports[pin.port];
         port.levels = port.levels & !(1 << pin.number) | u16::from(high) << pin.number;
-        self.exti.edge(pin.port as u32, pin.number, high);
         if port.mode(pin.number) == 2
             && let Some((timer, channel)) = timer_input(pin, port.function(pin.number))
             && self.timers[timer].edge(channel, high, now)

@@ -3,7 +3,6 @@
 
 pub mod cpu;
 pub mod dbgmcu;
-pub mod dwt;
 pub mod nvic;
 pub mod scb;
 pub mod semihosting;

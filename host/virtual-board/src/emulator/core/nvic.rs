@@ -190,12 +190,6 @@ impl Nvic {
         self.update();
     }
 
-    /// The priority register of an exception.
-    #[must_use]
-    pub fn priority_register(&self, number: usize) -> u8 {
-        self.priority.get(number).copied().unwrap_or(0)
-    }
-
     /// Sets the priority register of an exception.
     fn set_priority_register(&mut self, number: usize, priority: u8) {
         if let Some(slot) = self.priority.get_mut(number) {
@@ -214,28 +208,7 @@ impl Nvic {
         }
     }
 
-    /// Reads a word of the register block at `0xE000_E100`.
-    #[must_use]
-    pub fn read(&self, offset: u32) -> u32 {
-        let bits = |of: &dyn Fn(usize) -> bool| {
-            let first = 16 + (offset & 0x7F) as usize * 8;
-            (0..32)
-                .filter(|bit| first + bit < EXCEPTIONS && of(first + bit))
-                .fold(0, |word, bit| word | 1 << bit)
-        };
-        match offset {
-            0x000..0x100 => bits(&|number| self.enabled[number]),
-            0x100..0x200 => bits(&|number| self.pending[number]),
-            0x200..0x280 => bits(&|number| self.active.contains(&(number as u16))),
-            0x300..0x3F0 => {
-                let first = 16 + (offset - 0x300) as usize;
-                u32::from_le_bytes(core::array::from_fn(|i| self.priority_register(first + i)))
-            }
-            _ => 0,
-        }
-    }
-
-    /// Writes a word of the same block; `mask` covers the bytes written.
+    /// Writes a word of the register block at `0xE000_E100`; `mask` covers the bytes written.
     pub fn write(&mut self, offset: u32, value: u32, mask: u32) {
         let first = 16 + (offset & 0x7F) as usize * 8;
         let numbers = (0..32)
@@ -250,8 +223,6 @@ impl Nvic {
             0x300..0x3F0 => {
                 self.write_priority_registers(16 + (offset - 0x300) as usize, value, mask);
             }
-            // STIR.
-            0xE00 => self.pend(exception::INTERRUPT + (value & 0xFF) as u16),
             _ => {}
         }
         self.update();

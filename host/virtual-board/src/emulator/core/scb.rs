@@ -52,10 +52,8 @@ pub struct Scb {
     pub cpacr: u32,
     /// Floating-point context control.
     pub fpccr: u32,
-    fpdscr: u32,
     shcsr: u32,
     group: u8,
-    demcr: u32,
 }
 
 impl Scb {
@@ -79,8 +77,6 @@ impl Scb {
     #[must_use]
     pub fn read(&self, offset: u32, nvic: &Nvic, exception_number: u16) -> Option<u32> {
         Some(match offset {
-            // ACTLR.
-            0x008 => 0,
             0xD00 => 0x410F_C241,
             0xD04 => {
                 let pending = nvic.next.map_or(0, |(number, _)| u32::from(number));
@@ -96,10 +92,6 @@ impl Scb {
             0xD0C => 0xFA05_0000 | u32::from(self.group) << 8,
             0xD10 => self.scr,
             0xD14 => self.ccr,
-            0xD18..=0xD20 => {
-                let first = 4 + (offset - 0xD18) as usize;
-                u32::from_le_bytes(core::array::from_fn(|i| nvic.priority_register(first + i)))
-            }
             0xD24 => {
                 let active = |number| u32::from(nvic.active.contains(&number));
                 self.shcsr
@@ -114,19 +106,8 @@ impl Scb {
             0xD2C => self.hfsr,
             0xD30 | 0xD3C => 0,
             0xD34 | 0xD38 => self.bfar,
-            // Identification: a Cortex-M4 with its FPU.
-            0xD40 => 0x30,
-            0xD44 => 0x200,
-            0xD48..=0xD7C => 0,
             0xD88 => self.cpacr,
-            // MPU_TYPE: eight regions, whose protection is not modelled.
-            0xD90 | 0xDF0 => 0,
-            0xDFC => self.demcr,
             0xF34 => self.fpccr,
-            0xF38 => 0,
-            0xF3C => self.fpdscr,
-            0xF40 => 0x1011_0021,
-            0xF44 => 0x1100_0011,
             _ => return None,
         })
     }
@@ -135,7 +116,6 @@ impl Scb {
     pub fn write(&mut self, offset: u32, value: u32, mask: u32, nvic: &mut Nvic) -> Option<bool> {
         let merged = |old: u32| old & !mask | value & mask;
         match offset {
-            0x008 => {}
             0xD04 => {
                 use exception::{NMI, PEND_SV, SYS_TICK};
                 let is_set = |bit: u32| value & mask & 1 << bit != 0;
@@ -177,9 +157,7 @@ impl Scb {
             0xD28 => self.cfsr &= !(value & mask),
             0xD2C => self.hfsr &= !(value & mask),
             0xD88 => self.cpacr = merged(self.cpacr) & 0x00F0_0000,
-            0xDFC => self.demcr = merged(self.demcr),
             0xF34 => self.fpccr = merged(self.fpccr),
-            0xF3C => self.fpdscr = merged(self.fpdscr),
             _ => return None,
         }
         Some(false)

@@ -3,9 +3,6 @@
 use crate::emulator::memory::Memory;
 
 const SYS_OPEN: u32 = 0x01;
-const SYS_CLOSE: u32 = 0x02;
-const SYS_WRITEC: u32 = 0x03;
-const SYS_WRITE0: u32 = 0x04;
 const SYS_WRITE: u32 = 0x05;
 const SYS_EXIT: u32 = 0x18;
 
@@ -26,18 +23,6 @@ impl Semihosting {
         let word = |memory: &mut dyn Memory, index: u32| memory.word(r1.wrapping_add(4 * index));
         match r0 {
             SYS_OPEN => return Some(1),
-            SYS_CLOSE => {}
-            SYS_WRITEC => self.output.push(memory.byte(r1)?),
-            SYS_WRITE0 => {
-                let mut address = r1;
-                loop {
-                    match memory.byte(address)? {
-                        0 => break,
-                        byte => self.output.push(byte),
-                    }
-                    address = address.wrapping_add(1);
-                }
-            }
             SYS_WRITE => {
                 let (start, length) = (word(memory, 1)?, word(memory, 2)?);
                 for offset in 0..length {

@@ -116,10 +116,8 @@ impl Machine {
 
     fn load_private(&mut self, address: u32) -> Option<u32> {
         match address {
-            0xE000_1000..0xE000_2000 => self.dwt.read(address - 0xE000_1000, self.cycles),
             0xE000_E010..0xE000_E020 => Some(self.systick.read(address - 0xE000_E010, self.now)),
             0xE000_E004 => Some(2),
-            0xE000_E100..0xE000_ED00 => Some(self.nvic.read(address - 0xE000_E100)),
             0xE000_E000..0xE000_F000 => {
                 let number = self.nvic.active.last().copied().unwrap_or(0);
                 self.scb.read(address - 0xE000_E000, &self.nvic, number)
@@ -132,9 +130,6 @@ impl Machine {
 
     fn store_private(&mut self, address: u32, value: u32, mask: u32) -> Option<bool> {
         match address {
-            0xE000_1000..0xE000_2000 => {
-                self.dwt.write(address - 0xE000_1000, value, self.cycles)?;
-            }
             0xE000_E010..0xE000_E020 => {
                 self.systick.write(address - 0xE000_E010, value, self.now);
             }

@@ -17,7 +17,6 @@ use std::collections::BTreeMap;
 use crate::emulator::block::Block;
 use crate::emulator::chip::Chip;
 use crate::emulator::core::dbgmcu::Dbgmcu;
-use crate::emulator::core::dwt::Dwt;
 use crate::emulator::core::nvic::{Nvic, exception};
 use crate::emulator::core::scb::Scb;
 use crate::emulator::core::semihosting::Semihosting;
@@ -107,7 +106,6 @@ pub struct Machine {
     pub(crate) halted_until: Option<u64>,
     debug: Dbgmcu,
     systick: SysTick,
-    dwt: Dwt,
     period: u64,
     deadline: u64,
     /// Number of the block at each half-word of flash, counted from 1; 0 if it has not been decoded.
@@ -149,7 +147,6 @@ impl Machine {
             halted_until: None,
             debug: Dbgmcu::default(),
             systick: SysTick::new(0, period),
-            dwt: Dwt::default(),
             period,
             deadline: 0,
             block_of: vec![0; FLASH.size / 2],
@@ -164,7 +161,6 @@ impl Machine {
         self.chip.reset(self.now);
         self.nvic = Nvic::default();
         self.scb = Scb::new();
-        self.dwt = Dwt::default();
         self.period = self.chip.period();
         self.systick = SysTick::new(self.now, self.period);
         self.running = None;

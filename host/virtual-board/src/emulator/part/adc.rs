@@ -6,12 +6,9 @@ use crate::emulator::time::{NEVER, cycle, from_us};
 
 const EOC: u32 = 1 << 1;
 const STRT: u32 = 1 << 4;
-const OVR: u32 = 1 << 5;
 const EOCIE: u32 = 1 << 5;
-const OVRIE: u32 = 1 << 26;
 const ADON: u32 = 1;
 const CONT: u32 = 1 << 1;
-const EOCS: u32 = 1 << 10;
 const SWSTART: u32 = 1 << 30;
 
 /// In the common register: the internal reference is connected.
@@ -73,16 +70,6 @@ impl Adc {
         self.inputs[REFERENCE] = reference_code(mv);
     }
 
-    /// Time of the end of a conversion.
-    #[must_use]
-    pub const fn next_event(&self) -> u64 {
-        // Without an interrupt there is no event to wait for.
-        match self.control[0] & EOCIE {
-            0 => NEVER,
-            _ => self.done_at,
-        }
-    }
-
     fn channel(&self) -> usize {
         (self.sequence[2] & 0x1F).min(18) as usize
     }
@@ -97,22 +84,8 @@ impl Adc {
         } else {
             self.done_at += ((now - self.done_at) / self.conversion + 1) * self.conversion;
         }
-        // Overruns are detected with EOCS only.
-        if self.status & EOC != 0 && self.control[1] & EOCS != 0 {
-            self.status |= OVR;
-        }
         self.data = u32::from(self.inputs[self.channel()]) & 0xFFF;
-        if self.control[1] & 1 << 11 != 0 {
-            self.data <<= 4;
-        }
         self.status |= EOC;
-    }
-
-    /// Returns whether the interrupt is requested.
-    #[must_use]
-    pub const fn interrupts(&self) -> bool {
-        self.status & EOC != 0 && self.control[0] & EOCIE != 0
-            || self.status & OVR != 0 && self.control[0] & OVRIE != 0
     }
 
     /// Reads a register.
@@ -146,6 +119,9 @@ impl Adc {
         self.advance(now);
         match offset {
             0x00 => self.status &= value | !0x3F,
+            0x04 if value & EOCIE != 0 => {
+                return Err("interrupts of the converter are not modelled".into());
+            }
             0x04 => self.control[0] = value,
             0x08 => {
                 if value & (1 << 8 | 1 << 22) != 0 {

@@ -22,7 +22,7 @@ pub struct DmaStream {
     left: u32,
     length: u32,
     peripheral: u32,
-    memory: [u32; 2],
+    memory: u32,
     fifo: u32,
     flags: u32,
     done: u32,
@@ -33,7 +33,6 @@ const CIRC: u32 = 1 << 8;
 const PINC: u32 = 1 << 9;
 const MINC: u32 = 1 << 10;
 const DBM: u32 = 1 << 18;
-const CT: u32 = 1 << 19;
 
 const TC: u32 = 1 << 5;
 const HT: u32 = 1 << 4;
@@ -50,14 +49,13 @@ impl DmaStream {
     #[must_use]
     pub fn item(&self) -> Item {
         let size = 1_usize << (self.control >> 11 & 3);
-        let base = self.memory[usize::from(self.control & CT != 0)];
         let offset = |increment: u32| match self.control & increment {
             0 => 0,
             _ => self.done * size as u32,
         };
         Item {
             peripheral: self.peripheral + offset(PINC),
-            memory: base + offset(MINC),
+            memory: self.memory + offset(MINC),
             size,
             to_peripheral: self.control >> 6 & 3 == 1,
         }
@@ -78,10 +76,7 @@ impl DmaStream {
         if self.left == 0 {
             self.flags |= TC;
             self.done = 0;
-            if self.control & DBM != 0 {
-                self.control ^= CT;
-                self.left = self.length;
-            } else if self.control & CIRC != 0 {
+            if self.control & CIRC != 0 {
                 self.left = self.length;
             } else {
                 self.control &= !EN;
@@ -156,8 +151,8 @@ impl Dma {
                     0x00 => stream.control,
                     0x04 => stream.left,
                     0x08 => stream.peripheral,
-                    0x0C => stream.memory[0],
-                    0x10 => stream.memory[1],
+                    0x0C => stream.memory,
+                    0x10 => 0,
                     _ => stream.fifo | 0x20,
                 })
             }
@@ -193,8 +188,8 @@ impl Dma {
                     }
                     0x04 => stream.left = value & 0xFFFF,
                     0x08 => stream.peripheral = value,
-                    0x0C => stream.memory[0] = value,
-                    0x10 => stream.memory[1] = value,
+                    0x0C => stream.memory = value,
+                    0x10 => {}
                     _ => stream.fifo = value & 0x87,
                 }
             }
@@ -218,8 +213,8 @@ impl DmaStream {
         if was_on {
             return Ok(());
         }
-        if value >> 6 & 3 > 1 {
-            return Err("DMA from memory to memory is not modelled".into());
+        if value >> 6 & 3 > 1 || value & DBM != 0 {
+            return Err("DMA from memory to memory, and with two buffers, is not modelled".into());
         }
         if value >> 11 & 3 != value >> 13 & 3 {
             return Err("DMA that packs is not modelled".into());

@@ -3,7 +3,6 @@
 pub mod adc;
 pub mod can;
 pub mod dma;
-pub mod exti;
 pub mod flash;
 pub mod gpio;
 pub mod iwdg;

@@ -1,11 +1,8 @@
 //! The fault matrix as a Markdown table, generated from runs.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
-use std::thread;
-
 use super::{Case, Scenario, ScenarioOutcome};
 use crate::emulator::corner::Corner;
+use crate::product::cores::on_all_cores;
 
 /// Runs scenarios in all their variants, on all cores, and returns the worst outcome of each. A run that fails is
 /// a violation.
@@ -24,26 +21,9 @@ pub fn matrix(
             })
         })
         .collect();
-    let next = AtomicUsize::new(0);
-    let outcomes = Mutex::new(Vec::with_capacity(runs.len()));
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    thread::scope(|scope| {
-        for _ in 0..cores {
-            scope.spawn(|| {
-                while let Some(&(index, case)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let outcome = rows[index].run(elf, case, corner);
-                    let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
-                    outcomes.push(((index, case), outcome));
-                }
-            });
-        }
-    });
-    let mut outcomes = outcomes
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner);
-    outcomes.sort_by_key(|(run, _)| *run);
+    let outcomes = on_all_cores(&runs, |&(index, case)| rows[index].run(elf, case, corner));
     let mut worst: Vec<Option<ScenarioOutcome>> = vec![None; rows.len()];
-    for ((index, case), outcome) in outcomes {
+    for ((index, case), outcome) in runs.into_iter().zip(outcomes) {
         let name = rows[index].name;
         let mut outcome = outcome.unwrap_or_else(|problem| ScenarioOutcome {
             violations: vec![format!("{name}:{}: {problem}", case.variant)],

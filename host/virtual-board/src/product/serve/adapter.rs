@@ -5,18 +5,18 @@
 //! |---|---|---|
 //! | `S0` … `S8`, `sxxyy` | the rate of the bus: 10 … 1000 kbit/s, or two registers of an SJA1000 at 8 MHz | closed |
 //! | `O`, `L`, `C` | open, open without sending, close | closed, closed, open |
-//! | `t`, `T`, `r`, `R` | send a frame | open |
+//! | `t` | send a frame: all frames here have identifiers of 11 bits, and carry data | open |
 //! | `F` | status: bit 3 where frames were lost | open |
 //! | `Z0`, `Z1` | received frames without and with the millisecond, modulo a minute | closed |
 //! | `V`, `N` | version, serial number | anywhere |
 //!
-//! Each command is answered with CR, a sent frame with `z` or `Z` before it; a command that is invalid or not
+//! Each command is answered with CR, a sent frame with `z` before it; a command that is invalid or not
 //! possible in the current state is answered with BEL. Frames are received while the channel is open, without
 //! those that the host sends.
 
 use super::bus::Carried;
-use super::lawicel;
 use crate::emulator::part::can::BusFrame;
+use wire::slcan::{self, BEL, CR};
 
 /// Bit rates of `S0` to `S8`, bit/s.
 const RATES: [u32; 9] = [
@@ -26,11 +26,8 @@ const RATES: [u32; 9] = [
 /// Clock of the registers of `s`, Hz.
 const REGISTER_CLOCK: u32 = 8_000_000;
 
-/// Length of the longest line: an extended frame.
-const LONGEST_LINE: usize = 26;
-
-const CR: u8 = b'\r';
-const BEL: u8 = 0x07;
+/// Length of the longest line, without CR.
+const LONGEST_LINE: usize = slcan::LONGEST - 1;
 
 /// Period of time stamps, ms.
 const STAMPS: u64 = 60_000;
@@ -107,10 +104,9 @@ impl EmulatedAdapter {
             }
             ([b'V'], _) => answer.extend(b"V1013"),
             ([b'N'], _) => answer.extend(b"NF405"),
-            ([letter @ (b't' | b'T' | b'r' | b'R'), ..], _) if self.channel == Channel::Open => {
-                frame = Some((lawicel::frame(line)?, self.bit_rate?));
-                let is_standard = letter.is_ascii_lowercase();
-                answer.push(if is_standard { b'z' } else { b'Z' });
+            (text @ [b't', ..], _) if self.channel == Channel::Open => {
+                frame = Some((BusFrame::of(&slcan::decode(text)?), self.bit_rate?));
+                answer.push(b'z');
             }
             _ => return None,
         }
@@ -120,16 +116,16 @@ impl EmulatedAdapter {
 
     /// Line of a frame on the bus, if the adapter receives it. `ms` is its time.
     #[must_use]
-    pub fn hear(&self, carried: &Carried, ms: u64) -> Option<String> {
+    pub fn hear(&self, carried: &Carried, ms: u64) -> Option<Vec<u8>> {
         let is_open = self.channel != Channel::Closed;
         if !is_open || self.bit_rate != Some(carried.bit_rate) {
             return None;
         }
-        let mut line = lawicel::line(&carried.frame);
+        let mut line = carried.frame.line();
         if self.has_stamps {
-            line += &format!("{:04X}", ms % STAMPS);
+            line.pop();
+            line.extend(format!("{:04X}\r", ms % STAMPS).bytes());
         }
-        line.push(char::from(CR));
         Some(line)
     }
 }
@@ -192,15 +188,21 @@ mod tests {
         say(&mut adapter, "S8\rO\r");
         assert_eq!(
             adapter.hear(&carried(0x191), 0).as_deref(),
-            Some("t1911AB\r")
+            Some(&b"t1911AB\r"[..])
         );
-        say(&mut adapter, "T000001911A");
+        say(&mut adapter, "t1911A");
         adapter.push(b'B');
         let sent = adapter.push(b'\r');
-        assert_eq!(sent.answer, b"Z\r");
-        let (frame, rate) = sent.frame.expect("a frame");
-        assert!((frame.extended, frame.id, rate) == (true, 0x191, 1_000_000));
-        for bad in ["t191\r", "t1919\r", &"t".repeat(1000), "\r"] {
+        assert_eq!(sent.answer, b"z\r");
+        assert_eq!(sent.frame, Some((BusFrame::new(0x191, &[0xAB]), 1_000_000)));
+        for bad in [
+            "T000001911AB\r",
+            "r1910\r",
+            "t191\r",
+            "t1919\r",
+            &"t".repeat(1000),
+            "\r",
+        ] {
             let answer = say(&mut adapter, bad);
             assert!(
                 answer == "\x07" || !bad.ends_with('\r'),
@@ -212,7 +214,7 @@ mod tests {
         say(&mut adapter, "C\rs0014\rZ1\rO\r");
         assert_eq!(
             adapter.hear(&carried(0x191), 60_255).as_deref(),
-            Some("t1911AB00FF\r")
+            Some(&b"t1911AB00FF\r"[..])
         );
     }
 

@@ -80,7 +80,7 @@ impl BoardBus {
         }
         let ready = self.nodes.iter().enumerate().filter_map(|(node, queue)| {
             let head = queue.front().filter(|head| head.start <= start)?;
-            Some((head.frame.rank(), node))
+            Some((head.frame.id, node))
         });
         let (_, node) = ready.min()?;
         let mut carried = self.nodes.get_mut(node)?.pop_front()?;

@@ -101,7 +101,7 @@ fn gait(name: &str) -> Result<GaitName, String> {
 ///
 /// # Errors
 /// If no fault has this name, or it cannot be injected while feet run.
-pub fn fault(text: &str) -> Result<SelectedFault, String> {
+fn fault(text: &str) -> Result<SelectedFault, String> {
     let fault: SelectedFault = text.parse()?;
     // Filling them takes minutes of the board's time.
     if fault.scenario.pages != Pages::Blank {
@@ -111,23 +111,6 @@ pub fn fault(text: &str) -> Result<SelectedFault, String> {
         ));
     }
     Ok(fault)
-}
-
-/// Parses a fault with its foot and its time, ms: `[FOOT:]NAME[:VARIANT]@MS`.
-///
-/// # Errors
-/// If the foot or the fault is unknown, or it cannot be injected while feet run.
-pub fn fault_at(text: &str) -> Result<(Option<Foot>, SelectedFault, u64), String> {
-    let (text, ms) = text
-        .rsplit_once('@')
-        .ok_or("write [FOOT:]NAME[:VARIANT]@MS")?;
-    let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;
-    let (foot, name) = match split(text) {
-        Ok((Some(foot), name)) => (Some(foot), name),
-        // Without a foot, the text is a fault with a variant.
-        _ => (None, text),
-    };
-    Ok((foot, fault(name)?, ms))
 }
 
 #[cfg(test)]
@@ -186,17 +169,5 @@ mod tests {
                 Ok(_) => panic!("{line}"),
             }
         }
-    }
-
-    #[test]
-    fn a_planned_fault_has_a_time_and_an_optional_foot() {
-        let (foot, fault, ms) = fault_at("RR:power-cut:17@2500").expect("a fault");
-        assert_eq!(
-            (foot, fault.scenario.name, ms),
-            (Some(Foot::RearRight), "power-cut", 2500)
-        );
-        let (foot, fault, _) = fault_at("power-cut:17@1").expect("a fault");
-        assert_eq!((foot, fault.scenario.name), (None, "power-cut"));
-        assert!(fault_at("reset").is_err() && fault_at("XX:reset@1").is_err());
     }
 }

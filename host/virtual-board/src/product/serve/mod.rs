@@ -6,7 +6,7 @@
 //! | lines that were typed become orders | `commands` |
 //! | in lock step: wait until each program waits | [`lock_step`] |
 //! | bytes of programs come from the terminals or sockets | [`port`], [`terminal`] |
-//! | those of the adapter become frames | [`adapter`], [`lawicel`] |
+//! | those of the adapter become frames | [`adapter`] |
 //! | frames of all nodes are put in order | [`bus`] |
 //! | the boards run, each in a thread; feet walk, and hands hold them | [`robot`], `foot`, [`gait::EndlessGait`], `hands` |
 //! | bytes and frames go out | [`port`], [`adapter`] |
@@ -17,7 +17,6 @@ pub mod bus;
 mod commands;
 mod foot;
 mod hands;
-pub mod lawicel;
 mod links;
 pub mod lock_step;
 pub mod pace;
@@ -35,9 +34,8 @@ use thiserror::Error;
 use wire::Foot as Position;
 
 use crate::emulator::time::{PER_SECOND, to_us};
-use crate::product::fault::{self, SelectedFault};
+use crate::product::fault;
 use adapter::EmulatedAdapter;
-pub use commands::fault_at;
 use commands::{Command, HELP};
 pub use foot::BoardPrograms;
 use foot::Order;
@@ -53,9 +51,6 @@ const MILLISECOND: u64 = PER_SECOND / 1000;
 /// In lock step, maximum delay until a typed line or a stop is noticed while time stands still.
 const NOTICE: Duration = Duration::from_millis(5);
 
-/// A planned fault: the foot, or `None` for all, the fault, and its time, ms.
-pub type Planned = (Option<Position>, SelectedFault, u64);
-
 /// Options of a server.
 #[derive(Clone)]
 pub struct ServeOptions {
@@ -63,8 +58,6 @@ pub struct ServeOptions {
     pub robot: RobotOptions,
     /// Directory for links to the terminals, or for the sockets.
     pub links: Option<PathBuf>,
-    /// Planned faults.
-    pub faults: Vec<Planned>,
     /// Duration, ms; `None` to run until the end is requested.
     pub ms: Option<u64>,
     /// Passage of virtual time.
@@ -95,9 +88,6 @@ pub enum ServeError {
     /// Failure of a foot.
     #[error(transparent)]
     Foot(#[from] Stopped),
-    /// A fault is planned for a foot that does not exist.
-    #[error("the robot has no foot {}", .0.name())]
-    NoSuchFoot(Position),
 }
 
 /// A message to the user.
@@ -166,21 +156,14 @@ pub fn serve(
         serial.push((name, open(name, "uart")?));
     }
     let slcan = open(BUS, "slcan")?;
-    let faults = options.faults.iter();
-    let planned = faults.map(|&(foot, fault, ms)| (ms, foot, Order::Fault(fault)));
     let mut server = Server {
         robot,
         serial,
         slcan,
         adapter: EmulatedAdapter::default(),
-        planned: planned.collect(),
+        planned: Vec::new(),
         tell,
     };
-    for foot in options.faults.iter().filter_map(|(foot, ..)| *foot) {
-        if !server.has(foot) {
-            return Err(ServeError::NoSuchFoot(foot));
-        }
-    }
     for (name, source) in sources {
         (server.tell)(Note::Source(name, source));
     }
@@ -364,7 +347,7 @@ impl Server<'_> {
         for carried in others.filter(|carried| carried.node != host) {
             let ms = (to_us(carried.start) * 1e-3) as u64;
             if let Some(line) = self.adapter.hear(carried, ms)
-                && self.slcan.write(line.as_bytes())? == Sent::Lost
+                && self.slcan.write(&line)? == Sent::Lost
             {
                 self.adapter.has_lost = true;
             }

@@ -251,7 +251,7 @@ impl BoardRobot {
         };
         let (node, ready) = (self.members.len(), self.before());
         for frame in frames {
-            let frame = BusFrame::new(frame.id(), frame.data());
+            let frame = BusFrame::of(&frame);
             self.bus.send(node, frame, rate, ready);
         }
     }
@@ -268,7 +268,7 @@ impl Member {
 
 /// Node of a boot-up message.
 fn booted(frame: &BusFrame) -> Option<NodeId> {
-    let is_boot_up = !frame.extended && !frame.remote && frame.data == [0];
+    let is_boot_up = frame.data == [0];
     let id = frame.id.checked_sub(u32::from(cob_id::HEARTBEAT))?;
     NodeId::new(u8::try_from(id).ok()?).filter(|_| is_boot_up)
 }

@@ -124,4 +124,5 @@ class Queue(queue.Queue):
 can.Notifier = Pump
 for module in (canopen.nmt, canopen.pdo.base, canopen.emcy):
     module.threading = types.SimpleNamespace(Condition=Condition)
-canopen.sdo.client.queue = types.SimpleNamespace(Queue=Queue, Empty=queue.Empty)
+for module in (canopen.sdo.client, canopen.lss):
+    module.queue = types.SimpleNamespace(Queue=Queue, Empty=queue.Empty)

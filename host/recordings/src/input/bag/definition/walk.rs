@@ -2,7 +2,44 @@
 
 use super::path::Step;
 use super::{Count, Definition, Kind, MOST_STEPS, Number, Path};
-use crate::input::bag::cdr::{LONGEST_PADDING, Order, content};
+use crate::input::bag::cdr::{ENCODING, LONGEST_PADDING, Order, content};
+
+/// Place of a number in a message that is not compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) struct Place {
+    /// First byte, from the beginning of the message.
+    at: usize,
+    number: Number,
+    order: Order,
+}
+
+impl Place {
+    /// Writes a value, rounded and limited to the range of the number; `None` if the message is too short.
+    pub(in super::super) fn write(self, value: f64, message: &mut [u8]) -> Option<()> {
+        let rounded = value.round();
+        let bits = match self.number {
+            Number::Bool => u64::from(rounded != 0.0),
+            Number::U8 => u64::from(rounded as u8),
+            Number::U16 => u64::from(rounded as u16),
+            Number::U32 => u64::from(rounded as u32),
+            Number::U64 => rounded as u64,
+            Number::I8 => u64::from((rounded as i8).cast_unsigned()),
+            Number::I16 => u64::from((rounded as i16).cast_unsigned()),
+            Number::I32 => u64::from((rounded as i32).cast_unsigned()),
+            Number::I64 => (rounded as i64).cast_unsigned(),
+            Number::F32 => u64::from((value as f32).to_bits()),
+            Number::F64 => value.to_bits(),
+        };
+        let size = self.number.size();
+        let mut bytes = bits.to_le_bytes();
+        if self.order == Order::Big {
+            bytes[..size].reverse();
+        }
+        let stored = message.get_mut(self.at..self.at + size)?;
+        stored.copy_from_slice(&bytes[..size]);
+        Some(())
+    }
+}
 
 impl Definition {
     /// Numbers of a message at these paths; the error is half a sentence.
@@ -11,17 +48,28 @@ impl Definition {
         payload: &[u8],
         paths: &[&Path],
     ) -> Result<Vec<f64>, String> {
-        Ok(self.found(payload, paths, None)?.0)
+        let (found, _) = self.found(payload, paths, None)?;
+        Ok(found.into_iter().map(|(_, value)| value).collect())
     }
 
-    /// Numbers of a message at these paths, and the text at another, which is empty without a path;
+    /// Places of the numbers of a message at these paths; the error is half a sentence.
+    pub(in super::super) fn places(
+        &self,
+        payload: &[u8],
+        paths: &[&Path],
+    ) -> Result<Vec<Place>, String> {
+        let (found, _) = self.found(payload, paths, None)?;
+        Ok(found.into_iter().map(|(place, _)| place).collect())
+    }
+
+    /// Numbers of a message at these paths with their places, and the text at another, which is empty without a path;
     /// the error is half a sentence.
     pub(in super::super) fn found(
         &self,
         payload: &[u8],
         paths: &[&Path],
         text: Option<&Path>,
-    ) -> Result<(Vec<f64>, String), String> {
+    ) -> Result<(Vec<(Place, f64)>, String), String> {
         let message = content(payload)?;
         let ways = paths.iter().copied().chain(text).map(|path| &path.0[..]);
         let wanted: Vec<(usize, &[Step])> = ways.enumerate().collect();
@@ -75,7 +123,7 @@ struct Walk<'a> {
     steps: usize,
     /// One of [`UNITS`].
     unit: usize,
-    found: Vec<Option<f64>>,
+    found: Vec<Option<(Place, f64)>>,
     text: String,
 }
 
@@ -111,8 +159,13 @@ impl Walk<'_> {
                 Kind::Number(number) => {
                     for element in 0..elements {
                         let value = self.number(number)?;
+                        let place = Place {
+                            at: ENCODING + self.at - number.size(),
+                            number,
+                            order: self.order,
+                        };
                         for (slot, _, _) in of_field.iter().filter(|(_, at, _)| *at == element) {
-                            self.found[*slot] = Some(value);
+                            self.found[*slot] = Some((place, value));
                         }
                     }
                 }

@@ -19,9 +19,8 @@ use crate::emulator::part::adc::reference_code;
 pub(super) type Engine = Unicorn<'static, ()>;
 
 /// Address ranges of peripherals: start and length.
-const WINDOWS: [(u64, u64); 4] = [
+const WINDOWS: [(u64, u64); 3] = [
     (0x4000_0000, 0x0008_0000),
-    (0x4200_0000, 0x0100_0000),
     (0x5000_0000, 0x0006_1000),
     (0xE000_0000, 0x0010_0000),
 ];

@@ -45,7 +45,7 @@ impl Cpu {
                 machine.scb.bfar = address;
             }
             let takes = machine.nvic.is_enabled(fault) && machine.nvic.priority_of(fault) < running;
-            if takes && fault != exception::SV_CALL {
+            if takes {
                 fault
             } else if running > -1 {
                 machine.scb.hfsr |= FORCED;

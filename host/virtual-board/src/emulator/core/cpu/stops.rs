@@ -57,7 +57,6 @@ impl Cpu {
                 instructions,
                 offset,
             }) => self.without_float(instructions, offset)?,
-            Some(Stop::Exception(2)) => self.call(pc),
             Some(Stop::Exception(7)) => self.breakpoint(pc)?,
             Some(Stop::Exception(8)) => self.leave(pc),
             Some(Stop::Exception(22)) => self.usage_fault(pc, cfsr::UNALIGNED),
@@ -132,17 +131,6 @@ impl Cpu {
         }
         self.usage_fault(pc, cfsr::NOCP);
         Ok(())
-    }
-
-    /// Handles a supervisor call.
-    fn call(&mut self, pc: u32) {
-        let priority = (self.machine.borrow().nvic).priority_of(exception::SV_CALL);
-        if priority < self.execution_priority() {
-            self.enter(exception::SV_CALL, pc);
-        } else {
-            // The call itself is at the address that the fault reports.
-            self.fault(pc.wrapping_sub(2), exception::SV_CALL, 0, None);
-        }
     }
 
     /// Handles a breakpoint: a semihosting call, or an error.

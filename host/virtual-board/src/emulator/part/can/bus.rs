@@ -93,7 +93,7 @@ impl Can {
         let Some((frame, sender)) = rivals
             .into_iter()
             .flatten()
-            .min_by_key(|(frame, _)| frame.rank())
+            .min_by_key(|(frame, _)| frame.id)
         else {
             return;
         };

@@ -1,42 +1,37 @@
 //! A frame, and its bits on the bus.
 
-/// A data frame.
+use wire::{CanFrame, slcan};
+
+/// A data frame with an identifier of 11 bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BusFrame {
-    /// Identifier: 11 bits, or 29 if `extended`.
+    /// Identifier.
     pub id: u32,
-    /// Whether the identifier has 29 bits.
-    pub extended: bool,
-    /// Whether it requests data instead of carrying it.
-    pub remote: bool,
     /// Payload, up to eight bytes.
     pub data: Vec<u8>,
 }
 
 impl BusFrame {
-    /// A data frame with an identifier of 11 bits.
+    /// A frame with at most eight bytes of the data.
     #[must_use]
     pub fn new(id: u16, data: &[u8]) -> Self {
         Self {
             id: u32::from(id),
-            extended: false,
-            remote: false,
             data: data.iter().copied().take(8).collect(),
         }
     }
 
-    /// Rank in arbitration: the lower value wins.
+    /// The frame of a node of the workspace.
     #[must_use]
-    pub const fn rank(&self) -> u64 {
-        // Eleven bits, then RTR or SRR, IDE, eighteen bits, RTR.
-        if self.extended {
-            (self.id as u64 >> 18) << 21
-                | 0b11 << 19
-                | (self.id as u64 & 0x3_FFFF) << 1
-                | self.remote as u64
-        } else {
-            (self.id as u64) << 21 | (self.remote as u64) << 20
-        }
+    pub fn of(frame: &CanFrame) -> Self {
+        Self::new(frame.id(), frame.data())
+    }
+
+    /// Its line as an slcan adapter sends it, with CR.
+    #[must_use]
+    pub fn line(&self) -> Vec<u8> {
+        let frame = CanFrame::new(self.id as u16, &self.data);
+        frame.map_or_else(Vec::new, |frame| slcan::encode(&frame).to_vec())
     }
 
     /// Number of bits on the bus, with stuff bits and the three bits between frames.
@@ -48,21 +43,12 @@ impl BusFrame {
         };
         push(0, 1);
         let length = self.data.len() as u64;
-        let id = u64::from(self.id);
-        if self.extended {
-            push(id >> 18, 11);
-            push(0b11, 2);
-            push(id & 0x3_FFFF, 18);
-        } else {
-            push(id, 11);
-        }
-        push(u64::from(self.remote), 1);
-        push(0, 2);
+        push(u64::from(self.id), 11);
+        // RTR, IDE, and a reserved bit.
+        push(0, 3);
         push(length, 4);
-        if !self.remote {
-            for &byte in &self.data {
-                push(u64::from(byte), 8);
-            }
+        for &byte in &self.data {
+            push(u64::from(byte), 8);
         }
         let crc = bits.iter().fold(0_u32, |crc, &bit| {
             let out = crc >> 14 & 1 == 1;

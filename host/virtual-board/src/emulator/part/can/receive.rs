@@ -5,11 +5,7 @@ use super::{BusFrame, Can};
 impl Can {
     /// Puts a frame into the FIFO of the filter that accepts it.
     pub(super) fn receive(&mut self, frame: &BusFrame) {
-        let identifier = if frame.extended {
-            frame.id << 3 | 4
-        } else {
-            frame.id << 21
-        } | u32::from(frame.remote) << 1;
+        let identifier = frame.id << 21;
         let Some((fifo, index)) = self.filter(frame, identifier) else {
             return;
         };
@@ -45,11 +41,7 @@ impl Can {
         if self.filter_master & 1 != 0 {
             return None;
         }
-        let narrow = if frame.extended {
-            (frame.id >> 18) << 5 | 8 | frame.id >> 15 & 7
-        } else {
-            frame.id << 5
-        } | u32::from(frame.remote) << 4;
+        let narrow = frame.id << 5;
         let banks = (self.filter_master >> 8 & 0x3F) as usize;
         let mut numbers = [0_u32; 2];
         for (bank, [first, second]) in self.filters.into_iter().enumerate().take(banks.min(28)) {

@@ -28,13 +28,10 @@ pub(super) struct Mailbox {
 impl Mailbox {
     pub(super) fn frame(&self) -> BusFrame {
         let [identifier, length, low, high] = self.registers;
-        let extended = identifier & 4 != 0;
         let mut data = [low.to_le_bytes(), high.to_le_bytes()].concat();
         data.truncate((length & 0xF) as usize);
         BusFrame {
-            id: identifier >> if extended { 3 } else { 21 },
-            extended,
-            remote: identifier & 2 != 0,
+            id: identifier >> 21,
             data,
         }
     }
@@ -165,6 +162,9 @@ impl Can {
                 if mailbox.pending {
                     return Err("a mailbox is written while its frame waits".into());
                 }
+                if at.is_multiple_of(16) && value & 0b110 != 0 {
+                    return Err("29-bit identifiers and remote frames are not modelled".into());
+                }
                 mailbox.registers[at % 16 / 4] = value;
                 if at.is_multiple_of(16) {
                     mailbox.registers[0] = value & !1;
@@ -231,7 +231,7 @@ impl Can {
             .min_by_key(|&index| {
                 let mailbox = &self.mailboxes[index];
                 let rank = match self.control & TXFP {
-                    0 => mailbox.frame().rank(),
+                    0 => u64::from(mailbox.frame().id),
                     _ => mailbox.order,
                 };
                 (rank, index)

@@ -1,19 +1,17 @@
-"""python-canopen as master, over slcan on a pseudo-terminal, with a foot at the other end.
+"""python-canopen as master of a foot that stands: the ELF that is flashed, behind an slcan adapter in lock step.
 
-usage: master.py TTY EDS
+usage: master.py SOCKET EDS
 """
 
 import faulthandler
-import queue
 import struct
 import sys
-import threading
 
+import lock_step  # before the packages that take the time from it
 import canopen
 
 FOOT = 0x11
 MOVED = 0x22
-SERIAL = 0xC0FFEE
 
 # Limit of one response: it ends a hang, and says nothing about the foot.
 ANSWER_LIMIT_S = 120.0
@@ -57,7 +55,7 @@ class Received:
     """Messages of a node from now on, in order: the waits of python-canopen miss those that come before they wait."""
 
     def __init__(self, add_callback, value=lambda message: message):
-        self.messages = queue.Queue()
+        self.messages = lock_step.Queue()
         add_callback(lambda message: self.messages.put(value(message)))
 
     def next(self):
@@ -75,14 +73,14 @@ def contacts(node):
 
 
 def finds_the_node(network, eds):
-    answered = threading.Event()
-    network.subscribe(0x580 + FOOT, lambda *_: answered.set())
+    answered = lock_step.Queue()
+    network.subscribe(0x580 + FOOT, lambda *_: answered.put(True))
     network.scanner.search(limit=0x30)
-    assert answered.wait(timeout=ANSWER_LIMIT_S)
+    assert answered.get(timeout=ANSWER_LIMIT_S)
     node = canopen.RemoteNode(FOOT, eds)
     network.add_node(node)
     # Requests are answered in order: another node would have answered the search before this.
-    assert node.sdo["Identity object"]["Serial number"].raw == SERIAL
+    assert node.sdo["Identity object"]["Serial number"].raw != 0
     assert network.scanner.nodes == [FOOT], network.scanner.nodes
     return node
 
@@ -95,7 +93,6 @@ def sees_the_heartbeat(node):
 def reads_objects(node):
     assert node.sdo["Manufacturer device name"].raw == "footfall"
     assert "LSM6DSOX" in node.sdo["Manufacturer hardware version"].raw
-    assert node.sdo["Identity object"]["Serial number"].raw == SERIAL
     assert node.sdo["Window"].raw == 50_000
     assert abs(node.sdo["Decision"]["Threshold"].raw - 0.5) < 1e-9
     # Everything that the EDS says can be read, can be read.
@@ -129,16 +126,14 @@ def receives_pdos(node):
     sequences = [received.next() for _ in range(50)]
     steps = {(b - a) % 256 for a, b in zip(sequences, sequences[1:])}
     assert steps == {1}, sequences
-    assert abs(contact["Contact.Stable contact probability"].raw / 65535 - 0.75) < 1e-5
-    assert contact["Contact.Tangential probability"].raw == 255
-    assert contact["Contact.Vertical probability"].raw == 191
-    # Valid, stable, stance.
-    assert contact["Contact.Status"].raw == 0x19
+    assert contact["Contact.Stable contact probability"].raw > 60_000
+    assert contact["Contact.Tangential probability"].raw > 230
+    assert contact["Contact.Vertical probability"].raw > 230
     for number in range(1, 8):
         message = node.tpdo[number]
         assert message.wait_for_reception(timeout=ANSWER_LIMIT_S) is not None, number
-    assert node.tpdo[4]["Linear acceleration.y"].raw == -150
-    assert node.tpdo[3]["Attitude.w"].raw == 32767
+    assert abs(node.tpdo[4]["Linear acceleration.y"].raw) < 50
+    assert abs(node.tpdo[3]["Attitude.w"].raw) > 30_000
 
 
 def refuses_configuration_when_operational(node):
@@ -271,14 +266,15 @@ def is_given_another_id(network, node):
     contacts(moved).next()
 
 
-def main(tty, eds):
+def main(path, eds):
     faulthandler.dump_traceback_later(HANGS_S, exit=True)
     # A busy host is no fault of the foot: by default python-canopen waits 0.3 and 0.5 s for an answer.
     canopen.sdo.SdoClient.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
     canopen.lss.LssMaster.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
     network = canopen.Network()
+    channel = f"lockstep://{path}"
     network.connect(
-        interface="slcan", channel=tty, bitrate=1_000_000, sleep_after_open=0.0
+        interface="slcan", channel=channel, bitrate=1_000_000, sleep_after_open=0.1
     )
     try:
         node = finds_the_node(network, eds)

@@ -1,52 +1,19 @@
-//! Every signal of `footfall.dbc`, as read by another crate, against the codecs: each frame is
-//! encoded by the codec, its fields are extracted with the DBC's start bit, length and factor, and
-//! must equal the encoded values.
+//! Estimates of every kind, their frames, and the values that a reader of `footfall.dbc` is to find in them.
 
-use can_dbc::{
-    ByteOrder, Dbc, Message, MessageId, NumericValue, Signal, ValueDescription, ValueType,
-};
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, LinearAcceleration, PerAxis, Phase,
     Probabilities, Quaternion, Timestamp, Vec3,
 };
 use proptest::prelude::*;
-use wire::dictionary::index;
 use wire::pdo::{
     ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, ClockReading, Contact,
     Health, LongTime, RATE_STEP, Rate, TEMPERATURE_STEP, UNIT_STEP,
 };
-use wire::{Address, BootCause, Fault, Faults, Foot, Node, Pdo, Settings, Value};
-
-fn dbc() -> Dbc {
-    Dbc::try_from(include_str!("../footfall.dbc")).expect("the DBC can be read")
-}
-
-/// Value of `signal` in `frame`.
-fn extract(signal: &Signal, frame: [u8; 8]) -> f64 {
-    assert_eq!(signal.byte_order, ByteOrder::LittleEndian);
-    let mask = u64::MAX >> (64 - signal.size);
-    let code = u64::from_le_bytes(frame) >> signal.start_bit & mask;
-    let code = match signal.value_type {
-        ValueType::Unsigned => code as f64,
-        ValueType::Signed => {
-            let unused = 64 - signal.size;
-            ((code << unused) as i64 >> unused) as f64
-        }
-    };
-    code * signal.factor + signal.offset
-}
-
-fn number(value: NumericValue) -> f64 {
-    match value {
-        NumericValue::Uint(value) => value as f64,
-        NumericValue::Int(value) => value as f64,
-        NumericValue::Double(value) => value,
-    }
-}
+use wire::{Fault, Faults, Pdo};
 
 /// Encoded values, with the tolerance of their coding, by signal name.
 #[derive(Debug)]
-struct Truth {
+pub struct Truth {
     estimate: ContactEstimate,
     faults: Faults,
     sequence: u8,
@@ -56,7 +23,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn frame(&self, pdo: Pdo) -> [u8; 8] {
+    pub fn frame(&self, pdo: Pdo) -> [u8; 8] {
         let estimate = &self.estimate;
         match pdo {
             Pdo::Contact => Contact::new(estimate, self.sequence, self.faults).encode(),
@@ -73,7 +40,7 @@ impl Truth {
     }
 
     /// Value and tolerance of the decoded one.
-    fn expected(&self, signal: &str) -> (f64, f64) {
+    pub fn expected(&self, signal: &str) -> (f64, f64) {
         let flag = |flag| (f64::from(u8::from(self.estimate.flags.contains(flag))), 0.0);
         let exact = |value: f64| (value, 0.0);
         let yes = |yes: bool| (f64::from(u8::from(yes)), 0.0);
@@ -172,7 +139,7 @@ fn vector(limit: f32) -> impl Strategy<Value = Vec3> {
 }
 
 prop_compose! {
-    fn truth()(
+    pub fn truth()(
         p in prop::array::uniform9(0.0..=1.0_f32),
         (micros, clock, sequence, dropped) in (0..u64::MAX / 2, any::<(u8, u32)>(), any::<u8>(), any::<u32>()),
         // Mostly without flags: otherwise there are too few valid frames.
@@ -214,168 +181,5 @@ prop_compose! {
             dropped,
             clock: ClockReading { sync: clock.0, time: LongTime(clock.1) },
         }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
-
-    #[test]
-    fn every_signal_of_every_frame_is_what_was_encoded(truth in truth()) {
-        thread_local!(static DBC: Dbc = dbc());
-        DBC.with(|dbc| {
-            for message in &dbc.messages {
-                let Some((pdo, _)) = pdo_of(message.id) else {
-                    continue;
-                };
-                let frame = truth.frame(pdo);
-                for signal in &message.signals {
-                    let (expected, tolerance) = truth.expected(&signal.name);
-                    let decoded = extract(signal, frame);
-                    assert!(
-                        (decoded - expected).abs() <= tolerance,
-                        "{} of {} is {decoded}, not {expected}", signal.name, message.name
-                    );
-                    if signal.value_type == ValueType::Signed && decoded == -32_768.0 * signal.factor {
-                        continue;
-                    }
-                    assert!(decoded >= number(signal.min) - 1.0e-6, "{} is {decoded}", signal.name);
-                    assert!(decoded <= number(signal.max) + 1.0e-6, "{} is {decoded}", signal.name);
-                }
-            }
-        });
-    }
-}
-
-fn standard(id: MessageId) -> u16 {
-    match id {
-        MessageId::Standard(id) => id,
-        MessageId::Extended(_) => panic!("{id:?} is not a standard identifier"),
-    }
-}
-
-fn pdo_of(id: MessageId) -> Option<(Pdo, Foot)> {
-    let (pdo, node) = Pdo::from_cob_id(standard(id))?;
-    let foot = Foot::ALL
-        .into_iter()
-        .find(|foot| foot.default_node_id() == node)
-        .expect("a default node id");
-    Some((pdo, foot))
-}
-
-#[test]
-fn every_foot_has_every_message_under_its_name() {
-    let dbc = dbc();
-    // Including emergency, heartbeat and load.
-    assert_eq!(dbc.messages.len(), Foot::ALL.len() * (Pdo::ALL.len() + 3));
-    for message in &dbc.messages {
-        let Some((pdo, foot)) = pdo_of(message.id) else {
-            continue;
-        };
-        assert_eq!(message.name, format!("{}_{}", foot.name(), pdo.name()));
-        assert_eq!(message.transmitter.as_deref(), Some(foot.name()));
-        assert_eq!(message.size, 8);
-    }
-}
-
-#[test]
-fn emergencies_and_heartbeats_match_those_of_a_node() {
-    let dbc = dbc();
-    for foot in Foot::ALL {
-        let mut settings = Settings::default();
-        let node_id = foot.default_node_id();
-        let address = Address::new(index::NODE_ID, 0);
-        assert_eq!(settings.set(address, Value::U8(node_id.get())), Ok(()));
-        let mut node = Node::new(settings, 0);
-        let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
-        let heartbeat = message(&dbc, boot.id());
-        assert_eq!(heartbeat.name, format!("{}_Heartbeat", foot.name()));
-        for fault in Fault::ALL {
-            let frame = node.raise(fault, 0x1234_5678).expect("an emergency");
-            let message = message(&dbc, frame.id());
-            assert_eq!(message.name, format!("{}_Emergency", foot.name()));
-            let register = f64::from(node.faults().register());
-            let expected = [
-                ("EmergencyCode", f64::from(fault.code())),
-                ("ErrorRegister", register),
-                ("FaultNumber", f64::from(fault.number())),
-                ("Detail", f64::from(0x1234_5678)),
-            ];
-            assert_eq!(message.signals.len(), expected.len());
-            for (signal, (name, value)) in message.signals.iter().zip(expected) {
-                assert_eq!(signal.name, name);
-                let bytes = *frame.data8().expect("eight bytes");
-                assert_eq!(extract(signal, bytes), value, "{name}");
-            }
-            let named = dbc.value_descriptions_for_signal(message.id, "EmergencyCode");
-            let named = named.expect("codes have names");
-            let name = named.iter().find(|name| name.id == i64::from(fault.code()));
-            let name = name.expect("every fault's code has a name");
-            assert_eq!(name.description, fault.name());
-        }
-    }
-}
-
-fn message(dbc: &Dbc, id: u16) -> &Message {
-    let found = |message: &&Message| standard(message.id) == id;
-    dbc.messages
-        .iter()
-        .find(found)
-        .expect("a message of the DBC")
-}
-
-#[test]
-fn signals_do_not_overlap() {
-    for message in dbc().messages {
-        let mut used = 0_u64;
-        for signal in message.signals {
-            let bits = u64::MAX >> (64 - signal.size) << signal.start_bit;
-            assert_eq!(used & bits, 0, "{} of {}", signal.name, message.name);
-            used |= bits;
-        }
-    }
-}
-
-#[test]
-fn every_signal_has_a_comment_and_the_enumerations_have_names() {
-    let dbc = dbc();
-    for message in &dbc.messages {
-        for signal in &message.signals {
-            let comment = dbc.signal_comment(message.id, &signal.name);
-            assert!(comment.is_some(), "{} has no comment", signal.name);
-        }
-    }
-    let mut signed = 0;
-    for message in &dbc.messages {
-        for signal in &message.signals {
-            if signal.value_type == ValueType::Signed && signal.size == 16 {
-                signed += 1;
-                let names = dbc.value_descriptions_for_signal(message.id, &signal.name);
-                let [no_value] = names.expect("a name for no value") else {
-                    panic!("{} has other names", signal.name);
-                };
-                assert_eq!(
-                    (no_value.id, no_value.description.as_str()),
-                    (-32_768, "no_value")
-                );
-            }
-        }
-    }
-    assert_eq!(signed, 14 * Foot::ALL.len());
-    let states = dbc.value_descriptions.iter().find_map(|names| match names {
-        ValueDescription::Signal {
-            name,
-            value_descriptions,
-            ..
-        } if name == "State" => Some(value_descriptions),
-        _ => None,
-    });
-    let states = states.expect("State has names");
-    for phase in Phase::ALL {
-        let name = states.iter().find(|state| state.id == phase as i64);
-        assert_eq!(
-            name.map(|name| name.description.as_str()),
-            Some(phase.name())
-        );
     }
 }

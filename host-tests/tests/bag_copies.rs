@@ -1,0 +1,64 @@
+//! Copies of bags with contacts keep all that a bag has of the messages of others: times, numbers, definitions and
+//! qualities of service, as third-party libraries write and read them.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::packages;
+use clap::Parser;
+use footfall::commands::Arguments;
+use host_tests::requirements::unmet;
+use recordings::input::{Hints, Opened, Topics};
+
+const REQUIREMENTS: &str = include_str!("python/roads.txt");
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/bag_copies.py");
+
+/// Number of samples in each bag.
+const SAMPLES: usize = 400;
+
+/// Runs the script and returns what it prints.
+fn script(packages: &packages::Packages, what: &str, paths: &[&Path]) -> String {
+    let output = Command::new(&packages.interpreter)
+        .args([SCRIPT, what])
+        .args(paths)
+        .env("PYTHONPATH", &packages.folder)
+        .output()
+        .expect("Python runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{what} {paths:?}: {stderr}");
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+#[test]
+fn copy_keeps_all_of_the_messages_of_others() {
+    let packages = match packages::install("python-roads", REQUIREMENTS) {
+        Ok(packages) => packages,
+        Err(missing) => return unmet(&missing),
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    script(&packages, "write", &[folder.path()]);
+    // Beside each sample two gauges of one type with different definitions, and a title.
+    for (bag, messages) in [("sent.mcap", 4 * SAMPLES), ("offered", SAMPLES)] {
+        let (bag, copy) = (path(bag), path("copy.mcap"));
+        let paths = [bag.as_os_str(), "--output".as_ref(), copy.as_os_str()];
+        let command = ["footfall", "--quiet", "replay"].map(AsRef::as_ref);
+        let arguments = Arguments::parse_from(command.into_iter().chain(paths));
+        arguments.run().expect("a copy");
+        let compared = script(&packages, "compare", &[&bag, &copy]);
+        assert_eq!(compared, messages.to_string(), "{}", bag.display());
+        fs::remove_file(&copy).expect("the copy");
+    }
+    // A number beside a text of wide characters.
+    let mut hints = Hints::default();
+    hints.bag.topics = Topics::All;
+    hints.bag.loads = vec!["/titled.force".parse().expect("a load")];
+    let opened = Opened::new(&path("sent.mcap"), None).expect("a bag");
+    let mut feet = opened.store_all(&hints).expect("feet");
+    let loads = feet[0].samples().expect("samples");
+    for (k, sample) in loads.enumerate() {
+        let load = sample.expect("a sample").load.map(|load| load.0);
+        assert_eq!(load, Some(80.0 + (k % 7) as f32), "sample {k}");
+    }
+}
