@@ -9,6 +9,7 @@ use crate::record::count;
 
 const REQUIREMENTS: &str = include_str!("../../../host-tests/tests/python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/others.py");
+const WHOLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/whole.py");
 const ROBOT_BAG: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../../host-tests/tests/python/robot_bag.py"
@@ -153,17 +154,30 @@ fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
 
 #[test]
 fn cut_bag_that_others_refuse_is_made_whole() {
+    let packages = match packages::install("python-roads", REQUIREMENTS) {
+        Ok(packages) => packages,
+        Err(missing) => return unmet(&missing),
+    };
     let bench = Bench::new();
     bench.stdout(&format!("convert {WALK} walk.mcap"));
     let bytes = fs::read(bench.path("walk.mcap")).expect("a bag");
     fs::write(bench.path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("a file");
-    let said = text(&bench.run("convert cut.mcap samples.mcap").stderr);
-    assert_has(&said, "footfall convert writes a whole one");
-    let samples = |name: &str| {
-        let bytes = fs::read(bench.path(name)).expect("a bag");
-        let summary = mcap::Summary::read(&bytes).ok().flatten()?;
-        summary.stats.map(|stats| stats.message_count)
+    for arguments in [
+        "convert cut.mcap samples.mcap",
+        "replay cut.mcap --output all.mcap",
+    ] {
+        let said = bench.run(arguments);
+        assert!(said.status.success(), "{arguments}: {}", text(&said.stderr));
+        assert_has(&text(&said.stderr), "footfall convert writes a whole one");
+    }
+    let files = ["cut.mcap", "samples.mcap", "all.mcap"];
+    let counts = run(&packages, &bench, WHOLE, &files);
+    let counts: Vec<Vec<usize>> = serde_json::from_str(&counts).expect("counts");
+    let [cut, samples, all] = counts.as_slice() else {
+        panic!("{counts:?}");
     };
-    assert_eq!(samples("cut.mcap"), None);
-    assert!(samples("samples.mcap") > Some(500));
+    assert_eq!(*cut, [0, 0], "both readers refuse it");
+    assert!(samples[0] > 500 && samples[0] == samples[1], "{counts:?}");
+    // The contacts come in addition.
+    assert!(all[0] > samples[0] && all[0] == all[1], "{counts:?}");
 }
