@@ -1,6 +1,6 @@
 //! The pipeline: one sample in, one [`ContactEstimate`] out.
 
-use crate::adaptive::Learnt;
+use crate::adaptive::{Learnt, Up};
 use crate::attitude::{Alignment, AttitudeFilter};
 use crate::config::Config;
 use crate::flag::{Flag, Flags};
@@ -10,7 +10,7 @@ use crate::params::Gravity;
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
 use crate::probability::Probabilities;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
-use crate::vector::{Quaternion, Vec3};
+use crate::vector::Quaternion;
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
 
 /// Estimate of the foot's contact after one sample. The frame of the foot is that of the samples,
@@ -161,8 +161,11 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         };
         let (gravity, attitude) = (self.gravity, &self.attitude);
         let mut probabilities = self.model.push(known, || match gravity {
-            Gravity::Included => attitude.orientation().up(),
-            Gravity::Removed => Vec3::new(0.0, 0.0, 1.0),
+            Gravity::Included => Up {
+                direction: attitude.orientation().up(),
+                correction: attitude.newest_correction(),
+            },
+            Gravity::Removed => Up::AT_REST,
         });
         if let Some(before) = &before {
             probabilities.limit(before);

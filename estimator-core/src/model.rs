@@ -1,13 +1,12 @@
 //! The probability of stillness, by the method of the configuration.
 
-use crate::adaptive::{Adaptive, Learnt};
+use crate::adaptive::{Adaptive, Learnt, Up};
 use crate::config::Config;
 use crate::kde::density::Density;
 use crate::kde::window::{AnyRing, Filling, Ring};
 use crate::params::Method;
 use crate::probability::Probabilities;
 use crate::sample::{AngularRate, LinearAcceleration};
-use crate::vector::Vec3;
 
 /// Longest gap that is bridged, µs: the probability is held, no higher than it was. Shorter than the
 /// self-calibrating estimate's window.
@@ -46,9 +45,9 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
         }
     }
 
-    /// Processes what is known of one sample; `up` is the unit vector that points up, sensor frame.
+    /// Processes what is known of one sample.
     #[inline]
-    pub(crate) fn push(&mut self, known: Known, up: impl FnOnce() -> Vec3) -> Probabilities {
+    pub(crate) fn push(&mut self, known: Known, up: impl FnOnce() -> Up) -> Probabilities {
         match self {
             Self::SelfCalibrating(adaptive) => match known {
                 Known::Motion(acceleration, rate) => adaptive.push(acceleration, rate, up()),

@@ -6,8 +6,9 @@
 //! stable, however little it moves, and nothing is learnt. Before the first evidence the probability is at most one half.
 
 use super::constants::Constants;
-use crate::logarithm::exp;
+use crate::logarithm::{exp, ln};
 use crate::order::Order;
+use crate::units::STANDARD_GRAVITY;
 
 /// Largest time that is counted, s.
 const LONGEST: f32 = 200.0;
@@ -42,6 +43,9 @@ pub(super) struct Evidence {
     /// Mean logarithm of the acceleration over a swing, and its recent maximum.
     swing: f32,
     strongest: f32,
+    /// Acceleration that corrections of up have removed since that maximum, m/s²: where a pendulum turns, its force points
+    /// along the rod, and what looked like a swing was a false idea of up.
+    corrected: f32,
     /// Rest, less the time without it, s.
     rested: f32,
     /// Times since the foot moved, since it landed, and since the last evidence, s.
@@ -62,6 +66,8 @@ pub(super) struct Reading {
     pub logarithm: f32,
     /// Angular rate, rad/s.
     pub rate: f32,
+    /// Angle by which up was corrected, rad.
+    pub correction: f32,
     /// Probability of stillness without evidence.
     pub still: f32,
 }
@@ -78,6 +84,7 @@ impl Evidence {
             calm: 0.0,
             swing: WEAKEST,
             strongest: WEAKEST,
+            corrected: 0.0,
             rested: 0.0,
             since_motion: LONGEST,
             since_landing: LONGEST,
@@ -120,12 +127,18 @@ impl Evidence {
 
         self.calm += (reading.logarithm - self.calm) * self.share;
         self.swing += (reading.logarithm - self.swing) * self.swing_share;
-        self.strongest = (self.strongest - period / constants.evidence).greater(self.swing);
+        self.corrected += STANDARD_GRAVITY * reading.correction;
+        self.strongest -= period / constants.evidence;
+        if self.swing > self.strongest {
+            self.strongest = self.swing;
+            self.corrected = 0.0;
+        }
         self.since_motion = match reading.still < MOVES {
             true => 0.0,
             false => counted(self.since_motion),
         };
-        let lands = self.calm < self.strongest - constants.landing
+        let swing = (exp(self.strongest) - self.corrected).greater(constants.noise);
+        let lands = self.calm < ln(swing) - constants.landing
             && self.since_motion < constants.evidence;
         self.landed |= lands;
         self.since_landing = match lands {

@@ -94,6 +94,23 @@ impl AdaptiveConfig {
 /// The parts of a motion that are judged: all of it, across up, along up, and along the three axes.
 const PARTS: usize = 6;
 
+/// Up as the attitude filter knows it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Up {
+    /// Unit vector, frame of the foot.
+    pub direction: Vec3,
+    /// Angle by which the newest sample corrected it, rad.
+    pub correction: f32,
+}
+
+impl Up {
+    /// Along z, never corrected.
+    pub const AT_REST: Self = Self {
+        direction: Vec3::new(0.0, 0.0, 1.0),
+        correction: 0.0,
+    };
+}
+
 /// The estimate and its learnt state.
 #[derive(Clone, Debug)]
 pub(crate) struct Adaptive {
@@ -177,17 +194,20 @@ impl Adaptive {
         self.evidence.seen()
     }
 
-    /// Processes one sample's motion, with gravity and bias removed; `up` is the unit vector that points up, frame of the
-    /// foot.
+    /// Processes one sample's motion, with gravity and bias removed.
     pub fn push(
         &mut self,
         acceleration: LinearAcceleration,
         rate: AngularRate,
-        up: Vec3,
+        up: Up,
     ) -> Probabilities {
         let (a, rate) = (acceleration.0, rate.0.length());
         let square = a.dot(a);
-        let upright = a.dot(up);
+        let Up {
+            direction,
+            correction,
+        } = up;
+        let upright = a.dot(direction);
         let logarithm = self.amplitude(square);
 
         let edge = self.classes.edge(&self.constants);
@@ -212,7 +232,7 @@ impl Adaptive {
         let moving = self.classes.moving();
         let slides_not = self
             .slide
-            .push(&self.constants, a - up * upright, rate, moving);
+            .push(&self.constants, a - direction * upright, rate, moving);
         let still = whole * slides_not;
         self.evidence.push(
             &self.constants,
@@ -220,6 +240,7 @@ impl Adaptive {
                 acceleration: sqrt(square),
                 logarithm,
                 rate,
+                correction,
                 still,
             },
         );

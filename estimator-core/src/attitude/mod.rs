@@ -71,6 +71,8 @@ pub struct AttitudeFilter {
     corrected: Vec3,
     /// Duration of these corrections, s.
     correcting: f32,
+    /// Length of the newest correction, rad.
+    newest: f32,
     alignment: Alignment,
 }
 
@@ -87,6 +89,7 @@ impl AttitudeFilter {
             bias: BiasEstimator::new(coefficients.rest),
             corrected: Vec3::ZERO,
             correcting: 0.0,
+            newest: 0.0,
             alignment: Alignment::Searching,
         }
     }
@@ -145,6 +148,7 @@ impl AttitudeFilter {
             let correction = self.inclination.correct(force_world, noise, step.seconds);
             self.orientation = correction.apply(self.orientation);
             self.quietness.turn_frame(correction);
+            self.newest = correction.vector().length();
             if self.alignment == Alignment::Aligned {
                 let Vec3 { x, y, .. } = correction.vector();
                 self.corrected.x += x;
@@ -221,6 +225,11 @@ impl AttitudeFilter {
     #[must_use]
     pub const fn orientation(&self) -> Quaternion {
         self.orientation
+    }
+
+    /// Angle by which the newest sample corrected up, rad.
+    pub(crate) const fn newest_correction(&self) -> f32 {
+        self.newest
     }
 
     /// Gravity as this accelerometer reads it at rest, m/s².
