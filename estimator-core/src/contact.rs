@@ -163,9 +163,9 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         let mut probabilities = self.model.push(known, || match gravity {
             Gravity::Included => Up {
                 direction: attitude.orientation().up(),
-                correction: attitude.newest_correction(),
+                correction: Some(attitude.newest_correction()),
             },
-            Gravity::Removed => Up::AT_REST,
+            Gravity::Removed => Up::Z,
         });
         if let Some(before) = &before {
             probabilities.limit(before);

@@ -29,7 +29,7 @@ const LASTS: f64 = 120.0;
 /// up to 3.5 s.
 const CALLED_STABLE: f64 = 0.03;
 
-/// The same for a foot that is carried by hand after a walk: its lulls look like landings.
+/// The same for a foot that is carried by hand: its lulls look like landings.
 const CARRIED: f64 = 0.35;
 
 /// Largest decrease of the share of stable samples with P > 0.5, from the walk before to the walk after; the first
@@ -265,10 +265,9 @@ fn stand(foot: &mut Foot) {
     foot.move_like(&|_| Motion::default(), STANDING);
 }
 
-/// Largest share for a motion, of a foot that has walked before or not.
-fn limit(name: &str, has_walked: bool) -> f64 {
-    match (name, has_walked) {
-        ("carried", true) => CARRIED,
+fn limit(name: &str) -> f64 {
+    match name {
+        "carried" => CARRIED,
         _ => CALLED_STABLE,
     }
 }
@@ -281,7 +280,7 @@ fn motion_is_not_stable_from_power_up_nor_after_a_restart() {
         let mut wrong = Vec::new();
         for (name, motion) in motions() {
             let share = Foot::new(learnt).move_like(&*motion, LASTS);
-            if share > limit(&name, learnt.is_some()) {
+            if share > limit(&name) {
                 wrong.push(format!("{name}: {share:.3}"));
             }
         }
@@ -302,7 +301,7 @@ fn motion_after_a_walk_is_not_stable_and_costs_no_stance() {
             }
             let share = foot.move_like(&*motion, LASTS);
             let after = foot.walk(&walk);
-            if share > limit(&name, true) || after < before - LOST {
+            if share > limit(&name) || after < before - LOST {
                 wrong.push(format!("{name}: {before:.3} of the walk, then {share:.3}, then {after:.3}"));
             }
         }

@@ -250,7 +250,7 @@ fn a_walk_after_a_stuck_axis_is_estimated_correctly() {
         ("ax at 20 m/s²", STEPS, |imu| imu.specific_force.0.x = 20.0),
         ("az at 0", STEPS, |imu| imu.specific_force.0.z = 0.0),
         // The resulting bias estimate decays within 10 s, and until then tilts the foot.
-        ("wy at 1 rad/s", STEPS + 6, |imu| {
+        ("wy at 1 rad/s", STEPS + 10, |imu| {
             imu.angular_rate.0.y = 1.0;
         }),
     ];

@@ -626,6 +626,7 @@ static struct footfall_flags flags_bits(uint32_t bits)
     flags.invalid_sample = (bits >> 4 & 0x01u) != 0u;
     flags.time_gap = (bits >> 5 & 0x01u) != 0u;
     flags.settling = (bits >> 6 & 0x01u) != 0u;
+    flags.unproven = (bits >> 7 & 0x01u) != 0u;
     return flags;
 }
 

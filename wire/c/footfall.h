@@ -253,6 +253,8 @@ struct footfall_flags {
     bool time_gap;
     /* The foot has not learnt enough of its stillness and motion yet; a few steps end that. */
     bool settling;
+    /* The foot has neither rested nor landed since the start. */
+    bool unproven;
 };
 
 /* TPDO1: contact, each tick. */

@@ -16,15 +16,12 @@
 //! stillness, and call the stances of the walk after it unstable.
 
 use super::constants::Constants;
-use super::learnt::Learnt;
+use super::learnt::{Learnt, SETTLED_AFTER};
 use crate::logarithm::ln;
 use crate::order::Order;
 
 /// Least distance between the classes, of the logarithm: with classes that coincide nothing would be still.
 const LEAST_DISTANCE: f32 = 0.3;
-
-/// Largest weight of what was learnt before a start, s of each class: some steps outweigh it.
-pub(super) const BEFORE_THE_START: f32 = 1.0;
 
 /// The two classes, as natural logarithms of m/s², and the time that they were observed for.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +49,8 @@ impl Classes {
                 still: learnt.still.greater(ln(constants.noise)),
                 moving: learnt.moving,
                 width: learnt.width,
-                still_seconds: learnt.still_seconds.lesser(BEFORE_THE_START),
-                moving_seconds: learnt.moving_seconds.lesser(BEFORE_THE_START),
+                still_seconds: learnt.still_seconds.lesser(SETTLED_AFTER),
+                moving_seconds: learnt.moving_seconds.lesser(SETTLED_AFTER),
             }
             .apart(),
         }

@@ -36,6 +36,8 @@ pub struct Constants {
     pub slide_factor: f32,
     /// Weight of speeds above the usual one, over that of speeds below.
     pub slide_upwards: f32,
+    /// Weight of the speed of a slide, over that of a stance.
+    pub slide_teaches: f32,
     /// Speed of a foot that rolls, over its angular rate, m.
     pub slide_lever: f32,
 
@@ -61,12 +63,13 @@ impl Constants {
         bandwidth: 0.12,
         window: 0.026,
         prior: 0.06,
-        memory: 5.0,
+        memory: 1.5,
         stance: 0.2,
         slide_acceleration: 0.48,
         slide_speed: 0.01,
         slide_factor: 2.7,
         slide_upwards: 0.55,
+        slide_teaches: 0.35,
         slide_lever: 0.046,
         rest_acceleration: 0.2,
         rest_rate: 0.05,

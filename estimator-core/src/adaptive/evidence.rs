@@ -54,6 +54,10 @@ pub(super) struct Evidence {
     since: f32,
     seen: bool,
     landed: bool,
+    /// Whether the acceleration is far below that of the swing before, and whether it has just fallen so far from a
+    /// swing that did not count as motion.
+    calms: bool,
+    unseen: bool,
     /// Factor of the probability.
     factor: f32,
 }
@@ -91,6 +95,8 @@ impl Evidence {
             since: LONGEST,
             seen: false,
             landed: false,
+            calms: false,
+            unseen: false,
             factor: UNPROVEN,
         }
     }
@@ -103,6 +109,11 @@ impl Evidence {
     /// Returns whether the foot has rested or landed since the start.
     pub const fn seen(&self) -> bool {
         self.seen
+    }
+
+    /// Returns whether the foot has just landed from a swing that did not count as motion.
+    pub const fn lands_unseen(&self) -> bool {
+        self.unseen
     }
 
     /// Returns whether the foot is learnt from: it walks, or has yet to show that it does.
@@ -138,8 +149,11 @@ impl Evidence {
             false => counted(self.since_motion),
         };
         let swing = (exp(self.strongest) - self.corrected).greater(constants.noise);
-        let lands = self.calm < ln(swing) - constants.landing
-            && self.since_motion < constants.evidence;
+        let calms = self.calm < ln(swing) - constants.landing;
+        let moved = self.since_motion < constants.evidence;
+        self.unseen = calms && !self.calms && !moved;
+        self.calms = calms;
+        let lands = calms && moved;
         self.landed |= lands;
         self.since_landing = match lands {
             true => 0.0,

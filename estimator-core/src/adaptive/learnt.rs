@@ -6,11 +6,18 @@ use crate::logarithm::exp;
 use crate::range::{ParamsError, Row, in_range, name};
 use crate::units::Unit;
 
-/// Evidence of each class from which the learnt state counts as settled, s. Four to five steps.
-pub const SETTLED_AFTER: f32 = 1.0;
+/// Duration of each class from which the learnt state counts as settled, s: two to three steps. At a start it counts for
+/// as much, so that a few steps outweigh it.
+pub const SETTLED_AFTER: f32 = 0.5;
 
-/// Range of a logarithm in [`Learnt`]: amplitudes of 1e-4 to 1e4.
-pub const LOGARITHM: (f32, f32) = (-9.3, 9.3);
+/// Range of the logarithms of amplitudes in [`Learnt`]: 0.01 to 400 m/s².
+pub const AMPLITUDE: (f32, f32) = (-4.6, 6.0);
+
+/// Range of the logarithm of the speed: 10 µm/s to 1 m/s.
+pub const SPEED: (f32, f32) = (-11.5, 0.0);
+
+/// Largest mean deviation of a logarithm: an amplitude that varies by a factor of 50.
+pub const MOST_WIDTH: f32 = 2.0;
 
 /// Largest number of seconds of a class in [`Learnt`].
 pub const MOST_SECONDS: f32 = 1.0e3;
@@ -93,31 +100,30 @@ impl Learnt {
                 default: 0.0,
             }
         }
-        let (_, most) = LOGARITHM;
         [
             row(
                 "learnt.still",
                 "mean of the logarithm of the acceleration in stances",
                 Unit::LogMetrePerSecondSquared,
-                LOGARITHM,
+                AMPLITUDE,
             ),
             row(
                 "learnt.moving",
                 "mean of the logarithm of the acceleration in swings; not below that in stances",
                 Unit::LogMetrePerSecondSquared,
-                LOGARITHM,
+                AMPLITUDE,
             ),
             row(
                 "learnt.width",
                 "mean deviation of the logarithm in stances",
                 Unit::One,
-                (0.0, most),
+                (0.0, MOST_WIDTH),
             ),
             row(
                 "learnt.speed",
                 "logarithm of the speed that accelerations along the ground add up to in stances",
                 Unit::LogMetrePerSecond,
-                LOGARITHM,
+                SPEED,
             ),
             row(
                 "learnt.still_seconds",

@@ -29,9 +29,9 @@ mod learnt;
 mod slide;
 
 pub use constants::Constants;
-pub use learnt::{LOGARITHM, Learnt, MOST_SECONDS, SETTLED_AFTER};
+pub use learnt::{AMPLITUDE, Learnt, MOST_SECONDS, MOST_WIDTH, SETTLED_AFTER, SPEED};
 
-use classes::{BEFORE_THE_START, Classes};
+use classes::Classes;
 use evidence::{Evidence, Reading};
 use slide::Slide;
 
@@ -94,20 +94,20 @@ impl AdaptiveConfig {
 /// The parts of a motion that are judged: all of it, across up, along up, and along the three axes.
 const PARTS: usize = 6;
 
-/// Up as the attitude filter knows it.
+/// Up, and how it is known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Up {
     /// Unit vector, frame of the foot.
     pub direction: Vec3,
-    /// Angle by which the newest sample corrected it, rad.
-    pub correction: f32,
+    /// Angle by which the newest sample corrected it, rad, if it is estimated.
+    pub correction: Option<f32>,
 }
 
 impl Up {
-    /// Along z, never corrected.
-    pub const AT_REST: Self = Self {
+    /// z, known.
+    pub const Z: Self = Self {
         direction: Vec3::new(0.0, 0.0, 1.0),
-        correction: 0.0,
+        correction: None,
     };
 }
 
@@ -159,7 +159,7 @@ impl Adaptive {
             slide: Slide::new(
                 &constants,
                 period,
-                learnt.map(|learnt| (learnt.speed, learnt.still_seconds.lesser(BEFORE_THE_START))),
+                learnt.map(|learnt| (learnt.speed, learnt.still_seconds.lesser(SETTLED_AFTER))),
             ),
             evidence: Evidence::new(&constants, period, newest),
             masses: [0.0; PARTS],
@@ -230,9 +230,14 @@ impl Adaptive {
 
         let [whole, ..] = self.masses;
         let moving = self.classes.moving();
+        let tilt = match correction {
+            Some(_) => self.constants.noise,
+            None => 0.0,
+        };
+        let level = a - direction * upright;
         let slides_not = self
             .slide
-            .push(&self.constants, a - direction * upright, rate, moving);
+            .push(&self.constants, level, rate, moving, tilt);
         let still = whole * slides_not;
         self.evidence.push(
             &self.constants,
@@ -240,7 +245,7 @@ impl Adaptive {
                 acceleration: sqrt(square),
                 logarithm,
                 rate,
-                correction,
+                correction: correction.unwrap_or(0.0),
                 still,
             },
         );
@@ -269,7 +274,8 @@ impl Adaptive {
     /// stillness `still` without evidence.
     fn learn(&mut self, logarithm: f32, whole: f32, still: f32) {
         let in_stance = whole > STILL;
-        self.stance = match in_stance == self.in_stance {
+        // Limits that are far too wide call everything one stance; its landings divide it.
+        self.stance = match in_stance == self.in_stance && !self.evidence.lands_unseen() {
             true => (self.stance + self.period).lesser(2.0 * self.constants.stance),
             false => 0.0,
         };
@@ -281,7 +287,10 @@ impl Adaptive {
             let seconds = still * self.period;
             self.classes
                 .learn_still(&self.constants, logarithm, seconds);
-            self.slide.learn(&self.constants, seconds);
+            // A foot whose stances all count as slides must find out.
+            let least = self.constants.slide_teaches * whole;
+            self.slide
+                .learn(&self.constants, still.greater(least) * self.period);
         }
         self.classes
             .learn_motion(&self.constants, logarithm, (1.0 - whole) * self.period);

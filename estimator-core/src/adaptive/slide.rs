@@ -66,7 +66,7 @@ impl Slide {
 
     /// Adds an acceleration along the ground, m/s², of a foot that turns at `rate` rad/s and has swings of the
     /// logarithm `swing`. Returns the probability that it does not slide.
-    pub fn push(&mut self, constants: &Constants, level: Vec3, rate: f32, swing: f32) -> f32 {
+    pub fn push(&mut self, constants: &Constants, level: Vec3, rate: f32, swing: f32, tilt: f32) -> f32 {
         let most = constants.slide_acceleration;
         let square = level.dot(level);
         let clipped = match square > most * most {
@@ -78,7 +78,9 @@ impl Slide {
         let louder = 0.5 * (self.usual - swing - QUIET);
         let standing = constants.slide_factor * exp(self.usual + louder);
         let rolling = constants.slide_lever * self.turn;
-        let ratio = self.speed.dot(self.speed) / (standing * standing + rolling * rolling);
+        let tilted = tilt * constants.window;
+        let limit = standing * standing + rolling * rolling + tilted * tilted;
+        let ratio = self.speed.dot(self.speed) / limit;
         1.0 / (1.0 + ratio * ratio)
     }
 

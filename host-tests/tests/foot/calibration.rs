@@ -85,8 +85,11 @@ fn learnt_from(seed: u64) -> Settings {
     settings
 }
 
+/// Learnt values before the seconds.
+const CLASSES: usize = 4;
+
 /// The learnt values without the seconds.
-fn classes(learnt: Learnt) -> [f32; 9] {
+fn classes(learnt: Learnt) -> [f32; CLASSES] {
     let numbers = learnt.to_array();
     std::array::from_fn(|i| numbers[i])
 }
@@ -140,14 +143,12 @@ fn kept_values_apply_from_the_first_sample_after_power_off() {
     let mut bench = Bench::new(settings);
     assert_starts_with(bench.foot.learnt(), kept);
     let part = walking(10.0, 6);
-    let ask_eight = |bench: &mut Bench| {
-        (2..10).for_each(|subindex| ask(bench, Address::new(index::CALIBRATION, subindex)));
-    };
-    let ask_rest = |bench: &mut Bench| {
-        (10..15).for_each(|subindex| ask(bench, Address::new(index::CALIBRATION, subindex)));
+    let ask_all = |bench: &mut Bench| {
+        (2..2 + 1 + Learnt::NUMBERS as u8)
+            .for_each(|subindex| ask(bench, Address::new(index::CALIBRATION, subindex)));
     };
     let settled = |bench: &mut Bench| assert!(!is_settling(bench));
-    let mut script: Vec<Act<'_>> = vec![(0, &ask_eight), (1, &ask_rest)];
+    let mut script: Vec<Act<'_>> = vec![(0, &ask_all)];
     script.extend((0..3000).map(|tick| (tick, &settled as &dyn Fn(&mut Bench))));
     let answers = scripted(&part, &mut bench, 3000, &script);
     assert_eq!(answers[0], state(CalibrationState::Settled));
@@ -169,8 +170,8 @@ fn number(answer: &Answer) -> f32 {
 
 /// Asserts that an estimator starts with the classes of `kept`, with a small weight of their seconds.
 fn assert_starts_with(learnt: Learnt, kept: Learnt) {
-    assert_eq!(learnt.to_array()[..9], kept.to_array()[..9]);
-    assert!(learnt.is_settled() && learnt.still_seconds <= kept.still_seconds);
+    assert_eq!(classes(learnt), classes(kept));
+    assert!(learnt.is_settled() && learnt.still_seconds <= kept.still_seconds, "{learnt:?} {kept:?}");
 }
 
 /// Asserts that an estimator continues from `before`: with its classes, except for one learnt sample.
@@ -282,7 +283,7 @@ fn learnt_values_written_by_a_master_take_precedence() {
     let other = learnt_from(12).learnt().expect("something");
     let (part, mut bench) = walked(Settings::default(), 13);
     let numbers = other.to_array();
-    let writes: Vec<_> = (0..12)
+    let writes: Vec<_> = (0..Learnt::NUMBERS)
         .map(|i| {
             let address = Address::new(index::LEARNT, i as u8 + 1);
             move |bench: &mut Bench| bench.set(address, Value::F32(numbers[i]))
@@ -293,9 +294,9 @@ fn learnt_values_written_by_a_master_take_precedence() {
         script.push((tick, write));
     }
     let there = |bench: &mut Bench| assert_starts_with(bench.foot.learnt(), other);
-    script.push((12, &there));
+    script.push((Learnt::NUMBERS as u64 + 1, &there));
     let answers = scripted(&part, &mut bench, 20, &script);
-    assert_eq!(answers, [Answer::Done; 12]);
+    assert_eq!(answers, [Answer::Done; Learnt::NUMBERS]);
     assert_eq!(bench.foot.settings().learnt(), Some(other));
 }
 

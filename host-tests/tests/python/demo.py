@@ -39,6 +39,7 @@ FLAGS = {
     "InvalidSample": "invalid_sample",
     "TimeGap": "time_gap",
     "Settling": "settling",
+    "Unproven": "unproven",
 }
 
 

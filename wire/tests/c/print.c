@@ -64,6 +64,7 @@ static void print_flags(const char *prefix, const struct footfall_flags *of)
     print_unsigned(prefix, "invalid_sample", of->invalid_sample);
     print_unsigned(prefix, "time_gap", of->time_gap);
     print_unsigned(prefix, "settling", of->settling);
+    print_unsigned(prefix, "unproven", of->unproven);
 }
 
 static void print_contact(const char *prefix, const struct footfall_contact *of)
