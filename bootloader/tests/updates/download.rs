@@ -156,7 +156,7 @@ impl Master {
 }
 
 fn chip() -> Chip {
-    Chip::blank().with(Slot::Running, &image(2, 200))
+    Chip::running(&image(2, 200))
 }
 
 #[test]
@@ -386,7 +386,7 @@ fn transfer_that_is_broken_off_is_seen_in_the_flash_status() {
 #[test]
 fn own_image_does_not_put_a_confirmed_program_on_trial() {
     let new = image(3, 300);
-    let mut master = Master::of(Chip::blank().with(Slot::Running, &new));
+    let mut master = Master::of(Chip::running(&new));
     assert_eq!(master.block(&new), Ok(()));
     assert!(master.control(1).is_ok());
     let mut chip = master.node.release();

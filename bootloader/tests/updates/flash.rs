@@ -3,7 +3,8 @@
 use std::cell::Cell;
 
 use bootloader::flash::{Flash, FlashFailed};
-use bootloader::image::{Board, HEADER, Header, Kind, SIGNED, Sources};
+use bootloader::image::{Board, HASHED, HEADER, Header, Kind, SIGNED, Sources};
+use bootloader::journal::{Event, State};
 use bootloader::layout::{JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Sector, Slot};
 use bootloader::verify::Hash;
 
@@ -43,6 +44,15 @@ impl Chip {
             cut: None,
             erases: Cell::new(0),
         }
+    }
+
+    /// Chip that runs a program, which is confirmed.
+    pub fn running(image: &[u8]) -> Self {
+        let mut chip = Self::blank().with(Slot::Running, image);
+        let confirmed = State::read(&chip).append(Event::Confirmed, &mut chip);
+        confirmed.expect("a blank journal");
+        chip.operations = 0;
+        chip
     }
 
     /// This chip with a program in a slot.
@@ -136,9 +146,7 @@ impl Flash for Chip {
 
 /// Header of a program without its signature.
 pub fn header(program: &[u8], sequence: u32) -> Header {
-    let mut hash = Hash::new();
-    hash.update(program);
-    Header {
+    let mut header = Header {
         kind: Kind::Signed,
         board: Board::Reference,
         length: program.len() as u32,
@@ -146,9 +154,14 @@ pub fn header(program: &[u8], sequence: u32) -> Header {
         version: [0, 1, 0],
         sources: Sources::Committed,
         commit: [0xC0; 20],
-        hash: hash.finish(),
+        hash: [0; 32],
         signature: [0; 64],
-    }
+    };
+    let mut hash = Hash::new();
+    hash.update(program);
+    hash.update(&header.encode()[..HASHED]);
+    header.hash = hash.finish();
+    header
 }
 
 /// Image of a program with this header, signed with a private key.
