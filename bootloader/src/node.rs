@@ -10,7 +10,7 @@ use wire::sdo::written;
 
 use crate::device::{Action, Device, HEARTBEAT_MS};
 use crate::flash::Flash;
-use crate::image::Board;
+use crate::image::{Board, Refusal};
 use crate::start::{Program, Restart};
 
 /// Time without a request after which a transfer is given up, ms.
@@ -102,8 +102,10 @@ impl<F: Flash> Node<F> {
         if program != Program::Unsettled {
             self.action = Some(Action::Clear);
         }
-        if let Program::Missing(Some(why)) = program {
-            self.device.explain(why);
+        match program {
+            Program::Missing(Some(why)) => self.device.explain(why),
+            Program::Unsettled => self.device.explain(Refusal::FlashFailed),
+            Program::CanRun | Program::Missing(None) => {}
         }
     }
 

@@ -429,6 +429,7 @@ fn clear_that_the_flash_does_not_take_is_refused() {
         delivery: Delivery::Once,
         check: Check::Crc,
     };
+    assert_eq!(master.status(), Some(Refusal::FlashFailed), "in the start");
     assert_eq!(master.control(3), Err(AbortCode::Hardware));
     assert_eq!(master.status(), Some(Refusal::FlashFailed));
 }

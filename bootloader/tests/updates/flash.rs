@@ -31,6 +31,8 @@ pub struct Chip {
     pub operations: u32,
     /// Operation in which the supply fails.
     pub cut: Option<(u32, Cut)>,
+    /// Cell that does not hold a bit that is set: the address of its word, and the bit.
+    pub bad_cell: Option<(u32, u32)>,
     /// Largest number of times that a sector was erased.
     pub erases: Cell<u32>,
 }
@@ -42,6 +44,7 @@ impl Chip {
             words: vec![u32::MAX; size as usize],
             operations: 0,
             cut: None,
+            bad_cell: None,
             erases: Cell::new(0),
         }
     }
@@ -115,6 +118,11 @@ impl Flash for Chip {
             Some(Cut::Within) => old & (word | 0x5A5A_5A5A),
             Some(Cut::Before) => old,
         };
+        if let Some((at, bit)) = self.bad_cell
+            && at == address
+        {
+            *self.word(at) &= !bit;
+        }
         match cut {
             None if self.read(address) == word => Ok(()),
             _ => Err(FlashFailed),

@@ -2,7 +2,7 @@
 
 use crate::flash::{CUTS, Chip, Cut, image, probed};
 use bootloader::flash::Flash as _;
-use bootloader::image::Refusal;
+use bootloader::image::{HEADER, Refusal};
 use bootloader::journal::{Event, MOST_STARTS, Progress, State};
 use bootloader::layout::{JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Slot};
 use bootloader::update::{Start, settle};
@@ -469,6 +469,23 @@ fn trial_survives_any_cut_in_the_erase_of_a_full_journal() {
                 }
                 assert!(chip.holds(Slot::Running, &old), "{context}");
             }
+        }
+    }
+}
+
+/// The copy of `old` sets bit 8 of its first word, which `new` clears; that of `new` sets bit 0, which `old` clears.
+#[test]
+fn install_that_the_flash_does_not_take_ends_with_the_reason() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    for (slot, bit) in [(Slot::Previous, 1 << 8), (Slot::Running, 1)] {
+        let mut chip = received(&old, None, &new);
+        chip.bad_cell = Some((slot.start() + HEADER as u32, bit));
+        for _ in 0..2 {
+            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{slot:?}");
+            assert!(chip.holds(Slot::Running, &old), "{slot:?}");
+            let state = State::read(&chip);
+            assert_eq!(state.progress, Progress::Settled, "{slot:?}");
+            assert_eq!(state.refusal, Some(Refusal::FlashFailed), "{slot:?}");
         }
     }
 }
