@@ -167,8 +167,13 @@ impl<F: Flash> Node<F> {
     }
 
     fn receive_lss(&mut self, request: &[u8; 8], line: Line) -> Option<CanFrame> {
+        const FASTSCAN: u8 = 0x51;
         const CONFIGURE_BIT_TIMING: u8 = 0x13;
         const STORE: u8 = 0x17;
+        // Bits 31 to 0, and 0x80 in the first request (CiA 305).
+        if let [FASTSCAN, _, _, _, _, 0x20..=0x7F | 0x81.., ..] = *request {
+            return None;
+        }
         let configuring = self.lss.state() == lss::LssState::Configuration;
         let [service, ..] = *request;
         // 1: not supported. Settings belong to the program.

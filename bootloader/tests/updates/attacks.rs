@@ -116,10 +116,6 @@ fn hostile(random: &mut Random, image: &[u8]) -> (u16, [u8; 8]) {
     }
     let ids = [0x600 + NODE, 0x600 + NODE, 0x600 + NODE, 0, 0x7E5];
     let id = ids[random.below(ids.len())];
-    // A fast scan has at most 32 bits, or bit 7 in its first request.
-    if id == 0x7E5 && request[0] == 0x51 {
-        request[5] &= 0x9F;
-    }
     (id, request)
 }
 

@@ -443,13 +443,16 @@ fn node_id_of_lss_is_taken_after_the_configuration() {
         let frame = CanFrame::new(0x7E5, &data).expect("a frame");
         node.receive(&frame, Line::Can)
     };
+    let mut scan = |bit| send([0x51, 0, 0, 0, 0, bit, 0, 0]);
+    assert!(scan(0x80).is_some());
+    assert_eq!([0x20, 0x7F, 0x81, 0xFF].map(scan), [const { None }; 4]);
     assert_eq!(send([4, 1, 0, 0, 0, 0, 0, 0]), None);
     let answer = send([0x11, 0x33, 0, 0, 0, 0, 0, 0]).expect("an answer");
     assert_eq!(answer.data()[..2], [0x11, 0]);
     let boot = send([4, 0, 0, 0, 0, 0, 0, 0]).expect("a boot-up message");
     assert_eq!((boot.id(), boot.data()), (0x733, [0].as_slice()));
     // A master that scans for nodes without an id finds none.
-    assert_eq!(send([0x51, 0, 0, 0, 0, 32, 0, 0]), None);
+    assert_eq!(send([0x51, 0, 0, 0, 0, 0x80, 0, 0]), None);
     assert_eq!(node.id(Line::Can), NodeId::new(0x33));
 }
 
