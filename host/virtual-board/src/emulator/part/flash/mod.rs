@@ -40,7 +40,7 @@ const NWRP: u32 = 1 << 16;
 pub enum Protection {
     /// None, as delivered.
     None,
-    /// Those of the bootloader, as set by itself at the second power-up of a board.
+    /// Those of the bootloader, as set by the program at the first power-up of a board.
     #[default]
     Bootloader,
 }
