@@ -11,17 +11,21 @@
 //! | 20 to 22 | version: major, minor, patch |
 //! | 23 | 1 if the sources differed from the commit, otherwise 0 |
 //! | 24 to 43 | commit, 20 bytes |
-//! | 44 to 75 | SHA-256 of the program |
+//! | 44 to 75 | SHA-256 of the program, followed by bytes 0 to 43 |
 //! | 76 to 139 | Ed25519 signature of bytes 0 to 75 |
 //! | 140 to 511 | 0xFF |
 //!
-//! Integers are little-endian. The signature covers the hash, and so the program.
+//! Integers are little-endian. The signature covers the hash, and so the program. A program that runs is checked by its
+//! hash, which finds a changed bit of the header, too; bytes 76 to 139 are used before an install alone.
 
 use crate::flash::Flash;
 use crate::layout::{SLOT_SIZE, Slot};
 
 /// Size of the header, bytes.
 pub const HEADER: usize = 512;
+
+/// Number of bytes of the header that are hashed, from the first, behind the program.
+pub const HASHED: usize = 44;
 
 /// Number of bytes that are signed, from the first.
 pub const SIGNED: usize = 76;
@@ -99,7 +103,7 @@ pub struct Header {
     pub sources: Sources,
     /// Commit.
     pub commit: [u8; COMMIT],
-    /// SHA-256 of the program.
+    /// SHA-256 of the program and of the fields before.
     pub hash: [u8; 32],
     /// Ed25519 signature.
     pub signature: [u8; 64],
@@ -131,7 +135,7 @@ pub enum Refusal {
     WrongSignature,
     /// The program is older than the running one.
     Older,
-    /// The program does not have the hash of its header.
+    /// Program and header do not have the hash of the header.
     WrongHash,
     /// The flash did not take the program.
     FlashFailed,
@@ -361,7 +365,10 @@ impl Header {
             return Err(Refusal::Unsigned);
         }
         match running {
-            Some(running) if self.sequence < running.sequence => Err(Refusal::Older),
+            // One that a probe has written has no sequence, and no hash that would find a changed bit of it.
+            Some(running) if running.kind == Kind::Signed && self.sequence < running.sequence => {
+                Err(Refusal::Older)
+            }
             _ => Ok(()),
         }
     }
@@ -471,15 +478,16 @@ mod tests {
         };
         assert_eq!(new.check(Board::Feather, None), Ok(()));
         assert_eq!(new.check(Board::Feather, Some(&new)), Ok(()));
+        let probed = Header {
+            kind: Kind::Probed,
+            ..running
+        };
+        assert_eq!(new.check(Board::Feather, Some(&probed)), Ok(()));
         assert_eq!(new.check(Board::Reference, None), Err(Refusal::OtherBoard));
         assert_eq!(
             new.check(Board::Feather, Some(&running)),
             Err(Refusal::Older)
         );
-        let probed = Header {
-            kind: Kind::Probed,
-            ..new
-        };
         assert_eq!(probed.check(Board::Feather, None), Err(Refusal::Unsigned));
     }
 

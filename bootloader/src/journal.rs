@@ -6,12 +6,13 @@
 //! | 1 | complement of word 0 |
 //!
 //! A record that a power cut interrupted has another complement, and does not count. The journal is erased where it
-//! is nearly full and nothing is in progress: the events that are lost then would leave the same state. Before the
-//! erase both words of the first record become zero: what an interrupted erase leaves behind it does not count.
+//! is nearly full, and begins with its last state. Before the erase both words of the first record become zero: what an
+//! interrupted erase leaves behind it does not count. Without a record a program that was sent is on trial: a power cut
+//! in the erase makes no untried program the settled one.
 
 use crate::flash::{Flash, FlashFailed};
 use crate::image::Refusal;
-use crate::layout::{JOURNAL, JOURNAL_SIZE, Sector};
+use crate::layout::{JOURNAL, JOURNAL_SIZE, Sector, Slot};
 
 /// Size of a record, bytes.
 const RECORD: u32 = 8;
@@ -112,6 +113,10 @@ impl State {
     #[must_use]
     pub fn read(flash: &impl Flash) -> Self {
         let mut state = Self::default();
+        // The kind of a program that was sent.
+        if let [_, 1, ..] = flash.read(Slot::Running.start() + 8).to_le_bytes() {
+            state.progress = Progress::Trial(0);
+        }
         for index in 0..RECORDS {
             let at = JOURNAL + index * RECORD;
             let (word, complement) = (flash.read(at), flash.read(at + 4));
@@ -183,8 +188,8 @@ impl State {
         Ok(())
     }
 
-    /// Erases a journal that is nearly full and one whose erase was interrupted. While an update is in progress a power
-    /// cut after the erase would forget it, so that only a full journal is erased then, for a trial.
+    /// Erases a journal that is nearly full and one whose erase was interrupted. While a program is being installed or
+    /// restored a power cut after the erase would forget that, so that only a journal of a trial is erased then.
     ///
     /// # Errors
     /// The flash failed.
@@ -201,18 +206,19 @@ impl State {
             flash.program(JOURNAL, word)?;
             flash.program(JOURNAL + 4, complement)?;
             flash.erase(Sector::Journal)?;
-            let before = core::mem::take(self);
-            if let Some(why) = before.refusal {
-                self.append(Event::Ended(why), flash)?;
-            }
+            let before = core::mem::replace(self, Self::read(flash));
             match before.progress {
+                Progress::Settled => {
+                    let last = before.refusal.map_or(Event::Confirmed, Event::Ended);
+                    self.append(last, flash)?;
+                }
                 Progress::Replacing => self.append(Event::Kept, flash)?,
                 Progress::Trial(starts) => {
                     for _ in 0..starts {
                         self.append(Event::Started, flash)?;
                     }
                 }
-                Progress::Settled | Progress::Installing | Progress::Restoring(_) => {}
+                Progress::Installing | Progress::Restoring(_) => {}
             }
         }
         Ok(())

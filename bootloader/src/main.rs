@@ -22,7 +22,6 @@ use wire::slcan::{BEL, CR};
 fn main() -> ! {
     watchdog::start();
     let mut flash = ChipFlash::new();
-    flash.protect_bootloader();
     // The program has just run: it is not checked again, since a master waits for the answer.
     if note::take_stay() {
         serve(flash, Program::CanRun)

@@ -10,7 +10,7 @@ use wire::sdo::written;
 
 use crate::device::{Action, Device, HEARTBEAT_MS};
 use crate::flash::Flash;
-use crate::image::Board;
+use crate::image::{Board, Refusal};
 use crate::start::{Program, Restart};
 
 /// Time without a request after which a transfer is given up, ms.
@@ -102,8 +102,10 @@ impl<F: Flash> Node<F> {
         if program != Program::Unsettled {
             self.action = Some(Action::Clear);
         }
-        if let Program::Missing(Some(why)) = program {
-            self.device.explain(why);
+        match program {
+            Program::Missing(Some(why)) => self.device.explain(why),
+            Program::Unsettled => self.device.explain(Refusal::FlashFailed),
+            Program::CanRun | Program::Missing(None) => {}
         }
     }
 
@@ -165,8 +167,13 @@ impl<F: Flash> Node<F> {
     }
 
     fn receive_lss(&mut self, request: &[u8; 8], line: Line) -> Option<CanFrame> {
+        const FASTSCAN: u8 = 0x51;
         const CONFIGURE_BIT_TIMING: u8 = 0x13;
         const STORE: u8 = 0x17;
+        // Bits 31 to 0, and 0x80 in the first request (CiA 305).
+        if let [FASTSCAN, _, _, _, _, 0x20..=0x7F | 0x81.., ..] = *request {
+            return None;
+        }
         let configuring = self.lss.state() == lss::LssState::Configuration;
         let [service, ..] = *request;
         // 1: not supported. Settings belong to the program.

@@ -1,7 +1,7 @@
 //! Programs in their slots: whether one is whole, whether two are equal, copies.
 
 use crate::flash::{Flash, FlashFailed};
-use crate::image::{HEADER, Header, Kind, LONGEST, Refusal};
+use crate::image::{HASHED, HEADER, Header, Kind, LONGEST, Refusal};
 use crate::layout::{Sector, Slot};
 use crate::verify::Hash;
 
@@ -29,7 +29,7 @@ fn read(flash: &impl Flash, start: u32, bytes: &mut [u8]) {
     }
 }
 
-/// Returns the header of the program in a slot if the program is whole: it has the hash of its header. One that a
+/// Returns the header of the program in a slot if both are whole: they have the hash of the header. One that a
 /// probe has written has neither hash nor signature, and counts as whole: a copy of it gets its header last. With
 /// either it is one that was sent, and of whose kind a bit has been cleared.
 ///
@@ -46,14 +46,17 @@ pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     }
     let mut hash = Hash::new();
     let mut bytes = [0; 64];
-    let (mut at, mut rest) = (slot.start() + HEADER as u32, header.length);
-    while rest > 0 {
-        let length = rest.min(bytes.len() as u32);
-        let piece = bytes.get_mut(..length as usize).unwrap_or_default();
-        read(flash, at, piece);
-        hash.update(piece);
-        at += length;
-        rest -= length;
+    // The header comes last: the program is then hashed by whole blocks.
+    for (start, length) in [(HEADER as u32, header.length), (0, HASHED as u32)] {
+        let (mut at, mut rest) = (slot.start() + start, length);
+        while rest > 0 {
+            let length = rest.min(bytes.len() as u32);
+            let piece = bytes.get_mut(..length as usize).unwrap_or_default();
+            read(flash, at, piece);
+            hash.update(piece);
+            at += length;
+            rest -= length;
+        }
     }
     if hash.finish() == header.hash {
         Ok(header)

@@ -3,8 +3,8 @@
 //! | in the journal | done at the start |
 //! |---|---|
 //! | nothing in progress | the running program is checked and started; if it has decayed, the previous one is restored |
-//! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that has worked ends it |
-//! | [`Replacing`](Progress::Replacing) | the new program is checked, copied to `Running` and started, and its slot is cleared; where it is lost, the previous one is restored |
+//! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that has worked ends it, and so does a failure of the flash |
+//! | [`Replacing`](Progress::Replacing) | the new program is checked, copied to `Running` and started, and its slot is cleared; where it is lost or the flash fails, the previous one is restored |
 //! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none; one that a probe has written since then is started |
 //! | [`Restoring`](Progress::Restoring) | the previous program is copied to `Running` |
 //!
@@ -29,7 +29,7 @@ pub enum Start {
 /// Does the steps that the journal asks for, and says what to start.
 ///
 /// # Errors
-/// The flash failed. The next start tries again.
+/// The flash has failed, and takes no record of that. The next start tries again.
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
     let mut state = State::read(flash);
     state.tidy(flash)?;
@@ -40,18 +40,16 @@ pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFail
             Progress::Installing => match check_new(flash, key) {
                 Ok(()) => {
                     checked = Some(());
-                    keep(flash, &state)?
+                    keep(flash, &state).unwrap_or(Event::Ended(Refusal::FlashFailed))
                 }
                 Err(why) => Event::Ended(why),
             },
             // Once in a start: it takes a second.
-            Progress::Replacing => match checked.map_or_else(|| check_new(flash, key), Ok) {
-                Ok(()) => {
-                    if !program::same(flash, Slot::New, Slot::Running) {
-                        program::copy(flash, Slot::New, Slot::Running)?;
-                    }
-                    Event::Started
-                }
+            Progress::Replacing => match checked
+                .map_or_else(|| check_new(flash, key), Ok)
+                .and_then(|()| replace(flash).map_err(|FlashFailed| Refusal::FlashFailed))
+            {
+                Ok(()) => Event::Started,
                 Err(why) if program::check(flash, Slot::Previous).is_ok() => Event::Restore(why),
                 Err(why) => Event::Ended(why),
             },
@@ -123,6 +121,14 @@ fn keep(flash: &mut impl Flash, state: &State) -> Result<Event, FlashFailed> {
         program::copy(flash, Slot::Running, Slot::Previous)?;
     }
     Ok(Event::Kept)
+}
+
+/// Copies the new program to `Running`, unless that is done already.
+fn replace(flash: &mut impl Flash) -> Result<(), FlashFailed> {
+    if program::same(flash, Slot::New, Slot::Running) {
+        return Ok(());
+    }
+    program::copy(flash, Slot::New, Slot::Running)
 }
 
 /// Download of a program into [`Slot::New`], which was cleared. The header is checked as soon as it is complete, and

@@ -156,7 +156,7 @@ impl Master {
 }
 
 fn chip() -> Chip {
-    Chip::blank().with(Slot::Running, &image(2, 200))
+    Chip::running(&image(2, 200))
 }
 
 #[test]
@@ -386,7 +386,7 @@ fn transfer_that_is_broken_off_is_seen_in_the_flash_status() {
 #[test]
 fn own_image_does_not_put_a_confirmed_program_on_trial() {
     let new = image(3, 300);
-    let mut master = Master::of(Chip::blank().with(Slot::Running, &new));
+    let mut master = Master::of(Chip::running(&new));
     assert_eq!(master.block(&new), Ok(()));
     assert!(master.control(1).is_ok());
     let mut chip = master.node.release();
@@ -429,6 +429,7 @@ fn clear_that_the_flash_does_not_take_is_refused() {
         delivery: Delivery::Once,
         check: Check::Crc,
     };
+    assert_eq!(master.status(), Some(Refusal::FlashFailed), "in the start");
     assert_eq!(master.control(3), Err(AbortCode::Hardware));
     assert_eq!(master.status(), Some(Refusal::FlashFailed));
 }
@@ -442,13 +443,16 @@ fn node_id_of_lss_is_taken_after_the_configuration() {
         let frame = CanFrame::new(0x7E5, &data).expect("a frame");
         node.receive(&frame, Line::Can)
     };
+    let mut scan = |bit| send([0x51, 0, 0, 0, 0, bit, 0, 0]);
+    assert!(scan(0x80).is_some());
+    assert_eq!([0x20, 0x7F, 0x81, 0xFF].map(scan), [const { None }; 4]);
     assert_eq!(send([4, 1, 0, 0, 0, 0, 0, 0]), None);
     let answer = send([0x11, 0x33, 0, 0, 0, 0, 0, 0]).expect("an answer");
     assert_eq!(answer.data()[..2], [0x11, 0]);
     let boot = send([4, 0, 0, 0, 0, 0, 0, 0]).expect("a boot-up message");
     assert_eq!((boot.id(), boot.data()), (0x733, [0].as_slice()));
     // A master that scans for nodes without an id finds none.
-    assert_eq!(send([0x51, 0, 0, 0, 0, 32, 0, 0]), None);
+    assert_eq!(send([0x51, 0, 0, 0, 0, 0x80, 0, 0]), None);
     assert_eq!(node.id(Line::Can), NodeId::new(0x33));
 }
 

@@ -3,7 +3,8 @@
 use std::cell::Cell;
 
 use bootloader::flash::{Flash, FlashFailed};
-use bootloader::image::{Board, HEADER, Header, Kind, SIGNED, Sources};
+use bootloader::image::{Board, HASHED, HEADER, Header, Kind, SIGNED, Sources};
+use bootloader::journal::{Event, State};
 use bootloader::layout::{JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Sector, Slot};
 use bootloader::verify::Hash;
 
@@ -30,6 +31,8 @@ pub struct Chip {
     pub operations: u32,
     /// Operation in which the supply fails.
     pub cut: Option<(u32, Cut)>,
+    /// Cell that does not hold a bit that is set: the address of its word, and the bit.
+    pub bad_cell: Option<(u32, u32)>,
     /// Largest number of times that a sector was erased.
     pub erases: Cell<u32>,
 }
@@ -41,8 +44,18 @@ impl Chip {
             words: vec![u32::MAX; size as usize],
             operations: 0,
             cut: None,
+            bad_cell: None,
             erases: Cell::new(0),
         }
+    }
+
+    /// Chip that runs a program, which is confirmed.
+    pub fn running(image: &[u8]) -> Self {
+        let mut chip = Self::blank().with(Slot::Running, image);
+        let confirmed = State::read(&chip).append(Event::Confirmed, &mut chip);
+        confirmed.expect("a blank journal");
+        chip.operations = 0;
+        chip
     }
 
     /// This chip with a program in a slot.
@@ -105,6 +118,11 @@ impl Flash for Chip {
             Some(Cut::Within) => old & (word | 0x5A5A_5A5A),
             Some(Cut::Before) => old,
         };
+        if let Some((at, bit)) = self.bad_cell
+            && at == address
+        {
+            *self.word(at) &= !bit;
+        }
         match cut {
             None if self.read(address) == word => Ok(()),
             _ => Err(FlashFailed),
@@ -136,9 +154,7 @@ impl Flash for Chip {
 
 /// Header of a program without its signature.
 pub fn header(program: &[u8], sequence: u32) -> Header {
-    let mut hash = Hash::new();
-    hash.update(program);
-    Header {
+    let mut header = Header {
         kind: Kind::Signed,
         board: Board::Reference,
         length: program.len() as u32,
@@ -146,9 +162,14 @@ pub fn header(program: &[u8], sequence: u32) -> Header {
         version: [0, 1, 0],
         sources: Sources::Committed,
         commit: [0xC0; 20],
-        hash: hash.finish(),
+        hash: [0; 32],
         signature: [0; 64],
-    }
+    };
+    let mut hash = Hash::new();
+    hash.update(program);
+    hash.update(&header.encode()[..HASHED]);
+    header.hash = hash.finish();
+    header
 }
 
 /// Image of a program with this header, signed with a private key.

@@ -1,5 +1,5 @@
 //! Sectors 2 and 3 of the flash: the configuration, a page each. Also the option bytes that set below
-//! which supply voltage the chip resets itself.
+//! which supply voltage the chip resets itself, and that protect the bootloader.
 //!
 //! While the flash erases or writes, the processor cannot fetch from it. Times of the data sheet
 //! (DS8626, table 40 \[M\]) at 32 bits at once, which requires a supply of 2.7 to 3.6 V:
@@ -58,6 +58,9 @@ const ERRORS: u32 = 0xF2;
 
 /// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
 const LEVEL_3: u8 = 0;
+
+/// Sectors of the bootloader in `nWRP`, where a bit that is clear protects (RM0090, 3.6.4).
+const BOOTLOADER: u16 = 0b11;
 
 /// Time after a tick in which the next sample is not being read yet.
 const REST_OF_TICK: Duration = Duration::from_micros(500);
@@ -122,12 +125,15 @@ impl ConfigFlash {
         Self { _flash: flash }
     }
 
-    /// Makes the chip reset itself below 2.7 V from the next power-up on. It takes as long as an erase.
+    /// Makes the chip reset itself below 2.7 V from the next power-up on, and protects the sectors of the bootloader from
+    /// being written: whatever a program does, the foot can be updated. It takes as long as an erase.
+    ///
+    /// Option bytes that were erased and not written are those of readout protection, level 1 (RM0090, 3.6.3).
     ///
     /// # Errors
     /// The supply is too low, or the option bytes do not read back.
-    pub fn protect_supply(&mut self) -> Result<(), StoreFailed> {
-        if brown_out_level() == 3 {
+    pub fn protect(&mut self) -> Result<(), StoreFailed> {
+        if brown_out_level() == 3 && is_bootloader_protected() {
             return Ok(());
         }
         supply_suffices()?;
@@ -138,7 +144,10 @@ impl ConfigFlash {
         }
         after_a_tick();
         watchdog::extend();
-        FLASH.optcr().modify(|w| w.set_bor_lev(LEVEL_3));
+        FLASH.optcr().modify(|w| {
+            w.set_bor_lev(LEVEL_3);
+            w.set_n_wrp(w.n_wrp() & !BOOTLOADER);
+        });
         FLASH.optcr().modify(|w| w.set_optstrt(true));
         let done = finish();
         watchdog::start();
@@ -159,6 +168,11 @@ impl ConfigFlash {
 /// Brown-out level, below which the chip resets itself: 0 off, 1 to 3 above 2.1, 2.4 and 2.7 V.
 pub fn brown_out_level() -> u8 {
     3 - (FLASH.optcr().read().bor_lev() & 3)
+}
+
+/// Returns whether the sectors of the bootloader are protected from being written.
+pub fn is_bootloader_protected() -> bool {
+    FLASH.optcr().read().n_wrp() & BOOTLOADER == 0
 }
 
 impl ErrorType for ConfigFlash {

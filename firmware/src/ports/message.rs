@@ -92,7 +92,7 @@ pub enum Request {
     Store(Settings, Erase),
     /// Delete the stored settings, then [`put`](super::Ports::put) an [`Input::Stored`].
     Restore(Erase),
-    /// Set the highest brown-out level, then [`put`](super::Ports::put) an [`Input::Protected`].
+    /// Set the highest brown-out level and protect the bootloader, then [`put`](super::Ports::put) an [`Input::Protected`].
     ProtectSupply,
     /// Keep the program that runs, if it is new, then [`put`](super::Ports::put) an [`Input::Protected`].
     ConfirmProgram,

@@ -18,6 +18,7 @@ mod thread;
 use core::sync::atomic::{AtomicBool, AtomicU8};
 
 use bootloader::image::{self, Header};
+use bootloader::supply;
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt::{self, InterruptExt};
@@ -36,7 +37,7 @@ use crate::board::crash::Reset;
 use crate::board::flash::ConfigFlash;
 use communication::{receive_can, receive_uart, send_can, send_uart};
 use start::{halt, log_boot, make_foot, once, reason_for_start};
-use thread::{blink, feed_watchdog, serve_requests};
+use thread::{FEEDING, blink, feed_watchdog, serve_requests};
 
 /// Header in front of the program, as a debug probe writes it. An image for an update gets one with hash and signature.
 #[used]
@@ -62,6 +63,15 @@ static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 /// Flash with the settings.
 type Store = Storage<ConfigFlash>;
 
+/// Returns whether the supply suffices for two seconds, which a connector that bounces is not expected to do.
+fn supply_holds() -> bool {
+    (0..2_000 / FEEDING.as_millis()).all(|_| {
+        embassy_time::block_for(FEEDING);
+        board::watchdog::feed();
+        !supply::is_low()
+    })
+}
+
 #[cortex_m_rt::entry]
 fn main() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
@@ -71,13 +81,12 @@ fn main() -> ! {
     let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
         halt(&mut led, "configuration pages do not fit the flash layout");
     };
-    // As delivered, brown-out reset is off. Not after another reset: an attempt that ends in one is not repeated.
-    if board.reset == Reset::Power && board::flash::brown_out_level() == 0 {
-        let level = storage.flash().protect_supply().map_or(0, |()| 3);
-        defmt::warn!(
-            "brown-out reset was off, level from the next power-up on: {=u8}",
-            level
-        );
+    // As delivered, brown-out reset and write protection are off. Not after another reset: an attempt that ends in one is
+    // not repeated, and a probe can lift the protection to write another bootloader.
+    let is_open = board::flash::brown_out_level() == 0 || !board::flash::is_bootloader_protected();
+    if board.reset == Reset::Power && is_open && supply_holds() {
+        let is_protected = storage.flash().protect().is_ok();
+        defmt::warn!("option bytes written: {=bool}", is_protected);
     }
     // Nothing is written until a store: the settings in flash stay for inspection.
     let (settings, origin) = match board.watchdog_resets {

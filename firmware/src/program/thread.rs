@@ -12,7 +12,7 @@ use super::{FAULT, LIGHT, PORTS, REQUESTED, Store, UART_RATE};
 use crate::board;
 
 /// Interval of feeding the watchdog.
-const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
+pub(super) const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
 
 /// Time in which the answer to a stop leaves: some frames at 125 kbit/s.
 const ANSWERING: Duration = Duration::from_millis(20);
@@ -34,7 +34,7 @@ pub(super) async fn serve_requests(mut storage: Store, mut can: Option<board::ca
                 PORTS.put(Input::Stored(forgotten)).await;
             }
             Request::ProtectSupply => {
-                let protected = storage.flash().protect_supply();
+                let protected = storage.flash().protect();
                 PORTS.put(Input::Protected(protected)).await;
             }
             Request::ConfirmProgram => {

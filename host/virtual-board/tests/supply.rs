@@ -34,7 +34,7 @@ fn the_first_start_sets_the_brown_out_level() {
     for (mv, expected) in [(3_300, 3), (2_600, 0)] {
         let mut rig = board(&elf, 0);
         rig.inject(Injection::Supply(mv));
-        rig.run(1_200);
+        rig.run(3_200);
         let (codes, contacts) = rig.watch(500);
         assert_eq!((codes, rig.resets().len()), (vec![], 0), "{mv} mV");
         assert!(contacts >= 499, "{mv} mV: {contacts} contacts");
@@ -54,7 +54,7 @@ fn slow_option_bytes_end_before_the_watchdog() {
     options.chip.corner = Corner::Fast;
     let mut rig = Rig::with_motion(&elf, options, |_| Stimulus::REST);
     rig.board.cpu().machine().chip.flash.option_bytes_ms = Some(4_000);
-    rig.run(4_500);
+    rig.run(6_500);
     let (codes, contacts) = rig.watch(500);
     assert_eq!((codes, rig.resets().len()), (vec![], 0));
     assert!(contacts >= 499, "{contacts} contacts");

@@ -1,6 +1,8 @@
 //! Images of a foot's program, as an update sends them: from its ELF, with hash and signature.
 
-use bootloader::image::{HEADER, Header, Kind, LONGEST, Refusal, SHORTEST, SIGNED, Sources};
+use bootloader::image::{
+    HASHED, HEADER, Header, Kind, LONGEST, Refusal, SHORTEST, SIGNED, Sources,
+};
 use bootloader::layout::Slot;
 use bootloader::verify::Hash;
 use object::Endianness;
@@ -67,8 +69,6 @@ pub fn image(elf: &[u8], origin: &ProgramOrigin, key: &[u8; 32]) -> Result<Vec<u
             length: program.len(),
         });
     }
-    let mut hash = Hash::new();
-    hash.update(&program);
     let mut header = Header {
         kind: Kind::Signed,
         board: found.board,
@@ -77,9 +77,13 @@ pub fn image(elf: &[u8], origin: &ProgramOrigin, key: &[u8; 32]) -> Result<Vec<u
         version: origin.version,
         sources: origin.sources,
         commit: origin.commit,
-        hash: hash.finish(),
+        hash: [0; 32],
         signature: [0; 64],
     };
+    let mut hash = Hash::new();
+    hash.update(&program);
+    hash.update(header.encode().get(..HASHED).unwrap_or(&[]));
+    header.hash = hash.finish();
     let pair = salty::Keypair::from(key);
     let bytes = header.encode();
     header.signature = pair.sign(bytes.get(..SIGNED).unwrap_or(&[])).to_bytes();

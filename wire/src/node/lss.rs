@@ -9,6 +9,7 @@ use crate::frame::CanFrame;
 use crate::node::event::{Event, Outcome};
 use crate::value::Value;
 
+const LSS_FASTSCAN: u8 = 0x51;
 const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
 const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
 pub(super) const LSS_STORE: u8 = 0x17;
@@ -18,6 +19,10 @@ impl Node {
         let Some(request) = frame.data8() else {
             return Outcome::default();
         };
+        // Bits 31 to 0, and 0x80 in the first request (CiA 305).
+        if let [LSS_FASTSCAN, _, _, _, _, 0x20..=0x7F | 0x81.., ..] = *request {
+            return Outcome::default();
+        }
         let [service, ..] = *request;
         let configuring = self.lss.state() == LssState::Configuration;
         if configuring {

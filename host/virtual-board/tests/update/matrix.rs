@@ -1,6 +1,6 @@
 //! What an update does when something goes wrong: each row on the ELFs that are flashed, and the table made of them.
 
-use bootloader::image::Refusal;
+use bootloader::image::{HEADER, Refusal};
 use bootloader::layout::{SLOT_SIZE, Slot};
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
@@ -355,6 +355,15 @@ fn two_masters(run: &Run) -> Outcome {
     streaming(&mut master, at)
 }
 
+/// Installs over a bad cell in the sector for the previous program.
+fn over_bad_cell(run: &Run) -> Outcome {
+    let (mut master, at) = run.sent();
+    let vectors = Slot::Previous.start() + HEADER as u32;
+    master.board.cpu().machine().chip.flash.bad_cell = Some(vectors);
+    assert_eq!(master.control(START)[0], 0x60);
+    started(&mut master, at)
+}
+
 /// A board without a program.
 fn without_program(run: &Run) -> Outcome {
     let mut master = Master::new(boot_without_program(run.wiring, run.corner));
@@ -461,7 +470,7 @@ pub const WRITES_BOOTLOADER: [u8; 70] = [
 const NO_PROGRAM: &str = "none";
 
 #[rustfmt::skip]
-const ROWS: [Row; 29] = [
+const ROWS: [Row; 30] = [
     row("none", "nothing; then four more starts, and an older image, which is refused", NEW, None, undisturbed),
     row("traffic", "three frames of other nodes in each millisecond", NEW, None, beside_traffic),
     row("serial-line", "no bus; the serial line breaks in the middle of a block", NEW, None, over_serial_line),
@@ -490,6 +499,7 @@ const ROWS: [Row; 29] = [
     row("segments", "a segment of every second block is lost, one of each comes twice", NEW, None, disturbed_segments),
     row("two-masters", "a second master begins a transfer in the middle of the first, which tries again",
         NEW, None, two_masters),
+    row("bad-cell", "a bad cell in the sector for the previous program", OLD, Some(Refusal::FlashFailed), over_bad_cell),
     row("no-program", "the board has a bootloader alone", NEW, None, without_program),
     row("decayed", "a bit of the running program flips", OLD, Some(Refusal::Decayed), decayed),
     row("decayed-alone", "the same without a previous program", NO_PROGRAM, Some(Refusal::Decayed), decayed_alone),
@@ -565,9 +575,9 @@ fn line(row: &Row, outcome: &Outcome) -> String {
     format!("| `{name}` | {disturbance} | {version} | {reason} | {silent} |\n")
 }
 
-/// Rows of the default run: a power cut in each phase of an update, and a program that does not work. An update without
-/// a disturbance, and a refusal, are in `foot_is_updated_over_can`.
-const BY_DEFAULT: [&str; 7] = [
+/// Rows of the default run: a power cut in each phase of an update, a program that does not work, and a bad cell. An
+/// update without a disturbance, and a refusal, are in `foot_is_updated_over_can`.
+const BY_DEFAULT: [&str; 8] = [
     "power-cut-clear",
     "power-cut-download",
     "power-cut:2",
@@ -575,6 +585,7 @@ const BY_DEFAULT: [&str; 7] = [
     "power-cut:1000",
     "power-cut:30000",
     "crashes",
+    "bad-cell",
 ];
 
 /// Rows with these names.

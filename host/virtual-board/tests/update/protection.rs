@@ -1,4 +1,4 @@
-//! Write protection of the bootloader's own sectors by option bytes.
+//! Write protection of the bootloader's sectors by option bytes, which the program writes.
 
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::{Board, Injection};
@@ -17,30 +17,34 @@ use wire::dictionary::index;
 /// Bits of the sectors 0 and 1.
 const OWN: u16 = 0b11;
 
-/// Reference board whose chip comes from the factory.
-fn factory_board(elf: &[u8]) -> Master {
-    factory_board_of(Wiring::reference(), Corner::Typical, elf)
-}
+/// Brown-out level of a chip from the factory.
+const OFF: u8 = 0;
 
-fn factory_board_of(wiring: &'static Wiring, corner: Corner, elf: &[u8]) -> Master {
+/// Board whose program has not run for long enough to write the option bytes.
+fn new_board(wiring: &'static Wiring, corner: Corner, level: u8, elf: &[u8]) -> Master {
     let mut options = options();
     options.wiring = Some(wiring);
     options.set_corner(corner);
-    options.chip.brown_out_level = 0;
+    options.chip.brown_out_level = level;
     options.chip.protection = Protection::None;
     let bootloader = bootloader(wiring);
     let at_rest = |_| Stimulus::REST;
     Master::new(Board::with_bootloader(Some(&bootloader), elf, options, at_rest).expect("it fits"))
 }
 
-/// Switches the board off and on, and waits until its program has run for a second.
+/// Time in which a board starts that writes its option bytes first, after two seconds of supply, ms.
+const FIRST_START_MS: u32 = 3_500;
+
 fn switch_off_and_on(master: &mut Master) {
     let mut machine = master.board.cpu().machine();
     machine.chip.request_reset(ResetCause::PowerOn);
     machine.wake();
-    drop(machine);
-    master.boot_up(1_500);
-    master.run(1_000);
+}
+
+/// Lifts the write protection, as a probe does.
+fn lift_protection(master: &mut Master) {
+    let flash = &mut master.board.cpu().machine().chip.flash;
+    *flash = flash.clone().with_protection(Protection::None);
 }
 
 /// Protected sectors, brown-out level, and byte of the readout protection.
@@ -51,13 +55,13 @@ fn protection(master: &mut Master) -> (u16, u32, u8) {
 }
 
 #[test]
-fn bootloader_is_protected_from_the_second_power_up_on() {
+fn bootloader_is_protected_from_the_first_power_up_on() {
     assert_protected(&products()[..1], &[Corner::Typical]);
 }
 
 #[test]
 #[ignore = "full: each board in every corner of the chip"]
-fn every_bootloader_is_protected_from_the_second_power_up_on() {
+fn every_bootloader_is_protected_from_the_first_power_up_on() {
     assert_protected(&products(), &Corner::ALL);
 }
 
@@ -65,22 +69,40 @@ fn assert_protected(boards: &[(&'static Wiring, Vec<u8>)], corners: &[Corner]) {
     for (wiring, elf) in boards {
         for &corner in corners {
             let case = (wiring.name, corner);
-            let mut master = factory_board_of(wiring, corner, elf);
-            master.boot_up(1_500);
-            master.run(1_000);
-            // The program has set the brown-out level.
-            assert_eq!(protection(&mut master), (0, 2_830, 0xAA), "{case:?}");
+            let mut master = new_board(wiring, corner, OFF, elf);
+            master.boot_up(FIRST_START_MS);
+            assert_eq!(protection(&mut master), (OWN, 2_830, 0xAA), "{case:?}");
+            lift_protection(&mut master);
             master.board.inject(Injection::Reset);
             master.boot_up(1_000);
             assert_eq!(protection(&mut master), (0, 2_830, 0xAA), "{case:?}");
-            switch_off_and_on(&mut master);
-            assert_eq!(protection(&mut master), (OWN, 2_830, 0xAA), "{case:?}");
+            for _ in 0..2 {
+                switch_off_and_on(&mut master);
+                master.boot_up(FIRST_START_MS);
+                assert_eq!(protection(&mut master), (OWN, 2_830, 0xAA), "{case:?}");
+            }
             let operations = master.board.cpu().machine().chip.flash.operations;
-            switch_off_and_on(&mut master);
-            let after = master.board.cpu().machine().chip.flash.operations;
-            assert_eq!(operations, after, "{case:?}: done once");
+            assert_eq!(operations, 2, "{case:?}: each time once");
             assert_eq!(master.number(index::PROGRAM_ID), number_of(elf));
         }
+    }
+}
+
+/// Power for 1 to 50 ms at a time, and once for nearly two seconds. Each write of the flash meanwhile is cut.
+#[test]
+fn connector_that_bounces_does_not_protect_the_readout() {
+    let Some(elf) = product() else { return };
+    for level in [OFF, 3] {
+        let mut master = new_board(Wiring::reference(), Corner::Typical, level, &elf);
+        master.board.inject(Injection::CutInFlash(1));
+        let bounces = (0..80).map(|k| 1 + 17 * k % 50);
+        for ms in bounces.chain([1_900]) {
+            master.run(ms);
+            switch_off_and_on(&mut master);
+        }
+        master.board.cpu().machine().chip.flash.cut_at = None;
+        master.boot_up(FIRST_START_MS);
+        assert_eq!(protection(&mut master), (OWN, 2_830, 0xAA), "{level}");
     }
 }
 
@@ -89,17 +111,14 @@ fn assert_protected(boards: &[(&'static Wiring, Vec<u8>)], corners: &[Corner]) {
 #[ignore = "full: a power cut in the protection, and an update"]
 fn foot_survives_a_power_cut_in_its_protection() {
     let Some(elf) = product() else { return };
-    let mut master = factory_board(&elf);
-    master.boot_up(1_500);
-    master.run(1_000);
+    let mut master = new_board(Wiring::reference(), Corner::Typical, OFF, &elf);
     master.board.inject(Injection::CutInFlash(1));
-    switch_off_and_on(&mut master);
+    master.boot_up(2 * FIRST_START_MS);
     let causes: Vec<ResetCause> = master.board.resets().iter().map(|(_, why)| *why).collect();
-    assert_eq!(causes, [ResetCause::PowerOn; 2]);
-    // The program has set the brown-out level again.
-    assert_eq!(protection(&mut master), (0, 2_830, 0xFF));
-    switch_off_and_on(&mut master);
+    assert_eq!(causes, [ResetCause::PowerOn]);
+    // The program has written them again.
     assert_eq!(protection(&mut master), (OWN, 2_830, 0xFF));
+    master.run(500);
     assert_eq!(master.number(index::PROGRAM_ID), number_of(&elf));
     // Another program comes as ever.
     master.stop();
@@ -112,9 +131,9 @@ fn foot_survives_a_power_cut_in_its_protection() {
 #[ignore = "full: an update that erases the bootloader"]
 fn unprotected_bootloader_is_lost_to_a_program() {
     let Some(elf) = product() else { return };
-    let mut master = factory_board(&elf);
-    master.boot_up(1_500);
+    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
     master.run(1_000);
+    lift_protection(&mut master);
     master.stop();
     assert_eq!(master.control(CLEAR)[0], 0x60);
     let image = image_beginning_with(&elf, &WRITES_BOOTLOADER);
@@ -125,7 +144,7 @@ fn unprotected_bootloader_is_lost_to_a_program() {
     assert_eq!(found, [0, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF]);
 }
 
-/// The boards of the other tests are past their second power-up.
+/// The boards of the other tests are past their first power-up.
 #[test]
 fn protected_board_keeps_its_option_bytes() {
     let Some(elf) = product() else { return };

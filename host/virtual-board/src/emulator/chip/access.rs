@@ -79,7 +79,7 @@ impl Chip {
             Part::Spi(index) => self.spis[index].read(offset),
             Part::Usart(index) => self.usarts[index].read(offset),
             Part::Can => self.can.read(offset, now),
-            Part::Pwr => self.pwr.read(offset, self.flash.supply_mv),
+            Part::Pwr => self.pwr.read(offset, self.flash.supply_mv, now),
             Part::Iwdg => self.iwdg.read(offset),
             Part::Adc => self.adc.read(offset, now),
             Part::Gpio(index) => {
@@ -133,7 +133,7 @@ impl Chip {
                 }
                 self.can.write(offset, value, now)
             }
-            Part::Pwr => self.pwr.write(offset, value),
+            Part::Pwr => self.pwr.write(offset, value, now),
             Part::Iwdg => self.iwdg.write(offset, value, now),
             Part::Adc => {
                 let pclk = self.rcc.clocks.pclk2;

@@ -40,7 +40,7 @@ const NWRP: u32 = 1 << 16;
 pub enum Protection {
     /// None, as delivered.
     None,
-    /// Those of the bootloader, as set by itself at the second power-up of a board.
+    /// Those of the bootloader, as set by the program at the first power-up of a board.
     #[default]
     Bootloader,
 }
@@ -99,6 +99,8 @@ pub struct FlashRegisters {
     pub cut: bool,
     /// Number of the operation that, if it programs, clears one more bit.
     pub worn_at: Option<u64>,
+    /// Address of a word with a bad cell: each time it is programmed, one more bit is cleared.
+    pub bad_cell: Option<u32>,
     /// Time to program the option bytes, ms; `None` for that of the sector that holds them.
     pub option_bytes_ms: Option<u32>,
     /// Duration for which the core is stalled at its next access to a peripheral, in units of
@@ -369,7 +371,7 @@ impl FlashRegisters {
         let mut old = [0; 4];
         memory.read(address, old.get_mut(..size).unwrap_or(&mut []));
         let cut = self.operate(now, from_us(u64::from(self.corner.program_us())));
-        let worn = self.worn_at == Some(self.operations);
+        let worn = self.worn_at == Some(self.operations) || self.bad_cell == Some(address);
         let mut new: Vec<u8> = old
             .into_iter()
             .zip(value.to_le_bytes())
