@@ -1,5 +1,5 @@
 //! The flash by words of 32 bits, which requires a supply of 2.7 to 3.6 V (RM0090, 3.6). Below it nothing is written or
-//! erased. The program sets the brown-out level to 2.7 V at its first start, in force from the next power-up on.
+//! erased. The program sets brown-out level 3 (2.75 to 2.88 V) at its first start, in force from the next power-up on.
 
 use bootloader::flash::{Flash, FlashFailed};
 use bootloader::layout::Sector;

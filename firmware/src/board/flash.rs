@@ -122,7 +122,7 @@ impl ConfigFlash {
         Self { _flash: flash }
     }
 
-    /// Makes the chip reset itself below 2.7 V from the next power-up on. It takes as long as an erase.
+    /// Sets brown-out level 3 (2.75 to 2.88 V, DS8626 \[M\]) from the next power-up on. It takes as long as an erase.
     ///
     /// # Errors
     /// The supply is too low, or the option bytes do not read back.
@@ -156,7 +156,7 @@ impl ConfigFlash {
     }
 }
 
-/// Brown-out level, below which the chip resets itself: 0 off, 1 to 3 above 2.1, 2.4 and 2.7 V.
+/// Brown-out level: 0 off; 1 to 3: reset below 2.19, 2.50 and 2.83 V, typical, falling (DS8626 \[M\]).
 pub fn brown_out_level() -> u8 {
     3 - (FLASH.optcr().read().bor_lev() & 3)
 }
