@@ -125,7 +125,7 @@ impl ConfigFlash {
         Self { _flash: flash }
     }
 
-    /// Makes the chip reset itself below 2.7 V from the next power-up on, and protects the sectors of the bootloader from
+    /// Sets brown-out level 3 (2.75 to 2.88 V, DS8626 \[M\]) from the next power-up on, and protects the sectors of the bootloader from
     /// being written: whatever a program does, the foot can be updated. It takes as long as an erase.
     ///
     /// Option bytes that were erased and not written are those of readout protection, level 1 (RM0090, 3.6.3).
@@ -165,7 +165,7 @@ impl ConfigFlash {
     }
 }
 
-/// Brown-out level, below which the chip resets itself: 0 off, 1 to 3 above 2.1, 2.4 and 2.7 V.
+/// Brown-out level: 0 off; 1 to 3: reset below 2.19, 2.50 and 2.83 V, typical, falling (DS8626 \[M\]).
 pub fn brown_out_level() -> u8 {
     3 - (FLASH.optcr().read().bor_lev() & 3)
 }

@@ -181,7 +181,7 @@ pub const SIGNATURE_STORE: u32 = u32::from_le_bytes(*b"save");
 /// See [`SIGNATURE_STORE`].
 pub const SIGNATURE_RESTORE: u32 = u32::from_le_bytes(*b"load");
 
-/// "bor3": signature that must be written to have the chip reset itself below 2.7 V.
+/// "bor3": signature that must be written to set brown-out level 3 (reset below 2.75 to 2.88 V).
 pub const SIGNATURE_BROWN_OUT: u32 = u32::from_le_bytes(*b"bor3");
 
 /// Bit 31 of a PDO's identifier: the PDO is off.
