@@ -29,10 +29,11 @@
 //!
 //! let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
 //! let mut estimator = ContactEstimator::new(&params.validate::<256>()?);
-//! for tick in 0..50 {
+//! for tick in 0..400 {
 //!     let sample = ImuSample { timestamp: Timestamp::from_micros(tick * 1000), ..Default::default() };
 //!     let estimate = estimator.update(&sample, None);
-//!     assert!(estimate.probabilities.stable > 0.98);
+//!     // Once the foot has rested for a fifth of a second:
+//!     assert!(tick < 350 || estimate.probabilities.stable > 0.98);
 //! }
 //! # Ok::<(), estimator_core::ParamsError>(())
 //! ```

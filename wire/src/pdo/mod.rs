@@ -210,9 +210,7 @@ mod tests {
             for field in pdo.fields() {
                 let bits = 8 * field.zero.data_type().size().expect("a number");
                 let used: u8 = field.signals.iter().map(|signal| signal.length).sum();
-                // Bit 7 of the estimator's flags is unused.
-                let spare = usize::from(field.name == "Flags");
-                assert_eq!(usize::from(used) + spare, bits, "{}", field.name);
+                assert_eq!(usize::from(used), bits, "{}", field.name);
             }
         }
     }

@@ -445,8 +445,8 @@ mod tests {
     fn wide_settings() -> Settings {
         let mut settings = Settings::default();
         let learnt = Learnt {
-            still: -9.3,
-            moving: 9.3,
+            still: -4.6,
+            moving: 6.0,
             width: 1.0,
             speed: -5.0,
             still_seconds: 1.0,

@@ -177,7 +177,7 @@ fn nothing_is_sent_before_the_boot_up() {
 
 #[test]
 fn a_node_uses_a_tenth_of_the_memory_of_the_peer() {
-    const VALUES: usize = 276;
+    const VALUES: usize = 264;
     let ours = size_of::<Node>();
     let counts = dictionary::OBJECTS
         .iter()

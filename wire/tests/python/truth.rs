@@ -109,6 +109,7 @@ impl Truth {
             "Stale" => flag(Flag::Stale),
             "InvalidSample" => flag(Flag::InvalidSample),
             "TimeGap" => flag(Flag::TimeGap),
+            "Unproven" => flag(Flag::Unproven),
             "QuaternionW" => q(orientation.w, UNIT_STEP),
             "QuaternionX" => q(orientation.x, UNIT_STEP),
             "QuaternionY" => q(orientation.y, UNIT_STEP),
