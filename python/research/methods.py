@@ -78,13 +78,8 @@ def _at_rate(file: Labelled, rate: float) -> Answers | None:
 def _warm(file: Labelled, learnt_on: Labelled) -> Answers:
     """Starts with what the estimator has learnt by the end of another recording."""
     learnt = [float(value) for value in learnt_on.recording.estimate().learnt]
-    quantities = ("acceleration", "rate", "velocity")
-    classes = {
-        name: dict(zip(("still", "moving", "width"), learnt[3 * k : 3 * k + 3], strict=True))
-        for k, name in enumerate(quantities)
-    }
-    seconds = dict(zip(("still_seconds", "moving_seconds", "idle_seconds"), learnt[9:], strict=True))
-    return _footfall(file, config={"learnt": classes | seconds})
+    names = ("still", "moving", "width", "speed", "still_seconds", "moving_seconds")
+    return _footfall(file, config={"learnt": dict(zip(names, learnt, strict=True))})
 
 
 def _published(file: Labelled, scores: Callable[[Labelled], Array]) -> Answers:

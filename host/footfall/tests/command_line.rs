@@ -243,10 +243,8 @@ fn configuration_errors_give_the_place_of_each() {
             "line 1, column 10, key window: \"50\" is no window: write a duration such as 50ms",
         ),
         (
-            "[learnt]\nstill_seconds = 2\nmoving_seconds = 3\nidle_seconds = 4\n\
-             acceleration = { still = -1, moving = -2, width = 0.5 }\nrate = { still = -1, moving = 2, width = 0.5 }\n\
-             velocity = { still = -1, moving = 2, width = 0.5 }\n",
-            "line 5, column 30, key learnt.acceleration.moving is -2, allowed is -1 to 9.3",
+            "[learnt]\nstill = -1\nmoving = -2\nwidth = 0.5\nspeed = -5\nstill_seconds = 2\nmoving_seconds = 3\n",
+            "line 3, column 1, key learnt.moving is -2, allowed is -1 to 6",
         ),
         (
             "[accelerometer]\nscale = { az = 9 }\n",

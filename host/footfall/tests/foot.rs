@@ -100,8 +100,8 @@ fn calibration_needs_a_walking_and_learning_foot() {
     let (text, error) = foot(&bench, "demo:speed=5 --node 17 calibrate");
     for expected in [
         "kept and stored\n",
-        "acceleration.still ",
-        "rate.moving ",
+        "still ",
+        "speed ",
         "gyroscope_bias_z ",
         "accelerometer.scale.ax ",
     ] {
@@ -110,8 +110,8 @@ fn calibration_needs_a_walking_and_learning_foot() {
     assert!(error.contains("let the foot walk: "), "{error}");
     let (json, _) = foot(&bench, "demo:speed=20,line=uart calibrate --json");
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    let still = json["learnt"]["acceleration.still"].as_f64();
-    let moving = json["learnt"]["acceleration.moving"].as_f64();
+    let still = json["learnt"]["still"].as_f64();
+    let moving = json["learnt"]["moving"].as_f64();
     assert!(still < moving, "{json}");
     assert_eq!(
         json["gyroscope_bias_rad_s"].as_array().map(Vec::len),

@@ -282,6 +282,6 @@ mod tests {
         }
         let named = Named::settings().filter(|named| !named.entry.key.is_empty());
         // 29 numbers, window, method, learning, 12 learnt, 6 of the accelerometer, axes.
-        assert_eq!(named.count(), 51);
+        assert_eq!(named.count(), 45);
     }
 }

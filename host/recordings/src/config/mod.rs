@@ -14,12 +14,12 @@
 //! learning = "on"                 # or "frozen": the classes stay as they are
 //!
 //! [learnt]                        # warm start, as `footfall calibrate` writes it
-//! still_seconds = 8.6
-//! moving_seconds = 8.6
-//! idle_seconds = 0.0
-//! acceleration = { still = -0.9, moving = 2.4, width = 0.6 } # ln of m/s²
-//! rate = { still = -2.6, moving = 0.6, width = 0.4 }         # ln of rad/s
-//! velocity = { still = -3.8, moving = 1.1, width = 0.7 }     # ln of m/s²
+//! still = -0.9                    # ln of m/s²
+//! moving = 2.4                    # ln of m/s²
+//! width = 0.6
+//! speed = -7.4                    # ln of m/s
+//! still_seconds = 1.5
+//! moving_seconds = 1.5
 //!
 //! [decision]
 //! threshold = 0.5
@@ -49,7 +49,7 @@
 //! let overrides = recordings::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
 //! overrides.apply(&mut params);
-//! assert_eq!(params.learnt.unwrap().rate.still, -2.6);
+//! assert_eq!(params.learnt.unwrap().still, -0.9);
 //! params.validate::<256>()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

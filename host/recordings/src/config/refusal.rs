@@ -395,11 +395,8 @@ mod tests {
 
     /// Returns a file with all learnt values, of which one is changed.
     fn with_learnt(from: &str, to: &str) -> String {
-        let classes = "{ still = -1, moving = 1, width = 0.5 }";
-        let text = format!(
-            "[learnt]\nstill_seconds = 2\nmoving_seconds = 3\nidle_seconds = 4\n\
-             acceleration = {classes}\nrate = {classes}\nvelocity = {classes}\n"
-        );
+        let text = "[learnt]\nstill = -1\nmoving = 1\nwidth = 0.5\nspeed = -5\nstill_seconds = 2\n\
+             moving_seconds = 3\n";
         assert!(text.contains(from));
         text.replacen(from, to, 1)
     }
@@ -408,14 +405,14 @@ mod tests {
     fn implausible_learnt_value_is_rejected_by_key() {
         for (from, to, expected) in [
             (
-                "rate = { still = -1",
-                "rate = { still = -20",
-                "learnt.rate.still is -20, allowed is -9.3 to 9.3",
+                "speed = -5",
+                "speed = -20",
+                "learnt.speed is -20, allowed is -11.5 to 0",
             ),
             (
-                "velocity = { still = -1, moving = 1",
-                "velocity = { still = -1, moving = -2",
-                "learnt.velocity.moving is -2, allowed is -1 to 9.3",
+                "moving = 1",
+                "moving = -2",
+                "learnt.moving is -2, allowed is -1 to 6",
             ),
             (
                 "width = 0.5",

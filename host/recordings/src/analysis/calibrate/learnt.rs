@@ -18,7 +18,7 @@ use super::CalibrationError;
 const LEAST_USABLE: f64 = 0.1;
 
 /// Least ratio of the amplitudes in motion and in stillness, below which the classes do not differ.
-const LEAST_FACTOR: f32 = 2.5;
+const LEAST_FACTOR: f32 = 3.0;
 
 /// Calibration that learns from a sequence of recordings.
 pub struct LearntCalibration {
@@ -266,7 +266,7 @@ mod tests {
     fn unsettled_error_names_the_remedy() {
         assert_eq!(
             unsettled(0.44, 0.99, 3),
-            "0.4 s of stance and 0.9 s of swing were seen; 1 s of each is needed: record more steps"
+            "0.4 s of stance and 0.9 s of swing were seen; 0.5 s of each is needed: record more steps"
         );
         assert!(unsettled(3.0, 0.0, 0).ends_with("the foot never swung: record it walking"));
         assert!(unsettled(0.0, 3.0, 0).ends_with("units and --gravity are right"));
