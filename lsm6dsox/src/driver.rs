@@ -121,7 +121,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     /// Brings the part from any state into the configuration: waits for its boot, leaves other
-    /// register banks and 3-wire SPI, checks its identity, resets it, writes the configuration and
+    /// register banks, 3-wire SPI and I3C, checks its identity, resets it, writes the configuration and
     /// reads it back, and waits for the gyroscope's turn-on: the next sample can be used. May be
     /// called again at any time.
     ///

@@ -5,6 +5,7 @@ mod common;
 use common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
 use common::{options, product};
 use estimator_core::Validity;
+use lsm6dsox::setting::Pin;
 use lsm6dsox::sim::{PartFault as SensorFault, Stimulus};
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::to_us;
@@ -165,4 +166,28 @@ fn single_misreads_are_reported_with_their_number() {
     reported.retain(|emergency| emergency.code != 0);
     let first = reported.first().expect("a misread is reported");
     assert_eq!(first.detail, 1);
+}
+
+fn int1_is_high(rig: &mut Rig) -> bool {
+    let now = rig.board.now();
+    let chip = &mut rig.board.cpu().machine().chip;
+    let level = chip.with_sensor(now, |sensor| sensor.pin_is_high(Pin::Int1));
+    level.expect("there is a sensor")
+}
+
+#[test]
+fn board_starts_a_sensor_in_i3c_mode() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.inject(Injection::Sensor(SensorFault::Int1High));
+    rig.run(1_000);
+    assert!(!rig.stable().is_empty(), "INT1 was high at power-up");
+    while !int1_is_high(&mut rig) {
+        rig.run_us(10);
+    }
+    rig.inject(Injection::Reset);
+    rig.forget();
+    rig.run(1_000);
+    assert!(!rig.stable().is_empty(), "reset in mid-pulse");
+    assert_eq!(rig.emergencies(), Vec::<u16>::new());
 }

@@ -38,6 +38,9 @@ pub enum PartFault {
     WrongId(u8),
     /// The supply dips now: the part boots, and all its settings are lost. Applied once.
     Reset,
+    /// The supply dips now, as with [`Reset`](Self::Reset), and returns while INT1 is held high: the part answers on
+    /// I3C alone. Applied once.
+    Int1High,
     /// The interrupt pins stay low.
     DataReadyLost,
     /// Pulses of samples are lost at random on the interrupt pins.
