@@ -50,6 +50,7 @@ pub struct Measurement {
 #[derive(Debug)]
 pub struct Sensor<SPI> {
     pub(super) driver: Lsm6dsox<SPI>,
+    conversion: imu::Conversion,
     pub(super) watch: Watch,
     pub(super) activity: Activity,
     pub(super) restarts: u32,
@@ -76,6 +77,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
     pub fn new(spi: SPI) -> Self {
         Self {
             driver: Lsm6dsox::new(spi, Config::FRESH_KILOHERTZ),
+            conversion: imu::Conversion::default(),
             watch: Watch::default(),
             activity: Activity::Starting,
             restarts: 0,
@@ -114,7 +116,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             None => self.found.take(),
         };
         let mut sample = match &raw {
-            Some(raw) => imu::imu_sample(raw, time),
+            Some(raw) => self.conversion.imu_sample(raw, time),
             None => imu::missing_sample(time),
         };
         if issue.is_some() && sample.validity != Validity::Invalid {
