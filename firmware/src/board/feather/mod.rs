@@ -14,7 +14,7 @@ super::table::wiring! {
         select: PA4,
         data_ready: PB10, TIM2 Ch3, XOR,
     },
-    can: { transmit: PB9, receive: PB8, GPIOB pin 8 },
+    can: { transmit: PB9, receive: PB8 },
     uart: { transmit: PB6, receive: PB7 },
     load: PC4, ADC1 input 14,
     led: PC1,

@@ -9,7 +9,7 @@ super::table::wiring! {
         select: PA4,
         data_ready: PA0, TIM2 Ch1, NORMAL,
     },
-    can: { transmit: PB9, receive: PB8, GPIOB pin 8 },
+    can: { transmit: PB9, receive: PB8 },
     uart: { transmit: PA9, receive: PA10 },
     load: PC0, ADC1 input 10,
     led: PC6,
