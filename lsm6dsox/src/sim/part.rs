@@ -4,7 +4,7 @@ use std::boxed::Box;
 
 use super::channel::Channel;
 use super::clock::Clock;
-use super::fault::{Broken, Faults, GLITCH_NS, PartFault};
+use super::fault::{Broken, Faults, PartFault};
 use super::memory::{Memory, Violation};
 use super::motion::{Motion, Stimulus};
 use super::outputs::{Phase, Update, Words};
@@ -277,9 +277,14 @@ impl Part {
             }
             PartFault::RegisterFlipped { address, bits } => self.flip(address, bits),
             PartFault::ReservedBits => self.faults.reserved_bits = true,
-            PartFault::DataReadyGlitches { period_ns } => {
-                self.faults.glitch_period_ns = Some(u64::from(period_ns).max(2 * GLITCH_NS));
+            PartFault::DataReadyGlitches {
+                period_ns,
+                width_ns,
+            } => {
+                let [period, width] = [period_ns, width_ns].map(u64::from);
+                self.faults.glitches_ns = Some([period.max(2 * width).max(2), width]);
             }
+            PartFault::PinsInverted => self.faults.pins_inverted = true,
             PartFault::Saturation => self.faults.saturated = true,
             PartFault::ClockRatio(ratio) => self.set_clock_ratio(ratio),
         }
