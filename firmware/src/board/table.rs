@@ -33,6 +33,7 @@ macro_rules! wiring {
             from_sensor: $from_sensor:ident,
             select: $select:ident,
             data_ready: $data_ready:ident, TIM2 $channel:ident, $input:ident,
+            speed: $speed:ident,
         },
         can: { transmit: $can_transmit:ident, receive: $can_receive:ident },
         uart: { transmit: $uart_transmit:ident, receive: $uart_receive:ident },
@@ -41,6 +42,7 @@ macro_rules! wiring {
     ) => {
         use embassy_stm32::pac::timer::vals::Ti1s;
         use embassy_stm32::{Peripherals, peripherals, timer};
+        use lsm6dsox::SpiClock;
 
         use super::table::Parts;
         use super::{can, sensor, uart};
@@ -56,6 +58,8 @@ macro_rules! wiring {
         pub type DataReadyChannel = timer::$channel;
         /// Pins that the capture of channel 1 of TIM2 sees.
         pub const CAPTURE_INPUT: Ti1s = Ti1s::$input;
+        /// Clock of the sensor's bus at a start.
+        pub const SENSOR_SPEED: SpiClock = SpiClock::$speed;
         pub type CanTransmit = peripherals::$can_transmit;
         pub type CanReceive = peripherals::$can_receive;
         pub type UartTransmit = peripherals::$uart_transmit;

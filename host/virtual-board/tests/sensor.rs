@@ -3,7 +3,7 @@
 mod common;
 
 use common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
-use common::{options, product};
+use common::{options, product, products};
 use estimator_core::Validity;
 use lsm6dsox::setting::Pin;
 use lsm6dsox::sim::{PartFault as SensorFault, Stimulus};
@@ -137,20 +137,26 @@ fn burst_us(rig: &mut Rig) -> f64 {
 }
 
 #[test]
-fn the_bus_runs_at_5_mhz_and_at_half_for_a_late_data_line() {
-    let Some(elf) = product() else { return };
-    let mut rig = Rig::new(&elf);
-    rig.board.record_sensor_bus();
-    rig.run(1_000);
-    let full = burst_us(&mut rig);
-    assert!((27.2..31.0).contains(&full), "5 MHz: {full} µs");
-    rig.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 105 }));
-    rig.run(1_000);
-    let late = burst_us(&mut rig);
-    assert!((54.4..60.0).contains(&late), "late data line: {late} µs");
-    rig.forget();
-    rig.run(10);
-    assert!(!rig.stable().is_empty());
+fn bus_starts_at_the_clock_of_its_board_and_slows_down() {
+    let half = 54.4..60.0;
+    for (board, elf) in products() {
+        let start = match board.name {
+            "feather" => half.clone(),
+            _ => 27.2..31.0,
+        };
+        let mut rig = Rig::new(&elf);
+        rig.board.record_sensor_bus();
+        rig.run(1_000);
+        let us = burst_us(&mut rig);
+        assert!(start.contains(&us), "{}: {us} µs", board.name);
+        rig.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 105 }));
+        rig.run(1_000);
+        let late = burst_us(&mut rig);
+        assert!(half.contains(&late), "{}: {late} µs", board.name);
+        rig.forget();
+        rig.run(10);
+        assert!(!rig.stable().is_empty());
+    }
 }
 
 /// One bit in 3000: most registers that are read wrong are read right at once.
@@ -166,6 +172,23 @@ fn single_misreads_are_reported_with_their_number() {
     reported.retain(|emergency| emergency.code != 0);
     let first = reported.first().expect("a misread is reported");
     assert_eq!(first.detail, 1);
+}
+
+/// The rate of the test before: no start fails.
+#[test]
+fn misreads_slow_the_bus_down() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.board.record_sensor_bus();
+    rig.run(1_500);
+    assert!(burst_us(&mut rig) < 31.0);
+    let flips = SensorFault::BitFlips { per_million: 300 };
+    rig.inject(Injection::Sensor(flips));
+    rig.run(1_000);
+    assert!(burst_us(&mut rig) > 54.4);
+    let reported = rig.emergency_messages();
+    let is_misread = |emergency: &Emergency| emergency.fault == Some(Fault::Misread);
+    assert!(reported.iter().all(is_misread), "{reported:?}");
 }
 
 fn int1_is_high(rig: &mut Rig) -> bool {

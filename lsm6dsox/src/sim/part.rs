@@ -11,7 +11,6 @@ use super::outputs::{Phase, Update, Words};
 use super::random::Random;
 use crate::register::{self, ctrl3_c, ctrl9_xl};
 use crate::scale::{DEGREE, STANDARD_GRAVITY};
-use crate::setting::Pin;
 
 /// Duration of a software reset, ns \[S\].
 const RESET_NS: u64 = 50_000;
@@ -312,7 +311,7 @@ impl Part {
 
     pub(super) fn software_reset(&mut self) {
         let disabled = ctrl9_xl::I3C_DISABLE.is_set(self.memory.get(register::CTRL9_XL));
-        self.i3c = self.pin_is_high(Pin::Int1) || (self.i3c && !disabled);
+        self.i3c = self.drives_int1() || (self.i3c && !disabled);
         self.restart(Busy::Reset, RESET_NS);
     }
 
@@ -323,7 +322,7 @@ impl Part {
 
     /// The host is reset, and lets go of INT1: where that is high, the part enters I3C mode.
     pub fn host_reset(&mut self) {
-        self.i3c |= self.pin_is_high(Pin::Int1);
+        self.i3c |= self.drives_int1();
     }
 
     const fn measures(&self) -> bool {

@@ -57,7 +57,12 @@ impl Part {
         is_glitch.then_some(width)
     }
 
-    /// Returns whether the pins are active low.
+    /// Returns whether the part drives INT1 high now.
+    pub(super) fn drives_int1(&self) -> bool {
+        self.pin_is_high(Pin::Int1) != self.faults.pins_inverted
+    }
+
+    /// Returns whether the pins are active low at the host.
     fn is_active_low(&self) -> bool {
         let active_low = ctrl3_c::H_LACTIVE.is_set(self.memory.get(register::CTRL3_C));
         active_low != self.faults.pins_inverted
