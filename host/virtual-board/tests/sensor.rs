@@ -184,7 +184,7 @@ fn misreads_slow_the_bus_down() {
     assert!(burst_us(&mut rig) < 31.0);
     let flips = SensorFault::BitFlips { per_million: 300 };
     rig.inject(Injection::Sensor(flips));
-    rig.run(1_000);
+    rig.run(3_000);
     assert!(burst_us(&mut rig) > 54.4);
     let reported = rig.emergency_messages();
     let is_misread = |emergency: &Emergency| emergency.fault == Some(Fault::Misread);
