@@ -282,7 +282,7 @@ fn init_ends_i3c_mode_from_a_reset_in_mid_pulse() {
 }
 
 #[test]
-fn neither_init_nor_self_test_enters_i3c_mode_in_mid_pulse() {
+fn init_and_self_test_do_not_enter_i3c_mode_in_mid_pulse() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     for phase in 0..10 {

@@ -1,5 +1,6 @@
 //! CAN1, by its registers: the HAL leaves its sleep at the bit timing after a reset, which disturbs a bus in use.
 
+use core::array;
 use core::future::poll_fn;
 use core::mem;
 use core::ops::Range;
@@ -277,7 +278,7 @@ impl Sender {
     /// Withdraws pending frames with these identifiers, at once or after the frame on the bus; returns
     /// their number. If a mailbox is full again already, it is unknown whether its frame was sent.
     pub async fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
-        let requested = MAILBOXES.map(|mailbox| request_abort(mailbox, ids));
+        let requested: [bool; 3] = array::from_fn(|mailbox| request_abort(mailbox, ids));
         if requested != [false; 3] {
             Timer::after(FRAME).await;
         }
@@ -291,7 +292,7 @@ impl Sender {
     /// Waits until a frame has left its mailbox, if any mailbox is full.
     pub async fn freed(&self) {
         // Read once: a frame that leaves from here on is not waited for again.
-        let full = MAILBOXES.map(|mailbox| waiting_in(mailbox).is_some());
+        let full: [bool; 3] = array::from_fn(|mailbox| waiting_in(mailbox).is_some());
         if full == [false; 3] {
             return;
         }
@@ -360,7 +361,8 @@ fn request_abort(mailbox: usize, ids: &Range<u16>) -> bool {
     })
 }
 
-const MAILBOXES: [usize; 3] = [0, 1, 2];
+/// A range, so that the compiler sees that each index of it is one of a mailbox.
+const MAILBOXES: Range<usize> = 0..3;
 
 impl Receiver {
     /// Returns the next frame for this foot, with the time at its end; the filters reject remote and extended frames.

@@ -101,7 +101,7 @@ impl Timebase {
         TIM2.arr().write_value(u32::MAX);
         TIM2.ccmr_input(0).modify(|w| {
             w.set_ccs(EDGE, vals::CcmrInputCcs::TI4);
-            // Eight cycles of 80 MHz: a level of less than 88 ns is no edge.
+            // Eight cycles of 80 MHz: a level of less than 88 ns is ignored.
             w.set_icf(EDGE, vals::FilterValue::FCK_INT_N8);
         });
         TIM2.ccer().modify(|w| w.set_cce(EDGE, true));

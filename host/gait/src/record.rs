@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_bits_on_every_machine() {
         // A change of this number changes every simulated recording.
-        const SEED_1: u64 = 0xaf85_f2fc_a414_446d;
+        const SEED_1: u64 = 0xc7d5_71f2_504c_7693;
         assert_eq!(fingerprint(&demo(1).recording), SEED_1);
         assert_ne!(fingerprint(&demo(2).recording), SEED_1);
     }

@@ -92,7 +92,7 @@ impl Chip {
             if let Some(sensor) = &mut self.sensor {
                 let edge_ns = to_ns(edge);
                 sensor.advance_to(edge_ns.saturating_sub(1));
-                // An edge in a glitch is one, too.
+                // An edge within a glitch counts, too.
                 let low = !sensor.pin_is_high(Pin::Int1) || sensor.glitch_ns(Pin::Int1).is_some();
                 if low && self.pin_high {
                     self.set_pin(false, NEVER, edge);
