@@ -59,7 +59,7 @@ impl Part {
 
     /// Returns whether the part drives INT1 high now.
     pub(super) fn drives_int1(&self) -> bool {
-        self.pin_is_high(Pin::Int1) != self.faults.pins_inverted
+        self.announces(Pin::Int1) != (self.is_active_low() != self.faults.pins_inverted)
     }
 
     /// Returns whether the pins are active low at the host.

@@ -17,7 +17,7 @@ use firmware::bring_up::{Edges, Jitter, Line, Report, SUPPLY_MV, Scatter, Verdic
 use firmware::sampling::Ticks;
 use lsm6dsox::asynch::Lsm6dsox;
 use lsm6dsox::register::X_OFS_USR;
-use lsm6dsox::{Config, SetSpiClock, SpiClock};
+use lsm6dsox::{Config, SetSpiClock, SpiClock, Status};
 use static_cell::StaticCell;
 
 use crate::board::clocks::Source;
@@ -426,7 +426,7 @@ async fn measure_polarity(
         let _ = driver.sample().await;
         while since_edge() < BETWEEN_US {}
         let status = driver.status().await;
-        inverted += u16::from(status.is_ok_and(|status| status.gyro_fresh()));
+        inverted += u16::from(status.is_ok_and(Status::gyro_fresh));
     }
     let verdict = match ticks {
         0 => Verdict::NotTested("no edge came"),
