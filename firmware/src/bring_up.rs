@@ -181,6 +181,54 @@ impl Jitter {
     }
 }
 
+/// Mean and scatter of samples at rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scatter {
+    /// The first sample, from which the others differ by little.
+    first: [f32; 3],
+    count: u16,
+    sums: [f32; 3],
+    squares: f32,
+}
+
+impl Scatter {
+    /// Takes a sample of three axes.
+    pub fn take(&mut self, axes: [f32; 3]) {
+        if self.count == 0 {
+            self.first = axes;
+        }
+        self.count += 1;
+        for ((value, first), sum) in axes.into_iter().zip(self.first).zip(&mut self.sums) {
+            *sum += value - first;
+            self.squares += (value - first) * (value - first);
+        }
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub const fn count(&self) -> u16 {
+        self.count
+    }
+
+    /// Mean of each axis; not a number without a sample.
+    #[must_use]
+    pub fn mean(&self) -> [f32; 3] {
+        let mut mean = self.first;
+        for (mean, sum) in mean.iter_mut().zip(self.sums) {
+            *mean += sum / f32::from(self.count);
+        }
+        mean
+    }
+
+    /// Variance of all axes together.
+    #[must_use]
+    pub fn variance(&self) -> f32 {
+        let of_means: f32 = self.sums.iter().map(|sum| sum * sum).sum();
+        let count = f32::from(self.count);
+        (self.squares - of_means / count) / count
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -260,5 +308,18 @@ mod tests {
             .into_iter()
             .for_each(|at| jitter.take(at));
         assert!((jitter.largest_us() - 3.0).abs() < 1e-3, "{jitter:?}");
+    }
+
+    #[test]
+    fn scatter_has_the_mean_and_variance_of_its_samples() {
+        let mut scatter = Scatter::default();
+        assert!(scatter.mean()[0].is_nan() && scatter.variance().is_nan());
+        // Deviations of 0.3, 0 and 0.4.
+        [-1.0, 1.0, -1.0, 1.0]
+            .into_iter()
+            .for_each(|sign| scatter.take([0.3 * sign, 5.0, 9.8 + 0.4 * sign]));
+        let [x, y, z] = scatter.mean();
+        assert!(x.abs() < 1e-6 && y == 5.0 && (z - 9.8).abs() < 1e-5);
+        assert!((scatter.variance() - 0.25).abs() < 1e-5, "{scatter:?}");
     }
 }

@@ -7,7 +7,7 @@
 use estimator_core::{ImuSample, Timestamp};
 use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, SensorParams, Track, simulate};
-use lsm6dsox::imu::{imu_sample, missing_sample};
+use lsm6dsox::imu::{Conversion, missing_sample};
 use lsm6dsox::sim::{Part, SharedPart, SimSpi, Stimulus};
 use lsm6dsox::{Config, Lsm6dsox, Pin};
 use recordings::config::default_params;
@@ -58,13 +58,17 @@ fn mounted(plan: &Plan, frequency: f64) -> SharedPart {
 }
 
 /// Reads the next sample at its edge.
-fn next(part: &SharedPart, driver: &mut Lsm6dsox<SimSpi>) -> ImuSample {
+fn next(
+    part: &SharedPart,
+    driver: &mut Lsm6dsox<SimSpi>,
+    conversion: &mut Conversion,
+) -> ImuSample {
     if let Some(edge) = part.next_rising_edge_ns(Pin::Int1) {
         part.advance_to(edge);
     }
     let timestamp = Timestamp::from_micros((part.now_ns() - START_NS) / 1000);
     match driver.sample() {
-        Ok(raw) => imu_sample(&raw, timestamp),
+        Ok(raw) => conversion.imu_sample(&raw, timestamp),
         Err(_) => missing_sample(timestamp),
     }
 }
@@ -75,10 +79,11 @@ fn recorded(plan: &Plan, labelled: &Recording, frequency: f64) -> Recording {
     let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
     driver.init(&mut part.delay()).expect("it starts");
     part.advance_to(START_NS);
+    let mut conversion = Conversion::default();
     let mut recording = labelled.clone();
     for (tick, sample) in (0..).zip(&mut recording.samples) {
         part.advance_to(START_NS + tick * TICK_NS);
-        sample.imu = next(&part, &mut driver);
+        sample.imu = next(&part, &mut driver, &mut conversion);
     }
     recording
 }

@@ -7,7 +7,7 @@
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
 
-use crate::config::{Config, Write};
+use crate::config::{Config, I3C_DISABLED, Write};
 use crate::error::Error;
 use crate::register::{self, Register, ctrl3_c, ctrl5_c};
 use crate::sample::{RawSample, SAMPLE_BYTES, Status};
@@ -76,7 +76,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     /// Brings the part from any state into the configuration: waits for its boot, leaves other
-    /// register banks and 3-wire SPI, checks its identity, resets it, writes the configuration and
+    /// register banks, 3-wire SPI and I3C, checks its identity, resets it, writes the configuration and
     /// reads it back, and waits for the gyroscope's turn-on: the next sample can be used. May be
     /// called again at any time.
     ///
@@ -86,7 +86,14 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         self.holding = Holding::Unknown;
         delay.delay_us(BOOT_MICROS).await;
         self.make_readable().await?;
-        self.check_identity().await?;
+        match self.check_identity().await {
+            Err(Error::Identity { .. }) => {
+                // Ends I3C mode, in which its end cannot be read: the identity decides.
+                let _ = self.reset(delay).await;
+                self.check_identity().await?;
+            }
+            other => other?,
+        }
         self.reset(delay).await?;
         let config = self.config;
         self.apply(&config).await?;
@@ -227,6 +234,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         let accel = ctrl5_c::ST_XL.place(self_test::ST_XL_NEGATIVE);
         let gyro = ctrl5_c::ST_G.place(self_test::ST_G_POSITIVE);
         self.holding = Holding::Unknown;
+        self.make_readable().await?;
         self.check_identity().await?;
         let (off, on) = self
             .test_signal(&Config::ACCEL_SELF_TEST, accel, delay)
@@ -292,9 +300,14 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
 
     /// Writes the settings that prevent reading, without reading: in another bank `WHO_AM_I`
     /// is another register, and with 3-wire SPI the answers come on the part's input. Both persist
-    /// until the part loses its supply. A part that has its configuration keeps it.
+    /// until the part loses its supply.
+    ///
+    /// A part whose INT1 is high at its power-up or reset, by a pulse of its own too, answers on I3C alone, but takes
+    /// writes; with I3C disabled a reset ends that (STMicroelectronics/stm32-lsm6dso #1, Zephyr #20913, #39181) \[S\].
     async fn make_readable(&mut self) -> Result<(), Error<SPI::Error>> {
         self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
+        self.write(register::INT1_CTRL.address, 0).await?;
+        self.write(register::CTRL9_XL.address, I3C_DISABLED).await?;
         self.write(register::CTRL3_C.address, self.config.params().ctrl3_c())
             .await
     }

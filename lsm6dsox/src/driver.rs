@@ -26,24 +26,39 @@ pub const SPI_MODE: Mode = MODE_3;
 /// master. [`SpiClock::Full`] leaves 50 ns.
 pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
-/// Clock of the part's SPI.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Clock of the part's SPI, slowest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SpiClock {
-    /// Half of [`SPI_MAX_HERTZ`].
-    #[default]
-    Full,
+    /// An eighth of [`SPI_MAX_HERTZ`], for edges of the clock that take 200 ns.
+    Quarter,
     /// A quarter of [`SPI_MAX_HERTZ`], for a data line that is slower than any part: long wires, level
     /// shifters.
     Half,
+    /// Half of [`SPI_MAX_HERTZ`].
+    #[default]
+    Full,
 }
 
 impl SpiClock {
+    /// All clocks, slowest first.
+    pub const ALL: [Self; 3] = [Self::Quarter, Self::Half, Self::Full];
+
     /// Clock frequency, Hz.
     #[must_use]
     pub const fn hertz(self) -> u32 {
         match self {
             Self::Full => SPI_MAX_HERTZ / 2,
             Self::Half => SPI_MAX_HERTZ / 4,
+            Self::Quarter => SPI_MAX_HERTZ / 8,
+        }
+    }
+
+    /// The next slower clock, or the slowest.
+    #[must_use]
+    pub const fn slower(self) -> Self {
+        match self {
+            Self::Full => Self::Half,
+            Self::Half | Self::Quarter => Self::Quarter,
         }
     }
 }
@@ -121,7 +136,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     /// Brings the part from any state into the configuration: waits for its boot, leaves other
-    /// register banks and 3-wire SPI, checks its identity, resets it, writes the configuration and
+    /// register banks, 3-wire SPI and I3C, checks its identity, resets it, writes the configuration and
     /// reads it back, and waits for the gyroscope's turn-on: the next sample can be used. May be
     /// called again at any time.
     ///

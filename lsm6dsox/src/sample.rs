@@ -107,7 +107,7 @@ impl RawSample {
     /// Returns whether any axis of either sensor is at the end of its range.
     ///
     /// A shock shorter than the filters can exceed the range and yet come out below its end,
-    /// smoothed: a sample that is not flagged may still be next to one that was clipped.
+    /// smoothed: see `Conversion` in `imu`.
     #[must_use]
     pub fn is_saturated(&self) -> bool {
         self.specific_force.is_saturated() || self.angular_rate.is_saturated()

@@ -166,6 +166,13 @@ impl<S: FullScale> Codes<S> {
         ]
     }
 
+    /// Returns whether any axis is beyond 90 % of the full scale.
+    #[must_use]
+    pub fn is_near_full_scale(&self) -> bool {
+        let limit = self.full_scale.limit() / 10 * 9;
+        self.codes.iter().any(|code| code.unsigned_abs() > limit)
+    }
+
     /// Returns whether any axis is saturated.
     #[must_use]
     pub fn is_saturated(&self) -> bool {

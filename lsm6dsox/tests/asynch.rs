@@ -68,9 +68,9 @@ fn both_drivers_initialise_alike_and_read_the_same_sample() {
     let mut late = asynch::Lsm6dsox::new(Late(part.spi()), Config::FRESH_KILOHERTZ);
     let (result, waits) = run(late.init(&mut Late(part.delay())));
     assert_eq!(result, Ok(()));
-    // Two writes, identity, two writes before the reset, reset, one poll of it, each write and its read-back, three
+    // Four writes, identity, two writes before the reset, reset, one poll of it, each write and its read-back, three
     // delays.
-    assert_eq!(waits, 7 + 2 * Config::WRITES + 3);
+    assert_eq!(waits, 9 + 2 * Config::WRITES + 3);
     part.advance_by(1_000_000);
     let (sample, waits) = run(late.sample());
     assert_eq!(waits, 1);

@@ -54,7 +54,14 @@ const PRESET: [(u8, u8); 23] = [
 
 /// Transfers that make the registers readable and read the identity.
 fn identity(id: u8) -> Vec<Transaction<u8>> {
-    [write(0x01, 0x00), write(0x12, 0x44), read(0x0F, id)].concat()
+    [
+        write(0x01, 0x00),
+        write(0x0D, 0x00),
+        write(0x18, 0xE2),
+        write(0x12, 0x44),
+        read(0x0F, id),
+    ]
+    .concat()
 }
 
 /// Begin of a reset: gyroscope off, accelerometer in high-performance mode, `SW_RESET`.
@@ -134,7 +141,7 @@ fn test_signal(changes: &[(u8, u8)], signal: u8, change: i16) -> Vec<Transaction
 
 #[test]
 fn the_self_test_is_sts_procedure_and_then_init() {
-    let mut bytes = read(0x0F, 0x6C);
+    let mut bytes = identity(0x6C);
     // ST_XL negative; ST_G positive.
     bytes.extend(test_signal(&ACCEL_SELF_TEST, 0x02, -4000));
     bytes.extend(test_signal(&GYRO_SELF_TEST, 0x04, 5000));
@@ -205,7 +212,8 @@ fn lost_write_is_reported_with_both_values() {
 
 #[test]
 fn part_with_another_identity_is_not_configured() {
-    let mut spi = Mock::new(&identity(0x6B));
+    let reset = [reset(), read(0x12, 0x04)].concat();
+    let mut spi = Mock::new(&[identity(0x6B), reset, read(0x0F, 0x6B)].concat());
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     assert_eq!(
         sensor.init(&mut NoopDelay::new()),

@@ -3,8 +3,11 @@
 mod common;
 
 use common::{QUIET, part, sensor};
-use lsm6dsox::sim::{Axis, Part, PartFault, PartOptions};
-use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Sensor, SetSpiClock, SpiClock, register};
+use embedded_hal::spi::SpiDevice;
+use lsm6dsox::sim::{Axis, Part, PartFault, PartOptions, SharedPart};
+use lsm6dsox::{
+    Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, SetSpiClock, SpiClock, register,
+};
 
 const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
@@ -233,4 +236,60 @@ fn slow_data_line_is_one_bit_late_until_the_clock_is_halved() {
         part.spi().set_spi_clock(SpiClock::Half);
         assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{ns} ns");
     }
+}
+
+/// Asserts that a part in I3C mode, whose line at rest reads `open_line`, gives samples after an init.
+fn assert_init_ends_i3c(enter: impl Fn(&SharedPart)) {
+    for open_line in [0x00, 0xFF] {
+        let part = part(PartOptions { open_line, ..QUIET });
+        let mut sensor = sensor(&part, PRESET);
+        enter(&part);
+        let read = open_line;
+        assert_eq!(sensor.check_identity(), Err(Error::Identity { read }));
+        sensor.init(&mut part.delay()).unwrap();
+        part.advance_by(MILLISECOND);
+        assert!(sensor.sample().unwrap().is_fresh());
+    }
+}
+
+/// Waits for the middle of a pulse on INT1.
+fn wait_for_pulse(part: &SharedPart) {
+    part.advance_to(part.next_rising_edge_ns(Pin::Int1).unwrap() + 20_000);
+    assert!(part.pin_is_high(Pin::Int1));
+}
+
+#[test]
+fn init_ends_i3c_mode_from_power_up() {
+    assert_init_ends_i3c(|part| part.inject(PartFault::Int1High));
+}
+
+#[test]
+fn init_ends_i3c_mode_from_a_host_reset_in_mid_pulse() {
+    assert_init_ends_i3c(|part| {
+        wait_for_pulse(part);
+        part.with(Part::host_reset);
+    });
+}
+
+#[test]
+fn init_ends_i3c_mode_from_a_reset_in_mid_pulse() {
+    assert_init_ends_i3c(|part| {
+        wait_for_pulse(part);
+        let reset = [register::CTRL3_C.address, 0x05];
+        part.spi().write(&reset).unwrap();
+        part.advance_by(MILLISECOND);
+    });
+}
+
+#[test]
+fn init_and_self_test_do_not_enter_i3c_mode_in_mid_pulse() {
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, PRESET);
+    for phase in 0..10 {
+        wait_for_pulse(&part);
+        part.advance_by(phase * 15_000);
+        assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{phase}");
+    }
+    wait_for_pulse(&part);
+    assert!(sensor.self_test(&mut part.delay()).is_ok());
 }

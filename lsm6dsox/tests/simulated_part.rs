@@ -7,6 +7,8 @@ use std::rc::Rc;
 
 use common::{QUIET, at_rest, part, sensor};
 use embedded_hal::spi::SpiDevice as _;
+use estimator_core::{Timestamp, Validity};
+use lsm6dsox::imu::Conversion;
 use lsm6dsox::register::Register;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, SimSpi, Stimulus};
@@ -370,6 +372,44 @@ fn the_same_seed_gives_the_same_bits() {
     assert_ne!(run(1), run(2));
     // Golden value: the same on every machine.
     assert_eq!(run(1), 0x64d7_cd44_51a3_d0db, "{:#x}", run(1));
+}
+
+/// Samples of a shock of 75 g along x, at 20 phases of the tick: how many phases have a sample at the end of the range,
+/// and how many one that counts as saturated.
+fn flagged(micros: u64) -> [usize; 2] {
+    let mut flagged = [0; 2];
+    for phase in 0..20 {
+        let begin = 200_000 + 50 * phase;
+        let shock = move |seconds: f64| {
+            let mut felt = Stimulus::REST;
+            if (begin..begin + micros).contains(&((seconds * 1.0e6) as u64)) {
+                felt.specific_force[0] = 75.0 * 9.806_65;
+            }
+            felt
+        };
+        let part = Part::with_options(shock, QUIET).shared();
+        let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+        let mut conversion = Conversion::default();
+        let mut found = [false; 2];
+        for millisecond in 190..220 {
+            part.advance_to(millisecond * MILLISECOND);
+            let raw = sensor.sample().unwrap();
+            let time = Timestamp::from_micros(millisecond * 1_000);
+            let validity = conversion.imu_sample(&raw, time).validity;
+            found[0] |= raw.is_saturated();
+            found[1] |= validity != Validity::Valid;
+        }
+        flagged[0] += usize::from(found[0]);
+        flagged[1] += usize::from(found[1]);
+    }
+    flagged
+}
+
+#[test]
+fn shock_that_the_filter_smooths_counts_as_saturated() {
+    // A shock of a millisecond comes out at three quarters of the range.
+    let shocks = [1_000, 1_500, 2_000].map(flagged);
+    assert_eq!(shocks, [[0, 0], [0, 12], [12, 20]]);
 }
 
 #[test]

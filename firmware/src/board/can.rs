@@ -1,20 +1,16 @@
-//! CAN1.
+//! CAN1, by its registers: the HAL leaves its sleep at the bit timing after a reset, which disturbs a bus in use.
 
-use core::future::{pending, poll_fn};
+use core::array;
+use core::future::poll_fn;
 use core::mem;
 use core::ops::Range;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use core::task::Poll;
 
-use embassy_futures::select::select3;
-
-use embassy_stm32::can::{
-    Can, CanRx, CanTx, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler, SceInterruptHandler,
-    TxInterruptHandler,
-};
-use embassy_stm32::interrupt::{self, InterruptExt, typelevel};
-use embassy_stm32::pac::{CAN1, can::regs, gpio::vals::Pupdr};
-use embassy_stm32::{Peri, bind_interrupts, peripherals};
+use embassy_stm32::gpio::{AfType, AnyPin, Flex, OutputType, Pull, Speed};
+use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_stm32::pac::{CAN1, can::regs};
+use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Timer};
 use estimator_core::Timestamp;
@@ -23,15 +19,7 @@ use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::{Load, Pdo};
 
-use super::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, timebase, wiring};
-
-bind_interrupts!(struct Irqs {
-    CAN1_TX => TxInterruptHandler<peripherals::CAN1>, Barrier;
-    // The first leaves nothing to do for the second, which the HAL requires.
-    CAN1_RX0 => Came, Rx0InterruptHandler<peripherals::CAN1>, Barrier;
-    CAN1_RX1 => Rx1InterruptHandler<peripherals::CAN1>, Barrier;
-    CAN1_SCE => SceInterruptHandler<peripherals::CAN1>, Barrier;
-});
+use super::{COMMUNICATION_PRIORITY, URGENT_PRIORITY, timebase, wiring};
 
 /// Task that waits for a frame.
 static FRAME_CAME: AtomicWaker = AtomicWaker::new();
@@ -39,16 +27,31 @@ static FRAME_CAME: AtomicWaker = AtomicWaker::new();
 /// Count of the timer when the frame came.
 static FRAME_CAME_AT: AtomicU32 = AtomicU32::new(0);
 
-/// Handler of a received frame.
-struct Came;
+/// Task that waits for an empty mailbox.
+static MAILBOX_FREED: AtomicWaker = AtomicWaker::new();
 
-impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
-    unsafe fn on_interrupt() {
-        FRAME_CAME_AT.store(timebase::count(), Ordering::Relaxed);
-        // The interrupt is enabled again when a task waits for the next frame.
-        CAN1.ier().modify(|w| w.set_fmpie(0, false));
-        FRAME_CAME.wake();
-    }
+/// A frame was received.
+#[embassy_stm32::interrupt]
+fn CAN1_RX0() {
+    FRAME_CAME_AT.store(timebase::count(), Ordering::Relaxed);
+    // The interrupt is enabled again when a task waits for the next frame.
+    CAN1.ier().modify(|w| w.set_fmpie(0, false));
+    FRAME_CAME.wake();
+    // See `Barrier`.
+    cortex_m::asm::dsb();
+}
+
+/// A mailbox has become empty.
+#[embassy_stm32::interrupt]
+fn CAN1_TX() {
+    CAN1.tsr().write(|w| {
+        for mailbox in MAILBOXES {
+            w.set_rqcp(mailbox, true);
+        }
+    });
+    MAILBOX_FREED.wake();
+    // See `Barrier`.
+    cortex_m::asm::dsb();
 }
 
 /// Longer than the longest frame, 160 bits at 125 kbit/s.
@@ -59,22 +62,23 @@ static STARTED: AtomicBool = AtomicBool::new(false);
 
 /// Peripherals, until the bit rate is known.
 pub struct Parts {
-    pub(super) controller: Peri<'static, peripherals::CAN1>,
+    /// Owned, so that no other code uses it.
+    pub(super) _controller: Peri<'static, peripherals::CAN1>,
     pub(super) receive: Peri<'static, wiring::CanReceive>,
     pub(super) transmit: Peri<'static, wiring::CanTransmit>,
 }
 
 /// Settings of the controller.
 pub struct Control {
-    _controller: Can<'static>,
+    /// Owned, so that they stay connected.
+    _pins: [Flex<'static>; 2],
 }
 
 /// Sending half.
-pub struct Sender(CanTx<'static>);
+pub struct Sender(());
 
 /// Receiving half.
 pub struct Receiver {
-    _frames: CanRx<'static>,
     /// Whether a frame was lost since [`take_overrun`](Self::take_overrun).
     overrun: bool,
 }
@@ -82,31 +86,32 @@ pub struct Receiver {
 impl Parts {
     /// Joins the bus at `bit_rate`.
     pub fn start(self, bit_rate: u32) -> (Control, Sender, Receiver) {
-        let mut can = Can::new(self.controller, self.receive, self.transmit, Irqs);
+        /// Alternate function of the pins (DS8626, table 9).
+        const CAN_FUNCTION: u8 = 9;
+        let connect = |pin: Peri<'static, AnyPin>, kind| {
+            let mut pin = Flex::new(pin);
+            pin.set_as_af_unchecked(CAN_FUNCTION, kind);
+            pin
+        };
         // Without a transceiver the bus then reads as idle instead of floating.
-        let (port, pin) = wiring::CAN_RECEIVE;
-        port.pupdr().modify(|w| w.set_pupdr(pin, Pupdr::PULL_UP));
-        for irq in [
-            interrupt::CAN1_TX,
-            interrupt::CAN1_RX0,
-            interrupt::CAN1_RX1,
-            interrupt::CAN1_SCE,
-        ] {
-            irq.set_priority(COMMUNICATION_PRIORITY);
-        }
+        let receive = connect(self.receive.into(), AfType::input(Pull::Up));
+        let driven = AfType::output(OutputType::PushPull, Speed::VeryHigh);
+        let transmit = connect(self.transmit.into(), driven);
+        rcc::enable_and_reset::<peripherals::CAN1>();
+        interrupt::CAN1_TX.set_priority(COMMUNICATION_PRIORITY);
         // A SYNC has the time at which it came, also in the middle of a tick.
         interrupt::CAN1_RX0.set_priority(URGENT_PRIORITY);
-        // Enabled only while [`Sender::freed`] waits for it.
-        set_mailbox_empty_interrupt(Enable::Off);
-        let (sender, receiver) = can.split();
+        // SAFETY: the handlers access nothing that a lock protects but the register of their enables.
+        unsafe {
+            interrupt::CAN1_TX.enable();
+            interrupt::CAN1_RX0.enable();
+        }
         STARTED.store(true, Ordering::Release);
-        let mut control = Control { _controller: can };
-        control.set_bit_rate(bit_rate);
-        let receiver = Receiver {
-            _frames: receiver,
-            overrun: false,
+        let mut control = Control {
+            _pins: [receive, transmit],
         };
-        (control, Sender(sender), receiver)
+        control.set_bit_rate(bit_rate);
+        (control, Sender(()), Receiver { overrun: false })
     }
 }
 
@@ -158,7 +163,6 @@ impl Control {
     /// Leaves the bus and joins it again at `bit_rate`, one of 125, 250, 500 and 1000 kbit/s.
     ///
     /// A bus that is never idle is not joined, which [`bus_state`] reports; this does not wait for it.
-    /// The HAL would wait both to leave and to join, without end on a shorted bus.
     pub fn set_bit_rate(&mut self, bit_rate: u32) {
         if !initialise() {
             // A reset of the controller waits for nothing on the bus (RM0090, CAN_MCR.RESET).
@@ -168,17 +172,8 @@ impl Control {
             }
         }
         // The interrupt of reception changes the same register.
-        critical_section::with(|_| {
-            // Errors are polled (`bus_state`): on a broken bus there are thousands a second.
-            CAN1.ier().modify(|w| {
-                w.set_fmpie(0, true);
-                w.set_fmpie(1, false);
-                w.set_lecie(false);
-                w.set_ewgie(false);
-                w.set_epvie(false);
-                w.set_bofie(false);
-            });
-        });
+        // Errors are polled (`bus_state`): on a broken bus there are thousands a second.
+        critical_section::with(|_| CAN1.ier().modify(|w| w.set_fmpie(0, true)));
         set_filters();
         // Twenty quanta a bit, sampled after the seventeenth: 85 %.
         const CLOCK: u32 = 40_000_000;
@@ -192,8 +187,6 @@ impl Control {
         CAN1.mcr().modify(|w| {
             // Automatic recovery from bus-off.
             w.set_abom(true);
-            // Set by the HAL; the time-triggered mode does not work (ES0182, bxCAN limitations [M]).
-            w.set_ttcm(false);
             w.set_inrq(false);
         });
     }
@@ -225,11 +218,11 @@ pub fn try_send(frame: &CanFrame) -> bool {
     let status = CAN1.tsr().read();
     let mut empty = None;
     let mut room = 0;
-    for mailbox in mailboxes() {
-        if status.tme(mailbox as usize) {
+    for mailbox in MAILBOXES {
+        if status.tme(mailbox) {
             empty = Some(mailbox);
             room += 1;
-        } else if CAN1.tx(mailbox as usize).tir().read().stid() == frame.id() {
+        } else if CAN1.tx(mailbox).tir().read().stid() == frame.id() {
             return false;
         }
     }
@@ -250,7 +243,7 @@ pub fn try_send(frame: &CanFrame) -> bool {
         *to = *from;
     }
     let bytes = u64::from_le_bytes(bytes);
-    let registers = CAN1.tx(mailbox as usize);
+    let registers = CAN1.tx(mailbox);
     registers
         .tdtr()
         .write(|w| w.set_dlc(frame.data().len() as u8));
@@ -277,7 +270,7 @@ pub fn to_mailbox() -> u32 {
 pub fn has_sent() -> bool {
     STARTED.load(Ordering::Acquire) && {
         let status = CAN1.tsr().read();
-        (0..3).any(|mailbox| status.txok(mailbox))
+        MAILBOXES.into_iter().any(|mailbox| status.txok(mailbox))
     }
 }
 
@@ -285,7 +278,7 @@ impl Sender {
     /// Withdraws pending frames with these identifiers, at once or after the frame on the bus; returns
     /// their number. If a mailbox is full again already, it is unknown whether its frame was sent.
     pub async fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
-        let requested = mailboxes().map(|mailbox| request_abort(mailbox, ids));
+        let requested: [bool; 3] = array::from_fn(|mailbox| request_abort(mailbox, ids));
         if requested != [false; 3] {
             Timer::after(FRAME).await;
         }
@@ -299,24 +292,23 @@ impl Sender {
     /// Waits until a frame has left its mailbox, if any mailbox is full.
     pub async fn freed(&self) {
         // Read once: a frame that leaves from here on is not waited for again.
-        let full = mailboxes().map(|mailbox| waiting_in(mailbox).is_some());
+        let full: [bool; 3] = array::from_fn(|mailbox| waiting_in(mailbox).is_some());
         if full == [false; 3] {
             return;
         }
-        let [first, second, third] = full;
-        let emptied = async |mailbox, was_full| {
-            if was_full {
-                self.0.flush(mailbox).await;
-            } else {
-                pending::<()>().await;
-            }
-        };
         let _guard = MailboxEmptyInterruptGuard::new();
-        select3(
-            emptied(Mailbox::Mailbox0, first),
-            emptied(Mailbox::Mailbox1, second),
-            emptied(Mailbox::Mailbox2, third),
-        )
+        poll_fn(|context| {
+            MAILBOX_FREED.register(context.waker());
+            let is_freed = |mailbox: usize, was_full| was_full && waiting_in(mailbox).is_none();
+            match full
+                .into_iter()
+                .enumerate()
+                .any(|(at, was_full)| is_freed(at, was_full))
+            {
+                true => Poll::Ready(()),
+                false => Poll::Pending,
+            }
+        })
         .await;
     }
 }
@@ -351,27 +343,26 @@ fn set_mailbox_empty_interrupt(enable: Enable) {
 }
 
 /// Identifier of the frame that waits in a mailbox.
-fn waiting_in(mailbox: Mailbox) -> Option<u16> {
-    let content = CAN1.tx(mailbox as usize).tir().read();
+fn waiting_in(mailbox: usize) -> Option<u16> {
+    let content = CAN1.tx(mailbox).tir().read();
     content.txrq().then_some(content.stid())
 }
 
 /// Requests the abort of the frame in a mailbox, if it has one of these identifiers. In a critical
 /// section, so that no other frame takes its place meanwhile.
-fn request_abort(mailbox: Mailbox, ids: &Range<u16>) -> bool {
+fn request_abort(mailbox: usize, ids: &Range<u16>) -> bool {
     critical_section::with(|_| {
         let matches = waiting_in(mailbox).is_some_and(|id| ids.contains(&id));
         if matches {
             // Zeros have no effect.
-            CAN1.tsr().write(|w| w.set_abrq(mailbox as usize, true));
+            CAN1.tsr().write(|w| w.set_abrq(mailbox, true));
         }
         matches
     })
 }
 
-const fn mailboxes() -> [Mailbox; 3] {
-    [Mailbox::Mailbox0, Mailbox::Mailbox1, Mailbox::Mailbox2]
-}
+/// A range, so that the compiler sees that each index of it is one of a mailbox.
+const MAILBOXES: Range<usize> = 0..3;
 
 impl Receiver {
     /// Returns the next frame for this foot, with the time at its end; the filters reject remote and extended frames.
@@ -402,8 +393,8 @@ impl Receiver {
     }
 }
 
-/// Takes the next frame of the FIFO. The HAL would panic at a length above eight, which any node may send: it
-/// means eight bytes (ISO 11898-1, DLC), and the controller passes it on unchanged.
+/// Takes the next frame of the FIFO. A length above eight, which any node may send, means eight bytes (ISO 11898-1,
+/// DLC); the controller passes it on unchanged.
 fn take_frame() -> Option<CanFrame> {
     let status = CAN1.rfr(0).read();
     // A frame that is being released does not count.

@@ -33,15 +33,16 @@ macro_rules! wiring {
             from_sensor: $from_sensor:ident,
             select: $select:ident,
             data_ready: $data_ready:ident, TIM2 $channel:ident, $input:ident,
+            speed: $speed:ident,
         },
-        can: { transmit: $can_transmit:ident, receive: $can_receive:ident, $can_port:ident pin $can_pin:literal },
+        can: { transmit: $can_transmit:ident, receive: $can_receive:ident },
         uart: { transmit: $uart_transmit:ident, receive: $uart_receive:ident },
         load: $load:ident, ADC1 input $load_input:literal,
         led: $led:ident,
     ) => {
-        use embassy_stm32::pac::gpio::Gpio;
         use embassy_stm32::pac::timer::vals::Ti1s;
-        use embassy_stm32::{Peripherals, pac, peripherals, timer};
+        use embassy_stm32::{Peripherals, peripherals, timer};
+        use lsm6dsox::SpiClock;
 
         use super::table::Parts;
         use super::{can, sensor, uart};
@@ -57,10 +58,10 @@ macro_rules! wiring {
         pub type DataReadyChannel = timer::$channel;
         /// Pins that the capture of channel 1 of TIM2 sees.
         pub const CAPTURE_INPUT: Ti1s = Ti1s::$input;
+        /// Clock of the sensor's bus at a start.
+        pub const SENSOR_SPEED: SpiClock = SpiClock::$speed;
         pub type CanTransmit = peripherals::$can_transmit;
         pub type CanReceive = peripherals::$can_receive;
-        /// Port and number of the pin that CAN receives on.
-        pub const CAN_RECEIVE: (Gpio, usize) = (pac::$can_port, $can_pin);
         pub type UartTransmit = peripherals::$uart_transmit;
         pub type UartReceive = peripherals::$uart_receive;
         pub type Load = peripherals::$load;
@@ -86,7 +87,7 @@ macro_rules! wiring {
                 converter: p.ADC1,
                 load: p.$load,
                 can: can::Parts {
-                    controller: p.CAN1,
+                    _controller: p.CAN1,
                     receive: p.$can_receive,
                     transmit: p.$can_transmit,
                 },

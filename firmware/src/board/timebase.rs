@@ -1,7 +1,7 @@
 //! TIM2: the time of samples, the 1 kHz tick and the timestamps of data-ready edges.
 //!
 //! The timer counts microseconds and is free-running. Compare channel 2 is the tick. Channel 1 captures each
-//! rising edge of the sensor's data-ready line; only the first edge after a tick raises an
+//! rising edge of the sensor's data-ready line, behind a filter; only the first edge after a tick raises an
 //! interrupt. Channel 3 ends the wait for it. Channel 4 ends a sleep at its [`Deadline`]. TIM4 counts all captures, with TIM2's trigger
 //! output as its clock, so that missing or extra edges are detected without interrupts.
 //!
@@ -99,8 +99,11 @@ impl Timebase {
         let cycles_per_micro = rcc::frequency::<peripherals::TIM2>().0 / 1_000_000;
         TIM2.psc().write_value((cycles_per_micro - 1) as u16);
         TIM2.arr().write_value(u32::MAX);
-        TIM2.ccmr_input(0)
-            .modify(|w| w.set_ccs(EDGE, vals::CcmrInputCcs::TI4));
+        TIM2.ccmr_input(0).modify(|w| {
+            w.set_ccs(EDGE, vals::CcmrInputCcs::TI4);
+            // Eight cycles of 80 MHz: a level of less than 88 ns is ignored.
+            w.set_icf(EDGE, vals::FilterValue::FCK_INT_N8);
+        });
         TIM2.ccer().modify(|w| w.set_cce(EDGE, true));
         TIM2.ccr(TICK).write_value(TICK_MICROS);
         // Loads the prescaler; the resulting update must not count as a wrap.

@@ -76,7 +76,7 @@ pub(super) async fn send_uart(mut uart: board::uart::Sender) {
 /// Passes requests from the serial line to the foot.
 #[embassy_executor::task]
 pub(super) async fn receive_uart(mut uart: board::uart::Receiver) {
-    /// More bytes than arrive during two ticks of the timer, at 3 Mbaud.
+    /// More bytes than arrive during two ticks of the timer, at the largest rate.
     const CHUNK: usize = 128;
     let mut requests = UartReceiver::new();
     let mut bytes = [0; CHUNK];

@@ -135,7 +135,9 @@ fn main() -> ! {
     // After the tasks that send: the first frames do not wait for a start of the buses, and none replaces another.
     interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
     let level = SAMPLING.start(interrupt::UART4);
-    let sensor = Sensor::new(board.sensor).with_accelerometer_range(range);
+    let sensor = Sensor::new(board.sensor)
+        .with_spi_clock(board::wiring::SENSOR_SPEED)
+        .with_accelerometer_range(range);
     once(
         sampling::sample(sensor, board.timebase, board.load, foot, self_test),
         |task| level.spawn(task),

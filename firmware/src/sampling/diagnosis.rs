@@ -34,7 +34,10 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
                 Some(write) => self.driver.check(write).await,
             };
             if result.is_ok() {
-                self.misreads = self.misreads.wrapping_add(misreads);
+                if misreads > 0 {
+                    self.misreads = self.misreads.wrapping_add(misreads);
+                    self.count_bus_error();
+                }
                 return None;
             }
         }

@@ -23,9 +23,9 @@
 //! | edges too many or too few, where they are counted | three bad ticks in five | 3 ticks |
 //! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
-//! After three consecutive failures to read identity or registers correctly, the clock of the bus is halved, to
-//! 2.5 MHz: at 5 MHz long wires or a level shifter may leave no time to read the data line. Single misreads
-//! before that are counted and reported.
+//! After three errors of the bus, each within a second of the one before, its clock is halved, down to 1.25 MHz: long
+//! wires or a level shifter may leave no time to read the data line. Errors are a start that fails to read identity or
+//! registers correctly, a register that is read right at the second attempt, and a status that no part sends.
 //!
 //! Where edges are missing and samples are new, the fault is in the line of the edges: the samples are read at the end
 //! of the wait for an edge, which is reported, until edges have come for a second again. With single edges missing that
@@ -48,7 +48,7 @@ use core::task::Poll;
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
 use estimator_core::Timestamp;
-use lsm6dsox::{SetSpiClock, SpiClock};
+use lsm6dsox::SetSpiClock;
 use wire::Fault;
 
 pub use diagnosis::READ_BACK_TICKS;
@@ -69,8 +69,7 @@ const SETTLED_TICKS: u32 = 1000;
 /// First and longest wait between two attempts to start the sensor, ticks.
 const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
 
-/// Consecutive wrong identities or registers after which the bus is slowed down, until the board starts
-/// again: the sensor's data line may be too slow for the clock.
+/// Errors of the bus after which it is slowed down: the sensor's data line may be too slow for the clock.
 const SLOW_AFTER: u32 = 3;
 
 /// Tick of the timer that drives the sampling, as observed by the board.
@@ -113,7 +112,6 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
     mut each: impl FnMut(&Tick, &Measurement),
 ) -> ! {
     let mut failures = 0_u32;
-    let mut misread = 0_u32;
     loop {
         let (activity, counts) = (sensor.activity, sensor.counts());
         let mut started = alongside(sensor.start(&mut delay), &mut ticks, |tick| {
@@ -149,7 +147,6 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
             measurement.fault = measurement.fault.or_else(|| unreported.take());
             if sensor.watch.good_ticks >= SETTLED_TICKS {
                 failures = 0;
-                misread = 0;
             }
             each(&tick, &measurement);
             if sensor.activity == Activity::Measuring {
@@ -158,12 +155,8 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
         }
         // The first failure is followed by another attempt at once.
         let (first, longest) = BACK_OFF_TICKS;
-        misread = match reason {
-            Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) => misread.saturating_add(1),
-            _ => 0,
-        };
-        if misread == SLOW_AFTER {
-            sensor.driver.bus().set_spi_clock(SpiClock::Half);
+        if let Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) = reason {
+            sensor.count_bus_error();
         }
         let wait = match failures {
             0 if unreported.is_none() => 0,

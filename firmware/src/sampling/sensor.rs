@@ -4,12 +4,12 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
 use estimator_core::{ImuSample, Validity};
 use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
-use lsm6dsox::{Config, Error, RawSample, SetSpiClock, imu};
+use lsm6dsox::{Config, Error, RawSample, SetSpiClock, SpiClock, imu};
 use wire::Fault;
 
-use super::Tick;
 use super::fault::{SensorFault, failed_axes};
 use super::watch::{ReadAt, SATURATED_TICKS, SampleIssue, Watch};
+use super::{SETTLED_TICKS, SLOW_AFTER, Tick};
 
 /// State of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,10 +50,16 @@ pub struct Measurement {
 #[derive(Debug)]
 pub struct Sensor<SPI> {
     pub(super) driver: Lsm6dsox<SPI>,
+    conversion: imu::Conversion,
     pub(super) watch: Watch,
     pub(super) activity: Activity,
     pub(super) restarts: u32,
     pub(super) misreads: u32,
+    /// Clock of the bus.
+    clock: SpiClock,
+    /// Errors of the bus that count for its clock, and [`Watch::turn`] of the last.
+    bus_errors: u32,
+    error_turn: usize,
     /// Fault of the register that was read back after the previous sample.
     found: Option<SensorFault>,
     standing: Standing,
@@ -76,10 +82,14 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
     pub fn new(spi: SPI) -> Self {
         Self {
             driver: Lsm6dsox::new(spi, Config::FRESH_KILOHERTZ),
+            conversion: imu::Conversion::default(),
             watch: Watch::default(),
             activity: Activity::Starting,
             restarts: 0,
             misreads: 0,
+            clock: SpiClock::Full,
+            bus_errors: 0,
+            error_turn: 0,
             found: None,
             standing: Standing::Trusted,
             accelerometer_range: 1.0,
@@ -96,6 +106,25 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         }
     }
 
+    /// Sets the clock with which the bus has been started.
+    #[must_use]
+    pub fn with_spi_clock(self, clock: SpiClock) -> Self {
+        Self { clock, ..self }
+    }
+
+    /// Counts a misread, or a start that failed by one: [`SLOW_AFTER`] of them, each within a second of the one
+    /// before, slow the bus down until the board starts again.
+    pub(super) fn count_bus_error(&mut self) {
+        let is_soon = self.watch.turn.wrapping_sub(self.error_turn) <= SETTLED_TICKS as usize;
+        self.bus_errors = if is_soon { self.bus_errors + 1 } else { 1 };
+        self.error_turn = self.watch.turn;
+        if self.bus_errors >= SLOW_AFTER {
+            self.bus_errors = 0;
+            self.clock = self.clock.slower();
+            self.driver.bus().set_spi_clock(self.clock);
+        }
+    }
+
     /// Reads the sample of a tick.
     pub async fn measure(&mut self, tick: &Tick) -> Measurement {
         self.watch.turn = self.watch.turn.wrapping_add(1);
@@ -106,7 +135,10 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
                 let issue = self.watch.issue(tick, &raw);
                 (Some(raw), issue.or_else(|| self.unproven()))
             }
-            Err(Error::Status { read, .. }) => (None, Some(SampleIssue::Status(read))),
+            Err(Error::Status { read, .. }) => {
+                self.count_bus_error();
+                (None, Some(SampleIssue::Status(read)))
+            }
             Err(_) => (None, Some(SampleIssue::Bus)),
         };
         let fault = match self.watch.count(issue, time) {
@@ -114,7 +146,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             None => self.found.take(),
         };
         let mut sample = match &raw {
-            Some(raw) => imu::imu_sample(raw, time),
+            Some(raw) => self.conversion.imu_sample(raw, time),
             None => imu::missing_sample(time),
         };
         if issue.is_some() && sample.validity != Validity::Invalid {

@@ -12,7 +12,7 @@ use estimator_core::Timestamp;
 use firmware::commands::UartReceiver;
 use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks};
 use firmware::{Foot, Ports, Start};
-use lsm6dsox::imu::imu_sample;
+use lsm6dsox::imu::Conversion;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
 use lsm6dsox::{Config, Pin as InterruptPin, RawSample};
 use wire::node::Command;
@@ -306,7 +306,7 @@ impl Bench {
         bytes[14..].copy_from_slice(&(2049 + scatter).to_le_bytes());
         let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
         let measurement = Measurement {
-            sample: imu_sample(&raw, time),
+            sample: Conversion::default().imu_sample(&raw, time),
             raw: Some(raw),
             activity: Activity::Measuring,
             fault: None,

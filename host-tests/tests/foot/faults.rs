@@ -440,8 +440,8 @@ fn a_failed_first_start_is_reported_if_the_second_succeeds() {
     part.inject(PartFault::MisoStuckHigh);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
     let options = Run {
-        // The identity is read after 10 ms, and again 20 ms later at the earliest.
-        actions: &[(15 * MS, &clear)],
+        // The identity is read after 10 ms, after a reset 10 ms later, and again at 30 ms at the earliest.
+        actions: &[(25 * MS, &clear)],
         ..Run::default()
     };
     let mut bench = Bench::new(Settings::default());

@@ -83,21 +83,6 @@ fn standing_at(rate: u32) -> String {
 }
 
 #[test]
-fn report_tells_the_weight_of_the_slide_below_250_hz() {
-    for (rate, weight) in [(100, "0.00"), (225, "0.50")] {
-        let bench = Bench::with("walk.csv", standing_at(rate));
-        let line = format!("\nslide    weight {weight}, 1 from 250 Hz on: ");
-        let summary = bench.stdout("replay walk.csv");
-        assert!(summary.contains(&line), "{rate} Hz: {summary}");
-        let paper = bench.stdout("replay walk.csv --preset paper");
-        assert!(!paper.contains("\nslide "), "{rate} Hz: {paper}");
-    }
-    let bench = Bench::with("walk.csv", standing_at(400));
-    let summary = bench.stdout("replay walk.csv");
-    assert!(!summary.contains("\nslide "), "{summary}");
-}
-
-#[test]
 fn replay_prints_a_summary() {
     let bench = Bench::with("walk.csv", standing());
     let summary = bench.stdout("replay walk.csv");
@@ -219,8 +204,9 @@ fn configuration_sets_a_missing_sample_rate() {
 #[test]
 fn default_preset_uses_load_threshold_of_the_format() {
     // 100 N exceeds the threshold of a GO1, but not of an ATLAS; 100 raw units do not exceed that of a GO1.
-    let atlas = |load: u32| format!("0,0,{load},0,0,0,0,0,0,0,0,0,1\n").repeat(400);
-    let go1 = |load: u32| format!("{load},0,0,1,0,0,0\n").repeat(400);
+    // Long enough for a foot that stands to be proven.
+    let atlas = |load: u32| format!("0,0,{load},0,0,0,0,0,0,0,0,0,1\n").repeat(1000);
+    let go1 = |load: u32| format!("{load},0,0,1,0,0,0\n").repeat(1000);
     for (content, format, state) in [
         (atlas(100), "pce-atlas", "quiet_swing"),
         (atlas(200), "pce-atlas", "stance"),

@@ -4,7 +4,7 @@
 //! tick, and the conversion in [`lsm6dsox::imu`].
 
 use estimator_core::{Gravity, ImuSample, Load, Timestamp};
-use lsm6dsox::imu::{imu_sample, missing_sample};
+use lsm6dsox::imu::{Conversion, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
 use lsm6dsox::{Config, Lsm6dsox, Pin, RawSample};
 use recordings::samples::recording::{RecordedSample, Recording};
@@ -38,6 +38,7 @@ pub struct Walking {
     motion: Track,
     part: SharedPart,
     driver: Lsm6dsox<SimSpi>,
+    conversion: Conversion,
     ticks: u64,
 }
 
@@ -70,16 +71,32 @@ impl Walking {
             motion,
             part,
             driver,
+            conversion: Conversion::default(),
             ticks: 0,
         }
     }
 
     /// Advances to the next tick, [`TICK_US`] after the previous one.
     pub fn tick(&mut self) -> Walked {
-        let (imu, raw) = sample_after(&self.part, &mut self.driver, self.ticks * TICK_US);
+        let (imu, raw) = self.sample_after(self.ticks * TICK_US);
         self.ticks += 1;
         let truth = self.motion.at(seconds(imu.timestamp.as_micros()));
         Walked { imu, raw, truth }
+    }
+
+    /// Runs the foot's program at the tick at `tick_us`: waits for the next data-ready edge, takes its time, and reads
+    /// one burst. Returns the sensor codes with the sample if they could be read.
+    fn sample_after(&mut self, tick_us: u64) -> (ImuSample, Option<RawSample>) {
+        let part = &self.part;
+        part.advance_to((START_US + tick_us) * 1000);
+        if let Some(edge_ns) = part.next_rising_edge_ns(Pin::Int1) {
+            part.advance_to(edge_ns);
+        }
+        let timestamp = Timestamp::from_micros(part.now_ns() / 1000 - START_US);
+        match self.driver.sample() {
+            Ok(raw) => (self.conversion.imu_sample(&raw, timestamp), Some(raw)),
+            Err(_) => (missing_sample(timestamp), None),
+        }
     }
 }
 
@@ -128,24 +145,6 @@ pub fn record(plan: &Plan, sensor: &SensorParams, seed: u64) -> Recording {
     simulate(plan, sensor, seed).recording
 }
 
-/// Runs the foot's program at the tick at `tick_us`: waits for the next data-ready edge, takes its time, and reads
-/// one burst. Returns the sensor codes with the sample if they could be read.
-fn sample_after(
-    part: &SharedPart,
-    driver: &mut Lsm6dsox<SimSpi>,
-    tick_us: u64,
-) -> (ImuSample, Option<RawSample>) {
-    part.advance_to((START_US + tick_us) * 1000);
-    if let Some(edge_ns) = part.next_rising_edge_ns(Pin::Int1) {
-        part.advance_to(edge_ns);
-    }
-    let timestamp = Timestamp::from_micros(part.now_ns() / 1000 - START_US);
-    match driver.sample() {
-        Ok(raw) => (imu_sample(&raw, timestamp), Some(raw)),
-        Err(_) => (missing_sample(timestamp), None),
-    }
-}
-
 fn seconds(micros: u64) -> f64 {
     micros as f64 * 1e-6
 }
@@ -192,7 +191,7 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_bits_on_every_machine() {
         // A change of this number changes every simulated recording.
-        const SEED_1: u64 = 0xaf85_f2fc_a414_446d;
+        const SEED_1: u64 = 0xc7d5_71f2_504c_7693;
         assert_eq!(fingerprint(&demo(1).recording), SEED_1);
         assert_ne!(fingerprint(&demo(2).recording), SEED_1);
     }

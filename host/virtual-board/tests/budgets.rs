@@ -9,6 +9,7 @@ use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::time;
+use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::report::{self, RunOptions};
 use virtual_board::product::traffic::Traffic;
 use virtual_board::product::{motion, streams};
@@ -108,9 +109,18 @@ fn measured(report: &Value, place: &str) -> f64 {
     value.expect("it is measured")
 }
 
-fn table(when: &str, budgets: &Budgets, report: &Value) -> String {
+/// Limit of a budget on a board: the Feather's sensor is read at 2.5 MHz, which takes 27 µs longer.
+fn limit(board: &Wiring, place: &str, most: f64) -> f64 {
+    match board.name {
+        "feather" if place.starts_with("/drdy_to_can") => most + 28.0,
+        _ => most,
+    }
+}
+
+fn table(board: &Wiring, when: &str, budgets: &Budgets, report: &Value) -> String {
     let mut table = format!("| {when} | measured | budget | |\n|---|---|---|---|\n");
     for (name, place, most, unit) in budgets {
+        let most = limit(board, place, *most);
         // Counts are exact, all other values are estimates: no more than whole units.
         let measured = measured(report, place);
         table += &format!("| {name} | {measured:.0} | {most} | {unit} |\n");
@@ -119,15 +129,16 @@ fn table(when: &str, budgets: &Budgets, report: &Value) -> String {
 }
 
 /// Asserts that nothing is lost, the bits are the host's, and every budget is kept.
-fn assert_kept(budgets: &Budgets, report: &Value) {
+fn assert_kept(board: &Wiring, budgets: &Budgets, report: &Value) {
     for line in ["uart", "can"] {
         assert_eq!(report["drops"][line], 0, "{report:#}");
     }
     assert_eq!(report["parity_mismatches"], 0, "{report:#}");
     for (name, place, most, unit) in budgets {
+        let most = limit(board, place, *most);
         let measured = measured(report, place);
         assert!(
-            measured <= *most,
+            measured <= most,
             "{name}: {measured} {unit}, {most} are allowed"
         );
     }
@@ -138,12 +149,12 @@ fn budgets_hold_with_all_streams_and_the_readme_shows_them() {
     for (board, elf) in products() {
         let report = with_all_streams(&elf, board.name);
         let head = format!("{}, with all streams on", board.name);
-        let table = table(&head, BUDGETS, &report);
+        let table = table(board, &head, BUDGETS, &report);
         println!("{table}");
         // Asserts that all streams are on and are transmitted.
         let frames = report["uart_frames"].as_u64().expect("a count");
         assert!(frames > 2 * MEASURED + MEASURED / 10, "{report:#}");
-        assert_kept(BUDGETS, &report);
+        assert_kept(board, BUDGETS, &report);
         if is_built_here() {
             let block = format!("budgets-{}", board.name);
             assert_block(README, &block, &table);
@@ -154,7 +165,7 @@ fn budgets_hold_with_all_streams_and_the_readme_shows_them() {
 #[test]
 fn full_load_causes_no_long_tick_and_no_late_estimate() {
     for (board, elf) in products() {
-        assert_kept(WORST, &under_full_load(&elf, board.name, BRIEFLY));
+        assert_kept(board, WORST, &under_full_load(&elf, board.name, BRIEFLY));
     }
 }
 
@@ -164,9 +175,9 @@ fn full_load_causes_no_long_tick_in_its_rare_moments() {
     for (board, elf) in products() {
         let report = under_full_load(&elf, board.name, MEASURED_UNDER_FULL_LOAD);
         let head = format!("{}, under full load", board.name);
-        let table = table(&head, WORST, &report);
+        let table = table(board, &head, WORST, &report);
         println!("{table}");
-        assert_kept(WORST, &report);
+        assert_kept(board, WORST, &report);
         let block = format!("full-load-{}", board.name);
         assert_block_of(&[board.program], &block, &table);
     }

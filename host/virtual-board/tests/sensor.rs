@@ -3,8 +3,9 @@
 mod common;
 
 use common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
-use common::{options, product};
+use common::{options, product, products};
 use estimator_core::Validity;
+use lsm6dsox::setting::Pin;
 use lsm6dsox::sim::{PartFault as SensorFault, Stimulus};
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::to_us;
@@ -136,20 +137,26 @@ fn burst_us(rig: &mut Rig) -> f64 {
 }
 
 #[test]
-fn the_bus_runs_at_5_mhz_and_at_half_for_a_late_data_line() {
-    let Some(elf) = product() else { return };
-    let mut rig = Rig::new(&elf);
-    rig.board.record_sensor_bus();
-    rig.run(1_000);
-    let full = burst_us(&mut rig);
-    assert!((27.2..31.0).contains(&full), "5 MHz: {full} µs");
-    rig.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 105 }));
-    rig.run(1_000);
-    let late = burst_us(&mut rig);
-    assert!((54.4..60.0).contains(&late), "late data line: {late} µs");
-    rig.forget();
-    rig.run(10);
-    assert!(!rig.stable().is_empty());
+fn bus_starts_at_the_clock_of_its_board_and_slows_down() {
+    let half = 54.4..60.0;
+    for (board, elf) in products() {
+        let start = match board.name {
+            "feather" => half.clone(),
+            _ => 27.2..31.0,
+        };
+        let mut rig = Rig::new(&elf);
+        rig.board.record_sensor_bus();
+        rig.run(1_000);
+        let us = burst_us(&mut rig);
+        assert!(start.contains(&us), "{}: {us} µs", board.name);
+        rig.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 105 }));
+        rig.run(1_000);
+        let late = burst_us(&mut rig);
+        assert!(half.contains(&late), "{}: {late} µs", board.name);
+        rig.forget();
+        rig.run(10);
+        assert!(!rig.stable().is_empty());
+    }
 }
 
 /// One bit in 3000: most registers that are read wrong are read right at once.
@@ -165,4 +172,45 @@ fn single_misreads_are_reported_with_their_number() {
     reported.retain(|emergency| emergency.code != 0);
     let first = reported.first().expect("a misread is reported");
     assert_eq!(first.detail, 1);
+}
+
+/// The rate of the test before: no start fails.
+#[test]
+fn misreads_slow_the_bus_down() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.board.record_sensor_bus();
+    rig.run(1_500);
+    assert!(burst_us(&mut rig) < 31.0);
+    let flips = SensorFault::BitFlips { per_million: 300 };
+    rig.inject(Injection::Sensor(flips));
+    rig.run(3_000);
+    assert!(burst_us(&mut rig) > 54.4);
+    let reported = rig.emergency_messages();
+    let is_misread = |emergency: &Emergency| emergency.fault == Some(Fault::Misread);
+    assert!(reported.iter().all(is_misread), "{reported:?}");
+}
+
+fn int1_is_high(rig: &mut Rig) -> bool {
+    let now = rig.board.now();
+    let chip = &mut rig.board.cpu().machine().chip;
+    let level = chip.with_sensor(now, |sensor| sensor.pin_is_high(Pin::Int1));
+    level.expect("there is a sensor")
+}
+
+#[test]
+fn board_starts_a_sensor_in_i3c_mode() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.inject(Injection::Sensor(SensorFault::Int1High));
+    rig.run(1_000);
+    assert!(!rig.stable().is_empty(), "INT1 was high at power-up");
+    while !int1_is_high(&mut rig) {
+        rig.run_us(10);
+    }
+    rig.inject(Injection::Reset);
+    rig.forget();
+    rig.run(1_000);
+    assert!(!rig.stable().is_empty(), "reset in mid-pulse");
+    assert_eq!(rig.emergencies(), Vec::<u16>::new());
 }

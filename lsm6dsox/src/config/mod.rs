@@ -136,10 +136,7 @@ impl Params {
         let fs_125 = matches!(gyro.full_scale, GyroFullScale::Dps125);
         [
             write(&register::FUNC_CFG_ACCESS, 0),
-            write(
-                &register::CTRL9_XL,
-                register::CTRL9_XL.reset | ctrl9_xl::I3C_DISABLE.mask(),
-            ),
+            write(&register::CTRL9_XL, I3C_DISABLED),
             write(
                 &register::CTRL4_C,
                 ctrl4_c::I2C_DISABLE.mask() | ctrl4_c::LPF1_SEL_G.place(lpf1),
@@ -310,6 +307,9 @@ const SELF_TEST: Params = Params {
     data_ready: None,
     timestamp: false,
 };
+
+/// Value of `CTRL9_XL`.
+pub(crate) const I3C_DISABLED: u8 = register::CTRL9_XL.reset | ctrl9_xl::I3C_DISABLE.mask();
 
 const fn write(register: &'static Register, value: u8) -> Write {
     Write { register, value }

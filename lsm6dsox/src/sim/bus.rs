@@ -46,11 +46,11 @@ impl Part {
             .is_some_and(|hertz| half_period_ns(hertz) < self.least_half_period_ns())
     }
 
-    /// Exchanges one byte with the master. While chip select is high, and with 3-wire SPI
+    /// Exchanges one byte with the master. While chip select is high, and with 3-wire SPI or in I3C mode
     /// always, no part drives the data line: [`open_line`](super::PartOptions::open_line).
     pub fn exchange(&mut self, out: u8) -> u8 {
         let byte = self.answer(out);
-        if ctrl3_c::SIM.is_set(self.memory.get(register::CTRL3_C)) {
+        if self.i3c || ctrl3_c::SIM.is_set(self.memory.get(register::CTRL3_C)) {
             return self.faults.stuck.unwrap_or(self.options.open_line);
         }
         if !self.is_late() {

@@ -2,9 +2,6 @@
 
 use crate::setting::Sensor;
 
-/// Duration of a glitch, ns.
-pub(super) const GLITCH_NS: u64 = 1_000;
-
 /// An axis of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
@@ -38,6 +35,9 @@ pub enum PartFault {
     WrongId(u8),
     /// The supply dips now: the part boots, and all its settings are lost. Applied once.
     Reset,
+    /// The supply dips now, as with [`Reset`](Self::Reset), and returns while INT1 is held high: the part answers on
+    /// I3C alone. Applied once.
+    Int1High,
     /// The interrupt pins stay low.
     DataReadyLost,
     /// Pulses of samples are lost at random on the interrupt pins.
@@ -80,11 +80,15 @@ pub enum PartFault {
         /// Delay, ns.
         ns: u32,
     },
-    /// The interrupt pins show pulses of 1 µs in addition to those of the samples.
+    /// The interrupt pins show short pulses in addition to those of the samples.
     DataReadyGlitches {
-        /// Time from one rising edge of a glitch to the next, ns; at least 2 µs.
+        /// Time from one rising edge of a glitch to the next, ns; at least twice its width.
         period_ns: u32,
+        /// Width, ns.
+        width_ns: u32,
     },
+    /// The interrupt pins are inverted on their way to the host.
+    PinsInverted,
     /// Every axis is driven beyond the end of its range.
     Saturation,
     /// Rate of the clock over its initial rate; the trim does not show it.
@@ -102,7 +106,9 @@ pub(super) struct Faults {
     pub(super) losses_per_million: u32,
     pub(super) storm_period_ns: Option<u64>,
     pub(super) sdo_delay_ns: Option<u32>,
-    pub(super) glitch_period_ns: Option<u64>,
+    /// Period and width.
+    pub(super) glitches_ns: Option<[u64; 2]>,
+    pub(super) pins_inverted: bool,
     pub(super) gyro: Broken,
     pub(super) accel: Broken,
     pub(super) saturated: bool,

@@ -14,6 +14,7 @@
 //! | start | by [`StartTimes`]: after its data rate is set a gyroscope gives its first sample after 35 ms \[D\] and is wrong until 70 ms (AN5040, LSM6DSL), an accelerometer gives its first after 5 ms (assumed); filters start settled |
 //! | register banks | `FUNC_CFG_ACCESS` switches to two others, which store values without effect |
 //! | 3-wire SPI | with `SIM` set no part drives the data line; writes still work |
+//! | I3C | INT1 high at power-up, at a reset of the part or of its host leads into it, disabled or not (assumed): the part does not drive the data line; writes still work, and a reset with I3C disabled and INT1 low ends it (STMicroelectronics/stm32-lsm6dso #1, Zephyr #20913) |
 //! | SDO | valid some ns after the clock's edge: a clock too fast for it reads each bit one clock late |
 //! | data ready | latched until a high byte is read, or 75 µs long \[D\] |
 //! | pins | active high or low; INT2's signals on INT1 |

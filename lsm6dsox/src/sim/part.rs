@@ -4,12 +4,12 @@ use std::boxed::Box;
 
 use super::channel::Channel;
 use super::clock::Clock;
-use super::fault::{Broken, Faults, GLITCH_NS, PartFault};
+use super::fault::{Broken, Faults, PartFault};
 use super::memory::{Memory, Violation};
 use super::motion::{Motion, Stimulus};
 use super::outputs::{Phase, Update, Words};
 use super::random::Random;
-use crate::register::{self, ctrl3_c};
+use crate::register::{self, ctrl3_c, ctrl9_xl};
 use crate::scale::{DEGREE, STANDARD_GRAVITY};
 
 /// Duration of a software reset, ns \[S\].
@@ -155,6 +155,8 @@ pub struct Part {
     pub(super) faults: Faults,
     pub(super) flips: Random,
     pub(super) busy: Option<(Busy, u64)>,
+    /// Whether the part answers on I3C alone.
+    pub(super) i3c: bool,
     pub(super) clock: Clock,
     pub(super) next_tick: u64,
     pub(super) accel: Channel,
@@ -197,6 +199,7 @@ impl Part {
             faults: Faults::default(),
             flips: Random::new(options.seed ^ 0xF11F),
             busy: Some((Busy::Boot, options.start.boot_ns)),
+            i3c: false,
             clock: Clock::new(1.0 + options.clock_error, options.jitter_ns, options.seed),
             next_tick: 0,
             accel: Channel::new(),
@@ -251,6 +254,10 @@ impl Part {
             PartFault::BitFlips { per_million } => self.faults.flips_per_million = per_million,
             PartFault::WrongId(id) => self.faults.id = Some(id),
             PartFault::Reset => self.reboot(),
+            PartFault::Int1High => {
+                self.reboot();
+                self.i3c = true;
+            }
             PartFault::DataReadyLost => self.faults.pins_lost = true,
             PartFault::DataReadyLosses { per_million } => {
                 self.faults.losses_per_million = per_million.min(999_999);
@@ -269,9 +276,14 @@ impl Part {
             }
             PartFault::RegisterFlipped { address, bits } => self.flip(address, bits),
             PartFault::ReservedBits => self.faults.reserved_bits = true,
-            PartFault::DataReadyGlitches { period_ns } => {
-                self.faults.glitch_period_ns = Some(u64::from(period_ns).max(2 * GLITCH_NS));
+            PartFault::DataReadyGlitches {
+                period_ns,
+                width_ns,
+            } => {
+                let [period, width] = [period_ns, width_ns].map(u64::from);
+                self.faults.glitches_ns = Some([period.max(2 * width).max(2), width]);
             }
+            PartFault::PinsInverted => self.faults.pins_inverted = true,
             PartFault::Saturation => self.faults.saturated = true,
             PartFault::ClockRatio(ratio) => self.set_clock_ratio(ratio),
         }
@@ -298,11 +310,19 @@ impl Part {
     }
 
     pub(super) fn software_reset(&mut self) {
+        let disabled = ctrl9_xl::I3C_DISABLE.is_set(self.memory.get(register::CTRL9_XL));
+        self.i3c = self.drives_int1() || (self.i3c && !disabled);
         self.restart(Busy::Reset, RESET_NS);
     }
 
     pub(super) fn reboot(&mut self) {
+        self.i3c = false;
         self.restart(Busy::Boot, self.options.start.boot_ns);
+    }
+
+    /// The host is reset, and lets go of INT1: where that is high, the part enters I3C mode.
+    pub fn host_reset(&mut self) {
+        self.i3c |= self.drives_int1();
     }
 
     const fn measures(&self) -> bool {

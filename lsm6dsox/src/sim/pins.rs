@@ -1,7 +1,6 @@
 //! The interrupt pins: their levels and next rising edges.
 
 use super::channel::Channel;
-use super::fault::GLITCH_NS;
 use super::part::Part;
 use super::random::hash;
 use crate::register::{self, counter_bdr_reg1, ctrl3_c, ctrl4_c, int1_ctrl, int2_ctrl};
@@ -50,9 +49,23 @@ impl Part {
         self.glitches() || self.announces(pin) != self.is_active_low()
     }
 
-    /// Returns whether the pins are active low.
+    /// Width of a glitch, if that is what drives a pin high now, ns.
+    #[must_use]
+    pub fn glitch_ns(&self, pin: Pin) -> Option<u64> {
+        let is_glitch = self.glitches() && self.announces(pin) == self.is_active_low();
+        let [_, width] = self.faults.glitches_ns?;
+        is_glitch.then_some(width)
+    }
+
+    /// Returns whether the part drives INT1 high now.
+    pub(super) fn drives_int1(&self) -> bool {
+        self.announces(Pin::Int1) != (self.is_active_low() != self.faults.pins_inverted)
+    }
+
+    /// Returns whether the pins are active low at the host.
     fn is_active_low(&self) -> bool {
-        ctrl3_c::H_LACTIVE.is_set(self.memory.get(register::CTRL3_C))
+        let active_low = ctrl3_c::H_LACTIVE.is_set(self.memory.get(register::CTRL3_C));
+        active_low != self.faults.pins_inverted
     }
 
     /// Returns whether the pulse that begins at `edge_ns` is lost.
@@ -62,8 +75,8 @@ impl Part {
 
     /// Returns whether a glitch drives the pins high now.
     fn glitches(&self) -> bool {
-        let period = self.faults.glitch_period_ns;
-        period.is_some_and(|period| self.now_ns % period < GLITCH_NS)
+        let glitches = self.faults.glitches_ns;
+        glitches.is_some_and(|[period, width]| self.now_ns % period < width)
     }
 
     /// Returns whether a signal routed to a pin drives it high.
@@ -105,8 +118,8 @@ impl Part {
         let low_from = self
             .now_ns
             .max(pulse_end(accel, self.accel_edge_ns).max(pulse_end(gyro, self.gyro_edge_ns)));
-        let glitch = self.faults.glitch_period_ns;
-        let glitch = glitch.map(|period| (low_from / period + 1) * period);
+        let glitch = self.faults.glitches_ns;
+        let glitch = glitch.map(|[period, _]| (low_from / period + 1) * period);
         let edge = |routed: bool, channel: &Channel| {
             routed.then(|| self.next_sample_ns(channel)).flatten()
         };

@@ -10,7 +10,7 @@ use crate::board::can::{Control, try_send};
 /// Bit rate of both tests.
 pub const BIT_RATE: u32 = 1_000_000;
 
-/// Identifier that loses every arbitration: no other node waits for it.
+/// Identifier that loses every arbitration, as the one before it does: no other node waits for them.
 const IDENTIFIER: u16 = 0x7FF;
 
 /// Longer than a frame, eleven recessive bits before it, and three attempts.
@@ -78,6 +78,20 @@ async fn is_sent() -> bool {
         }
     });
     sent && is_done
+}
+
+/// Fills the mailboxes with long frames.
+pub fn fill() {
+    for identifier in [IDENTIFIER, IDENTIFIER - 1] {
+        if let Some(frame) = CanFrame::new(identifier, &[0x55; 8]) {
+            try_send(&frame);
+        }
+    }
+}
+
+/// Leaves the bus.
+pub fn leave() {
+    initialise();
 }
 
 /// Returns whether the controller, which has been started, acknowledges its own frame.

@@ -4,6 +4,9 @@
 //! Only the capture of channel 1 gives the pulses that TIM4 counts (RM0090, 18.4.2, MMS), and no pin of that
 //! channel is free here. The exclusive or of the pins of channels 1 to 3 (TI1S) leads that of channel 3 to it: the
 //! inputs of the other two are not connected to pins, and equal.
+//!
+//! The breakout shifts the levels of clock and data with 10 kΩ: a rising edge may take as long as half a period at
+//! 2.5 MHz.
 
 super::table::wiring! {
     crystal: 12 MHz,
@@ -13,8 +16,9 @@ super::table::wiring! {
         from_sensor: PA6,
         select: PA4,
         data_ready: PB10, TIM2 Ch3, XOR,
+        speed: Half,
     },
-    can: { transmit: PB9, receive: PB8, GPIOB pin 8 },
+    can: { transmit: PB9, receive: PB8 },
     uart: { transmit: PB6, receive: PB7 },
     load: PC4, ADC1 input 14,
     led: PC1,

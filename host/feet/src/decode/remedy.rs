@@ -130,9 +130,9 @@ remedies! {
     fn of_fault(Fault) {
         SensorSilent: "check the supply and the wires of the sensor: no data-ready edge comes, or nothing new is read; if it clears by itself, look for a loose contact";
         SensorFrozen: "check the wires of MISO and chip select; where single axes repeat, the sensor is damaged: replace it";
-        SensorWrongId: "check the sensor's supply, SPI's four wires, and that the part is an LSM6DSOX; the detail is what was read: 0x00 or 0xFF is no supply or an open wire";
+        SensorWrongId: "switch power off and on; then check the sensor's supply, SPI's four wires, and that the part is an LSM6DSOX; the detail is what was read: 0x00 or 0xFF is no supply or an open wire";
         SensorReset: "the sensor's supply dipped: check its decoupling and the wire; it is configured again by itself";
-        SensorConfigMismatch: "check SPI's wires for length and crosstalk; the board slows the bus to 2.5 MHz by itself after three failures";
+        SensorConfigMismatch: "check SPI's wires for length and crosstalk; the board slows the bus down by itself after three failures";
         SensorSaturated: "the foot is beyond ±16 g or ±2000 °/s for more than an impact: check for a loose mounting; a stuck reading at its limit is a damaged sensor";
         SensorTiming: "edges come too often or too seldom: check INT1 for crosstalk, and the sensor for its data rate after a dip of the supply";
         SensorSelfTest: "keep the foot still while it starts and start it again; if it stays, the sensor is damaged";

@@ -5,22 +5,17 @@
 
 use std::collections::VecDeque;
 
-use estimator_core::{
-    ContactEstimate, ContactEstimator, ImuSample, ParamsError, Saturation, Timestamp, Validity,
-};
-use lsm6dsox::scale::{AccelFullScale, Codes, FullScale, GyroFullScale};
+use estimator_core::{ContactEstimate, ContactEstimator, ParamsError};
+use lsm6dsox::imu::{Conversion, missing_sample};
+use lsm6dsox::{Config, RawSample};
 use wire::pdo::{P8, P16};
 use wire::settings::WINDOW_CAPACITY;
-use wire::uart::{ContactMessage, RawSample};
+use wire::uart::ContactMessage;
 use wire::{Faults, Settings};
 
 use crate::emulator::chip::Transaction;
 use crate::emulator::part::can::TimedFrame;
 use crate::emulator::time::to_us;
-
-/// Ranges that the firmware sets.
-const FORCE: AccelFullScale = AccelFullScale::G16;
-const RATE: GyroFullScale = GyroFullScale::Dps2000;
 
 /// Length of a burst: the address of `STATUS_REG`, then sixteen bytes.
 const BURST: usize = 17;
@@ -46,9 +41,7 @@ pub struct Parity {
 struct Burst {
     /// Time of its data-ready edge, µs since power-up.
     edge_us: f64,
-    status: u8,
-    rate: [i16; 3],
-    force: [i16; 3],
+    raw: RawSample,
 }
 
 /// Returns whether a transaction reads a sample.
@@ -61,13 +54,10 @@ fn burst(transaction: &Transaction) -> Option<Burst> {
     if !is_sample(transaction) {
         return None;
     }
-    let word = |at: usize| i16::from_le_bytes([transaction.back[at], transaction.back[at + 1]]);
+    let (_, bytes) = transaction.back.split_first_chunk::<1>()?;
     Some(Burst {
         edge_us: to_us(transaction.edge?),
-        status: transaction.back[1],
-        // The address, the status, a reserved byte and the temperature come first.
-        rate: [word(5), word(7), word(9)],
-        force: [word(11), word(13), word(15)],
+        raw: RawSample::decode(bytes.try_into().ok()?, &Config::FRESH_KILOHERTZ).ok()?,
     })
 }
 
@@ -86,6 +76,7 @@ const FRAMES_LAG: usize = 1000;
 /// and a sensor without faults.
 pub struct ParityCheck {
     parity: Parity,
+    conversion: Conversion,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
     /// Offset of the board's clock behind virtual time, µs, once known.
     offset: Option<f64>,
@@ -107,6 +98,7 @@ impl ParityCheck {
         let config = Settings::default().params().validate()?;
         Ok(Self {
             parity: Parity::default(),
+            conversion: Conversion::default(),
             estimator: ContactEstimator::new(&config),
             offset: None,
             bursts: VecDeque::new(),
@@ -172,7 +164,10 @@ impl ParityCheck {
         let old = old.take_while(|burst| burst.edge_us < at - 1.0).count();
         self.bursts.drain(..old);
         let burst = self.bursts.pop_front_if(|burst| burst.edge_us < at + 2.0);
-        let sample = sample(burst.as_ref(), message.timestamp);
+        let sample = match &burst {
+            Some(burst) => self.conversion.imu_sample(&burst.raw, message.timestamp),
+            None => missing_sample(message.timestamp),
+        };
         let estimate = self.estimator.update(&sample, None);
         self.short.push_back(short_form(&estimate));
         if self.short.len() > FRAMES_LAG + 2 * LAG {
@@ -224,41 +219,6 @@ fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
     let (stable, tangential, vertical) = (message.stable, message.tangential, message.vertical);
     let codes = [stable, tangential, vertical, ax, ay, az, wx, wy, wz];
     (codes.map(|code| code.0), message.flags)
-}
-
-/// Sample of a burst, invalid without one.
-fn sample(burst: Option<&Burst>, timestamp: Timestamp) -> ImuSample {
-    let Some(burst) = burst else {
-        return RawSample {
-            timestamp,
-            validity: Validity::Invalid,
-            ..RawSample::default()
-        }
-        .to_si();
-    };
-    let force = saturated(burst.force, FORCE);
-    let rate = saturated(burst.rate, RATE);
-    let validity = match (burst.status & 3 == 3, force, rate) {
-        (false, _, _) => Validity::Stale,
-        (true, false, false) => Validity::Valid,
-        (true, true, false) => Validity::Saturated(Saturation::Accelerometer),
-        (true, false, true) => Validity::Saturated(Saturation::Gyroscope),
-        (true, true, true) => Validity::Saturated(Saturation::Both),
-    };
-    RawSample {
-        timestamp,
-        validity,
-        acceleration: burst.force,
-        rate: burst.rate,
-        acceleration_scale: FORCE.sensitivity(),
-        rate_scale: RATE.sensitivity(),
-        ..RawSample::default()
-    }
-    .to_si()
-}
-
-fn saturated<S: FullScale>(codes: [i16; 3], full_scale: S) -> bool {
-    Codes { codes, full_scale }.is_saturated()
 }
 
 /// Offset of the board's clock behind virtual time, µs. A message belongs to the last edge before it was sent,

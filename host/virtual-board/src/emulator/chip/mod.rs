@@ -198,6 +198,7 @@ impl Chip {
         }
         self.iwdg.reset();
         self.update_select(now);
+        self.with_sensor(now, Sensor::host_reset);
     }
 
     /// Resets the chip from outside. A dip of the supply also clears memory and resets the sensor.

@@ -92,9 +92,10 @@ impl Chip {
             if let Some(sensor) = &mut self.sensor {
                 let edge_ns = to_ns(edge);
                 sensor.advance_to(edge_ns.saturating_sub(1));
-                let low = !sensor.pin_is_high(Pin::Int1);
+                // An edge within a glitch counts, too.
+                let low = !sensor.pin_is_high(Pin::Int1) || sensor.glitch_ns(Pin::Int1).is_some();
                 if low && self.pin_high {
-                    self.set_pin(false, edge);
+                    self.set_pin(false, NEVER, edge);
                 }
                 if let Some(sensor) = &mut self.sensor {
                     sensor.advance_to(edge_ns);
@@ -114,14 +115,15 @@ impl Chip {
             return;
         };
         let high = sensor.pin_is_high(Pin::Int1);
+        let width = sensor.glitch_ns(Pin::Int1).map_or(NEVER, from_ns);
         self.sensor_edge = sensor.next_rising_edge_ns(Pin::Int1).map_or(NEVER, from_ns);
         if high != self.pin_high {
-            self.set_pin(high, now);
+            self.set_pin(high, width, now);
         }
     }
 
-    /// Sets the level of the pin for port, interrupt and timer capture.
-    fn set_pin(&mut self, high: bool, now: u64) {
+    /// Sets the level of the pin for port, interrupt and timer capture; where it is high for a `width` alone.
+    fn set_pin(&mut self, high: bool, width: u64, now: u64) {
         self.pin_high = high;
         if high {
             self.data_ready = Some(now);
@@ -131,7 +133,7 @@ impl Chip {
         port.levels = port.levels & !(1 << pin.number) | u16::from(high) << pin.number;
         if port.mode(pin.number) == 2
             && let Some((timer, channel)) = timer_input(pin, port.function(pin.number))
-            && self.timers[timer].edge(channel, high, now)
+            && self.timers[timer].edge(channel, high, width, now)
         {
             self.pulse(timer);
         }

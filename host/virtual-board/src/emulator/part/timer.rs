@@ -20,6 +20,27 @@ const COMPARE_PULSE: u32 = 3 << 4;
 /// Slave mode in which the trigger clocks the counter.
 const EXTERNAL_CLOCK: u32 = 7;
 
+/// Filters of a capture: cycles of the timer's clock from one sample to the next, and equal samples that make a level
+/// (RM0090, 18.4.7, IC1F; CKD is 0).
+const FILTERS: [[u64; 2]; 16] = [
+    [1, 1],
+    [1, 2],
+    [1, 4],
+    [1, 8],
+    [2, 6],
+    [2, 8],
+    [4, 6],
+    [4, 8],
+    [8, 6],
+    [8, 8],
+    [16, 5],
+    [16, 6],
+    [16, 8],
+    [32, 5],
+    [32, 6],
+    [32, 8],
+];
+
 /// The registers.
 #[derive(Clone, Debug, Default)]
 pub struct Timer {
@@ -233,22 +254,30 @@ impl Timer {
         }
     }
 
-    /// Handles an edge at the pin of a channel. Returns whether the trigger output has a pulse.
-    pub fn edge(&mut self, channel: usize, high: bool, now: u64) -> bool {
+    /// Handles an edge at the pin of a channel, whose level then stays for `width`. Returns whether the trigger output
+    /// has a pulse.
+    pub fn edge(&mut self, channel: usize, high: bool, width: u64, now: u64) -> bool {
         self.advance(now);
         self.pins[channel] = high;
         if self.control[1] & TI1S == 0 || channel == 3 {
-            return self.capture(channel, high);
+            return self.capture(channel, high, width);
         }
         let [first, second, third, _] = self.pins;
         if channel != 0 {
-            self.capture(channel, high);
+            self.capture(channel, high, width);
         }
-        self.capture(0, first ^ second ^ third)
+        self.capture(0, first ^ second ^ third, width)
     }
 
-    /// Captures an edge at the input of a channel. Returns whether the trigger output has a pulse.
-    fn capture(&mut self, channel: usize, high: bool) -> bool {
+    /// Captures an edge at the input of a channel, unless its filter removes it. Returns whether the trigger output has
+    /// a pulse.
+    fn capture(&mut self, channel: usize, high: bool, width: u64) -> bool {
+        let filter = self.modes[channel / 2] >> (8 * (channel % 2) + 4) & 0xF;
+        let [divider, samples] = FILTERS[filter as usize];
+        // The first sample may be at the edge.
+        if width <= (samples - 1) * divider * self.period {
+            return false;
+        }
         let enable = self.enables >> (4 * channel);
         let falling = enable & 2 != 0;
         let both = enable & 0xA == 0xA;
@@ -422,10 +451,10 @@ mod tests {
         let mut counts = Vec::new();
         for edge in 1..=4 {
             // The edge is captured even if the previous one was not read.
-            if master.edge(0, true, 1000 * edge) {
+            if master.edge(0, true, NEVER, 1000 * edge) {
                 counter.trigger();
             }
-            assert!(!master.edge(0, false, 1000 * edge + 50));
+            assert!(!master.edge(0, false, NEVER, 1000 * edge + 50));
             counts.push(counter.read(0x24, 1000 * edge + 60).expect("a register"));
         }
         assert_eq!(counts, [1, 2, 0, 1]);
@@ -440,7 +469,7 @@ mod tests {
                 timer.write(offset, value, 0).expect("a register");
             }
             let edges = [(true, 12_345), (false, 12_400), (true, 13_000)];
-            let given = edges.map(|(high, now)| timer.edge(2, high, now));
+            let given = edges.map(|(high, now)| timer.edge(2, high, NEVER, now));
             assert_eq!(given.iter().filter(|pulse| **pulse).count(), pulses);
             assert_eq!(timer.read(0x34, 13_000), Ok(captured));
         }
@@ -470,11 +499,23 @@ mod tests {
         timer.write(0x18, 1, 0).expect("a register");
         timer.write(0x20, 1, 0).expect("a register");
         timer.write(0x00, CEN, 0).expect("a register");
-        timer.edge(0, true, 12_345);
-        timer.edge(0, false, 12_400);
+        timer.edge(0, true, NEVER, 12_345);
+        timer.edge(0, false, NEVER, 12_400);
         assert_eq!(timer.read(0x10, 12_500).expect("a register") & 0x202, 2);
-        timer.edge(0, true, 13_000);
+        timer.edge(0, true, NEVER, 13_000);
         assert_eq!(timer.read(0x10, 13_000).expect("a register") & 0x202, 0x202);
         assert_eq!(timer.read(0x34, 13_000), Ok(130));
+    }
+
+    #[test]
+    fn filter_of_eight_samples_removes_pulses_of_seven() {
+        for (mode, shortest) in [(0x01, 1), (0x31, 71), (0xF1, 7 * 32 * 10 + 1)] {
+            let mut timer = timer();
+            for (offset, value) in [(0x18, mode), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)] {
+                timer.write(offset, value, 0).expect("a register");
+            }
+            assert!(!timer.edge(0, true, shortest - 1, 1_000), "{mode:#x}");
+            assert!(timer.edge(0, true, shortest, 2_000), "{mode:#x}");
+        }
     }
 }

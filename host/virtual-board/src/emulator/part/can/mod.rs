@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 
 use crate::emulator::time::{NEVER, cycle};
 pub use frame::{BusFrame, TimedFrame};
-use registers::{INAK, Mailbox, SLAK};
+use registers::{INAK, Mailbox, RESET_TIMING, SLAK};
 
 /// A fault of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -93,7 +93,7 @@ impl Can {
         Self {
             control: 0x0001_0002,
             status: SLAK,
-            timing: 0x0123_0000,
+            timing: RESET_TIMING,
             filter_master: 0x2A1C_0E01,
             pclk,
             joined_at: NEVER,
@@ -163,7 +163,10 @@ mod tests {
         let mut can = Can::new(40_000_000);
         can.write(0x00, INRQ, 0).expect("a register");
         assert!(acknowledged(&mut can, 0));
-        can.write(0x00, 0, 0).expect("a register");
+        assert!(can.write(0x00, 0, 0).is_err(), "the timing of the reset");
+        for (offset, value) in [(0x00, INRQ), (0x1C, 0x0123_0001), (0x00, 0)] {
+            can.write(offset, value, 0).expect("a register");
+        }
         assert!(!acknowledged(&mut can, MILLISECOND), "it takes part");
         can.set_fault(BusFault::Shorted);
         can.write(0x00, INRQ, MILLISECOND).expect("a register");

@@ -14,6 +14,8 @@ pub(super) const SLAK: u32 = 2;
 pub(super) const ERRI: u32 = 4;
 /// Of a mailbox, in the status of transmission.
 const ABRQ: u32 = 0x80;
+/// Bit timing after a reset.
+pub(super) const RESET_TIMING: u32 = 0x0123_0000;
 pub(super) const LOOPBACK: u32 = 1 << 30;
 pub(super) const SILENT: u32 = 1 << 31;
 
@@ -122,7 +124,7 @@ impl Can {
         self.now = self.now.max(now);
         match offset {
             0x00 if value & 1 << 15 != 0 => self.reset(self.pclk, now),
-            0x00 => self.set_control(value),
+            0x00 => self.set_control(value)?,
             0x04 => self.status &= !(value & 0x1C),
             0x08 => {
                 for index in 0..3 {
@@ -208,7 +210,7 @@ impl Can {
         }
     }
 
-    fn set_control(&mut self, value: u32) {
+    fn set_control(&mut self, value: u32) -> Result<(), String> {
         let old = core::mem::replace(&mut self.control, value & 0x1_00FF);
         if value & INRQ != 0 {
             // The frame on the bus is completed first, and a bus that is never idle delays this indefinitely.
@@ -220,9 +222,13 @@ impl Can {
             self.status = self.status & !INAK | SLAK;
             self.joined_at = NEVER;
         } else if old & (INRQ | SLEEP) != 0 {
+            if self.timing == RESET_TIMING {
+                return Err("the bus is joined at the bit timing after a reset".into());
+            }
             // Synchronises to eleven recessive bits.
             self.wait_for_idle(11);
         }
+        Ok(())
     }
 
     pub(super) fn next_mailbox(&self) -> Option<usize> {
