@@ -70,10 +70,10 @@ fn recordings_are_learnt_in_sequence() {
     bench.stdout("calibrate two.csv --output two.toml");
     bench.stdout("calibrate one.csv --config two.toml --output more.toml");
     let [both, two, more] = ["both.toml", "two.toml", "more.toml"].map(|f| learnt(&bench, f));
-    assert!(both.still_seconds > two.still_seconds);
+    assert!(both.still_seconds >= two.still_seconds);
     // Values learnt before a start count as half a second at most.
     assert!(more.still_seconds > 0.5 && more.still_seconds < two.still_seconds);
-    assert!(both != more && more != two);
+    assert!(both != more && more != two && both != two);
 }
 
 #[test]

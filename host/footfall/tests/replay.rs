@@ -75,13 +75,6 @@ fn figure_covers_the_whole_recording() {
     assert!(expected != plot::svg(&recording, &estimates[..1]).expect("a picture"));
 }
 
-/// A foot that stands for two seconds.
-fn standing_at(rate: u32) -> String {
-    let row = |k: u32| format!("{:.6},0,0,9.81,0,0,0\n", f64::from(k) / f64::from(rate));
-    let rows: String = (0..2 * rate).map(row).collect();
-    format!("t,{AXES}\n{rows}")
-}
-
 #[test]
 fn replay_prints_a_summary() {
     let bench = Bench::with("walk.csv", standing());

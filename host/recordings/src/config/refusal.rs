@@ -417,7 +417,7 @@ mod tests {
             (
                 "width = 0.5",
                 "width = nan",
-                "learnt.acceleration.width is NaN, allowed is 0 to 9.3",
+                "learnt.width is NaN, allowed is 0 to 2",
             ),
             (
                 "still_seconds = 2",

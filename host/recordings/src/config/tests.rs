@@ -87,7 +87,7 @@ fn every_key_reaches_its_parameter() {
 fn incomplete_learnt_table_is_rejected() {
     assert_eq!(
         message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
-        "x.toml, line 1, column 1: missing field `still`"
+        "x.toml, line 1, column 1: missing field `speed`"
     );
     assert_eq!(
         message("method = 'kernel'\n"),
