@@ -26,8 +26,8 @@ pub(crate) struct Estimated {
     /// Names, and sentences for people.
     findings: Vec<(&'static str, String)>,
     learnt: Vec<f32>,
-    /// Upper ends of stillness that were learnt; empty where none are.
-    half_widths: Vec<f32>,
+    /// Upper end of stillness that was learnt, m/s²; not a number where none is.
+    edge: f32,
     /// Gyroscope bias when it was first known, rad/s; empty if the foot was never at rest.
     first_gyro_bias: Vec<f32>,
     /// Properties of the recording.
@@ -76,10 +76,10 @@ pub(crate) fn run(
     }
     let findings = check.findings().into_iter();
     let findings = findings.map(|finding| finding.with_mounting(&about.correction.mounting));
-    let learnt = replay.finish();
-    let half_widths = match params.method {
-        Method::SelfCalibrating => learnt.edges(&params.stillness).to_vec(),
-        Method::HalfWidths => Vec::new(),
+    let learnt = replay.learnt();
+    let edge = match params.method {
+        Method::SelfCalibrating => learnt.edge(&params.constants),
+        Method::HalfWidths => f32::NAN,
     };
     let first_gyro_bias = first_gyro_bias.map(|AngularRate(bias)| components(bias).to_vec());
     Ok(Estimated {
@@ -87,7 +87,7 @@ pub(crate) fn run(
         events: events.finish(),
         findings: findings.map(sentence).collect(),
         learnt: learnt.to_array().to_vec(),
-        half_widths,
+        edge,
         first_gyro_bias: first_gyro_bias.unwrap_or_default(),
         about,
     })
@@ -111,7 +111,7 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
         events: events.finish(),
         findings: findings.map(sentence).collect(),
         learnt: Vec::new(),
-        half_widths: Vec::new(),
+        edge: f32::NAN,
         first_gyro_bias: Vec::new(),
         about,
     })
@@ -164,7 +164,7 @@ impl Estimated {
         dict.set_item("rate", f64::from(about.sample_rate))?;
         dict.set_item("findings", self.findings)?;
         dict.set_item("learnt", self.learnt)?;
-        dict.set_item("half_widths", self.half_widths)?;
+        dict.set_item("edge", self.edge)?;
         dict.set_item("first_gyro_bias", self.first_gyro_bias)?;
         Ok(dict)
     }

@@ -4,21 +4,15 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3,
 };
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::replay::Replay;
 use recordings::samples::recording::RecordedSample;
 use recordings::samples::space::components;
-use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
 
 use crate::estimate::{micros, readings, validity_at};
-use crate::parameters::{Settings, SettingsArguments, named, value_error};
+use crate::parameters::{Settings, SettingsArguments, value_error};
 use crate::run::{EventRow, event_row};
-
-/// Version of the package.
-const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The estimator of one foot; see `footfall.Estimator`.
 #[derive(Clone)]
@@ -29,7 +23,7 @@ pub(crate) struct Estimator {
 }
 
 /// All that changes with the samples.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Clone)]
 struct State {
     replay: Replay,
     events: Events,
@@ -39,13 +33,6 @@ struct State {
     newest_us: i64,
     samples: usize,
     rate: f32,
-}
-
-/// A state with the version that wrote it: its layout is that of the version's types.
-#[derive(Serialize, Deserialize)]
-struct Versioned<S> {
-    version: String,
-    state: S,
 }
 
 /// One estimate; the names are those of `footfall.Estimate`.
@@ -77,34 +64,6 @@ impl Estimator {
             rate,
         };
         Ok(Self { settings, state })
-    }
-
-    /// The estimator with these settings in the state that [`Self::to_bytes`] returned.
-    #[staticmethod]
-    fn from_bytes(settings: SettingsArguments, bytes: &[u8]) -> PyResult<Self> {
-        let settings = settings.read()?.of_unnamed_foot()?;
-        let refused = "the state of an Estimator cannot be read";
-        // The version is read first: the layout of another one's state is not known.
-        let read = ciborium::from_reader::<Versioned<IgnoredAny>, _>(bytes);
-        let Versioned { version, .. } = read.map_err(named(refused))?;
-        if version != VERSION {
-            let cause = format!("footfall {version} wrote it, and this is {VERSION}");
-            return Err(named(refused)(cause));
-        }
-        let read = ciborium::from_reader(bytes);
-        let Versioned { state, .. } = read.map_err(named(refused))?;
-        Ok(Self { settings, state })
-    }
-
-    /// All of the state, with which another estimator of the same settings goes on from here.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let versioned = Versioned {
-            version: VERSION.to_owned(),
-            state: &self.state,
-        };
-        let mut bytes = Vec::new();
-        ciborium::into_writer(&versioned, &mut bytes).map_err(value_error)?;
-        Ok(PyBytes::new(py, &bytes))
     }
 
     /// The estimate of the next sample.
@@ -173,7 +132,7 @@ impl Estimator {
 
     /// State learnt from all samples.
     fn learnt(&self) -> Vec<f32> {
-        self.state.replay.clone().finish().to_array().to_vec()
+        self.state.replay.learnt().to_array().to_vec()
     }
 }
 

@@ -98,7 +98,7 @@ def test_row_has_the_figures_of_the_result(tmp_path: Path) -> None:
         "steps": kinds.count("touch_down"),
         "slips": kinds.count("slip_start"),
         "settling_samples": result.has_flag("settling").sum(),
-        "rate_half_width_rad_s": result.half_widths[1],
+        "edge_m_s2": result.edge,
         "gyro_bias_start_wx_rad_s": result.first_gyro_bias[0],
         "gyro_bias_end_wz_rad_s": result.gyro_bias[-1, 2],
         "findings": [finding.name for finding in result.findings],

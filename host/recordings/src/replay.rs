@@ -12,7 +12,6 @@ pub const CAPACITY: usize = 4096;
 
 /// The estimator for the samples of one recording.
 #[derive(Clone)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct Replay(Box<ContactEstimator<CAPACITY>>);
 
 impl Replay {
@@ -42,7 +41,7 @@ impl Replay {
 
     /// Returns the parameters learnt from all samples.
     #[must_use]
-    pub fn finish(self) -> Learnt {
+    pub fn learnt(&self) -> Learnt {
         self.0.learnt()
     }
 }
@@ -85,7 +84,7 @@ pub fn replay_observed(
             estimate
         })
         .collect();
-    Ok((estimates, replay.finish()))
+    Ok((estimates, replay.learnt()))
 }
 
 #[cfg(test)]

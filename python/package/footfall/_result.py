@@ -83,9 +83,9 @@ class Result:
     learnt: npt.NDArray[np.float32]
     """What the estimator has learnt by the end; see :func:`calibrate` for a warm start. Empty where the
     estimates are recorded contacts."""
-    half_widths: npt.NDArray[np.float32]
-    """Where stillness ends for this foot by the end, as learnt: acceleration (m/s²), angular rate (rad/s), leaky
-    mean of the acceleration (m/s²), shape (3,). Empty where half-widths are set, or nothing is learnt."""
+    edge: float
+    """Acceleration below which this foot is still by the end, as learnt, m/s². Not a number where half-widths are
+    set, or nothing is learnt."""
     first_gyro_bias: npt.NDArray[np.float32]
     """Bias of the gyroscope when it was first known, rad/s, shape (3,); empty where the foot never was at rest."""
     recording: str | None = None
@@ -101,7 +101,7 @@ class Result:
         findings = tuple(
             Finding(name, with_arguments(message)) for name, message in arrays.pop("findings")
         )
-        for name in ("learnt", "half_widths", "first_gyro_bias"):
+        for name in ("learnt", "first_gyro_bias"):
             arrays[name] = np.asarray(arrays[name], dtype=np.float32)
         events = tuple(Event(*event) for event in arrays.pop("events"))
         arrays["notices"] = tuple(map(with_arguments, arrays.get("notices", ())))

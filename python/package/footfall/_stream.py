@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -54,9 +54,8 @@ class Estimator:
         The format of the recording that the samples come from, :attr:`footfall.Recording.format`: the
         thresholds of the load depend on it. Without it they are in N.
 
-    Copies and pickles go on separately from the same state, with the same bits. A pickle has 5 kB, whatever the
-    number of samples, and with half-widths 50 bytes more for each sample of the window; only the version that
-    wrote it reads it.
+    Copies go on separately from the same state, with the same bits. There is no pickle: keep the samples, or
+    :attr:`learnt` for a warm start.
 
     Raises
     ------
@@ -110,12 +109,8 @@ class Estimator:
         """
         return tuple(Event(*event) for event in self._estimator.events(ended))  # type: ignore[arg-type]
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_estimator": self._estimator.to_bytes()}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._estimator = _footfall.Estimator.from_bytes(self._settings, state["_estimator"])
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("an Estimator has no pickle: keep its samples, or .learnt for a warm start")
 
     def update(
         self,

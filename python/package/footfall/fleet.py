@@ -72,9 +72,7 @@ COLUMNS: dict[str, tuple[Any, str]] = {
     "slip_distance_m": (_NUMBER, "Distance of all slips of which it is known, along the ground, m."),
     "unstable_stances": (_COUNT, "Stances in which the foot was loaded and never stable."),
     **{f"{flag}_samples": (_COUNT, f"Samples with the flag `{flag}`.") for flag in FLAGS},
-    "acceleration_half_width_m_s2": (_FLOAT, "Where stillness ends at the end, learnt: acceleration, m/s²."),
-    "rate_half_width_rad_s": (_FLOAT, "The same of the angular rate, rad/s."),
-    "velocity_half_width_m_s2": (_FLOAT, "The same of the leaky mean of the acceleration, m/s²."),
+    "edge_m_s2": (_FLOAT, "Acceleration below which the foot is still at the end, learnt, m/s²."),
     **{
         f"gyro_bias_{end}_{axis}_rad_s": (_FLOAT, f"Gyroscope bias about the foot's {axis[1]} {when}, rad/s.")
         for end, when in (("start", "at its first rest"), ("end", "at the end"))
@@ -364,13 +362,12 @@ def _done(recording: _Recording, result: Result, call: _Call) -> Row:
         "slips": kinds["slip_start"],
         "slip_distance_m": sum(event.distance or 0.0 for event in events if event.kind == "slip_start"),
         "unstable_stances": kinds["unstable_start"],
+        "edge_m_s2": result.edge,
         "findings": [finding.name for finding in result.findings],
         "notices": [*(finding.message for finding in result.findings), *result.notices],
     }
     row |= {f"{state}_s": float(time) for state, time in zip(STATES, states)}
     row |= {f"{flag}_samples": int(result.has_flag(flag).sum()) for flag in FLAGS}
-    widths = ("acceleration_half_width_m_s2", "rate_half_width_rad_s", "velocity_half_width_m_s2")
-    row |= dict(zip(widths, result.half_widths.tolist()))
     if result.first_gyro_bias.size:
         for end, bias in (("start", result.first_gyro_bias), ("end", result.gyro_bias[-1])):
             row |= {f"gyro_bias_{end}_{axis}_rad_s": float(value) for axis, value in zip(("wx", "wy", "wz"), bias)}

@@ -7,7 +7,6 @@ use super::{ContactEvent, EventKind};
 
 /// Stance of a foot with a load, as long as it has not been stable.
 #[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Loaded {
     /// The foot is stable or its load is unknown.
     #[default]

@@ -70,7 +70,6 @@ pub const HEADER: &str = "t,event,duration,p_peak,distance";
 crate::named! {
     /// Kind of an event.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
     pub enum EventKind {
         /// Start of a stance: the decision changes to "stable" after a swing.
         TouchDown = "touch_down",
@@ -89,7 +88,6 @@ crate::named! {
 
 /// An event. The duration, peak and distance of a stance or slip are the same at its start and at its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactEvent {
     /// Time of the event.
     pub time: Timestamp,
@@ -105,7 +103,6 @@ pub struct ContactEvent {
 
 /// Finds the events of a foot, estimate by estimate. Holds back the events since the last touch-down.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct Events {
     /// Complete events.
     known: VecDeque<ContactEvent>,
@@ -120,7 +117,6 @@ pub struct Events {
 
 /// The current or the last stance.
 #[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct Stance {
     /// Time of the touch-down; `None` if unknown.
     touch_down: Option<Timestamp>,
@@ -128,7 +124,6 @@ struct Stance {
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 enum State {
     /// Before the first estimate.
     #[default]

@@ -18,7 +18,6 @@ const UNSOUND: [Flag; 4] = [
 /// Motion since the foot last stood: its acceleration without gravity, rotated into the world frame and integrated
 /// twice with the trapezoidal rule.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Reckoning {
     start: Timestamp,
     /// Time of the newest estimate.

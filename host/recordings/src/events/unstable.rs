@@ -38,7 +38,6 @@ pub(super) fn is_motion_unknown(estimate: &ContactEstimate) -> bool {
 
 /// State of the stretch up to its newest sample.
 #[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Unstable {
     /// Time of its first sample.
     pub(super) start: Timestamp,

@@ -10,7 +10,6 @@ pub const fn components(v: Vec3) -> [f32; 3] {
 
 /// Three components along the axes of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct Vector {
     /// Component along x.
     pub x: f64,

@@ -139,7 +139,7 @@ fn estimated<O: Observer>(
     }
     Ok(Replayed {
         findings: check.findings(),
-        learnt: replay.finish(),
+        learnt: replay.learnt(),
         ..results.finish()?
     })
 }
