@@ -11,11 +11,13 @@
 //! | files become arrays or estimates | [`reading`] |
 //! | what feet have sent | [`decoding`] |
 //! | a simulated foot | [`simulation`] |
+//! | the default with other constants, for research | [`constants`] |
 
 // Arguments from Python are owned values even where a reference would do.
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod constants;
 mod decoding;
 mod estimate;
 mod outputs;
@@ -30,6 +32,8 @@ use pyo3::prelude::*;
 /// The module `footfall._footfall`.
 #[pymodule]
 mod _footfall {
+    #[pymodule_export]
+    use super::constants::{constants, p_stable};
     #[pymodule_export]
     use super::decoding::decode_file;
     #[pymodule_export]

@@ -1,5 +1,8 @@
 from typing import Any, final
 
+import numpy as np
+import numpy.typing as npt
+
 from ._settings import ReadDict, RecordingDict, SettingsDict, WalkDict
 
 __version__: str
@@ -34,6 +37,14 @@ class Estimator:
     def gyro_bias(self) -> tuple[float, float, float] | None: ...
     def learnt(self) -> list[float]: ...
 
+def constants() -> list[tuple[str, float]]: ...
+def p_stable(
+    acc: npt.NDArray[np.float32],
+    gyr: npt.NDArray[np.float32],
+    rate: float,
+    gravity_removed: bool,
+    changed: list[tuple[str, float]],
+) -> npt.NDArray[np.float32]: ...
 def toml_of(json: str) -> str: ...
 def estimate(recording: RecordingDict, settings: SettingsDict) -> dict[str, Any]: ...
 def calibrate(recordings: list[RecordingDict], settings: SettingsDict) -> tuple[str, str]: ...

@@ -1,0 +1,85 @@
+//! The default estimate with other constants, for the research that chooses them.
+
+use estimator_core::{
+    AngularRate, Constants, Gravity, ImuSample, Params, SpecificForce, Timestamp, Vec3,
+};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use recordings::input::steady_time;
+use recordings::replay::Replay;
+use recordings::samples::recording::RecordedSample;
+
+use crate::parameters::value_error;
+
+/// Applies a macro to each constant.
+macro_rules! with_each {
+    ($apply:ident, $of:expr) => {
+        $apply!(
+            $of, noise, still, moving, width, widths, part_of_the_way, bandwidth, window, prior,
+            memory, stance, slide_acceleration, slide_speed, slide_factor, slide_upwards,
+            slide_teaches, slide_lever, rest_acceleration, rest_rate, landing, evidence
+        )
+    };
+}
+
+/// The constants of the default by their names.
+#[pyfunction]
+pub(crate) fn constants() -> Vec<(&'static str, f32)> {
+    macro_rules! list {
+        ($of:expr, $($name:ident),+) => { vec![$((stringify!($name), $of.$name)),+] };
+    }
+    with_each!(list, Constants::DEFAULT)
+}
+
+/// Probabilities of stable contact of a recording, with these constants in place of the default's.
+#[pyfunction]
+pub(crate) fn p_stable<'py>(
+    py: Python<'py>,
+    acc: PyReadonlyArray2<'py, f32>,
+    gyr: PyReadonlyArray2<'py, f32>,
+    rate: f32,
+    gravity_removed: bool,
+    changed: Vec<(String, f32)>,
+) -> PyResult<Bound<'py, PyArray1<f32>>> {
+    let mut constants = Constants::DEFAULT;
+    for (wanted, value) in changed {
+        macro_rules! set {
+            ($of:expr, $($name:ident),+) => {
+                match wanted.as_str() {
+                    $(stringify!($name) => $of.$name = value,)+
+                    _ => return Err(value_error(format!("{wanted} is no constant"))),
+                }
+            };
+        }
+        with_each!(set, constants);
+    }
+    let params = Params {
+        constants,
+        ..Params::DEFAULT
+    };
+    let gravity = match gravity_removed {
+        true => Gravity::Removed,
+        false => Gravity::Included,
+    };
+    let mut replay = Replay::new(rate, gravity, &params).map_err(value_error)?;
+    let (acc, gyr) = (acc.as_array(), gyr.as_array());
+    let vector = |row: &[f32]| match *row {
+        [x, y, z] => Ok(Vec3::new(x, y, z)),
+        _ => Err(value_error("acc and gyr have three columns")),
+    };
+    let rows = acc.rows().into_iter().zip(gyr.rows());
+    let p = rows.enumerate().map(|(k, (acc, gyr))| {
+        let sample = RecordedSample {
+            imu: ImuSample {
+                timestamp: Timestamp::from_micros(steady_time(k, rate).as_micros()),
+                specific_force: SpecificForce(vector(&acc.to_vec())?),
+                angular_rate: AngularRate(vector(&gyr.to_vec())?),
+                ..ImuSample::default()
+            },
+            load: None,
+            label: None,
+        };
+        Ok(replay.update(&sample).probabilities.stable)
+    });
+    Ok(p.collect::<PyResult<Vec<f32>>>()?.into_pyarray(py))
+}
