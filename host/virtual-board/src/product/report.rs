@@ -39,10 +39,6 @@ const ESTIMATE: u32 = 0x180;
 /// `ContactEstimator::update`, as the compiler names it.
 const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
 
-/// The entry of the work in `ContactEstimator::finish` once the estimate has been sent,
-/// `Stillness::finish`.
-const LEARNING: &str = "9stillness9Stillness6finish";
-
 /// Options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
@@ -202,8 +198,7 @@ pub fn run(
     actions.sort_by_key(|action| action.ms);
     let mut actions = actions.into_iter().peekable();
     board.record_sensor_bus();
-    let watched = [ESTIMATOR, LEARNING].map(|function| board.watch_function(function));
-    let watched = watched == [true; 2];
+    let watched = board.watch_function(ESTIMATOR);
     let (mut last, mut last_watched) = (board.counters(), 0);
     // Offset within a millisecond at which the counts of a tick end.
     let mut idle = 0;
