@@ -127,7 +127,7 @@ faults! {
     PdoTimeout = 21, 0x8250, "received PDO timed out", COMMUNICATION, unaffected, "event timer, ms";
     /// The gyroscope's bias at rest is larger than can be learnt.
     GyroBias = 22, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";
-    /// The specific force at rest is outside 0.8 to 1.2 g: another part, or a wrong correction.
+    /// The specific force at rest is outside 0.88 to 1.12 g: another part, or a wrong correction.
     SensorScale = 23, 0x700A, "sensor has a wrong scale", MANUFACTURER, void, "specific force at rest, 0.001 g";
     /// A register of the sensor was read wrong, and right at the second attempt: the bus has little margin.
     Misread = 24, 0x700B, "misread on the sensor's bus", MANUFACTURER, unaffected, "misreads so far";

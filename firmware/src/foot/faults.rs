@@ -25,8 +25,8 @@ const EVENT_TICKS: u16 = 1000;
 const CRASH_TICKS: u16 = 10_000;
 
 /// Specific force at rest of a sound accelerometer, m/s². An LSM6DSO32 has the same identity as an LSM6DSOX, and
-/// half of its codes.
-const FORCE_AT_REST: RangeInclusive<f32> = 0.8 * STANDARD_GRAVITY..=1.2 * STANDARD_GRAVITY;
+/// half of its codes. Beyond these limits the estimator leaves so much of gravity that the foot never rests.
+const FORCE_AT_REST: RangeInclusive<f32> = 0.88 * STANDARD_GRAVITY..=1.12 * STANDARD_GRAVITY;
 
 /// State of the checks of the tick.
 #[derive(Debug)]

@@ -41,7 +41,7 @@ fn a_bias_too_large_to_learn_is_reported_with_its_value() {
 #[test]
 fn a_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
     let Some(elf) = product() else { return };
-    for (g, is_wrong) in [(0.5, true), (0.85, false)] {
+    for (g, is_wrong) in [(0.5, true), (0.89, false)] {
         let lying = move |seconds: f64| {
             let mut lying = Stimulus::REST;
             lying.specific_force[2] *= if seconds < 4.0 { g } else { 1.0 };
