@@ -16,7 +16,7 @@ pub enum Flag {
     /// before; it counts as mass 0.
     InvalidSample,
     /// At least one sample is missing before this one. With half-widths, missing samples count as
-    /// mass 0. Otherwise up to 10 ms are bridged with a probability no higher than before;
+    /// mass 0. Otherwise up to half a window is bridged with a probability no higher than before;
     /// a longer gap reduces the probability to nothing.
     TimeGap,
     /// The foot has not yet shown enough stillness and motion: the limits between them

@@ -33,7 +33,7 @@
 //!     let sample = ImuSample { timestamp: Timestamp::from_micros(tick * 1000), ..Default::default() };
 //!     let estimate = estimator.update(&sample, None);
 //!     // Once the foot has rested for a fifth of a second:
-//!     assert!(tick < 350 || estimate.probabilities.stable > 0.98);
+//!     assert!(tick < 390 || estimate.probabilities.stable > 0.98);
 //! }
 //! # Ok::<(), estimator_core::ParamsError>(())
 //! ```

@@ -8,13 +8,6 @@ use crate::params::Method;
 use crate::probability::Probabilities;
 use crate::sample::{AngularRate, LinearAcceleration};
 
-/// Longest gap that is bridged, µs: the probability is held, no higher than it was. Shorter than the
-/// self-calibrating estimate's window.
-const BRIDGED_US: u64 = 10_000;
-
-/// Number of windows of doubt that a longer gap counts as: less than 5 % is left of any probability.
-const GAP_WINDOWS: u32 = 3;
-
 /// The model of a [`Method`], with room for `CAPACITY` samples in a window of half-widths.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)] // It is always in place, in static memory, as large as the larger one.
@@ -70,20 +63,11 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
 
     /// Accounts for missing samples. Returns upper limits for the probabilities of the next sample: those
     /// before a short gap, which has no other effect. A longer gap counts like unreliable samples,
-    /// at most a few windows of them, so the cost is bounded, and O(1) per period of
-    /// time; the limits are the probabilities after them.
+    /// at most a few windows of them; the limits are the probabilities after them.
     #[inline(never)]
-    pub(crate) fn account_for(&mut self, missing: u64, period_us: u64) -> Option<Probabilities> {
+    pub(crate) fn account_for(&mut self, missing: u64) -> Option<Probabilities> {
         match self {
-            Self::SelfCalibrating(adaptive) => {
-                if missing.saturating_mul(period_us) > BRIDGED_US {
-                    let most = GAP_WINDOWS * adaptive.window();
-                    for _ in 0..missing.min(most.into()) {
-                        adaptive.push_doubt();
-                    }
-                }
-                Some(adaptive.probabilities())
-            }
+            Self::SelfCalibrating(adaptive) => Some(adaptive.account_for(missing)),
             Self::HalfWidths(density, _) => {
                 let density: &mut Density<AnyRing> = density;
                 if missing + 1 >= density.window_length() as u64 {

@@ -51,6 +51,16 @@ impl Vec3 {
         crate::root::sqrt(self.dot(self))
     }
 
+    /// The vector, shortened to a length of `most`.
+    #[must_use]
+    pub fn clipped(self, most: f32) -> Self {
+        let square = self.dot(self);
+        match square > most * most {
+            true => self * (most / crate::root::sqrt(square)),
+            false => self,
+        }
+    }
+
     /// Returns whether every component is a number of magnitude at most `limit`.
     #[inline]
     #[must_use]

@@ -5,14 +5,14 @@ use estimator_core::Params;
 use host_tests::sets::Set;
 
 /// Limit of the mean over [`Set::AVERAGED`].
-const MEAN: f64 = 0.295;
+const MEAN: f64 = 0.300;
 
 /// Limit of each set, within .002 of what is measured.
 const LIMITS: [(Set, f64); 12] = [
-    (Set::Ground, 0.270),
+    (Set::Ground, 0.299),
     (Set::ThreeSteps, 0.285),
     (Set::Slip, 0.427),
-    (Set::Atlas7k, 0.291),
+    (Set::Atlas7k, 0.296),
     (Set::Nao, 0.257),
     (Set::Shoe, 0.281),
     (Set::Demo, 0.261),

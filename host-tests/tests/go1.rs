@@ -82,7 +82,11 @@ fn only_stances_on_grease_are_improbable() {
         let stood = stood(&recording, STANDING, 1);
         let firm = self::recording(NORMAL).expect("a recording of the same set");
         let warm = Params {
-            learnt: Some(replay_and_learn(&firm, &Params::DEFAULT).expect("a preset").1),
+            learnt: Some(
+                replay_and_learn(&firm, &Params::DEFAULT)
+                    .expect("a preset")
+                    .1,
+            ),
             ..Params::DEFAULT
         };
         // A foot that has stood is proven, and the second stance slides little: 0.763.

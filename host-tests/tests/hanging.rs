@@ -128,7 +128,10 @@ fn motions() -> Vec<Named> {
             }
             let omega = (GRAVITY / length).sqrt();
             let swings = move |t| rod(t, length, degrees.to_radians(), omega);
-            motions.push((format!("pendulum of {length} m, {degrees}°"), Box::new(swings)));
+            motions.push((
+                format!("pendulum of {length} m, {degrees}°"),
+                Box::new(swings),
+            ));
         }
     }
     for (frequency, amplitude) in [(30.0, 5.0), (47.0, 10.0), (80.0, 5.0)] {
@@ -146,7 +149,11 @@ fn motions() -> Vec<Named> {
             Box::new(|t| {
                 swaying(
                     t,
-                    [(&[0.9, 1.7, 2.3], 0.8), (&[0.8, 1.3, 2.9], 0.6), (&[1.1, 1.9, 2.7], 1.0)],
+                    [
+                        (&[0.9, 1.7, 2.3], 0.8),
+                        (&[0.8, 1.3, 2.9], 0.6),
+                        (&[1.1, 1.9, 2.7], 1.0),
+                    ],
                     (&[0.3, 0.7, 1.1], 0.12),
                 )
             }),
@@ -156,7 +163,11 @@ fn motions() -> Vec<Named> {
             Box::new(|t| {
                 swaying(
                     t,
-                    [(&[2.0, 3.1, 4.7], 0.5), (&[2.3, 3.7], 0.4), (&[2.5, 3.5, 5.1], 1.2)],
+                    [
+                        (&[2.0, 3.1, 4.7], 0.5),
+                        (&[2.3, 3.7], 0.4),
+                        (&[2.5, 3.5, 5.1], 1.2),
+                    ],
                     (&[2.1, 3.3], 0.03),
                 )
             }),
@@ -177,7 +188,13 @@ fn motions() -> Vec<Named> {
         ),
         (
             "platform at 1 Hz".to_owned(),
-            Box::new(|t| swaying(t, [(&[1.0], 1.0), (&[1.0], 0.0), (&[1.0], 0.0)], (&[1.0], 0.0))),
+            Box::new(|t| {
+                swaying(
+                    t,
+                    [(&[1.0], 1.0), (&[1.0], 0.0), (&[1.0], 0.0)],
+                    (&[1.0], 0.0),
+                )
+            }),
         ),
         (
             "turning slowly".to_owned(),
@@ -302,7 +319,9 @@ fn motion_after_a_walk_is_not_stable_and_costs_no_stance() {
             let share = foot.move_like(&*motion, LASTS);
             let after = foot.walk(&walk);
             if share > limit(&name) || after < before - LOST {
-                wrong.push(format!("{name}: {before:.3} of the walk, then {share:.3}, then {after:.3}"));
+                wrong.push(format!(
+                    "{name}: {before:.3} of the walk, then {share:.3}, then {after:.3}"
+                ));
             }
         }
         assert!(wrong.is_empty(), "{wrong:#?}");

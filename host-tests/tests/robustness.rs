@@ -74,7 +74,9 @@ fn a_minute_of_standing_before_a_walk_changes_little() {
             (recording.name.clone(), after - before)
         })
         .collect();
-    let changed = changes.iter().filter(|(name, by)| *by > standing_costs(name));
+    let changed = changes
+        .iter()
+        .filter(|(name, by)| *by > standing_costs(name));
     let changed: Vec<_> = changed.collect();
     assert!(changed.is_empty(), "{changed:?}");
 }

@@ -8,9 +8,9 @@ use estimator_core::{
     AngularRate, ImuSample, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
 
-/// Time for which a clipped sample is in the output of the accelerometer's filter, µs: a period of its cut-off of
-/// 333 Hz, after which 1 % is left, and half a tick.
-const FILTER_MICROS: u64 = 3_500;
+/// Time for which a clipped sample is in the output of the accelerometer's filter, µs: a tenth of it is left after
+/// 1.1 ms at its cut-off of 333 Hz; and half a tick.
+const FILTER_MICROS: u64 = 1_500;
 
 /// Conversion of samples in order of time.
 ///
@@ -111,8 +111,8 @@ mod tests {
 
     /// 29 484 codes are 90 %; the edges are up to 155 µs off their milliseconds.
     #[test]
-    fn near_full_scale_saturates_three_samples_that_follow() {
-        for (force, flagged) in [(29_484, 0), (-29_485, 4), (i16::MAX, 4)] {
+    fn near_full_scale_saturates_the_sample_that_follows() {
+        for (force, flagged) in [(29_484, 0), (-29_485, 2), (i16::MAX, 2)] {
             let mut conversion = Conversion::default();
             let forces = [0, force, 1_000, 0, -1_000, 0];
             let samples = (0..).zip(forces).filter(|(tick, force)| {

@@ -15,9 +15,28 @@ use crate::parameters::value_error;
 macro_rules! with_each {
     ($apply:ident, $of:expr) => {
         $apply!(
-            $of, noise, still, moving, width, widths, part_of_the_way, bandwidth, window, prior,
-            memory, stance, slide_acceleration, slide_speed, slide_factor, slide_upwards,
-            slide_teaches, slide_lever, rest_acceleration, rest_rate, landing, evidence
+            $of,
+            noise,
+            still,
+            moving,
+            width,
+            widths,
+            part_of_the_way,
+            bandwidth,
+            window,
+            prior,
+            memory,
+            stance,
+            slide_acceleration,
+            slide_speed,
+            slide_factor,
+            slide_upwards,
+            slide_teaches,
+            slide_lever,
+            rest_acceleration,
+            rest_rate,
+            landing,
+            evidence
         )
     };
 }

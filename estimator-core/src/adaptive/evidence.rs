@@ -9,6 +9,7 @@ use super::constants::Constants;
 use crate::logarithm::{exp, ln};
 use crate::order::Order;
 use crate::units::STANDARD_GRAVITY;
+use crate::vector::Vec3;
 
 /// Largest time that is counted, s.
 const LONGEST: f32 = 200.0;
@@ -36,9 +37,10 @@ pub(super) struct Evidence {
     /// Shares of the newest sample in the short means and the factor, and in the mean of a swing.
     share: f32,
     swing_share: f32,
-    /// Short means of acceleration, m/s², angular rate, rad/s, and the logarithm of the acceleration.
-    acceleration: f32,
-    rate: f32,
+    /// Short means of acceleration, m/s², angular rate, rad/s, frame of the foot, and the logarithm of the acceleration.
+    /// The hum of a motor has no mean.
+    acceleration: Vec3,
+    rate: Vec3,
     calm: f32,
     /// Mean logarithm of the acceleration over a swing, and its recent maximum.
     swing: f32,
@@ -65,11 +67,11 @@ pub(super) struct Evidence {
 /// Readings of one sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
-    /// Amplitude of the acceleration, m/s², and the logarithm that the classes judge.
-    pub acceleration: f32,
+    /// Acceleration, m/s², and the logarithm that the classes judge.
+    pub acceleration: Vec3,
     pub logarithm: f32,
     /// Angular rate, rad/s.
-    pub rate: f32,
+    pub rate: Vec3,
     /// Angle by which up was corrected, rad.
     pub correction: f32,
     /// Probability of stillness without evidence.
@@ -83,8 +85,8 @@ impl Evidence {
             period,
             share,
             swing_share: 1.0 - exp(-period / constants.stance),
-            acceleration: 1.0,
-            rate: 1.0,
+            acceleration: Vec3::ZERO,
+            rate: Vec3::ZERO,
             calm: 0.0,
             swing: WEAKEST,
             strongest: WEAKEST,
@@ -121,16 +123,26 @@ impl Evidence {
         !self.landed || self.since_landing < constants.evidence
     }
 
+    /// Lets a time in s pass without a reliable sample.
+    pub fn pass(&mut self, seconds: f32) {
+        let counted = |before: f32| (before + seconds).lesser(LONGEST);
+        self.since_motion = counted(self.since_motion);
+        self.since_landing = counted(self.since_landing);
+        self.since = counted(self.since);
+        self.rested = (self.rested - seconds).greater(0.0);
+    }
+
     /// Processes a sample.
     pub fn push(&mut self, constants: &Constants, reading: &Reading) {
         let period = self.period;
         let counted = |seconds: f32| (seconds + period).lesser(LONGEST);
 
         self.acceleration +=
-            (reading.acceleration.lesser(LARGEST) - self.acceleration) * self.share;
-        self.rate += (reading.rate.lesser(LARGEST) - self.rate) * self.share;
-        let rests =
-            self.acceleration < constants.rest_acceleration && self.rate < constants.rest_rate;
+            (reading.acceleration.clipped(LARGEST) - self.acceleration) * self.share;
+        self.rate += (reading.rate.clipped(LARGEST) - self.rate) * self.share;
+        let is_below = |mean: Vec3, limit: f32| mean.dot(mean) < limit * limit;
+        let rests = is_below(self.acceleration, constants.rest_acceleration)
+            && is_below(self.rate, constants.rest_rate);
         self.rested = match rests {
             true => (self.rested + period).lesser(MOST_REST * constants.stance),
             false => (self.rested - period).greater(0.0),
@@ -155,7 +167,8 @@ impl Evidence {
         self.calms = calms;
         let lands = calms && moved;
         self.landed |= lands;
-        self.since_landing = match lands {
+        // A foot that lands unseen walks, and is to be learnt from.
+        self.since_landing = match lands || self.unseen {
             true => 0.0,
             false => counted(self.since_landing),
         };

@@ -42,7 +42,7 @@ use crate::logarithm::{exp, ln};
 use crate::order::Order;
 use crate::probability::Probabilities;
 use crate::range::ParamsError;
-use crate::root::{rounded, sqrt};
+use crate::root::rounded;
 use crate::sample::{AngularRate, LinearAcceleration};
 use crate::vector::Vec3;
 
@@ -58,6 +58,9 @@ pub enum Learning {
 
 /// Least time constant of the mean mass, samples: with less, as at 50 Hz, the mean would be the newest sample.
 const LEAST_WINDOW: f32 = 2.0;
+
+/// Number of windows of doubt that a longer gap counts as: less than 5 % is left of any probability.
+const GAP_WINDOWS: u32 = 3;
 
 /// Probability above which the foot is more probably still than not.
 const STILL: f32 = 0.5;
@@ -169,16 +172,6 @@ impl Adaptive {
         }
     }
 
-    /// Probabilities of the newest sample; 0 before the first.
-    pub const fn probabilities(&self) -> Probabilities {
-        self.probabilities
-    }
-
-    /// The window's time constant in samples, at least 1.
-    pub const fn window(&self) -> u32 {
-        self.window
-    }
-
     /// State learnt from the foot.
     pub fn learnt(&self) -> Learnt {
         self.classes.learnt(self.slide.usual()).limited()
@@ -201,7 +194,7 @@ impl Adaptive {
         rate: AngularRate,
         up: Up,
     ) -> Probabilities {
-        let (a, rate) = (acceleration.0, rate.0.length());
+        let (a, turn) = (acceleration.0, rate.0.length());
         let square = a.dot(a);
         let Up {
             direction,
@@ -235,16 +228,14 @@ impl Adaptive {
             None => 0.0,
         };
         let level = a - direction * upright;
-        let slides_not = self
-            .slide
-            .push(&self.constants, level, rate, moving, tilt);
+        let slides_not = self.slide.push(&self.constants, level, turn, moving, tilt);
         let still = whole * slides_not;
         self.evidence.push(
             &self.constants,
             &Reading {
-                acceleration: sqrt(square),
+                acceleration: a,
                 logarithm,
-                rate,
+                rate: rate.0,
                 correction: correction.unwrap_or(0.0),
                 still,
             },
@@ -299,10 +290,27 @@ impl Adaptive {
     /// Processes an unreliable sample, one at the end of the sensor's range, or one while up is unknown: it counts as one in
     /// motion, and is not learnt from.
     pub fn push_doubt(&mut self) -> Probabilities {
-        let share = 1.0 - self.newest;
-        self.masses = self.masses.map(|mass| mass * share);
-        self.probabilities = self.probabilities.scaled(share);
+        self.fade(self.newest);
+        self.evidence.pass(self.period);
         self.probabilities
+    }
+
+    /// Accounts for missing samples. A gap of half a window has no effect.
+    pub fn account_for(&mut self, missing: u64) -> Probabilities {
+        if missing > u64::from(self.window / 2).max(1) {
+            for _ in 0..missing.min((GAP_WINDOWS * self.window).into()) {
+                self.fade(self.newest);
+            }
+            self.evidence.pass(missing as f32 * self.period);
+        }
+        self.probabilities
+    }
+
+    /// Takes a share of all probabilities away.
+    fn fade(&mut self, share: f32) {
+        let rest = 1.0 - share;
+        self.masses = self.masses.map(|mass| mass * rest);
+        self.probabilities = self.probabilities.scaled(rest);
     }
 
     /// Returns whether the means cover a whole window.

@@ -19,7 +19,6 @@
 use super::constants::Constants;
 use crate::logarithm::{exp, ln};
 use crate::order::Order;
-use crate::root::sqrt;
 use crate::vector::Vec3;
 
 /// Speed in stances over acceleration in swings of a robot without noise, s, natural logarithm: 0.1 ms.
@@ -66,13 +65,15 @@ impl Slide {
 
     /// Adds an acceleration along the ground, m/s², of a foot that turns at `rate` rad/s and has swings of the
     /// logarithm `swing`. Returns the probability that it does not slide.
-    pub fn push(&mut self, constants: &Constants, level: Vec3, rate: f32, swing: f32, tilt: f32) -> f32 {
-        let most = constants.slide_acceleration;
-        let square = level.dot(level);
-        let clipped = match square > most * most {
-            true => level * (most / sqrt(square)),
-            false => level,
-        };
+    pub fn push(
+        &mut self,
+        constants: &Constants,
+        level: Vec3,
+        rate: f32,
+        swing: f32,
+        tilt: f32,
+    ) -> f32 {
+        let clipped = level.clipped(constants.slide_acceleration);
         self.speed = self.speed * (1.0 - self.share) + clipped * self.period;
         self.turn += (rate - self.turn) * self.share;
         let louder = 0.5 * (self.usual - swing - QUIET);

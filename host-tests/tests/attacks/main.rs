@@ -11,8 +11,8 @@ use estimator_core::{
 use host_tests::changed::Chance;
 
 use foot::{
-    Foot, GRAVITY, Gait, NOISE, Part, STEPS, Sample, STANCE, assert_at_least, assert_told_right, measured, params,
-    walk_after,
+    Foot, GRAVITY, Gait, NOISE, Part, STANCE, STEPS, Sample, assert_at_least, assert_told_right,
+    measured, params, walk_after,
 };
 
 /// At 100 Hz one sample is more than half of a window.
@@ -68,7 +68,11 @@ fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
             Gravity::Included => STANCE,
             Gravity::Removed => 0.6,
         };
-        assert_at_least(least, &format!("{rate} Hz, {gravity:?}, {gait:.3?}"), shares);
+        assert_at_least(
+            least,
+            &format!("{rate} Hz, {gravity:?}, {gait:.3?}"),
+            shares,
+        );
     }
 }
 

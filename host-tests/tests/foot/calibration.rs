@@ -171,7 +171,10 @@ fn number(answer: &Answer) -> f32 {
 /// Asserts that an estimator starts with the classes of `kept`, with a small weight of their seconds.
 fn assert_starts_with(learnt: Learnt, kept: Learnt) {
     assert_eq!(classes(learnt), classes(kept));
-    assert!(learnt.is_settled() && learnt.still_seconds <= kept.still_seconds, "{learnt:?} {kept:?}");
+    assert!(
+        learnt.is_settled() && learnt.still_seconds <= kept.still_seconds,
+        "{learnt:?} {kept:?}"
+    );
 }
 
 /// Asserts that an estimator continues from `before`: with its classes, except for one learnt sample.

@@ -6,6 +6,7 @@
 #[expect(dead_code, reason = "the foot's program uses the rest")]
 #[path = "../../board/mod.rs"]
 mod board;
+mod bus;
 mod can;
 mod measure;
 mod supply;

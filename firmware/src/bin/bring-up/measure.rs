@@ -9,24 +9,21 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use bootloader::image::{self, Header};
 use defmt_rtt as _;
 use embassy_executor::Executor;
-use embassy_stm32::pac::spi::vals::Br;
-use embassy_stm32::pac::{DBGMCU, FLASH, SPI1};
+use embassy_stm32::pac::{DBGMCU, FLASH};
 use embassy_time::{Duration, Instant, Timer};
-use embedded_hal_async::spi::{Operation, SpiDevice};
 use firmware::bring_up::{Edges, Jitter, Line, Report, SUPPLY_MV, Scatter, Verdict, supply_mv};
 use firmware::sampling::Ticks;
 use lsm6dsox::asynch::Lsm6dsox;
-use lsm6dsox::register::X_OFS_USR;
-use lsm6dsox::{Config, SetSpiClock, SpiClock, Status};
+use lsm6dsox::{Config, Status};
 use static_cell::StaticCell;
 
 use crate::board::clocks::Source;
 use crate::board::sensor::{Delay, SensorBus};
 use crate::board::timebase::{Timebase, since_edge};
 use crate::board::uart::{Receiver, Sender};
-use crate::board::wiring::{CRYSTAL_MHZ, SENSOR_SPEED};
+use crate::board::wiring::CRYSTAL_MHZ;
 use crate::board::{self, Board, flash, stack, watchdog};
-use crate::{can, supply};
+use crate::{bus, can, supply};
 
 /// Header in front of the program, which the bootloader starts.
 #[used]
@@ -35,18 +32,6 @@ static HEADER: [u8; image::USED] = Header::probed(board::BOARD, env!("FOOTFALL_C
 
 /// Rate of the serial line: that of a foot without stored settings.
 const UART_RATE: u32 = 1_000_000;
-
-/// Reads of each pattern at each clock of the sensor's bus, 10⁵ in all, and wrong ones that end them.
-const READS: u32 = 25_000;
-const ENOUGH: u32 = 1_000;
-
-/// Bytes that are written and read: to the user offsets, which the start of the sensor clears.
-const PATTERNS: [[u8; 3]; 4] = [
-    [0x00, 0xFF, 0x00],
-    [0x55, 0xAA, 0x55],
-    [0xFF, 0x00, 0xFF],
-    [0x33, 0x0F, 0xC9],
-];
 
 /// Number of the chip in `DBGMCU_IDCODE` (RM0090, 38.6.1: STM32F405).
 const DEVICE: u16 = 0x413;
@@ -75,7 +60,7 @@ const LONGEST_S: u64 = 60;
 static IS_DONE: AtomicBool = AtomicBool::new(false);
 
 /// Where lines go.
-struct Out {
+pub(crate) struct Out {
     uart: Sender,
     report: Report,
 }
@@ -87,7 +72,13 @@ impl Out {
         let _ = self.uart.send(line.as_bytes()).await;
     }
 
-    async fn line(&mut self, name: &str, value: fmt::Arguments<'_>, limit: &str, verdict: Verdict) {
+    pub(crate) async fn line(
+        &mut self,
+        name: &str,
+        value: fmt::Arguments<'_>,
+        limit: &str,
+        verdict: Verdict,
+    ) {
         let line = self.report.line(name, value, limit, verdict);
         self.write(&line).await;
     }
@@ -229,78 +220,6 @@ async fn measure_supply(out: &mut Out) {
     .await;
 }
 
-/// Reads that were wrong or failed at the present clock of the bus, and all reads.
-async fn misreads(bus: &mut SensorBus) -> (u32, u32) {
-    let (mut wrong, mut reads) = (0, 0);
-    for pattern in PATTERNS {
-        let [x, y, z] = pattern;
-        let mut bytes = [X_OFS_USR.address, x, y, z];
-        let write = &mut [Operation::TransferInPlace(&mut bytes)];
-        let is_written = bus.transaction(write).await.is_ok();
-        for _ in 0..READS {
-            let mut bytes = [X_OFS_USR.read_address(), 0, 0, 0];
-            let read = &mut [Operation::TransferInPlace(&mut bytes)];
-            let is_read = bus.transaction(read).await.is_ok();
-            let [_, bytes @ ..] = bytes;
-            wrong += u32::from(!(is_written && is_read && bytes == pattern));
-            reads += 1;
-            if wrong >= ENOUGH {
-                return (wrong, reads);
-            }
-            // Lets the watchdog be fed.
-            embassy_futures::yield_now().await;
-        }
-    }
-    (wrong, reads)
-}
-
-/// Measures the sensor's bus at the foot's clocks, and at the limit of the part; leaves it at the fastest of the
-/// foot's clocks without an error.
-async fn measure_bus(out: &mut Out, bus: &mut SensorBus) {
-    let mut fastest = None;
-    for clock in SpiClock::ALL {
-        bus.set_spi_clock(clock);
-        let (wrong, reads) = misreads(bus).await;
-        if wrong == 0 {
-            fastest = Some(clock);
-        }
-        let verdict = match wrong {
-            1.. if clock > SENSOR_SPEED => Verdict::NotTested("the foot starts slower"),
-            _ => Verdict::when(wrong == 0, "wires of SPI and CS; supply of the sensor"),
-        };
-        let name = match clock {
-            SpiClock::Quarter => "sensor's bus, 1.25 MHz",
-            SpiClock::Half => "sensor's bus, 2.5 MHz",
-            SpiClock::Full => "sensor's bus, 5 MHz",
-        };
-        let value = format_args!("{wrong} of {reads} wrong");
-        out.line(name, value, "0", verdict).await;
-    }
-    SPI1.cr1().modify(|w| w.set_spe(false));
-    // APB2 has 80 MHz.
-    SPI1.cr1().modify(|w| w.set_br(Br::DIV8));
-    SPI1.cr1().modify(|w| w.set_spe(true));
-    let (wrong, reads) = misreads(bus).await;
-    let verdict = match wrong {
-        0 => Verdict::Pass,
-        _ => Verdict::NotTested("the foot does not use it"),
-    };
-    let value = format_args!("{wrong} of {reads} wrong");
-    out.line("sensor's bus, 10 MHz", value, "0", verdict).await;
-    let khz = |clock: SpiClock| clock.hertz() / 1_000;
-    out.line(
-        "sensor's clock",
-        format_args!("{} kHz without error", fastest.map_or(0, khz)),
-        "",
-        Verdict::when(
-            fastest >= Some(SENSOR_SPEED),
-            "the foot slows down by itself: shorter wires",
-        ),
-    )
-    .await;
-    bus.set_spi_clock(fastest.unwrap_or(SENSOR_SPEED));
-}
-
 /// The sensor's driver, and its noise.
 type Sensor = (Lsm6dsox<SensorBus>, Rest);
 
@@ -308,7 +227,7 @@ async fn measure_sensor(out: &mut Out, bus: SensorBus, mut timebase: Timebase) -
     let mut driver = Lsm6dsox::new(bus, Config::FRESH_KILOHERTZ);
     // Ends I3C mode; a failure shows below.
     let _ = driver.init(&mut Delay).await;
-    measure_bus(out, driver.bus()).await;
+    bus::measure(out, driver.bus()).await;
     if driver.init(&mut Delay).await.is_err() {
         let verdict = Verdict::Fail("see the lines of the bus");
         out.line("sensor", format_args!("does not start"), "", verdict)

@@ -83,7 +83,7 @@ impl Trouble {
             Self::Fault(_) => "the estimate goes on",
             Self::Flag(Flag::Settling) => "the estimate goes on, with limits that fit most feet",
             Self::Flag(Flag::TimeGap) => {
-                "up to 10 ms are bridged without a rise; after more the probability starts from near 0"
+                "up to half a window, 13 ms, is bridged without a rise; after more the probability starts from near 0"
             }
             Self::Flag(Flag::WindowNotFull) => "the mean is over the samples there are",
             Self::Flag(Flag::Unproven) => {
