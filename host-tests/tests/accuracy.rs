@@ -5,12 +5,12 @@ use estimator_core::Params;
 use host_tests::sets::Set;
 
 /// Limit of the mean over [`Set::AVERAGED`].
-const MEAN: f64 = 0.300;
+const MEAN: f64 = 0.303;
 
 /// Limit of each set, within .002 of what is measured.
 const LIMITS: [(Set, f64); 12] = [
-    (Set::Ground, 0.299),
-    (Set::ThreeSteps, 0.285),
+    (Set::Ground, 0.318),
+    (Set::ThreeSteps, 0.291),
     (Set::Slip, 0.427),
     (Set::Atlas7k, 0.296),
     (Set::Nao, 0.257),
