@@ -109,7 +109,7 @@ pub(super) const ROWS: &[Scenario] = &[
         note: "after a restart of the sensor, samples are read by the timer", ..SENSOR },
     Scenario { name: "edges-lost", what: "data-ready line loses one edge in 20",
         steps: |_| vec![sensor(SensorFault::DataReadyLosses { per_million: 50_000 })], invalid: Invalid::Never,
-        reports: Reports::Fault(Fault::DataReadyDead), note: "without a restart of the sensor", ..SENSOR },
+        lasts_ms: Some(1_000), reports: Reports::Fault(Fault::DataReadyDead), note: "without a restart of the sensor", ..SENSOR },
     Scenario { name: "data-ready-storm", what: "data-ready storm, 100 kHz",
         steps: |_| vec![sensor(SensorFault::DataReadyStorm { period_ns: 10_000 })],
         reports: Reports::Fault(Fault::SensorTiming), ..SENSOR },
