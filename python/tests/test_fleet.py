@@ -217,10 +217,10 @@ def deadly(path: Path, most: int) -> Iterator[list[int]]:
         while True:
             # Waits for a reader.
             with open(path, "wb"):
-                if ended.is_set():
-                    return
+                # A reader may be gone before it is seen.
                 while not (found := readers(path)):
-                    continue
+                    if ended.is_set():
+                        return
                 killed.extend(found)
                 if len(killed) >= most:
                     path.unlink()
