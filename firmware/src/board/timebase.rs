@@ -225,8 +225,9 @@ fn TIM2() {
     if pending.ccif(TICK) {
         let tick = TIM2.ccr(TICK).read();
         TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
+        // From now on, not from the tick: if this is late, the first edge after the tick is discarded, too.
         TIM2.ccr(EDGE_DEADLINE)
-            .write_value(tick.wrapping_add(EDGE_MICROS));
+            .write_value(TIM2.cnt().read().wrapping_add(EDGE_MICROS));
         // Edges before the tick are discarded, with the flag of several captures.
         acknowledge(|w| {
             w.set_ccif(TICK, false);

@@ -72,7 +72,7 @@ const LONGEST: f64 = 20.0;
 const START_MS: u64 = 100;
 
 /// Part of a recording that is played.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     /// [`LONGEST`], from the recording's own start of its playback on.
     Excerpt,
@@ -96,7 +96,10 @@ fn play(elf: &[u8], which: &Recorded, part: Part) -> Option<String> {
     };
     let mut board =
         Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");
-    let out = directory(&format!("recording-{}", which.file.replace('/', "-")));
+    let out = directory(&format!(
+        "recording-{part:?}-{}",
+        which.file.replace('/', "-")
+    ));
     let report = report::run(&mut board, &run, &out).expect("it runs");
     std::fs::remove_dir_all(&out).expect("what was written can be removed");
     let name = which.file;

@@ -18,7 +18,10 @@ const TAPS: usize = 5;
 const STEPS: usize = 10;
 const LOADS: usize = 3;
 
-/// Probability below which a tap is seen: the sample counts as motion.
+/// Probability below which a tap is seen. It is above 0.99 at rest; a tap is over before all of the foot's mean is motion.
+const TAPPED: f32 = 0.9;
+
+/// Probability below which a sample counts as motion.
 const MOTION: f32 = 0.5;
 
 /// Shortest contact and shortest lift of a step, µs.
@@ -80,9 +83,9 @@ impl Taps {
     fn take(&mut self, row: &ContactRow) {
         let at = row.timestamp.as_micros();
         self.clipped += usize::from(row.status.is_saturated());
-        let is_stable = row.status.decision() == Decision::Stable && row.stable >= MOTION;
+        let is_stable = row.status.decision() == Decision::Stable && row.stable >= TAPPED;
         match self.since {
-            None if row.stable < MOTION => self.since = Some(at),
+            None if row.stable < TAPPED => self.since = Some(at),
             Some(since) if is_stable => {
                 self.count += 1;
                 self.longest_us = self.longest_us.max(at.saturating_sub(since));
