@@ -85,6 +85,21 @@ pub fn losing_bursts(recording: &Recording, share: f64, length: u32, seed: u64) 
     changed
 }
 
+/// Removes the samples of the last `gap` s of each period of `every` s, after the first second.
+#[must_use]
+pub fn with_gaps(recording: &Recording, every: f64, gap: f64) -> Recording {
+    let mut changed = recording.clone();
+    let start = recording
+        .samples
+        .first()
+        .map_or(0.0, RecordedSample::time_s);
+    changed.samples.retain(|sample| {
+        let time = sample.time_s() - start;
+        time < 1.0 || time % every < every - gap
+    });
+    changed
+}
+
 /// Moves times by up to a share of the period, without a change of order.
 #[must_use]
 pub fn jittering(recording: &Recording, share: f64, seed: u64) -> Recording {

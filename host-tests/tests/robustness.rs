@@ -5,10 +5,10 @@ use crate::labelled;
 use estimator_core::{Params, Vec3};
 use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
-    jittering, losing_bursts, losing_single, stood, with_force_bias, with_rate_bias,
+    jittering, losing_bursts, losing_single, stood, with_force_bias, with_gaps, with_rate_bias,
 };
 use host_tests::sets::{Labelled, Set};
-use labelled::{averaged, rmse};
+use labelled::{averaged, of_sets, pooled, rmse};
 use recordings::samples::recording::Recording;
 
 const SEED: u64 = 1;
@@ -43,6 +43,34 @@ fn defects_of_samples_are_tolerated() {
         let all = |bias: f32| Vec3::new(sign * bias, sign * bias, sign * bias);
         assert_rmse(&with_rate_bias(&demo, all(2.0_f32.to_radians())), 0.28);
         assert_rmse(&with_force_bias(&demo, all(0.3)), 0.3);
+    }
+}
+
+/// Maximum increase of the RMSE by gaps of 60 and of 150 ms in every two seconds: samples lost by a radio.
+const GAP_COSTS: [(f64, f64); 2] = [(0.06, 0.06), (0.15, 0.09)];
+
+#[test]
+fn gaps_in_a_recording_cost_little() {
+    let sets = [
+        Set::Shoe,
+        Set::Talos,
+        Set::RealNao,
+        Set::Go1,
+        Set::PushedNao,
+    ];
+    for (gap, most) in GAP_COSTS {
+        for set in sets {
+            let Some(files) = of_sets(&[set]) else { return };
+            let whole: Vec<Recording> = files.into_iter().map(|file| file.recording).collect();
+            let gaps: Vec<Recording> = whole.iter().map(|of| with_gaps(of, 2.0, gap)).collect();
+            let [before, after] = [&whole, &gaps].map(|of| pooled(of, &Params::DEFAULT));
+            println!("{} {gap} s: {before:.4} → {after:.4}", set.name());
+            assert!(
+                after - before < most,
+                "{} {gap} s: {before:.4} → {after:.4}",
+                set.name()
+            );
+        }
     }
 }
 

@@ -29,12 +29,12 @@ const ACCELEROMETER_CLIPPING_TIME: f32 = 0.2;
 /// forces of a run's landings tilt the estimate by 7° instead of 0.5°.
 const TURN_DOUBT: f32 = 1.0;
 
-/// Time constant of the correction after a gap, s: the turn in it is a guess, but a better one
-/// than the mean of a part of a stride. With 0.3 s, runs tilt three times as far.
-pub(super) const GAP: f32 = 1.0;
+/// Time constant of the correction after a gap, s, at most: the turn in it is a guess, but a better one
+/// than the mean of a part of a stride.
+const GAP: f32 = SETTLED_TIME_CONSTANT;
 
 /// Time constant of the correction after clipped gyroscope samples or an unknown turn, s.
-pub(super) const TURN_UNKNOWN: f32 = 0.3;
+const TURN_UNKNOWN: f32 = 0.3;
 
 /// Clipping time of the gyroscope for its full effect, s: a single clipped sample does little.
 const GYROSCOPE_CLIPPING_TIME: f32 = 0.02;
@@ -107,10 +107,15 @@ impl Inclination {
         self.doubt = self.doubt.lesser(1.0 / START_TIME_CONSTANT);
     }
 
-    /// Marks up as lost; it has to settle again with this time constant, s.
-    pub(super) fn lose(&mut self, time_constant: f32) {
-        self.raise_towards(time_constant, 1.0);
+    /// Marks up as lost: it has to settle again.
+    pub(super) fn lose(&mut self) {
+        self.raise_towards(TURN_UNKNOWN, 1.0);
         self.settled = 0.0;
+    }
+
+    /// Doubts up after a turn that was guessed.
+    pub(super) fn doubt_guess(&mut self) {
+        self.raise_towards(GAP, 1.0);
     }
 
     /// Adds `share` of the doubt that belongs to `time_constant`, up to all of it.
@@ -272,16 +277,16 @@ mod tests {
     }
 
     #[test]
-    fn gap_leaves_more_doubt_than_motion_and_less_than_unknown_turn() {
-        let doubt_after = |time_constant: f32| {
+    fn guessed_turn_leaves_more_doubt_than_motion_and_less_than_unknown() {
+        let after = |change: fn(&mut Inclination)| {
             let mut settled = inclination();
             settled.doubt = 0.2;
-            settled.lose(time_constant);
-            assert!(!settled.has_settled(SETTLED_DURATION / 2.0));
+            change(&mut settled);
             settled.doubt
         };
-        assert!(doubt_after(GAP) > 2.0 * 0.2);
-        assert!(2.0 * doubt_after(GAP) < doubt_after(TURN_UNKNOWN));
+        let [guessed, lost] = [Inclination::doubt_guess, Inclination::lose].map(after);
+        assert!(guessed > 2.0 * 0.2);
+        assert!(2.0 * guessed < lost);
     }
 
     #[test]

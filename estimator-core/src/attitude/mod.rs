@@ -13,8 +13,8 @@
 //!   seconds. Any selection among them would leave a bias.
 //! * In a stance of a few tenths of a second the tilt must settle. So in quiet the filter's time
 //!   runs up to [`AttitudeParams::quiet_gain`] times faster.
-//! * Samples get lost. Across up to 30 ms the foot turns at the mean of the rates on both sides; doubt
-//!   grows with the difference between them. After more than that, up has to be found again.
+//! * Samples get lost. Across up to half a second the foot turns at the mean of the rates on both sides; doubt
+//!   grows with the difference between them. After more than that, or a turn of a radian, up has to be found again.
 //! * A clipped accelerometer sample says nothing and is never used; after clipping, the estimate
 //!   is trusted less until it has settled again.
 //!
@@ -123,19 +123,21 @@ impl AttitudeFilter {
         let step = self.step(elapsed_us);
 
         let turn = self.strapdown.turn(rate, self.bias.bias(), step);
-        let (spread_squared, settling_time) = match turn {
+        let spread_squared = match turn {
             Turn::By(increment) => {
                 self.orientation = self.orientation.multiply(increment.turn).renormalised();
-                let gap = step.continuity == Continuity::Gap;
-                (increment.spread_squared, gap.then_some(inclination::GAP))
+                if step.continuity == Continuity::Gap {
+                    self.inclination.doubt_guess();
+                }
+                increment.spread_squared
             }
-            Turn::Unknown => (0.0, Some(inclination::TURN_UNKNOWN)),
+            Turn::Unknown => {
+                self.alignment = Alignment::Searching;
+                self.quietness.forget();
+                self.inclination.lose();
+                0.0
+            }
         };
-        if let Some(time_constant) = settling_time {
-            self.alignment = Alignment::Searching;
-            self.quietness.forget();
-            self.inclination.lose(time_constant);
-        }
         let force_world = self.orientation.rotate(force);
         let rate_magnitude = (rate - self.bias.bias()).length();
         let noise =
@@ -368,11 +370,13 @@ mod tests {
     }
 
     #[test]
-    fn alignment_is_lost_after_a_gap() {
+    fn alignment_is_lost_in_a_gap_of_more_than_half_a_second() {
         let mut filter = settled();
-        filter.update(&sample(1_030, LEVEL, Validity::Valid));
+        filter.update(&sample(1_400, LEVEL, Validity::Valid));
+        assert_eq!(filter.alignment(), Alignment::Aligned);
+        filter.update(&sample(2_000, LEVEL, Validity::Valid));
         assert_eq!(filter.alignment(), Alignment::Searching);
-        for ms in 1_031..1_231 {
+        for ms in 2_001..2_201 {
             filter.update(&sample(ms, LEVEL, Validity::Valid));
         }
         assert_eq!(filter.alignment(), Alignment::Aligned);
@@ -421,7 +425,7 @@ mod tests {
         // The foot turned by 8°.
         assert!(error(&filter, &after) > 8.0);
         filter.update(&after);
-        assert_eq!(filter.alignment(), Alignment::Searching);
+        assert_eq!(filter.alignment(), Alignment::Aligned);
         assert!(error(&filter, &after) < 1.0, "{}°", error(&filter, &after));
     }
 

@@ -7,7 +7,7 @@ use crate::order::Order;
 use crate::units::{DEGREE, STANDARD_GRAVITY};
 
 /// Longest time between samples, s, across which the gyroscope can be integrated for a foot that
-/// swings; three sample periods at low rates. A longer time is a gap, in which up is lost.
+/// swings; three sample periods at low rates. A longer time is a gap, in which the turn is a guess.
 ///
 /// RMS of the tilt in the stances of simulated feet with 5 % of the samples lost in bursts; the error
 /// comes from the change of rate between the two samples on either side:
@@ -21,9 +21,10 @@ use crate::units::{DEGREE, STANDARD_GRAVITY};
 /// | 40 ms | 1.0° | 3.7° | 4.1° |
 const LONGEST_STEP: f32 = 0.03;
 
-/// Longest gap, s, across which the two samples on either side are used to estimate how far the
-/// foot turned: shorter than a swing.
-const LONGEST_GUESS: f32 = 0.1;
+/// Longest gap, s, across which the two samples on either side are used to guess how far the foot turned. A leg
+/// returns: after a gap of 60 ms in every two seconds, a walking GO1, NAO and shoe keep an RMSE of 0.25, 0.29 and 0.30,
+/// where it is 0.54, 0.59 and 0.45 if up has to be found again.
+const LONGEST_GUESS: f32 = 0.5;
 
 /// Time within the sample period to which a gyroscope sample refers.
 #[derive(Clone, Copy, Debug, PartialEq)]
