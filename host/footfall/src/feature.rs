@@ -18,8 +18,6 @@ recordings::named! {
         Parquet = "parquet",
         /// Publishes streaming feet as a ROS 2 node.
         Ros2 = "ros2",
-        /// Shows the feet on a terminal in `footfall monitor`.
-        Screen = "screen",
     }
 }
 
@@ -32,7 +30,6 @@ impl Feature {
             Self::Foxglove => cfg!(feature = "foxglove"),
             Self::Parquet => cfg!(feature = "parquet"),
             Self::Ros2 => cfg!(feature = "ros2"),
-            Self::Screen => cfg!(feature = "screen"),
         }
     }
 

@@ -46,8 +46,6 @@ mod replay;
 mod replay_refusals;
 #[cfg(feature = "ros2")]
 mod ros2;
-#[cfg(all(feature = "bags", feature = "screen"))]
-mod screen;
 mod several;
 mod tables;
 #[cfg(feature = "foxglove")]

@@ -85,7 +85,7 @@ fn sections_of_feet_apply_to_a_played_bag() {
 
 /// Returns the error of a monitor that fails after its start.
 fn failed(bench: &Bench, options: &str) -> String {
-    let output = bench.run(&format!("monitor --plain {options}"));
+    let output = bench.run(&format!("monitor {options}"));
     assert!(!output.status.success(), "{output:?}");
     text(&output.stderr)
 }
@@ -94,7 +94,7 @@ fn failed(bench: &Bench, options: &str) -> String {
 fn monitor_names_settings_of_other_feet() {
     let bench = bench();
     fs::copy(bench.path("walk.csv"), bench.path("other.csv")).expect("a copy");
-    let shown = bench.stdout("monitor file:other.csv@max --plain --config robot.toml");
+    let shown = bench.stdout("monitor file:other.csv@max --config robot.toml");
     let remark = "robot.toml has settings of walk, but there is other";
     assert!(shown.contains(remark), "{shown}");
     let error = failed(&bench, "file:other.csv@max --axes walk=x,y,z");
@@ -118,7 +118,7 @@ fn settings_of_no_recording_are_refused() {
     assert_has(&error, "can.log has contacts that feet sent");
     fs::write(bench.path("bad.toml"), "decision.threshold = 2\n").expect("a file");
     bench.refuses(
-        "monitor file:walk.csv@max --plain --config bad.toml",
+        "monitor file:walk.csv@max --config bad.toml",
         "bad.toml, line 1",
     );
 }

@@ -304,9 +304,9 @@ fn implausible_unit_is_remarked_in_live_sources() {
     let remark = "g: the acceleration is 1.00 m/s² at rest, which looks like g: --units g\n";
     let output = bench.run("record file:g.csv -o g.mcap");
     assert!(text(&output.stderr).contains(remark), "{output:?}");
-    let shown = bench.stdout("monitor --plain file:g.csv@max");
+    let shown = bench.stdout("monitor file:g.csv@max");
     assert!(shown.contains(remark), "{shown}");
-    let shown = bench.stdout("monitor --plain file:g.csv@max --units g");
+    let shown = bench.stdout("monitor file:g.csv@max --units g");
     assert!(!shown.contains("looks like g"), "{shown}");
     let rows = rows.replace(",1.0,", ",0.0,");
     fs::write(bench.path("rest.csv"), format!("t,{AXES}\n{rows}")).expect("a file");

@@ -232,7 +232,7 @@ fn playback_repeats_recorded_contacts() {
         read(&bench.path("samples.csv"))
     };
     assert_eq!(samples("again.mcap"), samples("walk.mcap"));
-    let shown = bench.stdout("monitor --plain file:walk.mcap@max");
+    let shown = bench.stdout("monitor file:walk.mcap@max");
     assert!(shown.contains(USED), "{shown}");
     let output = bench.run("record file:walk.mcap --preset paper -o paper.mcap");
     let remark = "footfall: walk.mcap: --preset apply to estimates, not to contacts as they were recorded: --estimate-again\n";
@@ -249,7 +249,7 @@ fn playback_estimates_again_with_the_option() {
     assert!(said.contains(AGAIN) && !said.contains(USED), "{said}");
     let contacts = format!("{:>9} /footfall/walk/contact\n", CONTACTS / 20);
     assert!(text(&output.stdout).contains(&contacts), "{output:?}");
-    let shown = bench.stdout("monitor --plain file:walk.mcap@max --estimate-again");
+    let shown = bench.stdout("monitor file:walk.mcap@max --estimate-again");
     assert!(shown.contains(AGAIN) && !shown.contains(USED), "{shown}");
 }
 
@@ -312,7 +312,7 @@ fn recorded_contacts_play_without_samples() {
         said.contains("/footfall/FL/contact without samples") && said.contains(advice),
         "{said}"
     );
-    let shown = bench.stdout("monitor --plain file:alone.mcap@max");
+    let shown = bench.stdout("monitor file:alone.mcap@max");
     assert!(shown.contains("FL    P 0.9"), "{shown}");
     let said = text(&bench.run("record file:alone.mcap -o again.mcap").stderr);
     assert_has(&said, "/footfall/FL/imu is not in the recording");

@@ -101,7 +101,7 @@ fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
 /// # Errors
 /// Errors of the writer.
 pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
-    for (foot, _) in robot.feet() {
+    for foot in robot.feet() {
         serde_json::to_writer(&mut *to, &DescribedLine::of(&foot_line(robot, foot)))?;
         writeln!(to)?;
     }
@@ -122,7 +122,7 @@ pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<
 /// # Errors
 /// Errors of the writer.
 pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
-    for (foot, _) in robot.feet() {
+    for foot in robot.feet() {
         let line = foot_line(robot, foot);
         write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
         match (line.p_stable, line.silent) {

@@ -1,6 +1,5 @@
 //! Current state of all feet, and events.
 
-use std::collections::VecDeque;
 use std::mem;
 use std::time::Duration;
 
@@ -11,17 +10,12 @@ use feet::{Feed, LinkError, LiveFoot, Session, Update};
 use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
-use super::curve::Curve;
-use super::recorder::Recorder;
 use crate::json::Described;
 
-/// Period of screen updates.
-pub const PICTURE: Duration = Duration::from_millis(50);
+/// Longest time that an event waits to be printed.
+pub const EVENT_DELAY: Duration = Duration::from_millis(50);
 
-/// Maximum number of events kept.
-const EVENTS: usize = 1000;
-
-/// Event that is kept for the display, and printed as text or JSON.
+/// Event that is printed as text or JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MonitorEvent {
     /// Since the first arrival, s.
@@ -41,18 +35,14 @@ impl Described for MonitorEvent {
 #[derive(Default)]
 pub struct MonitorState {
     session: Session,
-    /// Newest probabilities and reported faults of each foot of the session.
-    shown: Vec<(Curve, Faults)>,
-    events: VecDeque<MonitorEvent>,
-    /// Number of events dropped from the front, so that readers can keep their position.
-    forgotten: usize,
-    /// Resource the line is waiting for if it is not open.
-    pub(super) waits_for: Option<String>,
+    /// Reported faults of each foot of the session.
+    known: Vec<Faults>,
+    /// Events that have not been taken.
+    events: Vec<MonitorEvent>,
+    /// Whether the line waits for something, as it is not open.
+    waits: bool,
     /// Reason the source has ended.
     pub(crate) ended: Option<LinkError>,
-    marks: u32,
-    /// Recording in progress of the received messages.
-    pub(super) recording: Option<Recorder>,
 }
 
 impl MonitorState {
@@ -80,24 +70,18 @@ impl MonitorState {
     /// Processes all updates of the session.
     fn follow(&mut self) {
         while let Some(update) = self.session.next_update() {
-            if let Some(recording) = &mut self.recording
-                && let Err(error) = recording.record(&self.session, &update)
-            {
-                self.recording = None;
-                self.say(None, format!("recording ended: {error}"));
-            }
             match update {
                 Update::Message(foot, heard) => self.hear(foot, &heard.said),
                 Update::Quiet(_) | Update::Line(Fed::Arrived(_)) => {}
                 Update::Line(Fed::Remark(text)) => self.say(None, text),
                 Update::Line(Fed::Opened) => {
-                    if self.waits_for.take().is_some() {
+                    if mem::take(&mut self.waits) {
                         self.say(None, "the line is open again".to_owned());
                     }
                 }
                 Update::Line(Fed::WaitsFor(error)) => {
                     self.say(None, format!("{error}; waiting for it"));
-                    self.waits_for = Some(error.to_string());
+                    self.waits = true;
                 }
                 Update::Line(Fed::NotSent(error)) => self.say(None, format!("not sent: {error}")),
                 Update::Line(Fed::Ended(error)) => {
@@ -110,12 +94,9 @@ impl MonitorState {
 
     fn hear(&mut self, index: usize, said: &Said) {
         let feet = self.session.feet();
-        self.shown.resize_with(feet.len(), Default::default);
-        let (foot, (curve, known)) = (&feet[index], &mut self.shown[index]);
-        if let Said::Contact(row) = said {
-            curve.push(row.stable);
-        }
-        let known = mem::replace(known, foot.faults);
+        self.known.resize(feet.len(), Faults::NONE);
+        let foot = &feet[index];
+        let known = mem::replace(&mut self.known[index], foot.faults);
         if let Some(text) = event_text(said, known) {
             let name = foot.name_or("node ").into_owned();
             self.say(Some(name), text);
@@ -123,49 +104,8 @@ impl MonitorState {
     }
 
     fn say(&mut self, foot: Option<String>, text: String) {
-        if self.events.len() == EVENTS {
-            self.events.pop_front();
-            self.forgotten += 1;
-        }
         let t = self.session.elapsed_s();
-        self.events.push_back(MonitorEvent { t, foot, text });
-    }
-
-    /// Starts a recording in the current directory, or stops the current one, and reports the result as an event.
-    pub fn toggle_recording(&mut self) {
-        if self.recording.is_some() {
-            self.finish_recording();
-            return;
-        }
-        let event = match Recorder::begin() {
-            Ok(recording) => {
-                let event = format!("recording to {}", recording.path.display());
-                self.recording = Some(recording);
-                event
-            }
-            Err(error) => error.to_string(),
-        };
-        self.say(None, event);
-    }
-
-    /// Stops the recording, if any, and returns the text of its event.
-    pub fn finish_recording(&mut self) -> Option<String> {
-        // A contact may still be waiting for related messages.
-        self.session.finish();
-        self.follow();
-        let Recorder { path, to, .. } = self.recording.take()?;
-        let event = match to.finish() {
-            Ok(_) => format!("wrote {}", path.display()),
-            Err(error) => error.to_string(),
-        };
-        self.say(None, event.clone());
-        Some(event)
-    }
-
-    /// Marks the current time; marks are numbered from 1.
-    pub fn mark(&mut self) {
-        self.marks += 1;
-        self.say(None, format!("mark {}", self.marks));
+        self.events.push(MonitorEvent { t, foot, text });
     }
 
     /// Returns the state of the feet and of their lines.
@@ -174,41 +114,23 @@ impl MonitorState {
         &self.session
     }
 
-    /// Returns the feet, by line and id, with their newest probabilities.
+    /// Returns the feet that have been heard, by line and id.
     #[must_use]
-    pub fn feet(&self) -> Vec<(&LiveFoot, &Curve)> {
-        let feet = self.session.feet().iter().zip(&self.shown);
-        let feet = feet.map(|(foot, (curve, _))| (foot, curve));
-        let mut feet: Vec<_> = feet.rev().collect();
-        feet.sort_by_key(|(foot, _)| &foot.key);
+    pub fn feet(&self) -> Vec<&LiveFoot> {
+        let mut feet: Vec<_> = self.session.feet()[..self.known.len()].iter().collect();
+        feet.sort_by_key(|foot| &foot.key);
         feet
     }
 
-    /// Returns the events, newest last.
-    #[must_use]
-    pub const fn events(&self) -> &VecDeque<MonitorEvent> {
-        &self.events
-    }
-
-    /// Returns the events after the first `seen`, and the total number of events so far.
-    pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &MonitorEvent>, usize) {
-        let new = self.events.iter().skip(seen.saturating_sub(self.forgotten));
-        (new, self.forgotten + self.events.len())
+    /// Takes the events since the last call, newest last.
+    pub fn take_events(&mut self) -> Vec<MonitorEvent> {
+        mem::take(&mut self.events)
     }
 
     /// Returns whether the source has ended.
     #[must_use]
     pub const fn has_ended(&self) -> bool {
         self.ended.is_some()
-    }
-
-    /// Returns the number of unreadable lines and fragments in playback, from adapters and on serial lines.
-    #[must_use]
-    pub fn unreadable(&self) -> u64 {
-        let reports = self.session.listener().reports();
-        let problems = reports.iter().filter(|(line, _)| line.is_some());
-        let problems = problems.flat_map(|(_, report)| report.problems.values());
-        self.session.unreadable() + problems.sum::<u64>()
     }
 }
 
@@ -276,32 +198,26 @@ mod tests {
         let names: Vec<_> = robot
             .feet()
             .iter()
-            .map(|(foot, _)| foot.name_or("node "))
+            .map(|foot| foot.name_or("node "))
             .collect();
         assert_eq!(names, ["FL", "FR", "RL", "RR"]);
-        for (foot, curve) in robot.feet() {
+        for foot in robot.feet() {
             assert_eq!((foot.missing, foot.dropped), (0, 0), "{:?}", foot.name);
             let rate = foot.second.rate_hz().expect("a rate");
             assert!((995.0..1005.0).contains(&rate), "{rate}");
             assert!(foot.second.jitter_ms().expect("a jitter") < 1.0);
             assert!(foot.load.is_some() && foot.tilt_deg().is_some() && foot.temperature.is_some());
             assert_eq!(foot.state, Some(wire::node::State::Operational));
-            assert_eq!(curve.least(80).len(), 80);
         }
         assert!((5.9..6.1).contains(&robot.session().elapsed_s()));
-        assert!(
-            robot
-                .events()
-                .iter()
-                .any(|event| event.text == "has started")
-        );
+        assert!(robot.events.iter().any(|event| event.text == "has started"));
     }
 
     #[test]
     fn foot_without_contacts_is_silent_despite_other_frames() {
         let mut robot = watched("demo:speed=max,seconds=2");
         let now = robot.session().now();
-        assert!(!robot.feet()[0].0.is_silent(now));
+        assert!(!robot.feet()[0].is_silent(now));
         // Loads and heartbeats continue to arrive.
         for ms in 0..600 {
             let at = Timestamp::from_micros(now.as_micros() + ms * 1000);
@@ -311,7 +227,7 @@ mod tests {
                 robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
             }
         }
-        assert!(robot.feet()[0].0.is_silent(robot.session().now()));
+        assert!(robot.feet()[0].is_silent(robot.session().now()));
     }
 
     #[test]
@@ -331,7 +247,6 @@ mod tests {
         assert_eq!(robot.feet().len(), 1);
         assert!(
             robot.feet()[0]
-                .0
                 .second
                 .is_of_several_boards(robot.session().now())
         );
@@ -349,7 +264,7 @@ mod tests {
             "demo:feet=2,speed=max,seconds=5,line=uart",
         ] {
             let robot = watched(source);
-            for (foot, _) in robot.feet() {
+            for foot in robot.feet() {
                 assert!(
                     !foot.second.is_of_several_boards(robot.session().now()),
                     "{source}"
@@ -362,9 +277,9 @@ mod tests {
     fn foot_is_silent_on_a_silent_line() {
         let mut robot = watched("demo:speed=max,seconds=2");
         robot.idle(Duration::from_millis(400));
-        assert!(!robot.feet()[0].0.is_silent(robot.session().now()));
+        assert!(!robot.feet()[0].is_silent(robot.session().now()));
         robot.idle(Duration::from_millis(600));
-        assert!(robot.feet()[0].0.is_silent(robot.session().now()));
+        assert!(robot.feet()[0].is_silent(robot.session().now()));
     }
 
     #[test]
@@ -373,10 +288,10 @@ mod tests {
         let names: Vec<_> = robot
             .feet()
             .iter()
-            .map(|(foot, _)| foot.name_or("node "))
+            .map(|foot| foot.name_or("node "))
             .collect();
         assert_eq!(names, ["L", "R"]);
-        assert!(robot.feet().iter().all(|(foot, _)| foot.missing == 0));
+        assert!(robot.feet().iter().all(|foot| foot.missing == 0));
     }
 
     /// Receives a frame from the bus.
@@ -397,12 +312,11 @@ mod tests {
         receive(10, 0x091, &raised);
         receive(500, 0x711, &[5]);
         receive(900, 0x091, &cleared);
-        let reason =
-            |robot: &MonitorState| robot.feet()[0].0.started.and_then(|(_, reason)| reason);
+        let reason = |robot: &MonitorState| robot.feet()[0].started.and_then(|(_, reason)| reason);
         assert_eq!(reason(&robot), Some(Fault::WatchdogReset));
-        assert_eq!(robot.feet()[0].0.faults, Faults::NONE);
+        assert_eq!(robot.feet()[0].faults, Faults::NONE);
         let texts: Vec<_> = robot
-            .events()
+            .events
             .iter()
             .map(|e| (e.t, e.text.as_str()))
             .collect();
@@ -423,7 +337,7 @@ mod tests {
         receive(0, 0x091, &frozen);
         receive(900, 0x091, &watchdog);
         receive(901, 0x711, &[0]);
-        let foot = robot.feet()[0].0;
+        let foot = robot.feet()[0];
         assert_eq!(
             foot.started.and_then(|(_, reason)| reason),
             Some(Fault::WatchdogReset)
@@ -438,7 +352,7 @@ mod tests {
             "demo:speed=max,seconds=3,line=uart",
         ] {
             let robot = watched(source);
-            let row = robot.feet()[0].0.row.as_ref().expect("a contact");
+            let row = robot.feet()[0].row.as_ref().expect("a contact");
             assert_eq!(row.flag_names(), ["settling"], "{source}");
         }
     }
@@ -459,7 +373,7 @@ mod tests {
             let interface = "can0".into();
             robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
         }
-        assert_eq!(robot.feet()[0].0.missing, 6);
+        assert_eq!(robot.feet()[0].missing, 6);
     }
 
     #[test]
@@ -498,6 +412,6 @@ mod tests {
                 robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
             }
         }
-        assert_eq!(robot.feet()[0].0.missing, 2700);
+        assert_eq!(robot.feet()[0].missing, 2700);
     }
 }

@@ -107,7 +107,7 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
 
     server.plan(3000, "FL: fault miso-low");
     server.plan(5000, "FL: fault clear");
-    let plain = ["monitor", &server.bus(), "--plain", "--seconds", "8"];
+    let plain = ["monitor", &server.bus(), "--seconds", "8"];
     let (lines, _) = footfall(&server.folder, &plain);
     let at = |words: &str| {
         lines
