@@ -70,7 +70,6 @@ pub(crate) fn run(
         let estimate = replay.update(&sample);
         first_gyro_bias = first_gyro_bias.or_else(|| replay.gyro_bias());
         check.add(&sample);
-        check.add_estimate(&sample, &estimate);
         events.add(&estimate);
         columns.push(&estimate, about.start_us);
     }
@@ -96,12 +95,11 @@ pub(crate) fn run(
 /// Takes the contacts that a foot sent as its estimates; nothing is learnt.
 pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
     let about = stored.about.clone();
-    let mut check = check_samples(stored, Span::default())?;
+    let check = check_samples(stored, Span::default())?;
     let mut columns = Columns::with_capacity(about.samples);
     let mut events = FoundEvents::default();
     for contact in stored.estimates()?.into_iter().flatten() {
         let contact = contact?;
-        check.add_decision(contact.estimate.decision);
         events.add(&contact.moved);
         columns.push(&contact.estimate, about.start_us);
     }

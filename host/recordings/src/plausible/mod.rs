@@ -1,38 +1,28 @@
 //! Plausibility checks of a recording's values: wrong units, gravity included or removed, a sensor on its side,
-//! clock jumps, too few samples.
-//!
-//! [`FINDINGS`] has what is found.
+//! clock jumps, too few samples. [`FINDINGS`] has what is found.
 //!
 //! Rest is the tenth of the recording with the quietest accelerations, in pieces of 0.1 s. The findings about a
 //! foot that never rests may be wrong, and no finding is an error by itself.
 
-mod clipping;
 mod clock;
 mod dead;
 mod held;
 mod histogram;
-mod load;
 mod rates;
 mod rest;
-mod rise;
 
 use crate::samples::recording::{RecordedSample, Recording};
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::{ContactEstimate, Decision, Gravity, Mounting, Vec3};
+use estimator_core::{Gravity, Mounting, Vec3};
 use thiserror::Error;
 
 use crate::mounting;
-use clipping::Clipping;
 use clock::ClockCheck;
 use dead::DeadCheck;
 use held::HeldCheck;
-use load::LoadCheck;
 use rates::RateCheck;
 use rest::{Rest, RestSearch};
-use rise::Rise;
 
-pub use clipping::{CLIPPED_A_STEP, Sensor};
-pub use load::LoadSide;
 pub use rates::LARGEST_RATE;
 
 /// Value of |a| at rest from which it cannot be gravity, whatever the motion of a foot at its quietest, m/s².
@@ -81,26 +71,6 @@ pub enum Finding {
         /// Number of all samples.
         of: u64,
     },
-    /// The angular rate stays the same while the acceleration changes.
-    #[error(
-        "the angular rate is the same in each sample for {longest_s:.1} s, though the acceleration changes: the gyroscope is off, dead, or not recorded"
-    )]
-    DeadGyroscope {
-        /// Longest such time, s.
-        longest_s: f64,
-    },
-    /// The load does not cross its thresholds.
-    #[error(
-        "the load is {:.3} to {:.3}, which is always {side} its thresholds, though the foot stands and moves: set [load] in the unit of the signal, and take out its offset",
-        range[0],
-        range[1]
-    )]
-    LoadThresholds {
-        /// Side on which it stays.
-        side: LoadSide,
-        /// The smallest and the largest load, in the unit of the signal.
-        range: [f32; 2],
-    },
     /// Angular rates look like °/s, but are read as rad/s.
     #[error(
         "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like °/s: --units dps"
@@ -108,6 +78,14 @@ pub enum Finding {
     RateInDegrees {
         /// Rate exceeded by one sample in a hundred, rad/s.
         percentile: f32,
+    },
+    /// The angular rate stays the same while the acceleration changes.
+    #[error(
+        "the angular rate is the same in each sample for {longest_s:.1} s, though the acceleration changes: the gyroscope is off, dead, or not recorded"
+    )]
+    DeadGyroscope {
+        /// Longest such time, s.
+        longest_s: f64,
     },
     /// Gravity is declared removed, but is included.
     #[error(
@@ -165,29 +143,6 @@ pub enum Finding {
         /// The rate of new readings, Hz.
         rate: f32,
     },
-    /// A sensor's range is too small for the steps.
-    #[error(
-        "the {} clips at {largest:.0} {} in {samples} samples of {steps} steps, which hides landings: choose a larger range",
-        sensor.name(),
-        sensor.unit()
-    )]
-    Clips {
-        /// The sensor.
-        sensor: Sensor,
-        /// Number of samples at the end of its range.
-        samples: u64,
-        /// Number of steps in which they occur.
-        steps: u64,
-        /// The largest reading of an axis, m/s² or rad/s.
-        largest: f32,
-    },
-    /// The probability stays low although the foot is loaded.
-    #[error("{}", never_rises(*loaded_share))]
-    NeverRises {
-        /// Share of the loaded time in which it is above ½; `None` if the load is unknown and the whole recording
-        /// counts.
-        loaded_share: Option<f64>,
-    },
     /// A window has few samples.
     #[error(
         "{rate} Hz is too low for the windows of the estimate, which was chosen with {LOWEST_RATE} Hz and more"
@@ -199,7 +154,7 @@ pub enum Finding {
 }
 
 /// Names of all findings, with their conditions.
-pub const FINDINGS: [(&str, &str); 15] = [
+pub const FINDINGS: [(&str, &str); 12] = [
     (
         "acceleration_in_g",
         "the acceleration at rest is 1 m/s², within a fifth",
@@ -211,10 +166,6 @@ pub const FINDINGS: [(&str, &str); 15] = [
     (
         "not_numbers",
         "more than one sample in a hundred has an axis that is blank or no number",
-    ),
-    (
-        "load_thresholds",
-        "the load is always on one side of its thresholds, though the foot stands and moves",
     ),
     (
         "rate_in_degrees",
@@ -245,14 +196,6 @@ pub const FINDINGS: [(&str, &str); 15] = [
         "held_readings",
         "one reading in four repeats the one before it, to the last bit",
     ),
-    (
-        "clips",
-        "more than three samples a step are at the end of a sensor's range",
-    ),
-    (
-        "never_rises",
-        "P is above ½ in less than a twentieth of the time under load; without a load, never in 10 s",
-    ),
     ("low_rate", "the sample rate is below 100 Hz"),
 ];
 
@@ -264,17 +207,14 @@ impl Finding {
             Self::AccelerationInG { .. } => "acceleration_in_g",
             Self::AccelerationInOtherUnit { .. } => "acceleration_in_other_unit",
             Self::NotNumbers { .. } => "not_numbers",
-            Self::DeadGyroscope { .. } => "dead_gyroscope",
-            Self::LoadThresholds { .. } => "load_thresholds",
             Self::RateInDegrees { .. } => "rate_in_degrees",
+            Self::DeadGyroscope { .. } => "dead_gyroscope",
             Self::GravityIncluded { .. } => "gravity_included",
             Self::GravityRemoved { .. } => "gravity_removed",
             Self::GravityNotAlongZ { .. } => "gravity_not_along_z",
             Self::ClockJumps { .. } => "clock_jumps",
             Self::Batches { .. } => "batches",
             Self::HeldReadings { .. } => "held_readings",
-            Self::Clips { .. } => "clips",
-            Self::NeverRises { .. } => "never_rises",
             Self::LowRate { .. } => "low_rate",
         }
     }
@@ -300,16 +240,6 @@ fn times(count: usize) -> String {
     }
 }
 
-fn never_rises(loaded_share: Option<f64>) -> String {
-    match loaded_share {
-        Some(share) => format!(
-            "the probability is above ½ in {:.1} % of the time under load: the units, the axes or the half-widths do not fit this robot (footfall calibrate)",
-            100.0 * share
-        ),
-        None => "the probability never rises above ½: the units, the axes or the half-widths do not fit this robot (footfall calibrate), or the foot never stands".to_owned(),
-    }
-}
-
 /// Returns the findings about a recording in SI units.
 #[must_use]
 pub fn check(recording: &Recording) -> Vec<Finding> {
@@ -328,12 +258,9 @@ pub struct Check {
     not_numbers: u64,
     rest: RestSearch,
     rates: RateCheck,
-    clock: ClockCheck,
     dead: DeadCheck,
+    clock: ClockCheck,
     held: HeldCheck,
-    clipping: Clipping,
-    rise: Rise,
-    load: LoadCheck,
 }
 
 impl Check {
@@ -347,12 +274,9 @@ impl Check {
             not_numbers: 0,
             rest: RestSearch::new(sample_rate),
             rates: RateCheck::default(),
-            clock: ClockCheck::default(),
             dead: DeadCheck::default(),
+            clock: ClockCheck::default(),
             held: HeldCheck::default(),
-            clipping: Clipping::default(),
-            rise: Rise::default(),
-            load: LoadCheck::default(),
         }
     }
 
@@ -363,22 +287,9 @@ impl Check {
         let vectors = [sample.imu.specific_force.0, sample.imu.angular_rate.0];
         self.not_numbers += u64::from(!vectors.into_iter().all(is_number));
         self.rates.add(sample);
-        self.clock.add(sample.imu.timestamp);
         self.dead.add(sample);
+        self.clock.add(sample.imu.timestamp);
         self.held.add(sample);
-        self.clipping.add(sample);
-    }
-
-    /// Processes the next decision.
-    pub fn add_decision(&mut self, decision: Decision) {
-        self.clipping.add_decision(decision);
-    }
-
-    /// Processes the estimate of the previous sample.
-    pub fn add_estimate(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
-        self.add_decision(estimate.decision);
-        self.rise.add(sample.load, estimate.probabilities.stable);
-        self.load.add(sample.load, estimate.phase);
     }
 
     /// Returns the findings about all samples.
@@ -402,9 +313,6 @@ impl Check {
                 rate: self.sample_rate,
             });
         }
-        findings.extend(self.clipping.findings());
-        findings.extend(self.rise.finding(self.sample_rate));
-        findings.extend(self.load.finding(self.sample_rate));
         findings
     }
 }

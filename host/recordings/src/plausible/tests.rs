@@ -1,7 +1,5 @@
 use super::*;
-use estimator_core::{
-    AngularRate, ImuSample, Load, Phase, Saturation, SpecificForce, Timestamp, Validity, Vec3,
-};
+use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
 /// A foot that rests and swings every second for 10 s at 200 Hz, with gravity along z.
 fn walk() -> Recording {
@@ -278,96 +276,4 @@ fn recording_without_valid_samples_has_no_other_finding() {
     assert_eq!(found(&recording), ["not_numbers"]);
     recording.samples.clear();
     assert_eq!(found(&recording), [""; 0]);
-}
-
-#[test]
-fn clipping_is_found_but_reaching_the_range_is_not() {
-    // The swing reaches 12.2 m/s² along x, against a range of 2 g.
-    let clipped = |factor: f32| {
-        with_force(|force| Vec3::new((factor * force.x).clamp(-19.6, 19.6), force.y, force.z))
-    };
-    assert_eq!(found(&clipped(2.3)), [""; 0]);
-    assert_eq!(found(&clipped(4.0)), ["clips"]);
-    let Finding::Clips {
-        sensor, largest, ..
-    } = check(&clipped(4.0))[0]
-    else {
-        panic!("clipping")
-    };
-    assert_eq!((sensor, largest), (Sensor::Accelerometer, 19.6));
-}
-
-#[test]
-fn samples_declared_saturated_count_as_clipped() {
-    let mut recording = walk();
-    for sample in recording.samples.iter_mut().skip(400).take(3) {
-        sample.imu.validity = Validity::Saturated(Saturation::Gyroscope);
-    }
-    assert_eq!(found(&recording), [""; 0]);
-    recording.samples[500].imu.validity = Validity::Saturated(Saturation::Gyroscope);
-    assert_eq!(found(&recording), ["clips"]);
-}
-
-/// Returns the findings about a walk with a load in the first half of each second and a probability for each
-/// sample.
-fn with_probability(loaded: bool, probability: impl Fn(usize) -> f32) -> Vec<&'static str> {
-    let recording = walk();
-    let mut check = Check::new(recording.sample_rate, recording.gravity);
-    for (k, sample) in recording.samples.iter().enumerate() {
-        let mut estimate = ContactEstimate::default();
-        estimate.probabilities.stable = probability(k);
-        let load = if k % 200 < 100 { 80.0 } else { 0.0 };
-        let sample = RecordedSample {
-            load: loaded.then_some(Load(load)),
-            ..*sample
-        };
-        check.add(&sample);
-        check.add_estimate(&sample, &estimate);
-    }
-    check.findings().iter().map(Finding::name).collect()
-}
-
-#[test]
-fn probability_that_does_not_rise_under_load_is_found() {
-    assert_eq!(with_probability(true, |_| 0.4), ["never_rises"]);
-    // The probability is irrelevant in the air.
-    let in_the_air = |k: usize| if k % 200 < 100 { 0.4 } else { 0.9 };
-    assert_eq!(with_probability(true, in_the_air), ["never_rises"]);
-    let late = |k: usize| if k % 200 > 80 { 0.9 } else { 0.0 };
-    assert_eq!(with_probability(true, late), [""; 0]);
-}
-
-#[test]
-fn low_probability_without_a_load_is_found() {
-    assert_eq!(with_probability(false, |_| 0.5), ["never_rises"]);
-    let once = |k: usize| if k == 1000 { 0.9 } else { 0.0 };
-    assert_eq!(with_probability(false, once), [""; 0]);
-}
-
-/// Returns the findings about a foot that stands and moves in turn, 1 s each, under these loads.
-fn with_loads(loads: [f32; 2], phases: [Phase; 2]) -> Vec<Finding> {
-    let mut check = LoadCheck::default();
-    for k in 0..1000 {
-        let now = usize::from(k % 400 >= 200);
-        check.add(Some(Load(loads[now])), phases[now]);
-    }
-    check.finding(200.0).into_iter().collect()
-}
-
-#[test]
-fn load_on_one_side_of_its_thresholds_is_found() {
-    assert_eq!(with_loads([80.0, 0.0], [Phase::Stance, Phase::Swing]), []);
-    let stays = |side, range| [Finding::LoadThresholds { side, range }];
-    assert_eq!(
-        with_loads([380.0, 300.0], [Phase::Stance, Phase::Slip]),
-        stays(LoadSide::Above, [300.0, 380.0])
-    );
-    assert_eq!(
-        with_loads([8.0, -0.5], [Phase::QuietSwing, Phase::Swing]),
-        stays(LoadSide::Below, [-0.5, 8.0])
-    );
-    // A foot that is recorded only in the air, or only standing.
-    assert_eq!(with_loads([0.0, 0.0], [Phase::Swing, Phase::Swing]), []);
-    assert_eq!(with_loads([80.0, 80.0], [Phase::Stance, Phase::Stance]), []);
-    assert_eq!(with_loads([80.0, 0.0], [Phase::Unknown; 2]), []);
 }

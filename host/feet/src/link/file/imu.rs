@@ -13,7 +13,7 @@ use recordings::analysis::replay::foot::{check_samples, findings_beside_contacts
 use recordings::analysis::replay::span::Span;
 use recordings::input::store::contacts::without_effect;
 use recordings::input::{About, Opened, Stored};
-use recordings::plausible::{Check, Finding};
+use recordings::plausible::Finding;
 use recordings::replay::Replay;
 use wire::Faults;
 use wire::pdo::Status;
@@ -182,16 +182,11 @@ impl<'a> Rows<'a> {
     /// Sends the estimates of all samples.
     fn estimate(&mut self, mut stored: Stored, mut replay: Replay) -> Result<(), Failure> {
         // Units are doubted before the first estimate is shown, because a recording may be long.
-        let before = check_samples(&mut stored, Span::default()).map_err(broken)?;
-        let before = before.findings();
-        self.doubt(&before)?;
-        let about = &self.about;
-        let mut check = Check::new(about.sample_rate, about.gravity);
+        let check = check_samples(&mut stored, Span::default()).map_err(broken)?;
+        self.doubt(&check.findings())?;
         for sample in stored.samples().map_err(broken)? {
             let sample = sample.map_err(broken)?;
             let estimate = replay.update(&sample);
-            check.add(&sample);
-            check.add_estimate(&sample, &estimate);
             let row = ContactRow {
                 axes: Some(estimate.probabilities.axes),
                 orientation: Some(estimate.orientation),
@@ -204,10 +199,7 @@ impl<'a> Rows<'a> {
             };
             self.row(row, sample.imu)?;
         }
-        let is_new = |finding: &Finding| before.iter().all(|known| known.name() != finding.name());
-        let mut found = check.findings();
-        found.retain(is_new);
-        self.doubt(&found)
+        Ok(())
     }
 
     /// Sends the recorded estimates, each sample with the first of them that is not before it.
