@@ -7,7 +7,6 @@ use feet::foot::client::RequestError;
 use feet::foot::name::NameError;
 use feet::foot::self_test::SelfTestError;
 use feet::foot::settings::SettingsError;
-use feet::foot::sync::SyncError;
 use feet::link::LinkError;
 use thiserror::Error;
 use wire::{Fault, NodeId};
@@ -53,12 +52,6 @@ pub enum FootError {
         /// Observed stillness and motion.
         seen: String,
     },
-    /// Another node already sends SYNCs.
-    #[error("this bus has SYNCs already: leave out --send")]
-    HasSync,
-    /// The clocks cannot be compared.
-    #[error(transparent)]
-    Clocks(#[from] SyncError),
     /// An argument does not have the form of a setting.
     #[error("{0:?} is no setting: write NAME=VALUE, such as decision.threshold=0.6")]
     NoSetting(String),

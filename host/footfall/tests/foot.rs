@@ -133,44 +133,6 @@ fn sensor_self_test_passes() {
     assert_eq!(text, "the sensor has passed its self-test\n", "{error}");
 }
 
-/// Returns the output of a comparison of clocks, which is repeated where the machine was too busy to hear the feet.
-fn compared_clocks(bench: &Bench, arguments: &str) -> (String, String) {
-    let mut said = Default::default();
-    wait_until("enough SYNCs of all feet", || {
-        said = foot(bench, arguments);
-        !["too few SYNCs", "feet that reported a SYNC: ", "no SYNCs"]
-            .iter()
-            .any(|error| said.1.contains(error))
-    });
-    said
-}
-
-#[test]
-fn clocks_of_four_feet_are_compared_with_errors() {
-    let bench = Bench::new();
-    let (text, error) = compared_clocks(&bench, "demo:feet=4 sync --seconds 3");
-    let lines: Vec<_> = text.lines().collect();
-    assert_eq!(lines.len(), 3, "{text}{error}");
-    assert!(lines[0].starts_with("FR − FL: +137.0"), "{text}");
-    let (json, _) = compared_clocks(&bench, "demo:feet=2 sync --seconds 3 --json");
-    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    assert_eq!(
-        (&json["reference"], &json["feet"][0]["foot"]),
-        (&"L".into(), &"R".into())
-    );
-    for (arguments, expected) in [
-        (
-            "demo:feet=1 sync --seconds 1",
-            "feet that reported a SYNC: 1",
-        ),
-        ("demo:feet=2 sync --seconds 1 --send", "leave out --send"),
-        ("demo:feet=2,line=uart sync --seconds 1", "no SYNCs"),
-    ] {
-        let (_, error) = foot(&bench, arguments);
-        assert!(error.contains(expected), "{arguments}: {error}");
-    }
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn interrupted_id_change_is_completed() {

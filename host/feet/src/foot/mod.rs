@@ -13,7 +13,6 @@
 //! | calibration that the foot has learnt, and its storage | [`calibration`] |
 //! | self-test of the sensor | [`self_test`] |
 //! | acceptance of a board by a person | [`accept`] |
-//! | comparison of the clocks of several feet | [`sync`] |
 //! | update of the program | [`update`] |
 
 pub mod accept;
@@ -27,7 +26,6 @@ pub mod scan;
 pub mod self_test;
 pub mod serial;
 pub mod settings;
-pub mod sync;
 pub mod update;
 
 pub use client::{Client, RequestError};

@@ -133,44 +133,6 @@ fn a_board_left_pre_operational_reports_it_and_resumes() {
 }
 
 #[test]
-#[ignore = "full: a minute of virtual time"]
-fn the_clock_of_a_foot_switched_on_later_is_behind() {
-    let Some(mut server) = Server::start("clocks", &["--feet", "2", "--gait", "stand"]) else {
-        return;
-    };
-    let bus = server.bus();
-    let compared = |server: &Server| {
-        let compared = server.foot(&bus, &["sync", "--seconds", "4", "--json"]);
-        let compared: Json = serde_json::from_str(&compared).expect("JSON");
-        assert_eq!(compared["reference"], "L");
-        let number = |name: &str| compared["feet"][0][name].as_f64().expect("a number");
-        // The crystals are the same. The error is two standard deviations, which one comparison in twenty exceeds.
-        assert!(
-            number("drift_ppm").abs() <= 2.0 * number("drift_error_ppm"),
-            "{compared}"
-        );
-        number("offset_us")
-    };
-    assert!(compared(&server).abs() < 1000.0);
-    let off_s = server.order("R: power-cycle");
-    let behind_s = -1.0e-6 * compared(&server);
-    assert!((behind_s - off_s).abs() < 0.2, "{behind_s} and {off_s}");
-}
-
-#[test]
-fn clocks_are_compared_on_a_bus_without_a_master() {
-    let feet = ["--feet", "2", "--gait", "stand", "--no-control"];
-    let Some(server) = Server::start("masterless", &feet) else {
-        return;
-    };
-    let sync = ["sync", "--seconds", "4", "--send", "--json"];
-    let compared = server.foot(&server.bus(), &sync);
-    let compared: Json = serde_json::from_str(&compared).expect("JSON");
-    let offset_us = compared["feet"][0]["offset_us"].as_f64();
-    assert!(offset_us.is_some_and(|us| us.abs() < 1000.0), "{compared}");
-}
-
-#[test]
 fn settings_lost_by_a_power_failure_are_not_reported_stored() {
     let Some(mut server) = Server::start("power", &["--gait", "stand"]) else {
         return;

@@ -5,12 +5,10 @@
 //! | actions and arguments | this one |
 //! | output as text and as JSON | `show` |
 //! | calibration learnt by the foot | `calibrate` |
-//! | clocks of several feet | `sync` |
 //! | update of the program | `update` |
 
 mod calibrate;
 mod show;
-mod sync;
 mod update;
 
 use std::fs::File;
@@ -120,15 +118,6 @@ pub enum FootAction {
     /// Run the sensor's self-test, for which the foot is reset and must not move: settings that are not
     /// stored are lost
     Selftest,
-    /// Show the offset and the drift of the clocks of all feet on a bus, by its SYNCs
-    Sync {
-        /// How long to listen, s
-        #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = parse_seconds)]
-        seconds: f64,
-        /// Send SYNCs, 100 a second, on a bus that has no master
-        #[arg(long)]
-        send: bool,
-    },
     /// Replace the foot's program over CAN or the serial line, check that it runs, and wait until it has confirmed itself; the foot is
     /// silent for some seconds
     Update {
@@ -188,7 +177,6 @@ impl FootArguments {
         let mut link = link::open(&self.source)?;
         let text = match &self.action {
             FootAction::Scan => self.scan(link.as_mut())?,
-            FootAction::Sync { seconds, send } => self.sync(link.as_mut(), *seconds, *send)?,
             FootAction::Update { image, all, serial } => {
                 // A foot that is left in its bootloader is silent.
                 finish_when_interrupted();
@@ -214,7 +202,7 @@ impl FootArguments {
         }
         Ok(match action {
             // These are on all feet.
-            FootAction::Scan | FootAction::Sync { .. } | FootAction::Update { .. } => String::new(),
+            FootAction::Scan | FootAction::Update { .. } => String::new(),
             FootAction::Info => self.info(client)?,
             FootAction::Get { names } => self.get(client, names)?,
             FootAction::Set { settings, save } => {
