@@ -9,7 +9,7 @@ use super::listen::ListenArguments;
 use super::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
-use crate::mcap_recording::{Existing, McapRecording};
+use crate::mcap_recording::McapRecording;
 use crate::report::print_text;
 use crate::stream::{Stream, deadline, unless_ended};
 use crate::targets::{self, Target};
@@ -39,17 +39,13 @@ impl RecordArguments {
         let path = self.output.as_path();
         let input = self.listen.source.file().map(Path::to_owned);
         targets::check(input.as_slice(), &[Target::Bag(path)])?;
-        let existing = match self.overwrite {
-            true => Existing::Replaced,
-            false => Existing::Kept,
-        };
         finish_when_interrupted();
         let (source, feet) = self.listen.listen()?;
         // Recorded sources are read at full speed.
         let source = source.at_speed(Speed::Max);
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(source, feet, self.published.bridge())?;
-        let mut recording = McapRecording::create(path, existing)?;
+        let mut recording = McapRecording::create(path, self.overwrite)?;
         let end = deadline(stream.clock(), self.seconds);
         let ended = stream.run(end, &mut recording)?;
         stream.report();

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use crate::ros::Published;
 
-use super::Existing;
 use crate::error::Error;
 use crate::feature::Feature;
 use crate::files::OutputError;
@@ -18,7 +17,7 @@ impl McapRecording {
     ///
     /// # Errors
     /// Always.
-    pub fn create(path: &Path, _: Existing) -> Result<Self, OutputError> {
+    pub fn create(path: &Path, _: bool) -> Result<Self, OutputError> {
         Err(Feature::Bags.missing_for(path.display()).into())
     }
 

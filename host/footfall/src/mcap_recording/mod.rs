@@ -1,4 +1,4 @@
-//! Recording of foot messages as MCAP, for `footfall record` and the monitor.
+//! Recording of foot messages as MCAP, for `footfall record`.
 
 #[cfg(not(feature = "bags"))]
 mod absent;
@@ -9,12 +9,3 @@ mod written;
 pub use absent::McapRecording;
 #[cfg(feature = "bags")]
 pub use written::{McapRecording, io_error};
-
-/// Handling of an existing file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Keeps the file and records nothing.
-    Kept,
-    /// Replaces the file.
-    Replaced,
-}

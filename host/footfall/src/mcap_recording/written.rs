@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use crate::ros::{McapFile, Published};
 use mcap::McapError;
 
-use super::Existing;
 use crate::error::Error;
 use crate::files::OutputError;
 use crate::messages::warn;
@@ -21,12 +20,11 @@ pub struct McapRecording {
 }
 
 impl McapRecording {
-    /// Creates a recording without messages.
+    /// Creates a recording without messages, which `replaces` a file of its name or fails.
     ///
     /// # Errors
     /// The file cannot be written, or already exists and is kept.
-    pub fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
-        let replaces = existing == Existing::Replaced;
+    pub fn create(path: &Path, replaces: bool) -> Result<Self, OutputError> {
         let mut options = File::options();
         options.write(true).create_new(!replaces);
         let options = options.create(replaces).truncate(replaces);
