@@ -112,7 +112,6 @@ fn closed_stdout_is_not_an_error() {
         "decode x.log --output -",
         "config",
         "completions bash",
-        "man",
         "--help",
     ] {
         // The reader closes the pipe before anything is written.
@@ -341,7 +340,6 @@ fn help_fits_80_columns_and_groups_options() {
         "replay --help",
         "calibrate --help",
         "config --help",
-        "man --help",
         "completions --help",
     ] {
         for line in help(command).lines() {
@@ -378,46 +376,5 @@ fn bash_accepts_the_completions() {
             assert!(said.ends_with("\n--preset\n"), "{said}");
         }
         Err(_) => unmet("bash is not installed"),
-    }
-}
-
-#[test]
-fn manual_pages_cause_no_warning() {
-    let bench = Bench::new();
-    bench.stdout("man --out pages");
-    let pages: Vec<String> = fs::read_dir(bench.path("pages"))
-        .expect("a folder")
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
-        .collect();
-    for page in [
-        "footfall.1",
-        "footfall-replay.1",
-        "footfall-config.1",
-        "footfall-man.1",
-    ] {
-        assert!(pages.iter().any(|name| name == page), "{pages:?}");
-    }
-    assert_eq!(bench.stdout("man"), read(&bench.path("pages/footfall.1")));
-    assert!(read(&bench.path("pages/footfall-replay.1")).contains("footfall\\-replay"));
-    for page in &pages {
-        match shell(
-            &bench,
-            "sh",
-            &format!("groff -man -ww -Tutf8 -z pages/{page}"),
-        ) {
-            Ok(output) if output.status.code() != Some(127) => {
-                assert!(
-                    output.status.success() && output.stderr.is_empty(),
-                    "{output:?}"
-                );
-            }
-            _ => return unmet("groff is not installed"),
-        }
     }
 }

@@ -68,9 +68,3 @@ Examples:
   footfall completions bash > ~/.local/share/bash-completion/completions/footfall
   footfall completions zsh > \"${fpath[1]}/_footfall\"
   footfall completions fish > ~/.config/fish/completions/footfall.fish";
-
-/// Examples of `footfall man`.
-pub const MAN_EXAMPLES: &str = "\
-Examples:
-  footfall man | man -l -
-  footfall man --out ~/.local/share/man/man1";

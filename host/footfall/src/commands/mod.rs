@@ -14,7 +14,7 @@
 //! | `config` | [`config`] |
 //! | `explain` | [`explain`] |
 //! | `foot` | [`foot`] |
-//! | `completions`, `man` | [`shell`] |
+//! | `completions` | [`shell`] |
 //! | headings of option groups, examples | [`headings`] |
 //! | nodes and names of feet | [`feet`] |
 //! | options shared by commands that listen to feet | [`listen`], [`played`], [`published`] |
@@ -111,7 +111,7 @@ pub enum Command {
     #[command(after_help = headings::CONFIG_EXAMPLES)]
     Config(config::ConfigArguments),
     /// Query, configure, calibrate and update feet: scan, info, get, set, save, restore, diff, export, import, reset,
-    /// id, calibrate, selftest, sync, update
+    /// id, calibrate, selftest, update
     Foot(foot::FootArguments),
     /// Measure a board with your help, step by step, and judge each figure by its limits
     Accept(accept::AcceptArguments),
@@ -120,9 +120,6 @@ pub enum Command {
     /// Print a script that completes commands and options in a shell
     #[command(after_help = headings::COMPLETIONS_EXAMPLES)]
     Completions(shell::CompletionsArguments),
-    /// Print the manual page, or write one for each command
-    #[command(after_help = headings::MAN_EXAMPLES)]
-    Man(shell::ManArguments),
 }
 
 impl Arguments {
@@ -154,7 +151,6 @@ impl Arguments {
             Command::Accept(arguments) => arguments.run(),
             Command::Explain(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
-            Command::Man(arguments) => arguments.run(),
         }
     }
 }
