@@ -1,5 +1,4 @@
-//! Setup of a new robot, on the ELF: position of each board, self-test of the sensor, calibration, and the clocks
-//! of the feet relative to one another.
+//! Setup of a new robot, on the ELF: position of each board, self-test of the sensor, calibration.
 
 use std::process::{Command, Stdio};
 
