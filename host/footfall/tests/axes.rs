@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{AXES, Bench, assert_has, read, text};
+use crate::common::{AXES, Bench, assert_has, cases, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
 use recordings::samples::recording::Recording;
@@ -58,18 +58,14 @@ fn axes_option_gives_the_table_of_an_upright_sensor() {
 #[test]
 fn impossible_axes_are_rejected_with_a_correction() {
     let bench = bench();
-    for (axes, expected) in [
-        ("x,z,y", "flip the sign of one axis, as in x,-z,y or -x,z,y"),
-        ("x,x,z", "has an axis twice"),
-        (
-            "1,1,0,0",
-            "has the length 1.4142135, allowed is 0.999 to 1.001",
-        ),
-        (
-            "up",
-            "is neither axes nor a quaternion: write for the foot's x",
-        ),
-    ] {
+    for (axes, expected) in cases(
+        "
+        x,z,y => flip the sign of one axis, as in x,-z,y or -x,z,y
+        x,x,z => has an axis twice
+        1,1,0,0 => has the length 1.4142135, allowed is 0.999 to 1.001
+        up => is neither axes nor a quaternion: write for the foot's x
+        ",
+    ) {
         for command in ["replay", "calibrate"] {
             bench.refuses(&format!("{command} side.csv --axes {axes}"), expected);
         }
@@ -216,18 +212,14 @@ fn settings_of_absent_or_unknown_feet_are_an_error() {
             "footfall: --axes names the foot FL, but there is walk\n"
         );
     }
-    for (file, expected) in [
-        ("[feet.FL]\n[feet.fl]\n", "feet.FL and feet.fl are one foot"),
-        (
-            "[feet.FL]\naxis = 'x,-z,y'\n",
-            "robot.toml, line 2, column 1, key feet.FL.axis",
-        ),
-        (
-            "[feet.FL.accelerometer]\nbias_m_s2 = { ax = 7 }\n",
-            "feet.FL.accelerometer.bias_m_s2.ax is 7, allowed is -5 to 5",
-        ),
-    ] {
-        fs::write(bench.path("robot.toml"), file).expect("a file");
+    for (file, expected) in cases(
+        r"
+        [feet.FL]\n[feet.fl]\n => feet.FL and feet.fl are one foot
+        [feet.FL]\naxis = 'x,-z,y'\n => robot.toml, line 2, column 1, key feet.FL.axis
+        [feet.FL.accelerometer]\nbias_m_s2 = { ax = 7 }\n => feet.FL.accelerometer.bias_m_s2.ax is 7, allowed is -5 to 5
+        ",
+    ) {
+        fs::write(bench.path("robot.toml"), file.replace("\\n", "\n")).expect("a file");
         bench.refuses("replay walk.csv --config robot.toml", expected);
     }
     fs::write(bench.path("robot.toml"), "[feet.FL]\naxes = 'x,-z,y'\n").expect("a file");

@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::common::feet::{csv, lying};
-use crate::common::{AXES, Bench, read};
+use crate::common::{AXES, Bench, cases, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use gait::GaitName;
 use recordings::config::Overrides;
@@ -94,30 +94,18 @@ fn recordings_without_a_lesson_are_rejected_with_causes() {
     let rows: String = rows.collect();
     fs::write(bench.path("nan.csv"), format!("t,{AXES}\n{rows}")).expect("a file");
     let before = bench.files();
-    for (arguments, expected) in [
-        (
-            "walk.csv --preset paper",
-            "method = \"half_widths\" learns nothing",
-        ),
-        (
-            "walk.csv ./walk.csv",
-            "./walk.csv is named twice: what it shows would count twice",
-        ),
-        (
-            "--rests walk.csv ./walk.csv",
-            "./walk.csv is named twice: what it shows would count twice",
-        ),
-        ("nan.csv", "2000 of 2000 samples are invalid"),
-        ("stand.csv", "the foot never swung"),
-        (
-            "walk.csv --gravity removed",
-            "see whether units and --gravity are right",
-        ),
-    ] {
-        bench.refuses(
-            &format!("calibrate {arguments} --output robot.toml"),
-            expected,
-        );
+    for (arguments, expected) in cases(
+        r#"
+        walk.csv --preset paper => method = "half_widths" learns nothing
+        walk.csv ./walk.csv => ./walk.csv is named twice: what it shows would count twice
+        --rests walk.csv ./walk.csv => ./walk.csv is named twice: what it shows would count twice
+        nan.csv => 2000 of 2000 samples are invalid
+        stand.csv => the foot never swung
+        walk.csv --gravity removed => see whether units and --gravity are right
+        "#,
+    ) {
+        let arguments = format!("calibrate {arguments} --output robot.toml");
+        bench.refuses(&arguments, expected);
         assert_eq!(bench.files(), before, "{arguments}");
     }
 }
@@ -189,20 +177,16 @@ fn replay_corrects_the_readings() {
 #[test]
 fn insufficient_rests_are_rejected() {
     let bench = Bench::with("four.csv", lying(4, 9.81));
-    assert!(bench.error("calibrate --rests four.csv").contains(
-        "4 rests in 4 of the 6 orientations that are needed: lay the sensor still for two seconds on each of its six sides"
-    ));
-    assert!(
-        bench
-            .error("calibrate --rests four.csv --gravity removed")
-            .contains("gravity has been removed")
+    bench.refuses(
+        "calibrate --rests four.csv",
+        "4 rests in 4 of the 6 orientations that are needed: lay the sensor still for two seconds on each of its six sides",
+    );
+    bench.refuses(
+        "calibrate --rests four.csv --gravity removed",
+        "gravity has been removed",
     );
     let bench = Bench::with("in_g.csv", lying(6, 1.0));
-    assert!(
-        bench
-            .error("calibrate --rests in_g.csv")
-            .contains("accelerations are in m/s²")
-    );
+    bench.refuses("calibrate --rests in_g.csv", "accelerations are in m/s²");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, read, standing, text, unmet, wait_until};
+use crate::common::{AXES, Bench, cases, read, standing, text, unmet, wait_until};
 
 const SHELLS: [&str; 5] = ["bash", "zsh", "fish", "powershell", "elvish"];
 
@@ -214,56 +214,31 @@ fn configuration_errors_give_the_place_of_each() {
         check("decision.threshold = 0.6\n"),
         (Some(0), "c.toml: ok\n".to_owned())
     );
-    for (content, expected) in [
-        (
-            "[decision]\non_delay = 1\n",
-            "line 2, column 1, key decision.on_delay: unknown field",
-        ),
-        ("[decison]\nthreshold = 1\n", "line 1, column 2"),
-        (
-            "[decision]\non_delay = 1\nthreshold = 'high'\n[load]\noff = 1\n",
-            "expected one of `threshold`, `on_delay_s`, `off_delay_s`\nc.toml, line 3, column 13, key decision.threshold: ",
-        ),
-        (
-            "[decision]\non_delay_s = -1\nthreshold = 2\n",
-            "key decision.threshold is 2, allowed is 0.01 to 0.99\nc.toml, line 2, column 1, key decision.on_delay_s is -1",
-        ),
-        (
-            "\n[decision]\n threshold = 2\n",
-            "line 3, column 2, key decision.threshold is 2, allowed",
-        ),
-        ("a = [\n", "c.toml, line "),
-        (
-            "window = '20ms'\n",
-            "line 1, column 1, key window has an effect",
-        ),
-        (
-            "window = '50'\n",
-            "line 1, column 10, key window: \"50\" is no window: write a duration such as 50ms",
-        ),
-        (
-            "[learnt]\nstill = -1\nmoving = -2\nwidth = 0.5\nspeed = -5\nstill_seconds = 2\nmoving_seconds = 3\n",
-            "line 3, column 1, key learnt.moving is -2, allowed is -1 to 6",
-        ),
-        (
-            "[accelerometer]\nscale = { az = 9 }\n",
-            "line 2, column 11: accelerometer.scale.az is 9",
-        ),
-    ] {
-        let (code, said) = check(content);
+    for (content, expected) in cases(
+        r#"
+        [decision]\non_delay = 1\n => line 2, column 1, key decision.on_delay: unknown field
+        [decison]\nthreshold = 1\n => line 1, column 2
+        [decision]\non_delay = 1\nthreshold = 'high'\n[load]\noff = 1\n => expected one of `threshold`, `on_delay_s`, `off_delay_s`\nc.toml, line 3, column 13, key decision.threshold:
+        [decision]\non_delay_s = -1\nthreshold = 2\n => key decision.threshold is 2, allowed is 0.01 to 0.99\nc.toml, line 2, column 1, key decision.on_delay_s is -1
+        \n[decision]\n threshold = 2\n => line 3, column 2, key decision.threshold is 2, allowed
+        a = [\n => c.toml, line
+        window = '20ms'\n => line 1, column 1, key window has an effect
+        window = '50'\n => line 1, column 10, key window: "50" is no window: write a duration such as 50ms
+        [learnt]\nstill = -1\nmoving = -2\nwidth = 0.5\nspeed = -5\nstill_seconds = 2\nmoving_seconds = 3\n => line 3, column 1, key learnt.moving is -2, allowed is -1 to 6
+        [accelerometer]\nscale = { az = 9 }\n => line 2, column 11: accelerometer.scale.az is 9
+        "#,
+    ) {
+        let [content, expected] = [content, expected].map(|text| text.replace("\\n", "\n"));
+        let (code, said) = check(&content);
         assert_eq!(code, Some(1));
         assert!(
-            said.starts_with("footfall: c.toml, ") && said.contains(expected),
+            said.starts_with("footfall: c.toml, ") && said.contains(&expected),
             "{said}"
         );
     }
     fs::write(bench.path("c.toml"), "window = '20ms'\n").expect("a file");
     bench.stdout("config --check c.toml --preset paper");
-    assert!(
-        bench
-            .error("config --check absent.toml")
-            .contains("absent.toml cannot be read")
-    );
+    bench.refuses("config --check absent.toml", "absent.toml cannot be read");
 }
 
 #[test]
@@ -290,15 +265,17 @@ fn printed_example_is_a_valid_configuration() {
 #[test]
 fn wrong_option_error_suggests_what_to_write() {
     let bench = Bench::with("x.csv", standing());
-    for (arguments, expected) in [
-        ("replay x.csv --gravity inclded", "'included'"),
-        ("replay x.csv --times dropbad", "'drop-bad'"),
-        ("replay x.csv --time-unit mss", "'ms'"),
-        ("replay x.csv --format pce-altas", "'pce-atlas'"),
-        ("replay x.csv --preset papr", "'paper'"),
-        ("replay x.csv --ouput y.csv", "'--output'"),
-        ("repaly x.csv", "'replay'"),
-    ] {
+    for (arguments, expected) in cases(
+        "
+        replay x.csv --gravity inclded => 'included'
+        replay x.csv --times dropbad => 'drop-bad'
+        replay x.csv --time-unit mss => 'ms'
+        replay x.csv --format pce-altas => 'pce-atlas'
+        replay x.csv --preset papr => 'paper'
+        replay x.csv --ouput y.csv => '--output'
+        repaly x.csv => 'replay'
+        ",
+    ) {
         let output = bench.run(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments}");
         let said = text(&output.stderr);
@@ -307,19 +284,15 @@ fn wrong_option_error_suggests_what_to_write() {
             "{said}"
         );
     }
-    for (option, hint) in [
-        (
-            "--window=50",
-            "write a duration such as 50ms or a count such as 50samples",
-        ),
-        ("--sample-rate=-5", "write a number of Hz above 0"),
-        (
-            "--units=mph",
-            "\"mph\" is no unit: write m/s2 or g, and rad/s or dps",
-        ),
-        ("--time-unit=min", "possible values: s, ms, us, ns"),
-        ("--map=ax", "write OURS=THEIRS"),
-    ] {
+    for (option, hint) in cases(
+        r#"
+        --window=50 => write a duration such as 50ms or a count such as 50samples
+        --sample-rate=-5 => write a number of Hz above 0
+        --units=mph => "mph" is no unit: write m/s2 or g, and rad/s or dps
+        --time-unit=min => possible values: s, ms, us, ns
+        --map=ax => write OURS=THEIRS
+        "#,
+    ) {
         bench.refuses(&format!("replay x.csv {option}"), hint);
     }
 }
@@ -335,25 +308,15 @@ fn help_fits_80_columns_and_groups_options() {
             .output();
         text(&output.expect("the command that was just built").stdout)
     };
-    for command in [
-        "--help",
-        "replay --help",
-        "calibrate --help",
-        "config --help",
-        "completions --help",
-    ] {
-        for line in help(command).lines() {
+    for command in ["", "replay", "calibrate", "config", "completions"] {
+        for line in help(&format!("{command} --help")).lines() {
             assert!(line.chars().count() <= 80, "{command}: {line}");
         }
     }
     let replay = help("replay --help");
-    for heading in [
-        "\nInput:\n",
-        "\nEstimator:\n",
-        "\nOutput:\n",
-        "\nExamples:\n",
-    ] {
-        assert!(replay.contains(heading), "{replay}");
+    for heading in ["Input", "Estimator", "Output", "Examples"] {
+        let heading = format!("\n{heading}:\n");
+        assert!(replay.contains(&heading), "{replay}");
     }
     assert!(help("--help").contains("\nExit codes:\n"));
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::{Bench, read, standing, text};
+use crate::common::{Bench, cases, read, standing, text};
 use serde_json::Value;
 
 /// All output formats.
@@ -193,30 +193,17 @@ fn unwritable_output_is_rejected_before_writing() {
     let gap = format!("{}20,{values}\n20.001,{values}\n", standing());
     fs::write(bench.path("gap.csv"), gap).expect("a file");
     let before = bench.files();
-    for (arguments, expected) in [
-        (
-            "walk.csv there.mcap",
-            "there.mcap is there already: name another file, or add --overwrite",
-        ),
-        (
-            "gap.csv part.mcap --from 5 --to 15",
-            "gap.csv: there is no sample from --from to --to",
-        ),
-        ("walk.csv folder/x/y.csv", "there is no directory folder/x"),
-        (
-            "walk.csv walk.csv --overwrite",
-            "it is the recording itself",
-        ),
-        (
-            "walk.csv walk.db3",
-            "must end in .csv, .csv.gz, .parquet or .mcap",
-        ),
-        (
-            "g.csv strict.csv --strict",
-            "--strict does not let 1 of the above pass",
-        ),
-        ("absent.csv x.csv", "absent.csv cannot be read"),
-    ] {
+    for (arguments, expected) in cases(
+        "
+        walk.csv there.mcap => there.mcap is there already: name another file, or add --overwrite
+        gap.csv part.mcap --from 5 --to 15 => gap.csv: there is no sample from --from to --to
+        walk.csv folder/x/y.csv => there is no directory folder/x
+        walk.csv walk.csv --overwrite => it is the recording itself
+        walk.csv walk.db3 => must end in .csv, .csv.gz, .parquet or .mcap
+        g.csv strict.csv --strict => --strict does not let 1 of the above pass
+        absent.csv x.csv => absent.csv cannot be read
+        ",
+    ) {
         bench.refuses(&format!("convert {arguments}"), expected);
         assert_eq!(bench.files(), before, "{arguments}");
     }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use crate::common::{Bench, assert_has, read, standing, text};
+use crate::common::{Bench, assert_has, cases, read, standing, text};
 
 #[test]
 fn demo_output_is_decoded() {
@@ -33,31 +33,17 @@ fn demo_output_is_decoded() {
 #[test]
 fn decode_error_names_the_file() {
     let bench = Bench::with("walk.csv", standing());
-    let said = bench.error("decode walk.csv");
-    assert!(
-        said.starts_with("footfall: walk.csv is neither a log of candump"),
-        "{said}"
-    );
-    let said = bench.error("decode absent.bin");
-    assert!(
-        said.starts_with("footfall: absent.bin cannot be read: "),
-        "{said}"
-    );
     fs::write(bench.path("x.log"), "(1.000000) can0 711#00\n").expect("a file");
-    for (output, expected) in [
-        ("x.log", "it is the recording itself"),
-        (
-            "rows.csv.gz",
-            "tables are CSV, so the name must end in .csv",
-        ),
-    ] {
-        bench.refuses(&format!("decode x.log --output {output}"), expected);
+    for (arguments, expected) in cases(
+        "
+        walk.csv => footfall: walk.csv is neither a log of candump
+        absent.bin --output rows.csv => footfall: absent.bin cannot be read:
+        x.log --output x.log => it is the recording itself
+        x.log --output rows.csv.gz => tables are CSV, so the name must end in .csv
+        ",
+    ) {
+        bench.refuses(&format!("decode {arguments}"), expected);
     }
-    let said = bench.error("decode absent.bin --output rows.csv");
-    assert!(
-        said.starts_with("footfall: absent.bin cannot be read"),
-        "{said}"
-    );
     assert!(!bench.path("rows.csv").exists());
 }
 

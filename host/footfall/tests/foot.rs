@@ -1,7 +1,7 @@
 //! Tests of `footfall foot` and `footfall accept` as a program, on a simulated foot that runs the board's firmware.
 
 use crate::common::feet::image;
-use crate::common::{Bench, assert_has, read, text, wait_until};
+use crate::common::{Bench, assert_has, cases, read, text, wait_until};
 
 /// Returns stdout and stderr of a command.
 fn foot(bench: &Bench, arguments: &str) -> (String, String) {
@@ -56,18 +56,17 @@ fn settings_are_exported_and_imported() {
 #[test]
 fn invalid_setting_error_gives_name_and_range() {
     let bench = Bench::new();
-    for (arguments, expected) in [
-        (
-            "set decision.threshold=2",
-            "decision.threshold is \"2\", but 0",
-        ),
-        ("set threshold=0.5", "no object is called \"threshold\""),
-        ("set decision.threshold", "write NAME=VALUE"),
-        ("set stage=1", "stage is no setting"),
-        ("get nothing", "no object is called \"nothing\""),
-        ("import none.txt", "none.txt: "),
-        ("export settings.csv", ".txt"),
-    ] {
+    for (arguments, expected) in cases(
+        r#"
+        set decision.threshold=2 => decision.threshold is "2", but 0
+        set threshold=0.5 => no object is called "threshold"
+        set decision.threshold => write NAME=VALUE
+        set stage=1 => stage is no setting
+        get nothing => no object is called "nothing"
+        import none.txt => none.txt:
+        export settings.csv => .txt
+        "#,
+    ) {
         let (_, error) = foot(&bench, &format!("demo:speed=2 {arguments}"));
         assert!(error.contains(expected), "{arguments}: {error}");
     }
@@ -82,13 +81,12 @@ fn id_command_changes_the_foot_of_a_board() {
     assert!(info.starts_with("foot     RR, node 20\n"), "{info}{error}");
     let (info, _) = foot(&bench, "demo:speed=2,line=uart id FR");
     assert!(info.starts_with("foot     FR, serial line\n"), "{info}");
-    for (arguments, expected) in [
-        (
-            "demo:feet=4,speed=2 --node 17 id FR",
-            "would become node 18, which is on the bus already",
-        ),
-        ("demo:speed=2 id XY", "write one of FL, FR, RL, RR, L, R"),
-    ] {
+    for (arguments, expected) in cases(
+        "
+        demo:feet=4,speed=2 --node 17 id FR => would become node 18, which is on the bus already
+        demo:speed=2 id XY => write one of FL, FR, RL, RR, L, R
+        ",
+    ) {
         let (_, error) = foot(&bench, arguments);
         assert!(error.contains(expected), "{error}");
     }
@@ -199,22 +197,14 @@ fn images_are_checked_before_anything_is_sent() {
     let mut unsigned = image.clone();
     unsigned[9] = 0;
     for (name, bytes, expected) in [
-        ("empty.img", &image[..0], "empty.img: the file is no image"),
-        ("elf.img", &[0x7F; 2000], "elf.img: the file is no image"),
-        (
-            "unsigned.img",
-            &unsigned,
-            "unsigned.img: the image is not signed",
-        ),
-        (
-            "short.img",
-            &image[..600],
-            "short.img: the image is shorter",
-        ),
+        ("empty.img", &image[..0], "the file is no image"),
+        ("elf.img", &[0x7F; 2000], "the file is no image"),
+        ("unsigned.img", &unsigned, "the image is not signed"),
+        ("short.img", &image[..600], "the image is shorter"),
     ] {
         std::fs::write(bench.path(name), bytes).expect("a file");
         let (_, error) = foot(&bench, &format!("demo:speed=2 update {name}"));
-        assert!(error.contains(expected), "{error}");
+        assert_has(&error, &format!("{name}: {expected}"));
     }
     std::fs::write(bench.path("foot.img"), &image).expect("a file");
     let (same, error) = foot(&bench, "demo:speed=2,line=uart update foot.img");
@@ -233,23 +223,20 @@ fn images_are_checked_before_anything_is_sent() {
         "demo:speed=2,feet=2 update foot.img --serial 0xF0070006,0xF0070006",
     );
     assert_eq!(same, line(22), "{error}");
-    for (line, heard) in [
-        ("feet=2", "0xF0070005 (node 21), 0xF0070006 (node 22)"),
-        ("line=uart", "0xF0070001"),
+    for (line, number, heard) in [
+        (
+            "feet=2",
+            "0x00000004",
+            "0xF0070005 (node 21), 0xF0070006 (node 22)",
+        ),
+        ("line=uart", "0xF0070006", "0xF0070001"),
     ] {
         let arguments = format!("demo:speed=2,{line} update foot.img --serial 0xF0070006,4");
         let (_, error) = foot(&bench, &arguments);
-        let number = if line == "feet=2" {
-            "0x00000004"
-        } else {
-            "0xF0070006"
-        };
-        assert!(
-            error.contains(&format!(
-                "no foot with the serial number {number} is heard on this line; those heard: {heard}."
-            )),
-            "{error}"
+        let expected = format!(
+            "no foot with the serial number {number} is heard on this line; those heard: {heard}."
         );
+        assert_has(&error, &expected);
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, assert_has, read, samples, text};
+use crate::common::{AXES, Bench, assert_has, cases, read, samples, text};
 use feet::feed::Fed;
 use feet::{Arrival, Feed};
 use wire::Foot as Position;
@@ -194,20 +194,16 @@ fn recorded_log_has_the_events_of_its_walk() {
 #[test]
 fn existing_file_is_replaced_on_request_by_a_valid_source_alone() {
     let bench = Bench::with("walk.mcap", "precious");
-    for (arguments, expected) in [
-        ("demo:seconds=1 -o walk.mcap", "walk.mcap is there already"),
-        ("demo:seconds=1 -o -", "cannot be written"),
-        ("demo:seconds=1 -o walk.bag", ".mcap"),
-        ("file:none.log -o other.mcap", "footfall: none.log "),
-        (
-            "file:none.log -o walk.mcap --overwrite",
-            "none.log cannot be read",
-        ),
-        (
-            "file:walk.mcap -o walk.mcap --overwrite",
-            "it is the recording itself",
-        ),
-    ] {
+    for (arguments, expected) in cases(
+        "
+        demo:seconds=1 -o walk.mcap => walk.mcap is there already
+        demo:seconds=1 -o - => cannot be written
+        demo:seconds=1 -o walk.bag => .mcap
+        file:none.log -o other.mcap => footfall: none.log
+        file:none.log -o walk.mcap --overwrite => none.log cannot be read
+        file:walk.mcap -o walk.mcap --overwrite => it is the recording itself
+        ",
+    ) {
         bench.refuses(&format!("record {arguments}"), expected);
         assert_eq!(bench.files(), ["walk.mcap"]);
         assert_eq!(read(&bench.path("walk.mcap")), "precious");

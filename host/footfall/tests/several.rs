@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 
-use crate::common::{AXES, Bench, read, standing, text};
+use crate::common::{AXES, Bench, cases, read, standing, text};
 
 /// Returns a bench with three recordings, each of a foot at rest in a different orientation.
 fn three() -> Bench {
@@ -84,16 +84,15 @@ fn stdin_is_read_once() {
 #[test]
 fn impossible_spans_are_rejected() {
     let bench = Bench::with("x.csv", standing());
-    for (span, expected) in [
-        (
-            "--from 2",
-            "x.csv: --from 2 is beyond its end: it lasts 0.999 s",
-        ),
-        ("--from 2 --to 1.5", "--to 1.5 does not come after --from 2"),
-        ("--from=-1", "is no time since the first sample"),
-        ("--to soon", "is no time since the first sample"),
-        ("--from nan", "is no time since the first sample"),
-    ] {
+    for (span, expected) in cases(
+        "
+        --from 2 => x.csv: --from 2 is beyond its end: it lasts 0.999 s
+        --from 2 --to 1.5 => --to 1.5 does not come after --from 2
+        --from=-1 => is no time since the first sample
+        --to soon => is no time since the first sample
+        --from nan => is no time since the first sample
+        ",
+    ) {
         bench.refuses(&format!("replay x.csv {span} --output p.csv"), expected);
     }
     assert_eq!(bench.files(), ["x.csv"]);

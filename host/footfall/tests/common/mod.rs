@@ -124,6 +124,15 @@ impl Bench {
     }
 }
 
+/// Returns the cases of a table, each `arguments => expected` on a line of its own.
+pub fn cases(table: &str) -> impl Iterator<Item = (&str, &str)> {
+    let rows = table.lines().filter(|row| !row.trim().is_empty());
+    rows.map(|row| {
+        let (arguments, expected) = row.split_once("=>").expect(row);
+        (arguments.trim(), expected.trim())
+    })
+}
+
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
