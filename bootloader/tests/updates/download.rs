@@ -175,8 +175,7 @@ fn downloaded_program_is_installed_by_start() {
         assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
         let mut chip = master.node.release();
         assert_eq!(State::read(&chip).progress, Progress::Installing);
-        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-        assert!(chip.holds(Slot::Running, &new));
+        chip.runs(&new);
     }
 }
 
@@ -287,8 +286,7 @@ fn start_without_a_download_keeps_the_program() {
     assert!(master.control(1).is_ok());
     assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
     let mut chip = master.node.release();
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &image(2, 200)));
+    chip.runs(&image(2, 200));
     let mut master = Master::of(chip);
     assert_eq!(master.control(0x80), Err(AbortCode::DeviceState));
     assert_eq!(master.control(9), Err(AbortCode::InvalidValue));
@@ -398,8 +396,7 @@ fn own_image_does_not_put_a_confirmed_program_on_trial() {
 fn failed_start_keeps_the_program_that_it_was_to_install() {
     let new = image(3, 300);
     let mut chip = chip().with(Slot::New, &new);
-    let mut state = State::read(&chip);
-    state.append(Event::Install, &mut chip).expect("room");
+    chip.log(Event::Install);
     chip.operations = 0;
     chip.cut = Some((5, Cut::Before));
     assert!(settle(&mut chip, KEY).is_err());
@@ -412,8 +409,7 @@ fn failed_start_keeps_the_program_that_it_was_to_install() {
     }
     assert_eq!(node.take_restart(), Some(Restart::AfterSilence));
     let mut chip = node.release();
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &new));
+    chip.runs(&new);
 }
 
 #[test]
@@ -524,8 +520,7 @@ fn refused_request_of_the_other_line_does_not_take_a_start_back() {
     assert_eq!(answer.data()[0], 0x80);
     assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
     let mut chip = master.node.release();
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &image(3, 300)));
+    chip.runs(&image(3, 300));
 }
 
 #[test]
@@ -546,8 +541,7 @@ fn journal_filled_by_updates_without_a_power_cycle_is_erased() {
             assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{update}");
             assert!(chip.holds(Slot::Running, &new), "{update}");
             // The program confirms itself, and is stopped: no start has seen the journal with nothing in progress.
-            let mut state = State::read(&chip);
-            state.append(Event::Confirmed, &mut chip).expect("room");
+            chip.log(Event::Confirmed);
         }
     }
 }

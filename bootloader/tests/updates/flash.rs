@@ -6,7 +6,8 @@ use bootloader::flash::{Flash, FlashFailed};
 use bootloader::image::{Board, HASHED, HEADER, Header, Kind, SIGNED, Sources};
 use bootloader::journal::{Event, State};
 use bootloader::layout::{JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Sector, Slot};
-use bootloader::verify::Hash;
+use bootloader::update::{Start, settle};
+use bootloader::verify::{Hash, KEY};
 
 /// Private half of the development key.
 pub const DEVELOPMENT: &[u8; 32] = include_bytes!("../../keys/development.key");
@@ -52,10 +53,22 @@ impl Chip {
     /// Chip that runs a program, which is confirmed.
     pub fn running(image: &[u8]) -> Self {
         let mut chip = Self::blank().with(Slot::Running, image);
-        let confirmed = State::read(&chip).append(Event::Confirmed, &mut chip);
-        confirmed.expect("a blank journal");
+        chip.log(Event::Confirmed);
         chip.operations = 0;
         chip
+    }
+
+    /// Appends an event to the journal, which has room for it.
+    pub fn log(&mut self, event: Event) {
+        let appended = State::read(self).append(event, self);
+        appended.expect("room");
+    }
+
+    /// Asserts that a start, which may install, runs this program.
+    #[track_caller]
+    pub fn runs(&mut self, image: &[u8]) {
+        assert_eq!(settle(self, KEY), Ok(Start::Program));
+        assert!(self.holds(Slot::Running, image), "another program");
     }
 
     /// This chip with a program in a slot.

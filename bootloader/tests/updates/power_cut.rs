@@ -69,10 +69,7 @@ fn received(old: &[u8], previous: Option<&[u8]>, new: &[u8]) -> Chip {
     if let Some(previous) = previous {
         chip = chip.with(Slot::Previous, previous);
     }
-    let mut state = State::read(&chip);
-    state
-        .append(Event::Install, &mut chip)
-        .expect("a blank journal");
+    chip.log(Event::Install);
     chip.operations = 0;
     chip
 }
@@ -104,8 +101,7 @@ fn cut_returns(step: u32) {
     for old in [old, probed(2)] {
         let mut chip = received(&old, None, &new);
         for _ in 0..MOST_STARTS {
-            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-            assert!(chip.holds(Slot::Running, &new));
+            chip.runs(&new);
         }
         chip.operations = 0;
         cut_every(step, &chip, [&old, &new], 0);
@@ -139,8 +135,7 @@ fn confirmed_program_stays() {
     state.append(Event::Confirmed, &mut chip).expect("room");
     for _ in 0..10 {
         chip.operations = 0;
-        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-        assert!(chip.holds(Slot::Running, &new));
+        chip.runs(&new);
         assert_eq!(chip.operations, 0);
     }
 }
@@ -153,8 +148,7 @@ fn decayed_program_is_replaced_by_the_previous() {
     let mut chip = Chip::blank()
         .with(Slot::Running, &damaged)
         .with(Slot::Previous, &old);
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &old));
+    chip.runs(&old);
     assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
     let mut alone = Chip::blank().with(Slot::Running, &damaged);
     assert_eq!(
@@ -175,15 +169,13 @@ fn program_whose_kind_has_decayed_is_replaced() {
             .with(Slot::Running, program)
             .with(Slot::Previous, &old);
         chip.decay_kind(Slot::Running);
-        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-        assert!(chip.holds(Slot::Running, &old));
+        chip.runs(&old);
         assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
         // Nor is it taken for one that a probe has written in place of one on trial.
         let mut chip = received(&old, None, &new);
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
         chip.decay_kind(Slot::Running);
-        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-        assert!(chip.holds(Slot::Running, &old));
+        chip.runs(&old);
     }
 }
 
@@ -192,16 +184,14 @@ fn image_that_decays_before_its_install_is_refused() {
     let (old, mut new) = (image(2, 2), image(3, 3));
     new[650] ^= 4;
     let mut chip = received(&old, None, &new);
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &old));
+    chip.runs(&old);
     assert_eq!(chip.erases.get(), 0);
     assert_eq!(State::read(&chip).refusal, Some(Refusal::WrongHash));
     // The hash of the header is changed with the program, but not the signature.
     let program = crate::flash::program(9, 400);
     let forged = crate::flash::sign(crate::flash::header(&program, 9), &program, &[1; 32]);
     let mut chip = received(&old, None, &forged);
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &old));
+    chip.runs(&old);
     assert_eq!(State::read(&chip).refusal, Some(Refusal::WrongSignature));
 }
 
@@ -230,11 +220,9 @@ fn full_journal_keeps_its_state_over_a_cut() {
             assert!(expected.contains(&progress), "{at} {cut:?}: {progress:?}");
         }
     }
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &old));
+    chip.runs(&old);
     assert_eq!(State::read(&chip).progress, Progress::Settled);
-    let mut state = State::read(&chip);
-    state.append(Event::Install, &mut chip).expect("room again");
+    chip.log(Event::Install);
 }
 
 #[test]
@@ -255,8 +243,7 @@ fn copy_that_was_interrupted_is_no_program() {
 fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
     let new = image(3, 3);
     let mut chip = Chip::blank().with(Slot::New, &new);
-    let mut state = State::read(&chip);
-    state.append(Event::Install, &mut chip).expect("room");
+    chip.log(Event::Install);
     for _ in 0..MOST_STARTS {
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     }
@@ -270,10 +257,8 @@ fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
     assert_eq!(chip.operations, 0, "the journal does not grow");
     // Another program is installed as on a new board.
     let mut chip = chip.with(Slot::New, &image(4, 4));
-    let mut state = State::read(&chip);
-    state.append(Event::Install, &mut chip).expect("room");
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &image(4, 4)));
+    chip.log(Event::Install);
+    chip.runs(&image(4, 4));
     // It fails, too: the first one, which has never worked, does not come back.
     for _ in 1..MOST_STARTS {
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
@@ -294,8 +279,7 @@ fn program_of_a_probe_replaces_one_on_trial() {
         }
         let mut chip = chip.with(Slot::Running, &probed(4));
         for _ in 0..5 {
-            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-            assert!(chip.holds(Slot::Running, &probed(4)));
+            chip.runs(&probed(4));
         }
         assert_eq!(State::read(&chip).progress, Progress::Settled);
     }
@@ -308,14 +292,12 @@ fn program_whose_return_failed_is_not_kept_as_the_previous_one() {
     for _ in 0..MOST_STARTS {
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     }
-    let mut state = State::read(&chip);
-    let restore = Event::Restore(Refusal::NotConfirmed);
-    state.append(restore, &mut chip).expect("room");
+    chip.log(Event::Restore(Refusal::NotConfirmed));
     // The flash does not take the copy, and a master sends another image.
     let mut chip = chip.with(Slot::New, &new);
-    state.append(Event::Install, &mut chip).expect("room");
-    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
-    assert!(chip.holds(Slot::Running, &new) && chip.holds(Slot::Previous, &old));
+    chip.log(Event::Install);
+    chip.runs(&new);
+    assert!(chip.holds(Slot::Previous, &old));
 }
 
 /// Chip whose flash reports an error in each operation of the install of `new` in turn, without a power cut.
@@ -339,8 +321,7 @@ fn program_of_a_failed_start_is_not_kept_as_the_previous_one() {
     for (at, mut chip) in failed(&old, &untried) {
         bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
         let mut chip = chip.with(Slot::New, &new);
-        let mut state = State::read(&chip);
-        state.append(Event::Install, &mut chip).expect("room");
+        chip.log(Event::Install);
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{at}");
         assert!(chip.holds(Slot::Running, &new), "{at}");
         assert!(chip.holds(Slot::Previous, &old), "{at}");
@@ -383,8 +364,7 @@ fn own_image_after_a_failed_start_keeps_the_confirmed_program() {
     chip.power_up();
     bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
     let mut chip = chip.with(Slot::New, &old);
-    let mut state = State::read(&chip);
-    state.append(Event::Install, &mut chip).expect("room");
+    chip.log(Event::Install);
     assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     assert_eq!(State::read(&chip).progress, Progress::Settled);
 }
@@ -394,8 +374,7 @@ fn cut_on_trial(step: u32) {
     let mut chip = received(&old, None, &trial);
     assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     let mut chip = chip.with(Slot::New, &new);
-    let mut state = State::read(&chip);
-    state.append(Event::Install, &mut chip).expect("room");
+    chip.log(Event::Install);
     let mut refused = chip.clone();
     chip.operations = 0;
     cut_every(step, &chip, [&old, &new], 1);
