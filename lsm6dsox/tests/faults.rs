@@ -238,20 +238,6 @@ fn slow_data_line_is_one_bit_late_until_the_clock_is_halved() {
     }
 }
 
-/// Asserts that a part in I3C mode, whose line at rest reads `open_line`, gives samples after an init.
-fn assert_init_ends_i3c(enter: impl Fn(&SharedPart)) {
-    for open_line in [0x00, 0xFF] {
-        let part = part(PartOptions { open_line, ..QUIET });
-        let mut sensor = sensor(&part, PRESET);
-        enter(&part);
-        let read = open_line;
-        assert_eq!(sensor.check_identity(), Err(Error::Identity { read }));
-        sensor.init(&mut part.delay()).unwrap();
-        part.advance_by(MILLISECOND);
-        assert!(sensor.sample().unwrap().is_fresh());
-    }
-}
-
 /// Waits for the middle of a pulse on INT1.
 fn wait_for_pulse(part: &SharedPart) {
     part.advance_to(part.next_rising_edge_ns(Pin::Int1).unwrap() + 20_000);
@@ -259,26 +245,37 @@ fn wait_for_pulse(part: &SharedPart) {
 }
 
 #[test]
-fn init_ends_i3c_mode_from_power_up() {
-    assert_init_ends_i3c(|part| part.inject(PartFault::Int1High));
-}
-
-#[test]
-fn init_ends_i3c_mode_from_a_host_reset_in_mid_pulse() {
-    assert_init_ends_i3c(|part| {
-        wait_for_pulse(part);
-        part.with(Part::host_reset);
-    });
-}
-
-#[test]
-fn init_ends_i3c_mode_from_a_reset_in_mid_pulse() {
-    assert_init_ends_i3c(|part| {
-        wait_for_pulse(part);
-        let reset = [register::CTRL3_C.address, 0x05];
-        part.spi().write(&reset).unwrap();
+fn init_ends_i3c_mode_from_power_up_or_a_reset_in_mid_pulse() {
+    let enters: [fn(&SharedPart); 3] = [
+        |part| part.inject(PartFault::Int1High),
+        |part| {
+            wait_for_pulse(part);
+            part.with(Part::host_reset);
+        },
+        |part| {
+            wait_for_pulse(part);
+            let reset = [register::CTRL3_C.address, 0x05];
+            part.spi().write(&reset).unwrap();
+            part.advance_by(MILLISECOND);
+        },
+    ];
+    // The line at rest reads either.
+    for (enter, read) in enters
+        .iter()
+        .flat_map(|enter| [(enter, 0x00), (enter, 0xFF)])
+    {
+        let options = PartOptions {
+            open_line: read,
+            ..QUIET
+        };
+        let part = part(options);
+        let mut sensor = sensor(&part, PRESET);
+        enter(&part);
+        assert_eq!(sensor.check_identity(), Err(Error::Identity { read }));
+        sensor.init(&mut part.delay()).unwrap();
         part.advance_by(MILLISECOND);
-    });
+        assert!(sensor.sample().unwrap().is_fresh());
+    }
 }
 
 #[test]

@@ -122,17 +122,6 @@ fn some_milliseconds_lack_a_new_sample_at_833_hz() {
     assert!((150..=180).contains(&stale), "{stale}");
 }
 
-#[test]
-fn a_second_reading_of_the_same_sample_is_stale() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    assert!(sensor.sample().unwrap().is_fresh());
-    let again = sensor.sample().unwrap();
-    assert!(!again.status.accel_fresh() && !again.status.gyro_fresh());
-    part.advance_by(151_000);
-    assert!(sensor.sample().unwrap().is_fresh());
-}
-
 /// Standard deviations of specific force in mg and of angular rate in °/s.
 fn scatter(config: Config, seed: u64) -> ([f64; 3], [f64; 3]) {
     let part = part(PartOptions {

@@ -6,7 +6,7 @@ use wire::dictionary::index;
 use wire::node::Command;
 use wire::{AbortCode, Address, BootCause, CanFrame, DataType, Fault, Node, Settings, Value};
 
-use crate::master::{ID, node, read, refused, tick, write};
+use crate::master::{ID, accepted, node, read, refused, tick};
 
 #[test]
 fn a_held_back_fault_is_active_and_reported_on_release() {
@@ -83,7 +83,7 @@ fn faults_are_reported_once_remembered_and_cleared() {
         refused(&mut node, forget, Value::U8(1)),
         AbortCode::InvalidValue
     );
-    assert_eq!(write(&mut node, forget, Value::U8(0)).0, Ok(()));
+    accepted(&mut node, forget, Value::U8(0));
     assert_eq!(history(&mut node)[0], Ok(PeerValue::Unsigned8(0)));
 }
 

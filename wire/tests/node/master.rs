@@ -100,6 +100,12 @@ pub fn write(node: &mut Node, address: Address, value: Value) -> (Result<(), u32
     (result, events)
 }
 
+/// Writes a value that the node accepts.
+#[track_caller]
+pub fn accepted(node: &mut Node, address: Address, value: Value) {
+    assert_eq!(write(node, address, value).0, Ok(()));
+}
+
 pub fn refused(node: &mut Node, address: Address, value: Value) -> AbortCode {
     let (result, events) = write(node, address, value);
     assert_eq!(events, [], "a refused write causes an event");

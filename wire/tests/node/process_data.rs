@@ -11,7 +11,7 @@ use wire::node::Command;
 use wire::pdo::{Contact, Health, Load, PDOS};
 use wire::{AbortCode, Address, Event, Fault, Node, Outcome, Pdo, Value};
 
-use crate::master::{ID, emergencies, node, peer_address, read, refused, send, tick, write};
+use crate::master::{ID, accepted, emergencies, node, peer_address, read, refused, send, tick};
 
 #[test]
 fn pdos_match_the_mappings_of_the_dictionary() {
@@ -110,18 +110,9 @@ fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
     let mut node = node();
     let contact = index::TPDO;
     let off = 0xC000_0180 + u32::from(ID);
-    assert_eq!(
-        write(&mut node, Address::new(contact, 1), Value::U32(off)).0,
-        Ok(())
-    );
-    assert_eq!(
-        write(&mut node, Address::new(contact + 1, 5), Value::U16(3)).0,
-        Ok(())
-    );
-    assert_eq!(
-        write(&mut node, Address::new(contact + 6, 2), Value::U8(2)).0,
-        Ok(())
-    );
+    accepted(&mut node, Address::new(contact, 1), Value::U32(off));
+    accepted(&mut node, Address::new(contact + 1, 5), Value::U16(3));
+    accepted(&mut node, Address::new(contact + 6, 2), Value::U8(2));
     for (sub, value, code) in [
         (2, Value::U8(0), AbortCode::InvalidValue),
         (2, Value::U8(241), AbortCode::InvalidValue),
@@ -178,7 +169,7 @@ fn a_load_is_valid_for_the_event_timer() {
     assert_eq!(node.load(), None, "no load has come yet");
     assert!(is_nan(&mut node));
     let source = Address::new(index::LOAD_INPUT, 1);
-    assert_eq!(write(&mut node, source, Value::U8(2)).0, Ok(()));
+    accepted(&mut node, source, Value::U8(2));
     node.command(Command::StartRemoteNode);
     assert_eq!(
         emergencies(&mut node, 200),
@@ -201,8 +192,8 @@ fn a_load_is_valid_for_the_event_timer() {
     assert_eq!(node.load(), Some(Load(6.0)));
     // Over SDO as well; a load that is not taken from CAN raises no fault when it is missing.
     node.command(Command::EnterPreOperational);
-    assert_eq!(write(&mut node, source, Value::U8(1)).0, Ok(()));
-    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    accepted(&mut node, source, Value::U8(1));
+    accepted(&mut node, object, Value::F32(7.0));
     assert_eq!(node.load(), Some(Load(7.0)));
     node.command(Command::StartRemoteNode);
     assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0]);
@@ -221,9 +212,9 @@ fn no_load_is_valid_for_longer_than_a_second() {
     ] {
         assert_eq!(refused(&mut node, timer, Value::U16(limit)), code);
     }
-    assert_eq!(write(&mut node, timer, Value::U16(1_000)).0, Ok(()));
+    accepted(&mut node, timer, Value::U16(1_000));
     let object = Address::new(index::LOAD, 0);
-    assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
+    accepted(&mut node, object, Value::F32(7.0));
     emergencies(&mut node, 1_000);
     assert_eq!(node.load(), Some(Load(7.0)));
     emergencies(&mut node, 1);

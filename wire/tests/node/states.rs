@@ -7,7 +7,7 @@ use wire::dictionary::{self, index};
 use wire::node::{Command, State};
 use wire::{Address, BootCause, CanFrame, Event, Node, Outcome, Pdo, Settings, Value};
 
-use crate::master::{ID, NOW, node, send, tick, write};
+use crate::master::{ID, NOW, accepted, node, send, tick};
 
 #[test]
 fn with_autostart_the_node_boots_and_streams() {
@@ -44,7 +44,7 @@ fn a_master_resets_configures_and_starts_the_node() {
     assert!(node.boot(BootCause::Commanded).is_some());
     assert_eq!(node.state(), State::PreOperational);
     let heartbeat = Address::new(index::HEARTBEAT, 0);
-    assert_eq!(write(&mut node, heartbeat, Value::U16(100)).0, Ok(()));
+    accepted(&mut node, heartbeat, Value::U16(100));
     assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     let started = send(&mut node, 0, &[1, ID]);
     assert_eq!(started.event, Some(Event::State(State::Operational)));
@@ -55,7 +55,7 @@ fn a_master_resets_configures_and_starts_the_node() {
 fn the_heartbeat_reports_the_state_at_its_period() {
     let mut node = node();
     let period = Address::new(index::HEARTBEAT, 0);
-    assert_eq!(write(&mut node, period, Value::U16(50)).0, Ok(()));
+    accepted(&mut node, period, Value::U16(50));
     for (command, state) in [
         (Command::EnterPreOperational, 0x7F),
         (Command::StartRemoteNode, 0x05),
@@ -101,7 +101,7 @@ fn sdo_is_not_served_when_stopped() {
 fn each_foot_boots_with_its_own_id() {
     let mut node = node();
     let foot = Address::new(index::FOOT, 0);
-    assert_eq!(write(&mut node, foot, Value::U8(2)).0, Ok(()));
+    accepted(&mut node, foot, Value::U8(2));
     let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
     assert_eq!(boot.id(), 0x712);
 }
