@@ -77,14 +77,3 @@ fn every_digest_is_of_a_block_that_is_compared() {
         assert!(lines.all(|line| compared.contains(&line)), "{name}");
     }
 }
-
-#[test]
-fn a_line_names_programs_and_their_digests() {
-    let line = "Run on `foot` 1a2b3c4d5e6f7a8b, `bootloader-reference` 0011223344556677.";
-    let expected = [
-        ("foot", "1a2b3c4d5e6f7a8b"),
-        ("bootloader-reference", "0011223344556677"),
-    ];
-    assert_eq!(named(line).as_deref(), Some(&expected[..]));
-    assert_eq!(named("| fast | 77 | 0 |"), None);
-}
