@@ -151,10 +151,7 @@ fn quaternion_of_tilted_sensor_round_trips_exactly() {
     assert_eq!(axes.split(',').count(), 4, "{report}");
     assert!(report.contains("it is, within 0°\n"), "{report}");
     let written = read(&bench.path("robot.toml"));
-    assert!(
-        written.contains(&format!("axes = \"{axes}\"\n")),
-        "{written}"
-    );
+    assert_has(&written, &format!("axes = \"{axes}\"\n"));
     fs::write(bench.path("axes.toml"), format!("axes = \"{axes}\"\n")).expect("a file");
     assert_eq!(
         estimates(&bench, &format!("side.csv --axes {axes}")),

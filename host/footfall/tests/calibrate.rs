@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::common::feet::{csv, lying};
-use crate::common::{AXES, Bench, cases, read};
+use crate::common::{AXES, Bench, assert_has, cases, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use gait::GaitName;
 use recordings::config::Overrides;
@@ -62,9 +62,9 @@ fn recordings_are_learnt_in_sequence() {
     let bench = Bench::with("one.csv", csv(GaitName::Walk, 2.6));
     fs::write(bench.path("two.csv"), csv(GaitName::Walk, 9.0)).expect("a file");
     let error = bench.error("calibrate one.csv");
-    assert!(
-        error.contains("s of swing were seen; 0.5 s of each is needed: record more steps"),
-        "{error}"
+    assert_has(
+        &error,
+        "s of swing were seen; 0.5 s of each is needed: record more steps",
     );
     bench.stdout("calibrate one.csv two.csv --output both.toml");
     bench.stdout("calibrate two.csv --output two.toml");

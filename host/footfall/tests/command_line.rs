@@ -5,7 +5,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, cases, read, standing, text, unmet, wait_until};
+use crate::common::{AXES, Bench, assert_has, cases, read, standing, text, unmet, wait_until};
 
 const SHELLS: [&str; 5] = ["bash", "zsh", "fish", "powershell", "elvish"];
 
@@ -279,10 +279,8 @@ fn wrong_option_error_suggests_what_to_write() {
         let output = bench.run(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments}");
         let said = text(&output.stderr);
-        assert!(
-            said.contains("similar") && said.contains(expected),
-            "{said}"
-        );
+        assert_has(&said, "similar");
+        assert_has(&said, expected);
     }
     for (option, hint) in cases(
         r#"
