@@ -75,8 +75,36 @@ fn sines(t: f64, frequencies: &[f64], amplitude: f64) -> [f64; 3] {
     terms.fold([0.0; 3], |sum, term| [0, 1, 2].map(|i| sum[i] + term[i]))
 }
 
+/// Frequencies of a sum of sines, Hz, and its amplitude.
+type Sum = (&'static [f64], f64);
+
+/// Motions along x, y and z, m/s², and about y, rad.
+const SWAYING: [(&str, [Sum; 3], Sum); 5] = [
+    ("carried", CARRYING, (&[0.3, 0.7, 1.1], 0.12)),
+    ("mattress", MATTRESS, (&[2.1, 3.3], 0.03)),
+    ("van", VAN, (&[0.9, 1.7], 0.01)),
+    ("platform at 1 Hz", [(&[1.0], 1.0), NONE, NONE], NONE),
+    ("turning slowly", [NONE; 3], (&[0.5], 0.3 / (TAU * 0.5))),
+];
+const CARRYING: [Sum; 3] = [
+    (&[0.9, 1.7, 2.3], 0.8),
+    (&[0.8, 1.3, 2.9], 0.6),
+    (&[1.1, 1.9, 2.7], 1.0),
+];
+const MATTRESS: [Sum; 3] = [
+    (&[2.0, 3.1, 4.7], 0.5),
+    (&[2.3, 3.7], 0.4),
+    (&[2.5, 3.5, 5.1], 1.2),
+];
+const VAN: [Sum; 3] = [
+    (&[0.11, 0.23, 0.51], 1.0),
+    (&[0.13, 0.31], 0.7),
+    (&[1.3, 12.1, 17.3, 24.7], 0.4),
+];
+const NONE: Sum = (&[1.0], 0.0);
+
 /// A motion along x, y and z and about y, each a sum of sines.
-fn swaying(t: f64, [x, y, z]: [(&[f64], f64); 3], (turns, amplitude): (&[f64], f64)) -> Motion {
+fn swaying(t: f64, [x, y, z]: [Sum; 3], (turns, amplitude): Sum) -> Motion {
     let [x, y, z] = [x, y, z].map(|(frequencies, amplitude)| sines(t, frequencies, amplitude));
     let [angle, rate, _] = sines(t, turns, amplitude);
     Motion {
@@ -138,75 +166,12 @@ fn motions() -> Vec<Named> {
         let shakes = move |t| shaker(t, frequency, amplitude);
         motions.push((format!("shaker at {frequency} Hz"), Box::new(shakes)));
     }
-    motions.extend::<[Named; 6]>([
-        // At most 0.24 m/s.
-        (
-            "driven rod".to_owned(),
-            Box::new(|t| rod(t, 0.509, 8.6_f64.to_radians(), TAU * 0.5)),
-        ),
-        (
-            "carried".to_owned(),
-            Box::new(|t| {
-                swaying(
-                    t,
-                    [
-                        (&[0.9, 1.7, 2.3], 0.8),
-                        (&[0.8, 1.3, 2.9], 0.6),
-                        (&[1.1, 1.9, 2.7], 1.0),
-                    ],
-                    (&[0.3, 0.7, 1.1], 0.12),
-                )
-            }),
-        ),
-        (
-            "mattress".to_owned(),
-            Box::new(|t| {
-                swaying(
-                    t,
-                    [
-                        (&[2.0, 3.1, 4.7], 0.5),
-                        (&[2.3, 3.7], 0.4),
-                        (&[2.5, 3.5, 5.1], 1.2),
-                    ],
-                    (&[2.1, 3.3], 0.03),
-                )
-            }),
-        ),
-        (
-            "van".to_owned(),
-            Box::new(|t| {
-                swaying(
-                    t,
-                    [
-                        (&[0.11, 0.23, 0.51], 1.0),
-                        (&[0.13, 0.31], 0.7),
-                        (&[1.3, 12.1, 17.3, 24.7], 0.4),
-                    ],
-                    (&[0.9, 1.7], 0.01),
-                )
-            }),
-        ),
-        (
-            "platform at 1 Hz".to_owned(),
-            Box::new(|t| {
-                swaying(
-                    t,
-                    [(&[1.0], 1.0), (&[1.0], 0.0), (&[1.0], 0.0)],
-                    (&[1.0], 0.0),
-                )
-            }),
-        ),
-        (
-            "turning slowly".to_owned(),
-            Box::new(|t| {
-                swaying(
-                    t,
-                    [(&[1.0], 0.0), (&[1.0], 0.0), (&[1.0], 0.0)],
-                    (&[0.5], 0.3 / (TAU * 0.5)),
-                )
-            }),
-        ),
-    ]);
+    // At most 0.24 m/s.
+    let driven = |t| rod(t, 0.509, 8.6_f64.to_radians(), TAU * 0.5);
+    motions.push(("driven rod".to_owned(), Box::new(driven)));
+    motions.extend(SWAYING.map(|(name, along, about)| -> Named {
+        (name.to_owned(), Box::new(move |t| swaying(t, along, about)))
+    }));
     motions
 }
 

@@ -192,10 +192,8 @@ fn a_walk_after_gentle_carrying_is_estimated_correctly() {
             let rate = 0.2 * strength * turns * (turns * t).cos();
             (force, Vec3::new(rate, 0.0, 0.0))
         });
-        wrong.extend(walk_after_motion(
-            &format!("carried, strength {strength}"),
-            carried,
-        ));
+        let name = format!("carried, strength {strength}");
+        wrong.extend(walk_after_motion(&name, carried));
     }
     assert_nothing_wrong(&wrong);
 }
@@ -215,15 +213,9 @@ fn a_walk_after_ten_minutes_of_standing_is_right() {
 #[test]
 fn a_walk_after_hanging_and_vibrating_is_right() {
     let mut wrong = Vec::new();
-    for (hertz, amplitude) in [
-        (12.0_f32, 0.3_f32),
-        (12.0, 2.0),
-        (30.0, 1.0),
-        (30.0, 5.0),
-        (80.0, 2.0),
-        (80.0, 10.0),
-        (200.0, 4.0),
-    ] {
+    let hertz = [12.0_f32, 12.0, 30.0, 30.0, 80.0, 80.0, 200.0];
+    let amplitudes = [0.3_f32, 2.0, 1.0, 5.0, 2.0, 10.0, 4.0];
+    for (hertz, amplitude) in hertz.into_iter().zip(amplitudes) {
         let hangs = motion(120.0, 5, |t| {
             let swing = (TAU * hertz * t).sin();
             let force = Vec3::new(amplitude * swing, 0.4 * amplitude * swing, 0.0);
@@ -231,10 +223,8 @@ fn a_walk_after_hanging_and_vibrating_is_right() {
             let rate = 10.0 * amplitude / (TAU * hertz) * (TAU * hertz * t).cos();
             (UP + force, Vec3::new(0.0, rate, 0.0))
         });
-        wrong.extend(walk_after_motion(
-            &format!("{hertz} Hz, {amplitude} m/s²"),
-            hangs,
-        ));
+        let name = format!("{hertz} Hz, {amplitude} m/s²");
+        wrong.extend(walk_after_motion(&name, hangs));
     }
     assert_nothing_wrong(&wrong);
 }
@@ -316,13 +306,8 @@ fn garbage(samples: usize) -> impl Iterator<Item = ImuSample> {
 fn a_walk_after_garbage_and_saturation_is_right() {
     let walk = walk();
     let recording = after_samples(garbage(120_000), &walk.recording);
-    assert_nothing_wrong(&walk_after(
-        "garbage",
-        &recording,
-        &walk,
-        &Params::DEFAULT,
-        STEPS,
-    ));
+    let preset = Params::DEFAULT;
+    assert_nothing_wrong(&walk_after("garbage", &recording, &walk, &preset, STEPS));
     let saturated = ImuSample {
         specific_force: SpecificForce(Vec3::new(0.0, 0.0, 156.0)),
         validity: Validity::Saturated(Saturation::Accelerometer),
@@ -330,13 +315,7 @@ fn a_walk_after_garbage_and_saturation_is_right() {
     };
     let before = std::iter::repeat_n(saturated, 120_000);
     let recording = after_samples(before, &walk.recording);
-    assert_nothing_wrong(&walk_after(
-        "saturation",
-        &recording,
-        &walk,
-        &Params::DEFAULT,
-        STEPS,
-    ));
+    assert_nothing_wrong(&walk_after("saturation", &recording, &walk, &preset, STEPS));
 }
 
 #[test]
