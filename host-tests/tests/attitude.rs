@@ -68,26 +68,6 @@ fn no_gait_tilts_the_estimate_far() {
     }
 }
 
-#[test]
-fn quiet_stance_brings_the_tilt_below_one_degree() {
-    let plan = Plan::steady(GaitName::Walk, Ground::Hard, 60.0, 5);
-    let simulation = simulate(&plan, &CALIBRATED, 5);
-    let mut quiet_since = None;
-    let mut checked = 0;
-    for ((t, error), truth) in tilt_errors(&plan, 5).into_iter().zip(&simulation.truth) {
-        if truth.is_at_rest_under_load() {
-            let since = *quiet_since.get_or_insert(t);
-            if t - since > 0.3 {
-                assert!(error < 1.0, "{error}° at {t} s");
-                checked += 1;
-            }
-        } else {
-            quiet_since = None;
-        }
-    }
-    assert!(checked > 5_000, "{checked} samples were quiet");
-}
-
 /// The foot's motion as measured by an ideal sensor without noise at `rate` Hz, and the filter's orientation every
 /// 20 ms.
 fn orientations_at(motion: &Track, rate: f32, seconds: f64) -> Vec<Quaternion> {
@@ -222,6 +202,7 @@ impl Xorshift {
 }
 
 /// Errors of the filter while the foot stands, from two seconds after the start on.
+#[derive(Debug)]
 struct InStance {
     /// RMS of the inclination error, degrees.
     tilt: f64,
@@ -268,52 +249,27 @@ fn a_poor_sensor_or_lost_samples_keep_stance_errors_bounded() {
     use Degradation::{AccelerometerBias, GyroscopeBias, Jitter, Lost, None};
     // Limits: tilt in degrees, for the walk and the trot; residual of gravity in m/s².
     let cases = [
-        ("nothing", None, 0.15, 0.06),
-        (
-            "gyroscope bias of 2 °/s on all axes",
-            GyroscopeBias(2.0),
-            0.15,
-            0.06,
-        ),
-        (
-            "gyroscope bias of 5 °/s on all axes",
-            GyroscopeBias(5.0),
-            0.25,
-            0.08,
-        ),
-        (
-            "accelerometer bias of 0.3 m/s² on all axes",
-            AccelerometerBias(0.3),
-            2.7,
-            0.33,
-        ),
-        (
-            "5 % of the samples lost, one at a time",
-            Lost(1),
-            0.15,
-            0.06,
-        ),
-        ("5 % lost, 10 at a time", Lost(10), 0.3, 0.08),
-        ("5 % lost, 20 at a time", Lost(20), 1.0, 0.2),
-        (
-            "timestamps wrong by up to half a period",
-            Jitter(0.5),
-            0.2,
-            0.06,
-        ),
-        ("timestamps wrong by up to a period", Jitter(1.0), 0.3, 0.08),
+        (None, 0.15, 0.06),
+        (GyroscopeBias(2.0), 0.15, 0.06),
+        (GyroscopeBias(5.0), 0.25, 0.08),
+        (AccelerometerBias(0.3), 2.7, 0.33),
+        (Lost(1), 0.15, 0.06),
+        (Lost(10), 0.3, 0.08),
+        (Lost(20), 1.0, 0.2),
+        (Jitter(0.5), 0.2, 0.06),
+        (Jitter(1.0), 0.3, 0.08),
     ];
     let [walk, trot, run] = [GaitName::Walk, GaitName::Trot, GaitName::Run]
         .map(|gait| simulate(&Plan::steady(gait, Ground::Hard, 30.0, 1), &CALIBRATED, 1));
-    for (name, degradation, tilt, acceleration) in cases {
+    for (degradation, tilt, acceleration) in cases {
         let [walk, trot, run] = [&walk, &trot, &run].map(|walk| in_stance(walk, degradation));
         for stances in [&walk, &trot] {
-            assert!(stances.tilt < tilt, "{name}: {}°", stances.tilt);
-            let left = stances.acceleration;
-            assert!(left < acceleration, "{name}: {left} m/s²");
-            assert!(stances.rate < 0.01, "{name}: {} rad/s", stances.rate);
-            assert!(stances.always_aligned, "{name}");
+            let context = format!("{degradation:?}: {stances:?}");
+            assert!(stances.tilt < tilt, "{context}");
+            assert!(stances.acceleration < acceleration, "{context}");
+            assert!(stances.rate < 0.01, "{context}");
+            assert!(stances.always_aligned, "{context}");
         }
-        assert!(run.always_aligned, "{name}");
+        assert!(run.always_aligned, "{degradation:?}");
     }
 }

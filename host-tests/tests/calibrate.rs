@@ -191,36 +191,13 @@ fn rests_may_be_spread_over_recordings_and_repeat() {
 }
 
 #[test]
-fn insufficient_rests_are_rejected() {
-    let sides = six_sides();
-    let refused = |sides: &[Vector]| {
-        SensorCalibration::of([&lying(sides, BIAS, SCALE, GYRO_BIAS)]).expect_err("refused")
-    };
-    assert_eq!(
-        refused(&sides[..4]),
-        RestsError::TooFew {
-            rests: 4,
-            orientations: 4
-        }
-    );
-    // All sides are approximately upright.
+fn rests_that_are_all_approximately_upright_are_rejected() {
     let upright: Vec<Vector> = (0..8)
         .map(|k| {
             let (sine, cosine) = (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
             Vector::new(0.4 * cosine, 0.4 * sine, 1.0)
         })
         .collect();
-    assert!(matches!(
-        refused(&upright),
-        RestsError::Span { axis: "az", .. }
-    ));
-    // The unit is g instead of m/s².
-    let mut in_g = lying(&sides, BIAS, SCALE, GYRO_BIAS);
-    for sample in &mut in_g.samples {
-        sample.imu.specific_force.0 = sample.imu.specific_force.0 * (1.0 / GRAVITY as f32);
-    }
-    assert!(matches!(
-        SensorCalibration::of([&in_g]),
-        Err(RestsError::NotGravity { .. })
-    ));
+    let refused = SensorCalibration::of([&lying(&upright, BIAS, SCALE, GYRO_BIAS)]);
+    assert!(matches!(refused, Err(RestsError::Span { axis: "az", .. })));
 }
