@@ -1,0 +1,62 @@
+/* Reads samples, one a line: µs, m/s² three times, rad/s three times, N, validity. Prints the bits of each estimate. */
+#include <stdio.h>
+#include <string.h>
+
+#include "footfall_estimator.h"
+
+static footfall_memory memory;
+
+static uint32_t bits(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+/* Prints the bits of numbers. */
+static void print(const float *values, int count) {
+    for (int i = 0; i < count; i++) printf(" %08lx", (unsigned long)bits(values[i]));
+}
+
+static int failed(footfall_error error) {
+    if (error != FOOTFALL_OK) printf("error: %s\n", footfall_error_text(error));
+    return error != FOOTFALL_OK;
+}
+
+int main(void) {
+    char line[256];
+    footfall_params params;
+    footfall_estimator *estimator;
+    footfall_learnt learnt;
+    if (failed(footfall_default_params(&params))) return 1;
+    if (fgets(line, sizeof line, stdin) == NULL || sscanf(line, "%f", &params.sample_rate_hz) != 1) return 1;
+    if (failed(footfall_estimator_init(&memory, sizeof memory, &params, &estimator))) return 1;
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        footfall_sample sample;
+        footfall_estimate e;
+        unsigned long timestamp_us;
+        unsigned validity;
+        float load, *f = sample.specific_force_m_s2, *w = sample.angular_rate_rad_s;
+        if (sscanf(line, "%lu %f %f %f %f %f %f %f %u", &timestamp_us, &f[0], &f[1], &f[2], &w[0], &w[1], &w[2],
+                   &load, &validity) != 9)
+            return 1;
+        sample.timestamp_us = timestamp_us;
+        sample.validity = (uint8_t)validity;
+        if (failed(footfall_estimator_update(estimator, &sample, &load, &e))) return 1;
+        printf("%lu", (unsigned long)e.timestamp_us);
+        print(&e.stable, 1);
+        print(&e.tangential, 1);
+        print(&e.vertical, 1);
+        print(e.axes, 6);
+        print(e.orientation, 4);
+        print(e.linear_acceleration_m_s2, 3);
+        print(e.angular_rate_rad_s, 3);
+        print(e.gyro_bias_rad_s, 3);
+        print(&e.velocity_sigma_m_s, 1);
+        printf(" %u %u %u\n", e.decision, e.phase, e.flags);
+    }
+    if (failed(footfall_estimator_learnt(estimator, &learnt))) return 1;
+    printf("learnt");
+    print(learnt.values, 6);
+    printf("\n");
+    return 0;
+}

@@ -1,0 +1,160 @@
+/* Stable-contact probability of a robot's foot, from the IMU on it. C99 and C++.
+ *
+ * The method is the self-calibrating one, which learns its limits while the foot walks. There is no window, so that an
+ * estimator takes less than 1 KiB; the paper's method with configured half-widths is in the Rust library alone.
+ *
+ * No allocation, no global state, no locks, no input or output: an estimator is used by one thread or interrupt at a
+ * time, several are independent. Additions, multiplications, divisions and square roots in binary32: the same
+ * bits on every machine whose FPU or soft-float library follows IEEE 754 without flush-to-zero.
+ *
+ * NULL and misaligned pointers, too little memory and numbers out of range are errors. Other pointers must point to an
+ * object of their type, and objects of one call must not overlap. */
+#ifndef FOOTFALL_ESTIMATOR_H
+#define FOOTFALL_ESTIMATOR_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Results of the functions, of type footfall_error. */
+enum {
+    FOOTFALL_OK = 0,
+    FOOTFALL_ERROR_NULL = 1,            /* a required pointer is NULL */
+    FOOTFALL_ERROR_MISALIGNED = 2,      /* a pointer is not aligned to its type */
+    FOOTFALL_ERROR_TOO_SMALL = 3,       /* less memory than footfall_estimator_size() */
+    FOOTFALL_ERROR_NOT_INITIALISED = 4, /* memory without an estimator */
+    FOOTFALL_ERROR_CHOICE = 5,          /* a field holds none of its constants */
+    FOOTFALL_ERROR_SAMPLE_RATE = 6,     /* out of range, also NaN: here and below */
+    FOOTFALL_ERROR_DECISION = 7,
+    FOOTFALL_ERROR_LOAD = 8,
+    FOOTFALL_ERROR_VELOCITY = 9,
+    FOOTFALL_ERROR_LEARNT = 10
+};
+typedef int32_t footfall_error;
+
+/* Memory of one estimator; any memory of footfall_estimator_size() bytes with footfall_estimator_align() does as well. */
+#define FOOTFALL_ESTIMATOR_SIZE 1024
+typedef union {
+    uint64_t align;
+    unsigned char bytes[FOOTFALL_ESTIMATOR_SIZE];
+} footfall_memory;
+
+/* An estimator in the caller's memory. */
+typedef struct footfall_estimator footfall_estimator;
+
+/* State learnt from a foot, to be stored as it is. */
+typedef struct {
+    float values[6];
+} footfall_learnt;
+
+enum { FOOTFALL_GRAVITY_INCLUDED = 0, FOOTFALL_GRAVITY_REMOVED = 1 };
+enum { FOOTFALL_LEARNING_ON = 0, FOOTFALL_LEARNING_FROZEN = 1 };
+
+/* Parameters; footfall_default_params() fills in values for any robot and a sample rate of 1 kHz. */
+typedef struct {
+    float sample_rate_hz;       /* 20 to 10000 */
+    float decision_threshold;   /* probability above which contact is stable, 0.01 to 0.99 */
+    float decision_on_delay_s;  /* time above it until the decision is "stable", at most 10 */
+    float decision_off_delay_s; /* time below it until the decision is "not stable", at most 0.2 */
+    float load_on;              /* loaded from this load on, N or any unit */
+    float load_off;             /* unloaded below this load, at most load_on */
+    float velocity_speed_m_s;   /* standard deviation of the velocity at a probability of 0.5; 0.001 to 10 */
+    float velocity_lever_m;     /* from the IMU to the point about which a standing foot turns; 0 to 10 */
+    float velocity_floor_m_s;   /* least standard deviation; 0.0001 to 1 */
+    footfall_learnt learnt;     /* of footfall_estimator_learnt(), for a warm start */
+    uint8_t has_learnt;         /* 1: `learnt` is used, 0: it is ignored */
+    uint8_t gravity;            /* FOOTFALL_GRAVITY_... : included as an accelerometer measures it, or removed */
+    uint8_t learning;           /* FOOTFALL_LEARNING_... */
+} footfall_params;
+
+/* Quality of a sample as its source knows it. */
+enum {
+    FOOTFALL_SAMPLE_VALID = 0,
+    FOOTFALL_SAMPLE_ACCELEROMETER_SATURATED = 1,
+    FOOTFALL_SAMPLE_GYROSCOPE_SATURATED = 2,
+    FOOTFALL_SAMPLE_SATURATED = 3,
+    FOOTFALL_SAMPLE_STALE = 4,  /* no new reading: the values repeat an earlier one */
+    FOOTFALL_SAMPLE_INVALID = 5 /* the reading failed */
+};
+
+/* Reading of an IMU: right-handed axes, the same for both sensors. */
+typedef struct {
+    uint64_t timestamp_us;        /* time of acquisition, microseconds from any start, increasing */
+    float specific_force_m_s2[3]; /* x, y, z; at rest 9.81 upwards */
+    float angular_rate_rad_s[3];
+    uint8_t validity; /* FOOTFALL_SAMPLE_... */
+} footfall_sample;
+
+/* Bits of footfall_estimate.flags: reasons to doubt. All but TIME_GAP and SETTLING end the decision "stable". */
+enum {
+    FOOTFALL_FLAG_WINDOW_NOT_FULL = 1, /* only the first samples */
+    FOOTFALL_FLAG_ATTITUDE_NOT_INITIALISED = 2,
+    FOOTFALL_FLAG_SATURATED = 4,
+    FOOTFALL_FLAG_STALE = 8,
+    FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, or not later than the one before */
+    FOOTFALL_FLAG_TIME_GAP = 32,
+    FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot */
+    FOOTFALL_FLAG_UNPROVEN = 128 /* neither rested nor landed since the start: the probability is at most 0.5 */
+};
+
+enum { FOOTFALL_NOT_STABLE = 0, FOOTFALL_STABLE = 1 };
+enum {
+    FOOTFALL_PHASE_UNKNOWN = 0, /* no load passed, or doubt */
+    FOOTFALL_PHASE_STANCE = 1,
+    FOOTFALL_PHASE_SLIP = 2,
+    FOOTFALL_PHASE_SWING = 3,
+    FOOTFALL_PHASE_QUIET_SWING = 4
+};
+
+/* Estimate after a sample, in the axes of the sample. */
+typedef struct {
+    uint64_t timestamp_us;
+    float stable;         /* probability of stable contact, 0 to 1 */
+    float tangential;     /* of no motion along the ground */
+    float vertical;       /* of no motion across it */
+    float axes[6];        /* of no motion along and about each axis: ax, ay, az, wx, wy, wz */
+    float orientation[4]; /* Hamilton quaternion w, x, y, z, foot to world, z up, any heading */
+    float linear_acceleration_m_s2[3]; /* without gravity; 0 if unknown */
+    float angular_rate_rad_s[3];       /* without bias; 0 if unknown */
+    float gyro_bias_rad_s[3];
+    float velocity_sigma_m_s; /* standard deviation of "the foot's velocity is 0" */
+    uint8_t decision;         /* FOOTFALL_STABLE or FOOTFALL_NOT_STABLE, debounced */
+    uint8_t phase;            /* FOOTFALL_PHASE_... */
+    uint8_t flags;            /* FOOTFALL_FLAG_... */
+} footfall_estimate;
+
+/* Version of the library, as "0.1.0". */
+const char *footfall_version(void);
+
+/* English text of an error; never NULL. */
+const char *footfall_error_text(footfall_error error);
+
+/* Bytes and alignment of an estimator's memory. */
+size_t footfall_estimator_size(void);
+size_t footfall_estimator_align(void);
+
+/* Writes the default parameters. */
+footfall_error footfall_default_params(footfall_params *params);
+
+/* Makes an estimator without samples in `memory`, which must outlive it; there is nothing to free. An error sets
+ * `*estimator` to NULL. */
+footfall_error footfall_estimator_init(void *memory, size_t size, const footfall_params *params,
+                                       footfall_estimator **estimator);
+
+/* Processes the next sample. `load` is the load on the foot, or NULL if it is unknown; one that is not finite counts as
+ * unknown. A sample that is not finite is no error: it lowers the probability and sets FOOTFALL_FLAG_INVALID_SAMPLE. An
+ * error leaves the estimator unchanged, and zeros in `*estimate`: not stable. */
+footfall_error footfall_estimator_update(footfall_estimator *estimator, const footfall_sample *sample,
+                                         const float *load, footfall_estimate *estimate);
+
+/* Writes the state learnt so far, for `learnt` of the parameters at the next start. */
+footfall_error footfall_estimator_learnt(const footfall_estimator *estimator, footfall_learnt *learnt);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,164 @@
+//! Functions of the header. Each pointer is checked for NULL and alignment before its use; every bit pattern is a value
+//! of the structs behind them. What remains with the caller: a pointer that is neither NULL nor misaligned points to
+//! as much memory as the header says, and no two calls use one estimator at a time.
+
+use core::ffi::{CStr, c_char, c_void};
+use core::ptr;
+
+use crate::error::{self, Error};
+use crate::estimator::{Estimator, READY};
+use crate::types::{CEstimate, CLearnt, CParams, CSample};
+
+const VERSION: &CStr =
+    match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
+        Ok(version) => version,
+        Err(_) => panic!("evaluated by the compiler"),
+    };
+
+/// Rejects NULL and misaligned pointers.
+fn check<T>(pointer: *const T) -> Result<(), Error> {
+    match pointer {
+        _ if pointer.is_null() => Err(Error::Null),
+        _ if !pointer.is_aligned() => Err(Error::Misaligned),
+        _ => Ok(()),
+    }
+}
+
+/// Rejects memory without an estimator.
+fn check_ready(this: *const Estimator) -> Result<(), Error> {
+    check(this)?;
+    // SAFETY: Neither NULL nor misaligned, so by the header's terms memory of an estimator's size.
+    match unsafe { (&raw const (*this).ready).read() } {
+        READY => Ok(()),
+        _ => Err(Error::NotInitialised),
+    }
+}
+
+/// The number of a result.
+fn number(result: Result<(), Error>) -> i32 {
+    result.map_or_else(|error| error as i32, |()| 0)
+}
+
+/// Version of the library.
+// SAFETY (of the name, here and below): no other library has names that begin with `footfall_`.
+#[unsafe(no_mangle)]
+pub extern "C" fn footfall_version() -> *const c_char {
+    VERSION.as_ptr()
+}
+
+/// Text of an error.
+#[unsafe(no_mangle)]
+pub extern "C" fn footfall_error_text(error: i32) -> *const c_char {
+    error::text(error).as_ptr()
+}
+
+/// Size of an estimator, bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn footfall_estimator_size() -> usize {
+    size_of::<Estimator>()
+}
+
+/// Alignment of an estimator, bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn footfall_estimator_align() -> usize {
+    align_of::<Estimator>()
+}
+
+/// Writes the default parameters.
+///
+/// # Safety
+/// As the header says: `params` is NULL or points to one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn footfall_default_params(params: *mut CParams) -> i32 {
+    number(check(params).map(|()| {
+        // SAFETY: Checked, and by the header's terms writable.
+        unsafe { params.write(CParams::default()) };
+    }))
+}
+
+/// Makes an estimator in the caller's memory.
+///
+/// # Safety
+/// As the header says: `memory` is NULL or has `size` bytes, the other pointers are NULL or point to one of their type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn footfall_estimator_init(
+    memory: *mut c_void,
+    size: usize,
+    params: *const CParams,
+    estimator: *mut *mut Estimator,
+) -> i32 {
+    let this = memory.cast::<Estimator>();
+    let init = || {
+        check(estimator)?;
+        // SAFETY: Checked, and by the header's terms writable.
+        unsafe { estimator.write(ptr::null_mut()) };
+        check(this)?;
+        if size < size_of::<Estimator>() {
+            return Err(Error::TooSmall);
+        }
+        // SAFETY: Aligned, and large enough.
+        unsafe { (&raw mut (*this).ready).write(0) };
+        check(params)?;
+        // SAFETY: Checked, and by the header's terms readable.
+        let new = Estimator::new(unsafe { &*params })?;
+        // SAFETY: Aligned, and large enough; nothing that was there needs to be dropped.
+        unsafe { this.write(new) };
+        // SAFETY: As above.
+        unsafe { estimator.write(this) };
+        Ok(())
+    };
+    number(init())
+}
+
+/// Processes a sample.
+///
+/// # Safety
+/// As the header says: each pointer is NULL or points to one of its type, and they do not overlap.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn footfall_estimator_update(
+    estimator: *mut Estimator,
+    sample: *const CSample,
+    load: *const f32,
+    estimate: *mut CEstimate,
+) -> i32 {
+    let update = || {
+        check(estimate)?;
+        // SAFETY: Checked, and by the header's terms writable. An error leaves "not stable".
+        unsafe { estimate.write(CEstimate::default()) };
+        check_ready(estimator)?;
+        check(sample)?;
+        let load = match load.is_null() {
+            true => None,
+            false => {
+                check(load)?;
+                // SAFETY: Checked, and by the header's terms readable.
+                Some(unsafe { load.read() })
+            }
+        };
+        // SAFETY: Checked, initialised, and by the header's terms not in use elsewhere.
+        let new = unsafe { &mut *estimator }.update(unsafe { &*sample }, load)?;
+        // SAFETY: As above.
+        unsafe { estimate.write(new) };
+        Ok(())
+    };
+    number(update())
+}
+
+/// Writes the state learnt so far.
+///
+/// # Safety
+/// As the header says: each pointer is NULL or points to one of its type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn footfall_estimator_learnt(
+    estimator: *const Estimator,
+    learnt: *mut CLearnt,
+) -> i32 {
+    let get = || {
+        check(learnt)?;
+        check_ready(estimator)?;
+        // SAFETY: Both are checked, the estimator is initialised.
+        unsafe { learnt.write((*estimator).learnt()) };
+        Ok(())
+    };
+    number(get())
+}

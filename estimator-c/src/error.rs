@@ -1,0 +1,76 @@
+//! Errors, as the numbers and texts of the header.
+
+use core::ffi::CStr;
+
+/// Reason for which a call was rejected; 0 stands for success.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(i32)]
+pub enum Error {
+    /// A required pointer is NULL.
+    Null = 1,
+    /// A pointer is not aligned.
+    Misaligned,
+    /// The memory is smaller than the estimator.
+    TooSmall,
+    /// The memory holds no estimator.
+    NotInitialised,
+    /// A field holds a number that is none of its constants.
+    Choice,
+    /// The sample rate is out of range.
+    SampleRate,
+    /// A number of the decision is out of range.
+    Decision,
+    /// A threshold of the load is out of range.
+    Load,
+    /// A number of the zero-velocity measurement is out of range.
+    Velocity,
+    /// A number learnt before is out of range.
+    Learnt,
+}
+
+impl Error {
+    /// All errors, in the order of their numbers, from 1.
+    pub const ALL: [Self; 10] = [
+        Self::Null,
+        Self::Misaligned,
+        Self::TooSmall,
+        Self::NotInitialised,
+        Self::Choice,
+        Self::SampleRate,
+        Self::Decision,
+        Self::Load,
+        Self::Velocity,
+        Self::Learnt,
+    ];
+
+    /// Text for a log.
+    #[must_use]
+    pub const fn text(self) -> &'static CStr {
+        match self {
+            Self::Null => c"a required pointer is NULL",
+            Self::Misaligned => c"a pointer is not aligned to its type",
+            Self::TooSmall => c"the memory is smaller than footfall_estimator_size()",
+            Self::NotInitialised => c"the memory holds no initialised estimator",
+            Self::Choice => c"a field holds none of its constants",
+            Self::SampleRate => c"sample_rate_hz is out of range: 20 to 10000 Hz",
+            Self::Decision => {
+                c"decision is out of range: threshold in 0.01 to 0.99, on_delay 0 to 10 s, off_delay 0 to 0.2 s"
+            }
+            Self::Load => c"load is out of range: both within 1e9, off not above on",
+            Self::Velocity => c"velocity is out of range: speed 0.001 to 10 m/s, lever 0 to 10 m, floor 0.0001 to 1 m/s",
+            Self::Learnt => c"learnt is out of range: not from footfall_estimator_learnt()",
+        }
+    }
+}
+
+/// Text of an error's number.
+#[must_use]
+pub fn text(number: i32) -> &'static CStr {
+    match number {
+        0 => c"no error",
+        _ => Error::ALL
+            .into_iter()
+            .find(|error| *error as i32 == number)
+            .map_or(c"unknown error", Error::text),
+    }
+}

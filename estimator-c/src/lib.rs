@@ -1,0 +1,39 @@
+//! The [estimator](estimator_core) for programs in C and C++; `include/footfall_estimator.h` documents its functions.
+//!
+//! | module | |
+//! |---|---|
+//! | [`types`] | structs of the header, and their conversion |
+//! | [`error`] | errors, and their texts |
+//! | [`estimator`] | the state in the caller's memory, without `unsafe` |
+//! | [`boundary`] | functions of the header: checks of pointers |
+//!
+//! The method is the self-calibrating one, which needs no window.
+
+#![no_std]
+#![deny(unsafe_code)]
+
+// On a host, panics are those of the standard library.
+#[cfg(not(target_os = "none"))]
+extern crate std;
+
+#[allow(unsafe_code)] // Pointers of C.
+pub mod boundary;
+pub mod error;
+pub mod estimator;
+pub mod types;
+
+/// No panic is reachable: a program in which one were would not link, since this symbol has no definition.
+#[cfg(target_os = "none")]
+#[allow(unsafe_code)]
+mod panic {
+    // SAFETY: The function is never called, as no program links with it.
+    unsafe extern "C" {
+        fn footfall_panic_is_reachable() -> !;
+    }
+
+    #[panic_handler]
+    fn handler(_: &core::panic::PanicInfo) -> ! {
+        // SAFETY: As above.
+        unsafe { footfall_panic_is_reachable() }
+    }
+}

@@ -1,0 +1,246 @@
+//! Structs of the header, in its order of fields, and their conversion. Every bit pattern is a value of each.
+
+use estimator_core::{
+    AngularRate, ContactEstimate, DecisionParams, Gravity, ImuSample, Learning, Learnt, LoadParams,
+    Params, Phase, Saturation, SpecificForce, Timestamp, Validity, Vec3, VelocityParams,
+    WindowLength,
+};
+
+use crate::error::Error;
+
+/// `footfall_learnt`: state learnt from a foot, in the order of [`Learnt::to_array`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct CLearnt {
+    /// The numbers.
+    pub values: [f32; Learnt::NUMBERS],
+}
+
+/// `footfall_params`: parameters of an estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct CParams {
+    /// Rate of the samples, Hz.
+    pub sample_rate_hz: f32,
+    /// [`DecisionParams::threshold`].
+    pub decision_threshold: f32,
+    /// [`DecisionParams::on_delay`], s.
+    pub decision_on_delay_s: f32,
+    /// [`DecisionParams::off_delay`], s.
+    pub decision_off_delay_s: f32,
+    /// [`LoadParams::on_threshold`], N.
+    pub load_on: f32,
+    /// [`LoadParams::off_threshold`], N.
+    pub load_off: f32,
+    /// [`VelocityParams::speed`], m/s.
+    pub velocity_speed_m_s: f32,
+    /// [`VelocityParams::lever`], m.
+    pub velocity_lever_m: f32,
+    /// [`VelocityParams::floor`], m/s.
+    pub velocity_floor_m_s: f32,
+    /// State learnt before.
+    pub learnt: CLearnt,
+    /// 1 if `learnt` holds one, else 0.
+    pub has_learnt: u8,
+    /// 0: included; 1: removed.
+    pub gravity: u8,
+    /// 0: on; 1: frozen.
+    pub learning: u8,
+}
+
+impl Default for CParams {
+    fn default() -> Self {
+        let Params {
+            sample_rate,
+            decision,
+            load,
+            velocity,
+            ..
+        } = Params::DEFAULT;
+        Self {
+            sample_rate_hz: sample_rate,
+            decision_threshold: decision.threshold,
+            decision_on_delay_s: decision.on_delay,
+            decision_off_delay_s: decision.off_delay,
+            load_on: load.on_threshold,
+            load_off: load.off_threshold,
+            velocity_speed_m_s: velocity.speed,
+            velocity_lever_m: velocity.lever,
+            velocity_floor_m_s: velocity.floor,
+            learnt: CLearnt::default(),
+            has_learnt: 0,
+            gravity: 0,
+            learning: 0,
+        }
+    }
+}
+
+/// Returns the value of a constant; `Err` if there is none with this number.
+fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Error> {
+    values
+        .get(usize::from(number))
+        .copied()
+        .ok_or(Error::Choice)
+}
+
+impl CParams {
+    /// The parameters, each group after the one before it, so that the first invalid group is known.
+    ///
+    /// # Errors
+    /// The group with a number out of its range, or a field with none of its constants.
+    pub fn checked(&self) -> Result<Params, Error> {
+        let mut params = Params {
+            // The self-calibrating method has no window; the capacity is one sample.
+            window: WindowLength::Samples(1),
+            gravity: choice(self.gravity, [Gravity::Included, Gravity::Removed])?,
+            learning: choice(self.learning, [Learning::On, Learning::Frozen])?,
+            ..Params::DEFAULT
+        };
+        let learnt = choice(
+            self.has_learnt,
+            [None, Some(Learnt::from_array(self.learnt.values))],
+        )?;
+        let groups: [(fn(&mut Params, &Self, Option<Learnt>), Error); 5] = [
+            (
+                |params, from, _| params.sample_rate = from.sample_rate_hz,
+                Error::SampleRate,
+            ),
+            (
+                |params, from, _| {
+                    params.decision = DecisionParams {
+                        threshold: from.decision_threshold,
+                        on_delay: from.decision_on_delay_s,
+                        off_delay: from.decision_off_delay_s,
+                    };
+                },
+                Error::Decision,
+            ),
+            (
+                |params, from, _| {
+                    params.load = LoadParams {
+                        on_threshold: from.load_on,
+                        off_threshold: from.load_off,
+                    };
+                },
+                Error::Load,
+            ),
+            (
+                |params, from, _| {
+                    params.velocity = VelocityParams {
+                        speed: from.velocity_speed_m_s,
+                        lever: from.velocity_lever_m,
+                        floor: from.velocity_floor_m_s,
+                    };
+                },
+                Error::Velocity,
+            ),
+            (|params, _, learnt| params.learnt = learnt, Error::Learnt),
+        ];
+        for (set, error) in groups {
+            set(&mut params, self, learnt);
+            params.validate::<1>().map_err(|_| error)?;
+        }
+        Ok(params)
+    }
+}
+
+/// `footfall_sample`: reading of an IMU.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct CSample {
+    /// Time at which it was acquired, µs.
+    pub timestamp_us: u64,
+    /// Accelerometer, m/s².
+    pub specific_force_m_s2: [f32; 3],
+    /// Gyroscope, rad/s.
+    pub angular_rate_rad_s: [f32; 3],
+    /// Number of a `FOOTFALL_SAMPLE_…`.
+    pub validity: u8,
+}
+
+/// Validities in the order of their constants.
+pub const VALIDITIES: [Validity; 6] = [
+    Validity::Valid,
+    Validity::Saturated(Saturation::Accelerometer),
+    Validity::Saturated(Saturation::Gyroscope),
+    Validity::Saturated(Saturation::Both),
+    Validity::Stale,
+    Validity::Invalid,
+];
+
+impl CSample {
+    /// The sample.
+    ///
+    /// # Errors
+    /// Its validity is none of the constants.
+    pub fn checked(&self) -> Result<ImuSample, Error> {
+        let vector = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
+        Ok(ImuSample {
+            timestamp: Timestamp::from_micros(self.timestamp_us),
+            specific_force: SpecificForce(vector(self.specific_force_m_s2)),
+            angular_rate: AngularRate(vector(self.angular_rate_rad_s)),
+            validity: choice(self.validity, VALIDITIES)?,
+        })
+    }
+}
+
+/// `footfall_estimate`: estimate after a sample; see [`ContactEstimate`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct CEstimate {
+    /// Timestamp of the sample, µs.
+    pub timestamp_us: u64,
+    /// Probability of stable contact.
+    pub stable: f32,
+    /// Its part along the ground.
+    pub tangential: f32,
+    /// Its part across the ground.
+    pub vertical: f32,
+    /// Probability of each axis: ax, ay, az, wx, wy, wz.
+    pub axes: [f32; 6],
+    /// Orientation, foot to world: w, x, y, z.
+    pub orientation: [f32; 4],
+    /// Acceleration without gravity, m/s².
+    pub linear_acceleration_m_s2: [f32; 3],
+    /// Angular rate without bias, rad/s.
+    pub angular_rate_rad_s: [f32; 3],
+    /// Bias of the gyroscope, rad/s.
+    pub gyro_bias_rad_s: [f32; 3],
+    /// Standard deviation of the foot's velocity, m/s.
+    pub velocity_sigma_m_s: f32,
+    /// 1: stable; 0: not, or not known.
+    pub decision: u8,
+    /// Index in [`Phase::ALL`].
+    pub phase: u8,
+    /// Bits of [`Flag::ALL`](estimator_core::Flag::ALL).
+    pub flags: u8,
+}
+
+impl From<&ContactEstimate> for CEstimate {
+    fn from(from: &ContactEstimate) -> Self {
+        let vector = |v: Vec3| [v.x, v.y, v.z];
+        let axes = from.probabilities.axes;
+        let turn = from.orientation;
+        Self {
+            timestamp_us: from.timestamp.as_micros(),
+            stable: from.probabilities.stable,
+            tangential: from.probabilities.tangential,
+            vertical: from.probabilities.vertical,
+            axes: [axes.ax, axes.ay, axes.az, axes.wx, axes.wy, axes.wz],
+            orientation: [turn.w, turn.x, turn.y, turn.z],
+            linear_acceleration_m_s2: vector(from.linear_acceleration.0),
+            angular_rate_rad_s: vector(from.angular_rate.0),
+            gyro_bias_rad_s: vector(from.gyro_bias.0),
+            velocity_sigma_m_s: from.velocity_sigma.0,
+            decision: from.decision as u8,
+            phase: match from.phase {
+                Phase::Unknown => 0,
+                Phase::Stance => 1,
+                Phase::Slip => 2,
+                Phase::Swing => 3,
+                Phase::QuietSwing => 4,
+            },
+            flags: from.flags.bits(),
+        }
+    }
+}
