@@ -1,0 +1,299 @@
+//! Calls as a faulty program makes them: NULL, misaligned, too little memory, and any bits.
+
+use std::ffi::{CStr, c_void};
+use std::mem::{MaybeUninit, align_of, size_of};
+use std::ptr;
+
+use estimator_c::boundary::*;
+use estimator_c::error::Error;
+use estimator_c::estimator::{Estimator, SIZE};
+use estimator_c::types::{CEstimate, CLearnt, CParams, CSample};
+
+#[repr(align(8))]
+struct Memory([u8; SIZE + 8]);
+
+/// Marsaglia's xorshift, from a fixed seed.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    /// A struct of random bytes, of which every bit pattern is a value.
+    fn fill<T: Copy>(&mut self) -> T {
+        let mut value = MaybeUninit::<T>::zeroed();
+        for at in 0..size_of::<T>() {
+            // SAFETY: Within the value.
+            unsafe {
+                value
+                    .as_mut_ptr()
+                    .cast::<u8>()
+                    .add(at)
+                    .write(self.next() as u8)
+            };
+        }
+        // SAFETY: The structs of the header have floats and integers alone.
+        unsafe { value.assume_init() }
+    }
+}
+
+fn init(memory: *mut c_void, size: usize, params: &CParams) -> Result<*mut Estimator, i32> {
+    let mut estimator = ptr::dangling_mut();
+    // SAFETY: NULL, or memory of at least `size` bytes.
+    let error = unsafe { footfall_estimator_init(memory, size, params, &raw mut estimator) };
+    assert_eq!(error == 0, !estimator.is_null());
+    if error == 0 {
+        Ok(estimator)
+    } else {
+        Err(error)
+    }
+}
+
+fn update(estimator: *mut Estimator, sample: &CSample, load: Option<f32>) -> (i32, CEstimate) {
+    let mut estimate = CEstimate {
+        stable: 1.0,
+        decision: 1,
+        ..CEstimate::default()
+    };
+    let load = load.as_ref().map_or(ptr::null(), ptr::from_ref);
+    // SAFETY: NULL, or an estimator's size of memory.
+    let error = unsafe { footfall_estimator_update(estimator, sample, load, &raw mut estimate) };
+    (error, estimate)
+}
+
+fn memory() -> Box<Memory> {
+    Box::new(Memory([0; SIZE + 8]))
+}
+
+fn start(memory: &mut Memory) -> *mut c_void {
+    memory.0.as_mut_ptr().cast()
+}
+
+#[test]
+fn null_and_misaligned_pointers_are_errors() {
+    let mut memory = memory();
+    let at = start(&mut memory);
+    let params = CParams::default();
+    let sample = CSample::default();
+    let [null, misaligned, uninitialised] =
+        [Error::Null, Error::Misaligned, Error::NotInitialised].map(|e| e as i32);
+    assert_eq!(init(ptr::null_mut(), SIZE, &params), Err(null));
+    assert_eq!(
+        init(at.wrapping_byte_add(1), SIZE, &params),
+        Err(misaligned)
+    );
+    assert_eq!(
+        init(at, size_of::<Estimator>() - 1, &params),
+        Err(Error::TooSmall as i32)
+    );
+    assert_eq!(
+        update(at.cast(), &sample, None),
+        (uninitialised, CEstimate::default())
+    );
+    let this = init(at, size_of::<Estimator>(), &params).expect("enough memory");
+    let mut estimate = CEstimate::default();
+    let mut learnt = CLearnt::default();
+    let mut numbers = [0.0_f32; 64];
+    let odd = numbers.as_mut_ptr().wrapping_byte_add(1);
+    // SAFETY: Each pointer is NULL, misaligned, or to an object of its type.
+    unsafe {
+        let mut other = ptr::null_mut();
+        assert_eq!(footfall_default_params(ptr::null_mut()), null);
+        assert_eq!(footfall_default_params(odd.cast()), misaligned);
+        assert_eq!(
+            footfall_estimator_init(at, SIZE, &params, ptr::null_mut()),
+            null
+        );
+        assert_eq!(
+            footfall_estimator_init(at, SIZE, odd.cast(), &raw mut other),
+            misaligned
+        );
+        assert_eq!(
+            footfall_estimator_learnt(this, &raw mut learnt),
+            uninitialised
+        );
+        assert_eq!(
+            footfall_estimator_init(at, SIZE, ptr::null(), &raw mut other),
+            null
+        );
+        assert_eq!(
+            footfall_estimator_init(at, SIZE, &params, &raw mut other),
+            0
+        );
+        assert_eq!(
+            footfall_estimator_update(this, &sample, ptr::null(), ptr::null_mut()),
+            null
+        );
+        assert_eq!(
+            footfall_estimator_update(this, &sample, odd, &raw mut estimate),
+            misaligned
+        );
+        assert_eq!(
+            footfall_estimator_update(this, ptr::null(), ptr::null(), &raw mut estimate),
+            null
+        );
+        assert_eq!(
+            footfall_estimator_update(ptr::null_mut(), &sample, ptr::null(), &raw mut estimate),
+            null
+        );
+        assert_eq!(footfall_estimator_learnt(this, ptr::null_mut()), null);
+        assert_eq!(footfall_estimator_learnt(this, &raw mut learnt), 0);
+    }
+}
+
+#[test]
+fn invalid_group_of_parameters_has_its_error() {
+    type Set = fn(&mut CParams);
+    let mut memory = memory();
+    let at = start(&mut memory);
+    let cases: [(Set, Error); 8] = [
+        (|p| p.sample_rate_hz = f32::NAN, Error::SampleRate),
+        (|p| p.decision_on_delay_s = f32::NAN, Error::Decision),
+        (|p| p.load_off = p.load_on + 1.0, Error::Load),
+        (|p| p.velocity_lever_m = f32::INFINITY, Error::Velocity),
+        (
+            |p| (p.has_learnt, p.learnt.values) = (1, [f32::NAN; 6]),
+            Error::Learnt,
+        ),
+        (|p| p.has_learnt = 2, Error::Choice),
+        (|p| p.gravity = 255, Error::Choice),
+        (|p| p.learning = 2, Error::Choice),
+    ];
+    for (set, error) in cases {
+        let mut params = CParams::default();
+        set(&mut params);
+        assert_eq!(init(at, SIZE, &params), Err(error as i32));
+        let after = update(at.cast(), &CSample::default(), None).0;
+        assert_eq!(after, Error::NotInitialised as i32);
+    }
+}
+
+#[test]
+fn learnt_state_survives_a_warm_start() {
+    let (mut first, mut second) = (memory(), memory());
+    let this = init(start(&mut first), SIZE, &CParams::default()).expect("valid");
+    for ms in 0..4_000_u64 {
+        let push = if ms % 500 < 250 {
+            8.0 * (ms % 7) as f32
+        } else {
+            0.0
+        };
+        let sample = CSample {
+            timestamp_us: 1_000 * ms,
+            specific_force_m_s2: [push, 0.0, 9.81],
+            ..CSample::default()
+        };
+        assert_eq!(update(this, &sample, None).0, 0);
+    }
+    let [mut learnt, mut restored] = [CLearnt::default(); 2];
+    // SAFETY: Objects of their types.
+    assert_eq!(
+        unsafe { footfall_estimator_learnt(this, &raw mut learnt) },
+        0
+    );
+    let params = CParams {
+        learnt,
+        has_learnt: 1,
+        ..CParams::default()
+    };
+    let this = init(start(&mut second), SIZE, &params).expect("what was learnt is valid");
+    // SAFETY: As above.
+    assert_eq!(
+        unsafe { footfall_estimator_learnt(this, &raw mut restored) },
+        0
+    );
+    assert_ne!(learnt, CLearnt::default());
+    // A warm start gives little weight to what was observed before.
+    assert_eq!(restored.values[..4], learnt.values[..4]);
+}
+
+#[test]
+fn any_bits_give_an_error_or_a_number_from_0_to_1() {
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut memory = memory();
+    let at = start(&mut memory);
+    let (mut accepted, mut rejected) = (0, 0);
+    for _ in 0..2_000 {
+        // Bits of one to three fields; of all fields, none would be accepted.
+        let (mut params, bits) = (CParams::default(), random.fill::<CParams>());
+        for _ in 0..=random.next() % 3 {
+            match random.next() % 6 {
+                0 => params.sample_rate_hz = (random.next() % 12_000) as f32,
+                1 => params.decision_threshold = bits.decision_threshold,
+                2 => params.load_off = bits.load_off,
+                3 => params.velocity_lever_m = bits.velocity_lever_m,
+                4 => (params.has_learnt, params.learnt) = ((random.next() % 3) as u8, bits.learnt),
+                _ => params.gravity = (random.next() % 3) as u8,
+            }
+        }
+        let _ = init(at, SIZE, &bits);
+        let Ok(this) = init(at, SIZE, &params) else {
+            rejected += 1;
+            continue;
+        };
+        accepted += 1;
+        for _ in 0..50 {
+            let mut sample = random.fill::<CSample>();
+            sample.validity %= 8;
+            let load = f32::from_bits(random.next() as u32);
+            let (error, estimate) = update(this, &sample, (load > 0.0).then_some(load));
+            assert_eq!(
+                error,
+                if sample.validity < 6 {
+                    0
+                } else {
+                    Error::Choice as i32
+                }
+            );
+            assert!(
+                (0.0..=1.0).contains(&estimate.stable),
+                "{sample:?}: {estimate:?}"
+            );
+            assert!(
+                estimate.velocity_sigma_m_s.is_finite(),
+                "{sample:?}: {estimate:?}"
+            );
+        }
+    }
+    assert!(accepted > 200 && rejected > 200, "{accepted} {rejected}");
+}
+
+#[test]
+fn every_error_has_its_own_text() {
+    let text = |error| {
+        // SAFETY: A string of the library.
+        unsafe { CStr::from_ptr(footfall_error_text(error)) }
+            .to_str()
+            .expect("ASCII")
+    };
+    let mut texts: Vec<_> = (0..=Error::ALL.len() as i32).map(text).collect();
+    assert!(
+        Error::ALL
+            .into_iter()
+            .zip(1..)
+            .all(|(error, number)| error as i32 == number)
+    );
+    assert!(
+        [i32::MIN, -1, 11, i32::MAX]
+            .into_iter()
+            .all(|error| text(error) == "unknown error")
+    );
+    texts.push("unknown error");
+    texts.sort_unstable();
+    texts.dedup();
+    assert_eq!(texts.len(), Error::ALL.len() + 2);
+}
+
+#[test]
+fn size_and_alignment_are_within_the_header() {
+    assert_eq!(footfall_estimator_size(), size_of::<Estimator>());
+    assert_eq!(footfall_estimator_align(), align_of::<Estimator>());
+    assert!(footfall_estimator_size() <= SIZE);
+    // SAFETY: A string of the library.
+    let version = unsafe { CStr::from_ptr(footfall_version()) };
+    assert_eq!(version.to_str(), Ok(env!("CARGO_PKG_VERSION")));
+}
