@@ -1,7 +1,7 @@
 /* Stable-contact probability of a robot's foot, from the IMU on it. C99 and C++.
  *
  * The method is the self-calibrating one, which learns its limits while the foot walks. There is no window, so that an
- * estimator takes less than 1 KiB; the paper's method with configured half-widths is in the Rust library alone.
+ * estimator takes at most 1 KiB; the paper's method with configured half-widths is in the Rust library alone.
  *
  * No allocation, no global state, no locks, no input or output: an estimator is used by one thread or interrupt at a
  * time, several are independent. Additions, multiplications, divisions and square roots in binary32: the same

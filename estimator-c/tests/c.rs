@@ -235,6 +235,27 @@ fn cortex_m4f_has_the_bits_of_rust_and_no_panic() {
     });
 }
 
+#[test]
+fn program_of_the_document_compiles_as_c_and_cpp() {
+    let document = folder().join("../docs/your-own-board.md");
+    let text = fs::read_to_string(document).expect("the document");
+    let (_, rest) = text.split_once("```c\n").expect("a program");
+    let (source, _) = rest.split_once("```").expect("its end");
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let path = temporary.path().join("foot.c");
+    let main = "int main(void) {\n    footfall_sample sample = {0, {0, 0, 0}, {0, 0, 0}, 0};\n    \
+                return foot_start() + foot_may_be_leant_on(&sample);\n}\n";
+    fs::write(&path, format!("{source}\n{main}")).expect("a file");
+    let library = library(None);
+    for (compiler, package) in [(&C[..], "gcc"), (&CPP[..], "g++")] {
+        if installed(compiler[0], package) {
+            let program = temporary.path().join(compiler[0]);
+            compile(compiler, &path, &library, &program);
+            run(&mut Command::new(program));
+        }
+    }
+}
+
 /// A C program's line for the size of a struct or the offset of a field, and the same in Rust.
 macro_rules! layout {
     ($($name:literal = $type:ty { $($field:ident),* })*) => {
