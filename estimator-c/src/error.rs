@@ -14,7 +14,7 @@ pub enum Error {
     TooSmall,
     /// The memory holds no estimator.
     NotInitialised,
-    /// A field holds a number that is none of its constants.
+    /// A field holds a number other than its constants.
     Choice,
     /// The sample rate is out of range.
     SampleRate,

@@ -37,7 +37,7 @@ impl Estimator {
     /// Processes the next sample, and the load if it is known.
     ///
     /// # Errors
-    /// The validity of the sample is none of the constants; the estimator has not changed.
+    /// The validity of the sample is not one of the constants; the estimator has not changed.
     pub fn update(&mut self, sample: &CSample, load: Option<f32>) -> Result<CEstimate, Error> {
         let estimate = self.core.update(&sample.checked()?, load.map(Load));
         Ok((&estimate).into())

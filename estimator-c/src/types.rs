@@ -83,6 +83,9 @@ fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Erro
         .ok_or(Error::Choice)
 }
 
+/// Copies a group of numbers.
+type SetGroup = fn(&mut Params, &CParams, Option<Learnt>);
+
 impl CParams {
     /// The parameters, each group after the one before it, so that the first invalid group is known.
     ///
@@ -100,7 +103,7 @@ impl CParams {
             self.has_learnt,
             [None, Some(Learnt::from_array(self.learnt.values))],
         )?;
-        let groups: [(fn(&mut Params, &Self, Option<Learnt>), Error); 5] = [
+        let groups: [(SetGroup, Error); 5] = [
             (
                 |params, from, _| params.sample_rate = from.sample_rate_hz,
                 Error::SampleRate,
@@ -172,7 +175,7 @@ impl CSample {
     /// The sample.
     ///
     /// # Errors
-    /// Its validity is none of the constants.
+    /// Its validity is not one of the constants.
     pub fn checked(&self) -> Result<ImuSample, Error> {
         let vector = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
         Ok(ImuSample {

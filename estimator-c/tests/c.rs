@@ -151,7 +151,7 @@ fn line(estimate: &ContactEstimate, to: &mut String) {
     .expect("memory");
 }
 
-/// Compares the example's output with that of the Rust estimator; `program` is started anew for each walk.
+/// Compares the example's output with that of the Rust estimator; each walk starts `program` again.
 fn assert_same_bits(folder: &Path, mut program: impl FnMut() -> Command) {
     for file in ["walk.csv", "slip.csv"] {
         let (lines, answer) = walk(file);
