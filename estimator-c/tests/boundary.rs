@@ -33,7 +33,7 @@ impl Random {
                     .as_mut_ptr()
                     .cast::<u8>()
                     .add(at)
-                    .write(self.next() as u8)
+                    .write(self.next() as u8);
             };
         }
         // SAFETY: The structs of the header have floats and integers alone.
@@ -191,10 +191,7 @@ fn learnt_state_survives_a_warm_start() {
     }
     let [mut learnt, mut restored] = [CLearnt::default(); 2];
     // SAFETY: Objects of their types.
-    assert_eq!(
-        unsafe { footfall_estimator_learnt(this, &raw mut learnt) },
-        0
-    );
+    let first_error = unsafe { footfall_estimator_learnt(this, &raw mut learnt) };
     let params = CParams {
         learnt,
         has_learnt: 1,
@@ -202,10 +199,8 @@ fn learnt_state_survives_a_warm_start() {
     };
     let this = init(start(&mut second), SIZE, &params).expect("what was learnt is valid");
     // SAFETY: As above.
-    assert_eq!(
-        unsafe { footfall_estimator_learnt(this, &raw mut restored) },
-        0
-    );
+    let second_error = unsafe { footfall_estimator_learnt(this, &raw mut restored) };
+    assert_eq!([first_error, second_error], [0, 0]);
     assert_ne!(learnt, CLearnt::default());
     // A warm start gives little weight to what was observed before.
     assert_eq!(restored.values[..4], learnt.values[..4]);
