@@ -1,5 +1,5 @@
 //! Programs in C and C++ with the static library: the example gives the bits of the Rust estimator over recorded walks, on
-//! this machine and on QEMU's Cortex-M4F, where no panic is linked; the header has the layout of the library.
+//! this machine and on QEMU's Cortex-M0, M4F and M33, where no panic is linked; the header has the layout of the library.
 
 use std::env;
 use std::fmt::Write as _;
@@ -22,13 +22,48 @@ const C: [&str; 2] = ["cc", "-std=c99"];
 const CPP: [&str; 4] = ["c++", "-x", "c++", "-std=c++17"];
 const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 const SANITIZERS: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover"];
-const CORTEX_M4F: [&str; 4] = [
-    "-mcpu=cortex-m4",
-    "-mthumb",
-    "-mfloat-abi=hard",
-    "-mfpu=fpv4-sp-d16",
+/// A processor: Rust's target, options of GCC, machine of QEMU, and its memory.
+struct Board {
+    target: &'static str,
+    options: &'static [&'static str],
+    machine: &'static str,
+    memory: [&'static str; 3],
+}
+
+const BOARDS: [Board; 3] = [
+    Board {
+        target: "thumbv7em-none-eabihf",
+        options: &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"],
+        machine: "netduinoplus2",
+        memory: ["rom=0x08000000", "ram=0x20000000", "ram_size=0x20000"],
+    },
+    Board {
+        target: "thumbv6m-none-eabi",
+        options: &["-mcpu=cortex-m0"],
+        machine: "microbit",
+        memory: ["rom=0", "ram=0x20000000", "ram_size=0x4000"],
+    },
+    Board {
+        target: "thumbv8m.main-none-eabihf",
+        options: &["-mcpu=cortex-m33", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16"],
+        machine: "mps2-an505",
+        memory: ["rom=0x10000000", "ram=0x38000000", "ram_size=0x20000"],
+    },
 ];
-const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Returns whether Rust's target is installed.
+fn has_target(target: &str) -> bool {
+    let output = run(Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", target])
+        .current_dir(folder()));
+    let found = Path::new(String::from_utf8_lossy(&output.stdout).trim()).exists();
+    if !found {
+        unmet(&format!(
+            "Rust's target is not installed: rustup target add {target}"
+        ));
+    }
+    found
+}
 
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -200,7 +235,7 @@ fn programs_in_c_and_cpp_have_the_bits_of_rust() {
 }
 
 #[test]
-fn cortex_m4f_has_the_bits_of_rust_and_no_panic() {
+fn cortex_m_has_the_bits_of_rust_and_no_panic() {
     let compiler = "arm-none-eabi-gcc";
     let package = "gcc-arm-none-eabi libnewlib-arm-none-eabi";
     if !installed(compiler, package) || stock_board().is_none() {
@@ -209,30 +244,38 @@ fn cortex_m4f_has_the_bits_of_rust_and_no_panic() {
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let elf = temporary.path().join("walk.elf");
     let examples = folder().join("examples");
-    let mut command = Command::new(compiler);
-    command
-        .args(CORTEX_M4F)
-        .args(["-std=c99", "-Os"])
-        .args(WARNINGS);
-    command.arg("-I").arg(folder().join("include"));
-    command.args(["walk.c", "board/startup.c"].map(|file| examples.join(file)));
-    // A reachable panic is an undefined symbol here.
-    command
-        .arg(library(Some(TARGET)))
-        .arg("-T")
-        .arg(examples.join("board/link.ld"));
-    command.args(
-        ["rom=0x08000000", "ram=0x20000000", "ram_size=0x20000"]
-            .map(|value| format!("-Wl,--defsym={value}")),
-    );
-    run(command
-        .args(["--specs=rdimon.specs", "-Wl,--gc-sections", "-o"])
-        .arg(&elf));
-    assert_same_bits(temporary.path(), || {
-        let mut board = stock_board().expect("it was there");
-        board.arg("-kernel").arg(&elf);
-        board
-    });
+    for Board {
+        target,
+        options,
+        machine,
+        memory,
+    } in BOARDS
+    {
+        if !has_target(target) {
+            continue;
+        }
+        let mut command = Command::new(compiler);
+        command
+            .args(options)
+            .args(["-mthumb", "-std=c99", "-Os"])
+            .args(WARNINGS);
+        command.arg("-I").arg(folder().join("include"));
+        command.args(["walk.c", "board/startup.c"].map(|file| examples.join(file)));
+        // A reachable panic is an undefined symbol here.
+        command
+            .arg(library(Some(target)))
+            .arg("-T")
+            .arg(examples.join("board/link.ld"));
+        command.args(memory.map(|value| format!("-Wl,--defsym={value}")));
+        run(command
+            .args(["--specs=rdimon.specs", "-Wl,--gc-sections", "-o"])
+            .arg(&elf));
+        assert_same_bits(temporary.path(), || {
+            let mut board = stock_board().expect("it was there");
+            board.args(["-machine", machine, "-kernel"]).arg(&elf);
+            board
+        });
+    }
 }
 
 #[test]
