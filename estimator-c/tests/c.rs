@@ -235,6 +235,7 @@ fn programs_in_c_and_cpp_have_the_bits_of_rust() {
 }
 
 #[test]
+#[ignore = "full: compiles for three processors"]
 fn cortex_m_has_the_bits_of_rust_and_no_panic() {
     let compiler = "arm-none-eabi-gcc";
     let package = "gcc-arm-none-eabi libnewlib-arm-none-eabi";
