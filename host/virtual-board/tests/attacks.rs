@@ -1,9 +1,9 @@
 //! Attacks on a foot: several faults at once, requests at an inconvenient moment, lines that are never quiet.
 
-mod common;
-
-use common::rig::{OPERATIONAL, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, Rig, STOP};
-use common::{MILLISECOND, product};
+use crate::common::rig::{
+    OPERATIONAL, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, Rig, STOP,
+};
+use crate::common::{MILLISECOND, product};
 use lsm6dsox::sim::PartFault as SensorFault;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::part::can::BusFault;

@@ -1,9 +1,7 @@
 //! Every board: its program uses the pins that its table says, and no other program does.
 
-mod common;
-
-use common::rig::Rig;
-use common::{directory, product, products, run};
+use crate::common::rig::Rig;
+use crate::common::{directory, product, products, run};
 use lsm6dsox::sim::{PartFault, Stimulus};
 use virtual_board::emulator::board::{Board, BoardOptions, Injection};
 use virtual_board::emulator::wiring::{ChipPin, Wiring};
@@ -31,7 +29,7 @@ fn boot(elf: &[u8], wiring: &'static Wiring) -> Board {
 /// The text of the misuse that ends a run of half a second, if one does.
 fn misuse(elf: &[u8], wiring: &'static Wiring) -> Option<String> {
     let mut board = boot(elf, wiring);
-    let failure = board.run_for(common::MILLISECOND * 500).err()?;
+    let failure = board.run_for(crate::common::MILLISECOND * 500).err()?;
     Some(failure.what)
 }
 

@@ -1,11 +1,9 @@
 //! The program that measures a new board: it passes on a healthy one, and names what is wrong with others.
 
-mod common;
-
 use std::cell::Cell;
 use std::rc::Rc;
 
-use common::{build_bring_up, options, run};
+use crate::common::{build_bring_up, options, run};
 use lsm6dsox::sim::{PartFault, Stimulus};
 use virtual_board::emulator::board::{Board, BoardOptions, Injection};
 use virtual_board::emulator::chip::Crystal;

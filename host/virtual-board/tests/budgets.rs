@@ -1,9 +1,7 @@
 //! Budgets of the product, measured on the ELF that is flashed.
 
-mod common;
-
-use common::digest::{README, assert_block_of};
-use common::{directory, is_built_here, product, products};
+use crate::common::digest::{README, assert_block_of};
+use crate::common::{directory, is_built_here, product, products};
 use host_tests::committed::assert_block;
 use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};

@@ -1,9 +1,7 @@
 //! Validation of the board's core: exceptions, masks, floats and faults, by the architecture.
 
-mod common;
-
+use crate::common::{boot, build, image};
 use board_proofs::{Misuse, Orbit, mailbox};
-use common::{boot, build, image};
 use estimator_core::Params;
 use firmware::self_check;
 use host_tests::qemu;

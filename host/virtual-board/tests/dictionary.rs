@@ -2,10 +2,8 @@
 //! each request is answered, a rejected value is rejected with the reason, an accepted value reads back, and the
 //! board continues.
 
-mod common;
-
-use common::product;
-use common::rig::{Rig, STOP};
+use crate::common::product;
+use crate::common::rig::{Rig, STOP};
 use wire::dictionary::{self, Access, Entry, Limits, Role, index};
 use wire::{Address, Value};
 

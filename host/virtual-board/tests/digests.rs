@@ -1,13 +1,11 @@
 //! Blocks of the pages that tests outside of the default run generate: each names the digests of the programs that it
 //! was run on, which have to be those of the programs that are built now.
 
-mod common;
-
-use common::digest::{FAULTS, README, RUN_ON, digest_of, page_of};
-use common::is_built_here;
+use crate::common::digest::{FAULTS, README, RUN_ON, digest_of, page_of};
+use crate::common::is_built_here;
 use host_tests::committed::workspace;
 
-/// Blocks, and the test program with the test that generates them.
+/// Blocks, each with the module of the test that generates it.
 const BLOCKS: [(&str, &str); 10] = [
     ("faults", "matrix"),
     ("corners", "matrix"),
@@ -57,7 +55,7 @@ fn generated_blocks_come_from_the_programs_that_are_built() {
         });
         if !is_current {
             old.push(format!(
-                "`{block}`: FOOTFALL_UPDATE=1 cargo test -p virtual-board --test {test} -- --ignored"
+                "`{block}`: FOOTFALL_UPDATE=1 cargo test -p virtual-board {test}:: -- --ignored"
             ));
         }
     }

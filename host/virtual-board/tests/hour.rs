@@ -1,12 +1,10 @@
 //! An hour of virtual time with everything enabled; with `FOOTFALL_UPDATE=1` the result is written to the README.
 
-mod common;
-
 use std::process::Command;
 use std::time::Instant;
 
-use common::digest::assert_block_of;
-use common::{directory, product};
+use crate::common::digest::assert_block_of;
+use crate::common::{directory, product};
 use gait::GaitName;
 use host_tests::committed::workspace;
 use serde_json::Value;

@@ -1,9 +1,7 @@
 //! The lines: short disturbances, frames that arrive faster than they are read, other rates.
 
-mod common;
-
-use common::rig::{RESET_COMMUNICATION, Rig, glitch};
-use common::{MILLISECOND, product};
+use crate::common::rig::{RESET_COMMUNICATION, Rig, glitch};
+use crate::common::{MILLISECOND, product};
 use virtual_board::emulator::part::usart::TimedByte;
 use virtual_board::emulator::time::to_us;
 use wire::dictionary::index;

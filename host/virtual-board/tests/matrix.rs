@@ -1,10 +1,8 @@
 //! The fault matrix: runs each row on the product's ELF, judges it, and generates the table of `faults.md`. By default
 //! one fault of each class runs, once.
 
-mod common;
-
-use common::digest::assert_block_of;
-use common::{product, products};
+use crate::common::digest::assert_block_of;
+use crate::common::{product, products};
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::scenario::{self, Case, Scenario};

@@ -1,10 +1,8 @@
 //! Every ordered pair of faults, at once and 12 ms apart. `FOOTFALL_PAIRS` in the environment chooses some of them:
 //! those that it names, separated by commas, or with a number N one in N.
 
-mod common;
-
-use common::digest::assert_block_of;
-use common::product;
+use crate::common::digest::assert_block_of;
+use crate::common::product;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::cores::on_all_cores;
 use virtual_board::product::scenario::pairs::{self, Pair};

@@ -1,10 +1,8 @@
 //! Sensor input of real and simulated robots, fed to the product's ELF: every probability that it sends equals the
 //! host's to the bit.
 
-mod common;
-
-use common::digest::assert_block_of;
-use common::{directory, product};
+use crate::common::digest::assert_block_of;
+use crate::common::{directory, product};
 use host_tests::datasets::recorded;
 use recordings::input::Format;
 use virtual_board::emulator::board::{Board, BoardOptions};

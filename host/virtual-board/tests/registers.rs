@@ -1,9 +1,7 @@
 //! Forbidden or redundant settings of the chip that do not stop the board.
 
-mod common;
-
-use common::rig::Rig;
-use common::{MILLISECOND, boot_product, product};
+use crate::common::rig::Rig;
+use crate::common::{MILLISECOND, boot_product, product};
 use virtual_board::emulator::board::{Board, Injection};
 use virtual_board::emulator::part::can::{BusFault, BusFrame};
 use wire::Fault;

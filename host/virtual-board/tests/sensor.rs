@@ -1,9 +1,7 @@
 //! The sensor beyond the rows of the fault matrix: details of its faults, another part, the rate of its bus.
 
-mod common;
-
-use common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
-use common::{options, product, products};
+use crate::common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
+use crate::common::{options, product, products};
 use estimator_core::Validity;
 use lsm6dsox::setting::Pin;
 use lsm6dsox::sim::{PartFault as SensorFault, Stimulus};

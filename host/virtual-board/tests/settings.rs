@@ -1,13 +1,11 @@
 //! Settings in the flash of the running board: stores that erase, cuts, garbage, unusable values. Row for row the same is in
 //! the fault matrix; byte for byte it is tested on a simulated flash.
 
-mod common;
-
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use common::rig::{RESET_NODE, Rig};
-use common::{MILLISECOND, options, product};
+use crate::common::rig::{RESET_NODE, Rig};
+use crate::common::{MILLISECOND, options, product};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;

@@ -1,9 +1,7 @@
 //! The start: nothing is dropped, and a crystal of another board is measured.
 
-mod common;
-
-use common::rig::Rig;
-use common::{options, products};
+use crate::common::rig::Rig;
+use crate::common::{options, products};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::chip::Crystal;

@@ -1,9 +1,7 @@
 //! The supply: the brown-out level in the option bytes, and flash that is not written below 2.7 V.
 
-mod common;
-
-use common::rig::Rig;
-use common::{options, product};
+use crate::common::rig::Rig;
+use crate::common::{options, product};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;

@@ -1,8 +1,6 @@
 //! The time of a SYNC is that of its end, also in the middle of a tick.
 
-mod common;
-
-use common::{MILLISECOND, boot_product, product, run};
+use crate::common::{MILLISECOND, boot_product, product, run};
 use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
 use virtual_board::emulator::time::PER_SECOND;
 use wire::pdo::{Health, Pdo};

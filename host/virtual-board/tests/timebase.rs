@@ -1,9 +1,7 @@
 //! The timer that clocks the sampling continues, however long the core is stalled.
 
-mod common;
-
-use common::rig::Rig;
-use common::{MILLISECOND, product};
+use crate::common::rig::Rig;
+use crate::common::{MILLISECOND, product};
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::PER_SECOND;
 

@@ -79,7 +79,7 @@ pub fn build_bootloader(board: &Wiring) -> PathBuf {
     copy.clone()
 }
 
-/// Builds a program, once in each test program.
+/// Builds a program once.
 fn build_with(chosen: &[&str], program: &str) -> PathBuf {
     static BUILT: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
     let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);

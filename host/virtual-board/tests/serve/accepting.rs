@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use host_tests::committed::{assert_current, workspace};
 use serde_json::Value as Json;
 
-use crate::server::{Server, Words, program};
+use super::server::{Server, Words, program};
 
 /// File with the figures of a healthy foot, to which those of a board are compared.
 const PREDICTIONS: &str = "host/footfall/src/commands/accept/virtual-board.csv";

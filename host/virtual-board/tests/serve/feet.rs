@@ -3,8 +3,8 @@
 use virtual_board::emulator::corner::Corner;
 use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
 
+use super::server::Server;
 use crate::common::product;
-use crate::server::Server;
 
 fn robot(elf: Vec<u8>, feet: usize) -> BoardRobot {
     let options = RobotOptions {

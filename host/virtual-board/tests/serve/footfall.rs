@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value as Json;
 
-use crate::server::{LONGEST, Server, footfall, program};
+use super::server::{LONGEST, Server, footfall, program};
 
 #[test]
 fn a_foot_is_read_and_set_over_serial_line_and_bus() {

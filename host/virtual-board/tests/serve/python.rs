@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 
+use super::server::{LONGEST, Server, footfall};
 use crate::environment;
-use crate::server::{LONGEST, Server, footfall};
 
 /// Runs a script on the bus of the server.
 pub fn script(python: &Path, name: &str, server: &Server, arguments: &[&Path]) {

@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value as Json;
 
-use crate::server::{Server, footfall, program};
+use super::server::{Server, footfall, program};
 
 #[test]
 fn a_board_is_tested_and_repositioned_over_both_lines() {

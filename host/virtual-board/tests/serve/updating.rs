@@ -9,11 +9,11 @@ use host_tests::requirements::unmet;
 use serde_json::Value as Json;
 use virtual_board::emulator::wiring::Wiring;
 
+use super::python::script;
+use super::server::{Server, footfall, program};
 use crate::common::image::{changed_image, identification, new_image};
 use crate::common::{build_bootloader, product};
 use crate::environment;
-use crate::python::script;
-use crate::server::{Server, footfall, program};
 
 /// Image of the program of the server's boards, with another hash than theirs, which a probe has written.
 fn same_program(elf: &[u8]) -> Vec<u8> {

@@ -7,8 +7,8 @@ use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::index;
 
+use super::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image, segment};
 use crate::common::product;
-use crate::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image, segment};
 
 /// Foot in its bootloader, with an empty slot, and an image for it.
 fn stopped() -> Option<(Master, Vec<u8>)> {

@@ -8,8 +8,8 @@ use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{PRODUCT_CODE, REVISION, SIGNATURE_STORE, VENDOR_ID, index};
 
+use super::master::{CLEAR, INSTALLED_MS, Master, NEW, START, boot, new_image};
 use crate::common::{MILLISECOND, products};
-use crate::master::{CLEAR, INSTALLED_MS, Master, NEW, START, boot, new_image};
 
 /// Id that the master assigns.
 const ASSIGNED: u8 = 0x2B;

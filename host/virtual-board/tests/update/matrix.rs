@@ -11,12 +11,12 @@ use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::cores::on_all_cores;
 use xtask::{DEVELOPMENT_KEY, image};
 
-use crate::common::digest::assert_block_of;
-use crate::common::products;
-use crate::master::{
+use super::master::{
     CLEAR, INSTALLED_MS, Master, NEW, OLD, START, boot, boot_without_program, image_beginning_with,
     new_image, origin, segment,
 };
+use crate::common::digest::assert_block_of;
+use crate::common::products;
 
 /// A row: its name in the table, what happens, and how it is run.
 struct Row {

@@ -6,11 +6,11 @@ use virtual_board::emulator::part::flash::Protection;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::wiring::Wiring;
 
-use crate::common::{options, product, products};
-use crate::master::{
+use super::master::{
     CLEAR, Master, START, boot, bootloader, image_beginning_with, new_image, number_of,
 };
-use crate::matrix::WRITES_BOOTLOADER;
+use super::matrix::WRITES_BOOTLOADER;
+use crate::common::{options, product, products};
 use virtual_board::emulator::corner::Corner;
 use wire::dictionary::index;
 

@@ -8,8 +8,8 @@ use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::serve::BoardPrograms;
 use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
 
+use super::master::{CLEAR, INSTALLED_MS, START, STOP, bootloader, new_image, segment};
 use crate::common::product;
-use crate::master::{CLEAR, INSTALLED_MS, START, STOP, bootloader, new_image, segment};
 
 const BIT_RATE: u32 = 1_000_000;
 

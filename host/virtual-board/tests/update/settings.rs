@@ -6,8 +6,8 @@ use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
+use super::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image};
 use crate::common::product;
-use crate::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image};
 
 /// Node id that is not the default of any foot.
 const NODE: u8 = 0x2A;

@@ -1,13 +1,7 @@
 //! `virtual-board serve` as seen by programs: the ELF that is flashed behind a serial port and an slcan adapter,
 //! in lock step with the programs, and, where real time or terminals are the subject, in real time.
 
-#![cfg(unix)]
-
 mod accepting;
-#[path = "../common/mod.rs"]
-mod common;
-#[path = "../../../../wire/tests/python/environment.rs"]
-mod environment;
 mod feet;
 mod footfall;
 mod python;

@@ -2,8 +2,6 @@
 //! program.
 
 mod attacks;
-#[path = "../common/mod.rs"]
-mod common;
 mod lss;
 mod master;
 mod matrix;
@@ -11,13 +9,13 @@ mod protection;
 mod robot;
 mod settings;
 
-use bootloader::image::{Header, Refusal};
-use common::{options, product};
-use lsm6dsox::sim::Stimulus;
-use master::{
+use self::master::{
     CLEAR, INSTALLED_MS, Master, NEW, OLD, START, boot, bootloader, changed_image, new_image,
     number_of,
 };
+use crate::common::{options, product};
+use bootloader::image::{Header, Refusal};
+use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::{Board, Injection};
 use virtual_board::emulator::chip::Crystal;
 use virtual_board::emulator::corner::Corner;
@@ -31,7 +29,7 @@ fn bootloader_starts_the_program_at_once() {
     let Some(elf) = product() else { return };
     let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
     let boot_up = master.boot_up(500);
-    let mut alone = Master::new(common::boot_product(&elf));
+    let mut alone = Master::new(crate::common::boot_product(&elf));
     let without = alone.boot_up(500);
     assert!(boot_up <= without + 60, "{boot_up} ms, {without} without");
     assert_eq!(master.number(index::PROGRAM_ID), number_of(&elf));
