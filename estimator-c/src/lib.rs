@@ -12,8 +12,8 @@
 #![no_std]
 #![deny(unsafe_code)]
 
-// On a host, panics are those of the standard library.
-#[cfg(not(target_os = "none"))]
+// In tests, panics are those of the standard library.
+#[cfg(not(feature = "alone"))]
 extern crate std;
 
 #[allow(unsafe_code)] // Pointers of C.
@@ -23,7 +23,7 @@ pub mod estimator;
 pub mod types;
 
 /// No panic is reachable: a program in which one were would not link, since this symbol has no definition.
-#[cfg(target_os = "none")]
+#[cfg(feature = "alone")]
 #[allow(unsafe_code)]
 mod panic {
     // SAFETY: The function is never called, as no program links with it.

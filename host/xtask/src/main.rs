@@ -1,8 +1,9 @@
-//! Entry point of the tasks on the repository: `cargo xtask quick | image | release`.
+//! Entry point of the tasks on the repository: `cargo xtask quick | image | library | release`.
 
 mod boards;
 mod command;
 mod image;
+mod library;
 mod packages;
 mod quick;
 mod release;
@@ -43,8 +44,10 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Builds what is used without a compiler, in `dist`: programs and wheels for Linux, the firmware,
-    /// descriptions of the wire, checksums.
+    /// Packs the estimator for programs in C, for all processors, in `dist`.
+    Library,
+    /// Builds what is used without a compiler, in `dist`: programs and wheels for Linux, the firmware, the
+    /// estimator for C, descriptions of the wire, checksums.
     Release {
         /// This part alone.
         #[arg(long, value_enum, value_name = "PART")]
@@ -71,6 +74,11 @@ fn run(task: Task) -> Result<()> {
             sequence,
             output,
         } => image::run(&board, key.as_deref(), sequence, output),
+        Task::Library => {
+            let dist = command::root().join("dist");
+            std::fs::create_dir_all(&dist)?;
+            library::run(&dist).map(drop)
+        }
         Task::Release { only } => release::run(only),
     }
 }

@@ -1,4 +1,5 @@
-//! Builds the files of a release in `dist`: programs, wheels, firmware, descriptions of the wire.
+//! Builds the files of a release in `dist`: programs, wheels, firmware, the estimator for C,
+//! descriptions of the wire.
 //!
 //! Those of the firmware depend on commit and compiler alone: two clones of a commit give the same bytes.
 
@@ -10,7 +11,7 @@ use clap::ValueEnum;
 
 use crate::boards;
 use crate::command::{Step, root};
-use crate::image;
+use crate::{image, library};
 
 /// Machines with a program and a wheel; the program is static, so it runs on any Linux of the machine.
 const MACHINES: [Machine; 2] = [
@@ -79,6 +80,7 @@ pub fn run(only: Option<Part>) -> Result<()> {
             build_program(machine, &tools, &dist)?;
             build_wheel(machine, &tools, &dist)?;
         }
+        library::run(&dist)?;
     }
     build_firmware(&dist)?;
     for file in DESCRIPTIONS {

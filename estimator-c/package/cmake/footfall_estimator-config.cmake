@@ -1,0 +1,25 @@
+# Target footfall::estimator. FOOTFALL_PROCESSOR is the folder of src with the library; where it is not set, it follows
+# from -mcpu, -mfpu and -mfloat-abi in CMAKE_C_FLAGS, or from CMAKE_SYSTEM_PROCESSOR.
+get_filename_component(_footfall "${CMAKE_CURRENT_LIST_DIR}/../src" ABSOLUTE)
+if(NOT DEFINED FOOTFALL_PROCESSOR)
+  if(CMAKE_C_FLAGS MATCHES "-mcpu=(cortex-m[0-9a-z]+)")
+    set(FOOTFALL_PROCESSOR "${CMAKE_MATCH_1}")
+    if(CMAKE_C_FLAGS MATCHES "-mfloat-abi=(hard|softfp)")
+      set(_footfall_abi "${CMAKE_MATCH_1}")
+      string(REGEX MATCH "-mfpu=([0-9a-z-]+)" _ "${CMAKE_C_FLAGS}")
+      string(APPEND FOOTFALL_PROCESSOR "/${CMAKE_MATCH_1}-${_footfall_abi}")
+    endif()
+  else()
+    set(FOOTFALL_PROCESSOR "${CMAKE_SYSTEM_PROCESSOR}")
+  endif()
+endif()
+set(_footfall_library "${_footfall}/${FOOTFALL_PROCESSOR}/libfootfall_estimator.a")
+if(NOT EXISTS "${_footfall_library}")
+  message(FATAL_ERROR "footfall_estimator: no library for \"${FOOTFALL_PROCESSOR}\": set FOOTFALL_PROCESSOR to a folder of ${_footfall}")
+endif()
+if(NOT TARGET footfall::estimator)
+  add_library(footfall::estimator STATIC IMPORTED GLOBAL)
+  set_target_properties(footfall::estimator PROPERTIES
+    IMPORTED_LOCATION "${_footfall_library}"
+    INTERFACE_INCLUDE_DIRECTORIES "${_footfall}")
+endif()
