@@ -1,4 +1,5 @@
-/* Reads samples, one a line: µs, m/s² three times, rad/s three times, N, validity. Prints the bits of each estimate. */
+/* Reads samples, one a line: µs, m/s² three times, rad/s three times, N, validity; an empty line is the end. Prints the
+ * bits of each estimate. */
 #include <stdio.h>
 #include <string.h>
 
@@ -30,7 +31,7 @@ int main(void) {
     if (failed(footfall_default_params(&params))) return 1;
     if (fgets(line, sizeof line, stdin) == NULL || sscanf(line, "%f", &params.sample_rate_hz) != 1) return 1;
     if (failed(footfall_estimator_init(&memory, sizeof memory, &params, &estimator))) return 1;
-    while (fgets(line, sizeof line, stdin) != NULL) {
+    while (fgets(line, sizeof line, stdin) != NULL && line[0] != '\n') {
         footfall_sample sample;
         footfall_estimate e;
         unsigned long timestamp_us;

@@ -1,5 +1,5 @@
 //! Programs in C and C++ with the static library: the example gives the bits of the Rust estimator over recorded walks, on
-//! this machine and on QEMU's Cortex-M0, M4F and M33, where no panic is linked; the header has the layout of the library.
+//! this machine and on QEMU's processors; the header has the layout of the library.
 
 use std::env;
 use std::fmt::Write as _;
@@ -12,7 +12,6 @@ use estimator_c::estimator::SIZE;
 use estimator_c::types::{CEstimate, CLearnt, CParams, CSample, VALIDITIES};
 use estimator_core::{ContactEstimate, Load};
 use host_tests::datasets::simulated;
-use host_tests::qemu::stock_board;
 use host_tests::requirements::unmet;
 use recordings::config::default_params;
 use recordings::input::{self, Format, Hints};
@@ -22,48 +21,91 @@ const C: [&str; 2] = ["cc", "-std=c99"];
 const CPP: [&str; 4] = ["c++", "-x", "c++", "-std=c++17"];
 const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 const SANITIZERS: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover"];
-/// A processor: Rust's target, options of GCC, machine of QEMU, and its memory.
-struct Board {
-    target: &'static str,
-    options: &'static [&'static str],
-    machine: &'static str,
-    memory: [&'static str; 3],
+
+/// A processor: folder of its library, compiler with its options, command that runs a program.
+struct Processor {
+    folder: &'static str,
+    compiler: &'static str,
+    options: &'static str,
+    run: &'static str,
 }
 
-const BOARDS: [Board; 3] = [
-    Board {
-        target: "thumbv7em-none-eabihf",
-        options: &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"],
-        machine: "netduinoplus2",
-        memory: ["rom=0x08000000", "ram=0x20000000", "ram_size=0x20000"],
+const ARM: &str = "-mthumb --specs=rdimon.specs";
+const QEMU_ARM: &str = "qemu-system-arm -nographic -monitor none -serial none -semihosting-config enable=on,target=native";
+
+const fn cortex_m(folder: &'static str, options: &'static str, run: &'static str) -> Processor {
+    Processor {
+        folder,
+        compiler: "arm-none-eabi-gcc",
+        options,
+        run,
+    }
+}
+
+const M0: &str = "-machine microbit";
+const M4: &str = "-machine netduinoplus2";
+const M7: &str = "-machine mps2-an500";
+const M33: &str = "-machine mps2-an505";
+
+/// Memory of these machines, as options of the linker.
+fn memory(machine: &str) -> &'static str {
+    match machine {
+        M0 => "-Wl,--defsym=rom=0,--defsym=ram=0x20000000,--defsym=ram_size=0x4000",
+        M4 => "-Wl,--defsym=rom=0x08000000,--defsym=ram=0x20000000,--defsym=ram_size=0x20000",
+        M7 => "-Wl,--defsym=rom=0,--defsym=ram=0x20000000,--defsym=ram_size=0x20000",
+        _ => "-Wl,--defsym=rom=0x10000000,--defsym=ram=0x38000000,--defsym=ram_size=0x20000",
+    }
+}
+
+const PROCESSORS: [Processor; 10] = [
+    cortex_m("cortex-m0", "-mcpu=cortex-m0", M0),
+    cortex_m("cortex-m4", "-mcpu=cortex-m4 -mfloat-abi=soft", M4),
+    cortex_m(
+        "cortex-m4/fpv4-sp-d16-softfp",
+        "-mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=softfp",
+        M4,
+    ),
+    cortex_m(
+        "cortex-m4/fpv4-sp-d16-hard",
+        "-mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard",
+        M4,
+    ),
+    cortex_m(
+        "cortex-m7/fpv5-d16-softfp",
+        "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=softfp",
+        M7,
+    ),
+    cortex_m(
+        "cortex-m7/fpv5-d16-hard",
+        "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard",
+        M7,
+    ),
+    cortex_m(
+        "cortex-m33/fpv5-sp-d16-hard",
+        "-mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard",
+        M33,
+    ),
+    Processor {
+        folder: "esp32c3",
+        compiler: "riscv64-unknown-elf-gcc",
+        options: "-march=rv32imc -mabi=ilp32 --specs=picolibc.specs --oslib=semihost --crt0=semihost -Wl,--wrap=fgets \
+                  -Wl,--defsym=__flash=0x80000000,--defsym=__flash_size=0x200000,--defsym=__ram=0x80200000,--defsym=__ram_size=0x200000",
+        run: "qemu-system-riscv32 -machine virt -bios none -nographic -monitor none -serial none \
+              -chardev stdio,id=console -semihosting-config enable=on,chardev=console -kernel",
     },
-    Board {
-        target: "thumbv6m-none-eabi",
-        options: &["-mcpu=cortex-m0"],
-        machine: "microbit",
-        memory: ["rom=0", "ram=0x20000000", "ram_size=0x4000"],
+    Processor {
+        folder: "aarch64",
+        compiler: "aarch64-linux-gnu-gcc",
+        options: "-static",
+        run: "qemu-aarch64",
     },
-    Board {
-        target: "thumbv8m.main-none-eabihf",
-        options: &["-mcpu=cortex-m33", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16"],
-        machine: "mps2-an505",
-        memory: ["rom=0x10000000", "ram=0x38000000", "ram_size=0x20000"],
+    Processor {
+        folder: "x86_64",
+        compiler: "cc",
+        options: "",
+        run: "",
     },
 ];
-
-/// Returns whether Rust's target is installed.
-fn has_target(target: &str) -> bool {
-    let output = run(Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", target])
-        .current_dir(folder()));
-    let found = Path::new(String::from_utf8_lossy(&output.stdout).trim()).exists();
-    if !found {
-        unmet(&format!(
-            "Rust's target is not installed: rustup target add {target}"
-        ));
-    }
-    found
-}
 
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -77,19 +119,42 @@ fn run(command: &mut Command) -> Output {
     output
 }
 
-/// Builds the static library, as a user does.
-fn library(target: Option<&str>) -> PathBuf {
+/// Builds the static library for this machine as the archive has it.
+fn library() -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(folder());
-    cargo.args(["build", "--profile", "firmware", "--package", "estimator-c"]);
-    cargo.args(target.map(|target| ["--target", target]).iter().flatten());
+    cargo.current_dir(folder()).args([
+        "rustc",
+        "--lib",
+        "--profile",
+        "firmware",
+        "--crate-type",
+        "staticlib",
+        "--features",
+        "alone",
+        "--config",
+        "profile.firmware.panic='abort'",
+    ]);
     let built = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .parent()
         .expect("a target directory");
     run(cargo.env("CARGO_TARGET_DIR", built));
-    built
-        .join(target.unwrap_or(""))
-        .join("firmware/libestimator_c.a")
+    built.join("firmware/libestimator_c.a")
+}
+
+/// Packs the archive for all processors, and returns its unpacked folder.
+fn archive() -> PathBuf {
+    let root = folder().join("..");
+    run(Command::new(env!("CARGO"))
+        .current_dir(&root)
+        .args(["xtask", "library"]));
+    let name = format!("footfall-estimator-{}", env!("CARGO_PKG_VERSION"));
+    let temporary = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let packed = root.join("dist").join(format!("{name}.zip"));
+    run(Command::new("python3")
+        .args(["-m", "zipfile", "-e"])
+        .arg(packed)
+        .arg(temporary));
+    temporary.join(name)
 }
 
 /// Returns whether the compiler is installed.
@@ -129,6 +194,7 @@ fn walk(file: &str) -> (String, String) {
         .expect("memory");
         line(estimate, &mut answer);
     }
+    lines.push('\n');
     writeln!(answer, "learnt{}", bits(&learnt.to_array())).expect("memory");
     (lines, answer)
 }
@@ -190,9 +256,11 @@ fn line(estimate: &ContactEstimate, to: &mut String) {
 fn assert_same_bits(folder: &Path, mut program: impl FnMut() -> Command) {
     for file in ["walk.csv", "slip.csv"] {
         let (lines, answer) = walk(file);
-        let path = folder.join(file);
+        let path = folder.join("input");
         fs::write(&path, lines).expect("a file");
-        let output = run(program().stdin(File::open(&path).expect("a file")));
+        let output = run(program()
+            .current_dir(folder)
+            .stdin(File::open(&path).expect("a file")));
         let printed = String::from_utf8(output.stdout).expect("text");
         assert_eq!(printed.lines().count(), answer.lines().count(), "{file}");
         for (printed, expected) in printed.lines().zip(answer.lines()) {
@@ -218,7 +286,7 @@ fn compile(compiler: &[&str], source: &Path, library: &Path, program: &Path) {
 
 #[test]
 fn programs_in_c_and_cpp_have_the_bits_of_rust() {
-    let library = library(None);
+    let library = library();
     let temporary = tempfile::tempdir().expect("a temporary directory");
     for (compiler, package) in [(&C[..], "gcc"), (&CPP[..], "g++")] {
         if installed(compiler[0], package) {
@@ -235,48 +303,91 @@ fn programs_in_c_and_cpp_have_the_bits_of_rust() {
 }
 
 #[test]
-#[ignore = "full: compiles for three processors"]
-fn cortex_m_has_the_bits_of_rust_and_no_panic() {
-    let compiler = "arm-none-eabi-gcc";
-    let package = "gcc-arm-none-eabi libnewlib-arm-none-eabi";
-    if !installed(compiler, package) || stock_board().is_none() {
-        return;
-    }
+#[ignore = "full: compiles for each processor"]
+fn every_library_of_the_archive_has_the_bits_of_rust() {
+    let archive = archive();
     let temporary = tempfile::tempdir().expect("a temporary directory");
-    let elf = temporary.path().join("walk.elf");
-    let examples = folder().join("examples");
-    for Board {
-        target,
+    let program = temporary.path().join("walk");
+    let board = folder().join("examples/board");
+    for Processor {
+        folder,
+        compiler,
         options,
-        machine,
-        memory,
-    } in BOARDS
+        run: how,
+    } in PROCESSORS
     {
-        if !has_target(target) {
-            continue;
-        }
         let mut command = Command::new(compiler);
         command
-            .args(options)
-            .args(["-mthumb", "-std=c99", "-Os"])
-            .args(WARNINGS);
-        command.arg("-I").arg(folder().join("include"));
-        command.args(["walk.c", "board/startup.c"].map(|file| examples.join(file)));
-        // A reachable panic is an undefined symbol here.
+            .args(["-std=c99", "-Os"])
+            .args(WARNINGS)
+            .args(options.split_whitespace());
         command
-            .arg(library(Some(target)))
-            .arg("-T")
-            .arg(examples.join("board/link.ld"));
-        command.args(memory.map(|value| format!("-Wl,--defsym={value}")));
+            .arg("-I")
+            .arg(archive.join("src"))
+            .arg(archive.join("examples/walk.c"));
+        if compiler.starts_with("arm") {
+            command.args(ARM.split(' ')).arg(board.join("startup.c"));
+            command
+                .arg("-T")
+                .arg(board.join("link.ld"))
+                .arg(memory(how));
+        }
+        if compiler.starts_with("riscv") {
+            command.arg(board.join("input.c"));
+        }
+        command.arg("-L").arg(archive.join("src").join(folder));
         run(command
-            .args(["--specs=rdimon.specs", "-Wl,--gc-sections", "-o"])
-            .arg(&elf));
+            .args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"])
+            .arg(&program));
+        let mut line = match how {
+            _ if compiler.starts_with("arm") => format!("{QEMU_ARM} {how} -kernel"),
+            how => how.to_owned(),
+        };
+        line = format!("{line} {}", program.display());
         assert_same_bits(temporary.path(), || {
-            let mut board = stock_board().expect("it was there");
-            board.args(["-machine", machine, "-kernel"]).arg(&elf);
-            board
+            let mut words = line.split_whitespace();
+            let mut command = Command::new(words.next().expect("a program"));
+            command.args(words);
+            command
         });
     }
+}
+
+#[test]
+#[ignore = "full: packs for each processor"]
+fn cmake_and_pkg_config_find_the_archive() {
+    let archive = archive();
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let source = temporary.path();
+    fs::write(
+        source.join("CMakeLists.txt"),
+        format!(
+            "cmake_minimum_required(VERSION 3.18)\nproject(foot C)\nfind_package(footfall_estimator REQUIRED)\n\
+             add_executable(walk \"{}\")\ntarget_link_libraries(walk footfall::estimator)\n",
+            archive.join("examples/walk.c").display()
+        ),
+    )
+    .expect("a file");
+    let build = source.join("build");
+    run(Command::new("cmake")
+        .arg(format!("-DCMAKE_PREFIX_PATH={}", archive.display()))
+        .arg("-S")
+        .arg(source)
+        .arg("-B")
+        .arg(&build));
+    run(Command::new("cmake").arg("--build").arg(&build));
+    assert_same_bits(source, || Command::new(build.join("walk")));
+    let flags = run(Command::new("pkg-config")
+        .env("PKG_CONFIG_PATH", &archive)
+        .args(["--cflags", "--libs", "footfall-estimator"]));
+    let flags = String::from_utf8(flags.stdout).expect("text");
+    let program = source.join("walk");
+    run(Command::new("cc")
+        .arg(archive.join("examples/walk.c"))
+        .args(flags.split_whitespace())
+        .arg("-o")
+        .arg(&program));
+    assert_same_bits(source, || Command::new(&program));
 }
 
 #[test]
@@ -290,7 +401,7 @@ fn program_of_the_document_compiles_as_c_and_cpp() {
     let main = "int main(void) {\n    footfall_sample sample = {0, {0, 0, 0}, {0, 0, 0}, 0};\n    \
                 return foot_start() + foot_may_be_leant_on(&sample);\n}\n";
     fs::write(&path, format!("{source}\n{main}")).expect("a file");
-    let library = library(None);
+    let library = library();
     for (compiler, package) in [(&C[..], "gcc"), (&CPP[..], "g++")] {
         if installed(compiler[0], package) {
             let program = temporary.path().join(compiler[0]);
@@ -336,7 +447,7 @@ fn header_has_the_layout_of_the_library() {
         temporary.path().join("layout"),
     );
     fs::write(&path, source + "    return 0;\n}\n").expect("a file");
-    compile(&C, &path, &library(None), &program);
+    compile(&C, &path, &library(), &program);
     let printed = String::from_utf8(run(&mut Command::new(program)).stdout).expect("text");
     for (value, (expression, expected)) in printed.lines().zip(&expected) {
         assert_eq!(value.parse(), Ok(*expected), "{expression}");
