@@ -11,6 +11,7 @@ use std::process::{Command, Output};
 use estimator_c::estimator::SIZE;
 use estimator_c::types::{CEstimate, CLearnt, CParams, CSample, VALIDITIES};
 use estimator_core::{ContactEstimate, Load};
+use host_tests::committed::assert_block;
 use host_tests::datasets::simulated;
 use host_tests::requirements::unmet;
 use recordings::config::default_params;
@@ -41,6 +42,9 @@ const fn cortex_m(folder: &'static str, options: &'static str, run: &'static str
         run,
     }
 }
+
+/// Largest size of a library, bytes of code and constants.
+const LARGEST_LIBRARY: u32 = 32 * 1024;
 
 const M0: &str = "-machine microbit";
 const M4: &str = "-machine netduinoplus2";
@@ -302,55 +306,115 @@ fn programs_in_c_and_cpp_have_the_bits_of_rust() {
     }
 }
 
+/// Compiles the example for a processor, with more files, and returns the command that runs it.
+fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) -> Command {
+    let board = folder().join("examples/board");
+    let is_arm = processor.compiler.starts_with("arm");
+    let mut command = Command::new(processor.compiler);
+    command.args(["-std=gnu99", "-Os"]).args(WARNINGS);
+    command.args(processor.options.split_whitespace());
+    command.arg("-I").arg(archive.join("src"));
+    command.arg(archive.join("examples/walk.c"));
+    if is_arm {
+        command.args(ARM.split(' ')).arg(board.join("startup.c"));
+        command.arg("-T").arg(board.join("link.ld"));
+        command.arg(memory(processor.run));
+    }
+    if processor.compiler.starts_with("riscv") {
+        command.arg(board.join("input.c"));
+    }
+    command
+        .args(more)
+        .arg("-L")
+        .arg(archive.join("src").join(processor.folder));
+    run(command
+        .args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"])
+        .arg(to));
+    let line = match is_arm {
+        true => format!("{QEMU_ARM} {} -kernel", processor.run),
+        false => processor.run.to_owned(),
+    };
+    let program = to.display().to_string();
+    let mut words = line.split_whitespace().chain([program.as_str()]);
+    let mut command = Command::new(words.next().expect("a program"));
+    command.args(words);
+    command
+}
+
 #[test]
 #[ignore = "full: compiles for each processor"]
 fn every_library_of_the_archive_has_the_bits_of_rust() {
     let archive = archive();
     let temporary = tempfile::tempdir().expect("a temporary directory");
-    let program = temporary.path().join("walk");
-    let board = folder().join("examples/board");
-    for Processor {
-        folder,
-        compiler,
-        options,
-        run: how,
-    } in PROCESSORS
-    {
-        let mut command = Command::new(compiler);
-        command
-            .args(["-std=c99", "-Os"])
-            .args(WARNINGS)
-            .args(options.split_whitespace());
-        command
-            .arg("-I")
-            .arg(archive.join("src"))
-            .arg(archive.join("examples/walk.c"));
-        if compiler.starts_with("arm") {
-            command.args(ARM.split(' ')).arg(board.join("startup.c"));
-            command
-                .arg("-T")
-                .arg(board.join("link.ld"))
-                .arg(memory(how));
-        }
-        if compiler.starts_with("riscv") {
-            command.arg(board.join("input.c"));
-        }
-        command.arg("-L").arg(archive.join("src").join(folder));
-        run(command
-            .args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"])
-            .arg(&program));
-        let mut line = match how {
-            _ if compiler.starts_with("arm") => format!("{QEMU_ARM} {how} -kernel"),
-            how => how.to_owned(),
-        };
-        line = format!("{line} {}", program.display());
+    for processor in &PROCESSORS {
+        let program = temporary.path().join("walk");
         assert_same_bits(temporary.path(), || {
-            let mut words = line.split_whitespace();
-            let mut command = Command::new(words.next().expect("a program"));
-            command.args(words);
-            command
+            program_for(processor, &archive, &program, &[])
         });
     }
+}
+
+#[test]
+#[ignore = "full: compiles for each processor"]
+fn instructions_of_an_update_are_in_the_document() {
+    let archive = archive();
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let (lines, _) = walk("walk.csv");
+    let input = temporary.path().join("input");
+    fs::write(&input, lines).expect("a file");
+    let counter = folder().join("examples/board/count.c");
+    let wrapped = "-Wl,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt";
+    let mut table = "| processor | library, bytes | instructions of an update, mean | largest |\n|---|---|---|---|\n".to_owned();
+    for processor in PROCESSORS
+        .iter()
+        .filter(|other| other.run.contains("-machine"))
+    {
+        let more = [counter.to_str().expect("text"), wrapped];
+        let program = temporary.path().join("walk");
+        let mut command = program_for(processor, &archive, &program, &more);
+        command
+            .args(["-icount", "shift=0"])
+            .current_dir(temporary.path());
+        let output = run(command.stdin(File::open(&input).expect("a file")));
+        let printed = String::from_utf8(output.stdout).expect("text");
+        let counts = printed
+            .lines()
+            .find_map(|line| line.strip_prefix("instructions "));
+        let (mean, largest) = counts
+            .and_then(|both| both.split_once(' '))
+            .expect("two counts");
+        let [mean, largest] = [mean, largest].map(|count| count.parse::<u32>().expect("a count"));
+        let size = code_size(
+            &archive
+                .join("src")
+                .join(processor.folder)
+                .join("libfootfall_estimator.a"),
+        );
+        assert!(
+            size <= LARGEST_LIBRARY,
+            "{}: {size} bytes",
+            processor.folder
+        );
+        let rounded = |count: u32| (count + 50) / 100 * 100;
+        writeln!(
+            table,
+            "| `{}` | {size} | {} | {} |",
+            processor.folder,
+            rounded(mean),
+            rounded(largest)
+        )
+        .expect("memory");
+    }
+    assert_block("docs/your-own-board.md", "processors", &table);
+}
+
+/// Bytes of code and constants in a library.
+fn code_size(library: &Path) -> u32 {
+    let output = run(Command::new("size").arg("-B").arg(library));
+    let text = String::from_utf8(output.stdout).expect("text");
+    let row = text.lines().nth(1).expect("a row");
+    let size = row.split_whitespace().next().expect("a column");
+    size.parse().expect("a number")
 }
 
 #[test]
