@@ -7,6 +7,7 @@ use std::fs::{self, File};
 use std::mem::{offset_of, size_of};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 
 use estimator_c::estimator::SIZE;
 use estimator_c::types::{CEstimate, CLearnt, CParams, CSample, VALIDITIES};
@@ -117,7 +118,8 @@ fn folder() -> &'static Path {
 
 /// Runs a command to its end, which must be a success.
 fn run(command: &mut Command) -> Output {
-    let output = command.output().expect("a program that starts");
+    let output = command.output();
+    let output = output.unwrap_or_else(|error| panic!("{command:?}: {error}"));
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{command:?}: {errors}");
     output
@@ -145,8 +147,8 @@ fn library() -> PathBuf {
     built.join("firmware/libestimator_c.a")
 }
 
-/// Packs the archive for all processors, and returns its unpacked folder.
-fn archive() -> PathBuf {
+/// The unpacked archive for all processors, packed once for all tests.
+static ARCHIVE: LazyLock<PathBuf> = LazyLock::new(|| {
     let root = folder().join("..");
     run(Command::new(env!("CARGO"))
         .current_dir(&root)
@@ -159,7 +161,7 @@ fn archive() -> PathBuf {
         .arg(packed)
         .arg(temporary));
     temporary.join(name)
-}
+});
 
 /// Returns whether the compiler is installed.
 fn installed(compiler: &str, package: &str) -> bool {
@@ -344,12 +346,12 @@ fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) 
 #[test]
 #[ignore = "full: compiles for each processor"]
 fn every_library_of_the_archive_has_the_bits_of_rust() {
-    let archive = archive();
+    let archive = ARCHIVE.as_path();
     let temporary = tempfile::tempdir().expect("a temporary directory");
     for processor in &PROCESSORS {
         let program = temporary.path().join("walk");
         assert_same_bits(temporary.path(), || {
-            program_for(processor, &archive, &program, &[])
+            program_for(processor, archive, &program, &[])
         });
     }
 }
@@ -357,7 +359,7 @@ fn every_library_of_the_archive_has_the_bits_of_rust() {
 #[test]
 #[ignore = "full: compiles for each processor"]
 fn instructions_of_an_update_are_in_the_document() {
-    let archive = archive();
+    let archive = ARCHIVE.as_path();
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let (lines, _) = walk("walk.csv");
     let input = temporary.path().join("input");
@@ -371,7 +373,7 @@ fn instructions_of_an_update_are_in_the_document() {
     {
         let more = [counter.to_str().expect("text"), wrapped];
         let program = temporary.path().join("walk");
-        let mut command = program_for(processor, &archive, &program, &more);
+        let mut command = program_for(processor, archive, &program, &more);
         command
             .args(["-icount", "shift=0"])
             .current_dir(temporary.path());
@@ -420,7 +422,7 @@ fn code_size(library: &Path) -> u32 {
 #[test]
 #[ignore = "full: packs for each processor"]
 fn cmake_and_pkg_config_find_the_archive() {
-    let archive = archive();
+    let archive = ARCHIVE.as_path();
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let source = temporary.path();
     fs::write(
@@ -442,7 +444,7 @@ fn cmake_and_pkg_config_find_the_archive() {
     run(Command::new("cmake").arg("--build").arg(&build));
     assert_same_bits(source, || Command::new(build.join("walk")));
     let flags = run(Command::new("pkg-config")
-        .env("PKG_CONFIG_PATH", &archive)
+        .env("PKG_CONFIG_PATH", archive)
         .args(["--cflags", "--libs", "footfall-estimator"]));
     let flags = String::from_utf8(flags.stdout).expect("text");
     let program = source.join("walk");
@@ -452,6 +454,98 @@ fn cmake_and_pkg_config_find_the_archive() {
         .arg("-o")
         .arg(&program));
     assert_same_bits(source, || Command::new(&program));
+}
+
+/// Zephyr's and ESP-IDF's functions, as far as the archive calls them.
+const BUILD_SYSTEMS: &str = r#"
+function(check library)
+  if(NOT EXISTS "${library}")
+    message(FATAL_ERROR "${library} does not exist")
+  endif()
+endfunction()
+function(zephyr_include_directories folder)
+  check("${CMAKE_CURRENT_LIST_DIR}/${folder}/footfall_estimator.h")
+endfunction()
+function(zephyr_library_import name library)
+  check("${library}")
+endfunction()
+function(idf_component_register)
+endfunction()
+function(add_prebuilt_library name library)
+  check("${library}")
+endfunction()
+function(target_link_libraries)
+endfunction()
+"#;
+
+#[test]
+#[ignore = "full: packs for each processor"]
+fn zephyr_and_esp_idf_get_libraries_that_exist() {
+    let archive = ARCHIVE.as_path();
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let script = temporary.path().join("script.cmake");
+    for (file, settings) in [
+        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M0PLUS"),
+        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4"),
+        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4 CONFIG_FPU"),
+        (
+            "zephyr/CMakeLists.txt",
+            "CONFIG_CPU_CORTEX_M4 CONFIG_FPU CONFIG_FP_HARDABI",
+        ),
+        (
+            "zephyr/CMakeLists.txt",
+            "CONFIG_CPU_CORTEX_M7 CONFIG_FPU CONFIG_FP_HARDABI",
+        ),
+        (
+            "zephyr/CMakeLists.txt",
+            "CONFIG_CPU_CORTEX_M33 CONFIG_FPU CONFIG_FP_HARDABI",
+        ),
+        ("zephyr/CMakeLists.txt", "CONFIG_SOC_SERIES_ESP32C3"),
+        ("CMakeLists.txt", "ESP_PLATFORM"),
+    ] {
+        let file = archive.join(file);
+        let include = format!("{BUILD_SYSTEMS}include(\"{}\")\n", file.display());
+        fs::write(&script, include).expect("a file");
+        let set = |name| format!("-D{name}=y");
+        let settings = ["CONFIG_FOOTFALL_ESTIMATOR"]
+            .into_iter()
+            .chain(settings.split(' '));
+        run(Command::new("cmake")
+            .args(settings.map(set))
+            .args(["-DIDF_TARGET=esp32c3", "-P"])
+            .arg(&script));
+    }
+}
+
+/// What the sketch calls of Arduino and of its sensor's library.
+const ARDUINO: &str = "#include <stdint.h>
+struct Printer { void begin(long); void println(const char *); void println(float); };
+extern Printer Serial;
+unsigned long micros();
+struct Sensor {
+    int begin(), accelerationAvailable(), gyroscopeAvailable();
+    float accelerationSampleRate();
+    int readAcceleration(float &, float &, float &), readGyroscope(float &, float &, float &);
+};
+extern Sensor IMU;
+";
+
+#[test]
+fn sketch_for_arduino_compiles() {
+    if !installed(CPP[0], "g++") {
+        return;
+    }
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    fs::write(temporary.path().join("Arduino_LSM6DSOX.h"), ARDUINO).expect("a file");
+    run(Command::new(CPP[0])
+        .args(&CPP[1..])
+        .args(WARNINGS)
+        .arg("-fsyntax-only")
+        .arg("-I")
+        .arg(temporary.path())
+        .arg("-I")
+        .arg(folder().join("include"))
+        .arg(folder().join("package/examples/Contact/Contact.ino")));
 }
 
 #[test]
