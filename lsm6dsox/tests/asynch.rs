@@ -1,13 +1,11 @@
 //! The asynchronous driver, on a bus and a delay that make it wait.
 
-mod common;
-
 use core::convert::Infallible;
 use core::future::poll_fn;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
-use common::{QUIET, part, sensor};
+use crate::common::{QUIET, part, sensor};
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use lsm6dsox::{Config, asynch};
@@ -75,7 +73,7 @@ fn both_drivers_initialise_alike_and_read_the_same_sample() {
     let (sample, waits) = run(late.sample());
     assert_eq!(waits, 1);
 
-    let other = common::part(QUIET);
+    let other = crate::common::part(QUIET);
     let mut blocking = sensor(&other, Config::FRESH_KILOHERTZ);
     assert_eq!(sample, blocking.sample());
     assert!(sample.unwrap().is_fresh());

@@ -1,8 +1,6 @@
 //! Faults of the part, and their detection by the driver.
 
-mod common;
-
-use common::{QUIET, part, sensor};
+use crate::common::{QUIET, part, sensor};
 use embedded_hal::spi::SpiDevice;
 use lsm6dsox::sim::{Axis, Part, PartFault, PartOptions, SharedPart};
 use lsm6dsox::{
@@ -201,7 +199,7 @@ fn every_bit_that_invalidates_data_is_read_back() {
 
 #[test]
 fn reserved_bits_are_not_read_back() {
-    let part = Part::with_options(common::at_rest, QUIET).shared();
+    let part = Part::with_options(crate::common::at_rest, QUIET).shared();
     part.inject(PartFault::ReservedBits);
     let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
     assert_eq!(sensor.init(&mut part.delay()), Ok(()));
@@ -212,7 +210,7 @@ fn reserved_bits_are_not_read_back() {
 
 #[test]
 fn the_first_sample_after_init_is_that_of_a_settled_gyroscope() {
-    let part = Part::with_options(common::at_rest, QUIET).shared();
+    let part = Part::with_options(crate::common::at_rest, QUIET).shared();
     let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
     sensor.init(&mut part.delay()).unwrap();
     part.advance_by(MILLISECOND);

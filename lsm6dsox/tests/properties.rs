@@ -1,10 +1,8 @@
 //! No bytes on the bus, in either direction, cause a panic.
 
-mod common;
-
 use core::convert::Infallible;
 
-use common::{QUIET, part};
+use crate::common::{QUIET, part};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use lsm6dsox::sim::{PartFault, PartOptions};

@@ -1,11 +1,9 @@
 //! The driver on the simulated part: samples, time, pins, self-test.
 
-mod common;
-
 use std::cell::Cell;
 use std::rc::Rc;
 
-use common::{QUIET, at_rest, part, sensor};
+use crate::common::{QUIET, at_rest, part, sensor};
 use embedded_hal::spi::SpiDevice as _;
 use estimator_core::{Timestamp, Validity};
 use lsm6dsox::imu::Conversion;

@@ -1,10 +1,8 @@
 //! Samples are unavailable after any failed step, as their scale could be wrong.
 
-mod common;
-
 use std::cell::Cell;
 
-use common::{QUIET, part};
+use crate::common::{QUIET, part};
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use lsm6dsox::sim::{SharedPart, SimSpi};
 use lsm6dsox::{AccelFullScale, Config, Error, Lsm6dsox, Params};
@@ -114,7 +112,7 @@ fn samples_are_unavailable_after_any_failed_step() {
 #[test]
 fn switched_off_part_has_no_samples() {
     let part = part(QUIET);
-    let mut sensor = common::sensor(&part, PRESET);
+    let mut sensor = crate::common::sensor(&part, PRESET);
     sensor.sample().expect("it is up");
     sensor.power_down().expect("the part is sound");
     assert_eq!(sensor.sample(), Err(Error::Unconfigured));

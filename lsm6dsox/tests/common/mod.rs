@@ -1,5 +1,4 @@
 //! A part at rest, and its driver.
-#![allow(dead_code)] // Each test file uses its share.
 
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, SimSpi, Stimulus};
 use lsm6dsox::{Config, Lsm6dsox};

@@ -1,8 +1,5 @@
 //! Builds programs for the target and boots them.
 
-// Every test uses a part of this module.
-#![allow(dead_code)]
-
 pub mod digest;
 pub mod image;
 pub mod rig;
