@@ -19,7 +19,6 @@ use virtual_board::emulator::elf::ElfImage;
 use virtual_board::emulator::machine::Machine;
 use virtual_board::emulator::time::PER_SECOND;
 use virtual_board::emulator::wiring::Wiring;
-use wire::Emergency;
 
 /// Millisecond of virtual time.
 pub const MILLISECOND: u64 = PER_SECOND / 1000;
@@ -175,20 +174,4 @@ pub fn run(board: &mut Board, ms: u64) {
     if let Err(failure) = board.run_for(ms * MILLISECOND) {
         panic!("{failure}");
     }
-}
-
-/// Runs the board for `ms`. Returns the codes of emergency messages and the number of contacts.
-pub fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
-    board.take_can();
-    run(board, ms);
-    let frames = board.take_can();
-    let codes = frames
-        .iter()
-        .filter(|sent| sent.frame.id == 0x091)
-        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
-        .map(|data| Emergency::decode(&data).code)
-        .filter(|code| *code != 0)
-        .collect();
-    let contacts = frames.iter().filter(|sent| sent.frame.id == 0x191);
-    (codes, contacts.count())
 }
