@@ -33,8 +33,8 @@
 //! stays wrong is a fault of the sensor again.
 //!
 //! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before
-//! the fault is identified. After outputs have repeated, samples stay flagged until each axis has
-//! changed: an axis that is still stuck is never trusted again.
+//! the fault is identified. After each start samples stay flagged until each axis has changed, for some
+//! ten ticks: an axis that is stuck is never trusted.
 
 mod diagnosis;
 mod fault;

@@ -62,19 +62,8 @@ pub struct Sensor<SPI> {
     error_turn: usize,
     /// Fault of the register that was read back after the previous sample.
     found: Option<SensorFault>,
-    standing: Standing,
     /// Factor of the changes in the accelerometer's self-test.
     accelerometer_range: f32,
-}
-
-/// Trust in the samples after a start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Standing {
-    /// Trusted from the first sample.
-    #[default]
-    Trusted,
-    /// The outputs have repeated: trusted from the sample on which each axis has changed.
-    OnProbation,
 }
 
 impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
@@ -91,7 +80,6 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             bus_errors: 0,
             error_turn: 0,
             found: None,
-            standing: Standing::Trusted,
             accelerometer_range: 1.0,
         }
     }
@@ -152,11 +140,8 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         if issue.is_some() && sample.validity != Validity::Invalid {
             sample.validity = Validity::Stale;
         }
-        if let Some(fault) = fault {
+        if fault.is_some() {
             sample.validity = Validity::Invalid;
-            if fault.fault == Fault::SensorFrozen {
-                self.standing = Standing::OnProbation;
-            }
         }
         Measurement {
             sample,
@@ -175,16 +160,9 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         self.found = self.read_back_one_register(tick.time).await;
     }
 
-    /// Issue of a sensor on probation with an axis that has not changed yet.
-    fn unproven(&mut self) -> Option<SampleIssue> {
-        if self.standing == Standing::Trusted {
-            return None;
-        }
-        if self.watch.frozen.every_axis_has_changed() {
-            self.standing = Standing::Trusted;
-            return None;
-        }
-        Some(SampleIssue::Unproven)
+    /// Issue of a sensor with an axis that has not changed yet since the start: it may be stuck, which is seen later.
+    fn unproven(&self) -> Option<SampleIssue> {
+        (!self.watch.frozen.every_axis_has_changed()).then_some(SampleIssue::Unproven)
     }
 
     /// Numbers of restarts and misreads so far.

@@ -100,7 +100,7 @@ pub(super) enum SampleIssue {
     Bus,
     /// The sample has repeated at least twice, or some of its axes have repeated for long.
     Repeat,
-    /// An axis has not changed yet since a start that followed repeats.
+    /// An axis has not changed yet since the start.
     Unproven,
 }
 
