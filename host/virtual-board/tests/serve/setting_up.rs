@@ -35,15 +35,15 @@ fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
     let serial = server.serial("FL");
     let learnt = server.foot(&serial, &["calibrate", "--json"]);
     let learnt: Json = serde_json::from_str(&learnt).expect("JSON");
-    let still = learnt["learnt"]["acceleration.still"].as_f64();
-    let moving = learnt["learnt"]["acceleration.moving"].as_f64();
+    let still = learnt["learnt"]["still"].as_f64();
+    let moving = learnt["learnt"]["moving"].as_f64();
     assert!(still < moving, "{learnt}");
     let bias = learnt["gyroscope_bias_rad_s"].as_array().expect("axes");
     assert!(bias.iter().all(Json::is_number), "{learnt}");
     let kept = |server: &Server| {
-        let stored = server.foot(&serial, &["get", "learnt.acceleration.still", "--json"]);
+        let stored = server.foot(&serial, &["get", "learnt.still", "--json"]);
         let stored: Json = serde_json::from_str(&stored).expect("JSON");
-        stored["learnt.acceleration.still"]
+        stored["learnt.still"]
             .as_f64()
             .expect("a number")
     };
