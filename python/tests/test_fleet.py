@@ -219,7 +219,7 @@ def deadly(path: Path, most: int) -> Iterator[list[int]]:
             with open(path, "wb"):
                 # A reader may be gone before it is seen.
                 while not (found := readers(path)):
-                    if ended.is_set():
+                    if ended.wait(0.01):
                         return
                 killed.extend(found)
                 if len(killed) >= most:
