@@ -32,6 +32,7 @@ fn the_self_check_prints_the_hosts_digests() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn nested_handlers_and_threads_keep_every_float_bit() {
     let image = image("board-proofs", "stress");
     let mut cpu = boot(&image);
@@ -85,6 +86,7 @@ fn in_pieces(image: &ElfImage, piece: u64) -> impl PartialEq + core::fmt::Debug 
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn runs_are_identical_wherever_they_are_stopped() {
     let image = image("board-proofs", "stress");
     let whole = in_pieces(&image, 10 * time::PER_SECOND);
@@ -120,6 +122,7 @@ fn noted(cpu: &mut Cpu, address: u32) -> u32 {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn a_fault_reports_its_exact_instruction_and_status() {
     let image = image("board-proofs", "faults");
     for (misuse, place, handler, cfsr) in [
@@ -138,6 +141,7 @@ fn a_fault_reports_its_exact_instruction_and_status() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn a_store_to_unmapped_memory_is_reported_late_without_address() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Store);
@@ -147,6 +151,7 @@ fn a_store_to_unmapped_memory_is_reported_late_without_address() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn an_address_without_the_thumb_bit_raises_invstate() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::State);
@@ -155,6 +160,7 @@ fn an_address_without_the_thumb_bit_raises_invstate() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn a_fault_in_the_fault_handler_causes_lockup() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misuse::LockUp);
@@ -163,6 +169,7 @@ fn a_fault_in_the_fault_handler_causes_lockup() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn a_stack_overflow_out_of_ram_causes_a_fault() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misuse::Overflow);
@@ -177,6 +184,7 @@ fn a_stack_overflow_out_of_ram_causes_a_fault() {
 /// Counts instructions with stock QEMU: it writes a line for every block that it executes, configured for one
 /// instruction per block.
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn the_kernel_has_the_instruction_count_of_stock_qemu() {
     let path = build("board-proofs", "kernel");
     let log = path.with_extension("qemu-log");
@@ -211,6 +219,7 @@ fn the_kernel_has_the_instruction_count_of_stock_qemu() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Watchdog);
@@ -227,6 +236,7 @@ fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn a_requested_reset_sets_its_flag() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Reset);
@@ -235,6 +245,7 @@ fn a_requested_reset_sets_its_flag() {
 }
 
 #[test]
+#[ignore = "full: proofs of the emulator"]
 fn misuse_ends_the_run_and_names_instruction_and_address() {
     let image = image("board-proofs", "faults");
     for (misuse, place, address, what) in [
