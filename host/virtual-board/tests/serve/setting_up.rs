@@ -43,9 +43,7 @@ fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
     let kept = |server: &Server| {
         let stored = server.foot(&serial, &["get", "learnt.still", "--json"]);
         let stored: Json = serde_json::from_str(&stored).expect("JSON");
-        stored["learnt.still"]
-            .as_f64()
-            .expect("a number")
+        stored["learnt.still"].as_f64().expect("a number")
     };
     let before = kept(&server);
     assert_ne!(before, 0.0);
