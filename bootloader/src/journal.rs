@@ -35,9 +35,9 @@ pub const MOST_STARTS: u8 = 3;
 /// An event of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The program in [`Slot::New`](crate::layout::Slot::New) is to be copied and started.
+    /// The program in [`Slot::New`] is to be copied and started.
     Install,
-    /// The program to return to is whole in [`Slot::Previous`](crate::layout::Slot::Previous), if there is one: the new
+    /// The program to return to is whole in [`Slot::Previous`], if there is one: the new
     /// one takes its place.
     Kept,
     /// The new program is started, without having been confirmed.

@@ -5,9 +5,9 @@
 
 use std::collections::VecDeque;
 
-use estimator_core::{ContactEstimate, ContactEstimator, ParamsError};
+use estimator_core::{ContactEstimate, ContactEstimator, ParamsError, Validity};
 use lsm6dsox::imu::{Conversion, missing_sample};
-use lsm6dsox::{Config, RawSample};
+use lsm6dsox::{Config, FrozenDetector, RawSample};
 use wire::pdo::{P8, P16};
 use wire::settings::WINDOW_CAPACITY;
 use wire::uart::ContactMessage;
@@ -78,6 +78,8 @@ pub struct ParityCheck {
     parity: Parity,
     conversion: Conversion,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
+    /// After a start the board flags samples until each axis has changed.
+    changes: FrozenDetector,
     /// Offset of the board's clock behind virtual time, µs, once known.
     offset: Option<f64>,
     bursts: VecDeque<Burst>,
@@ -100,6 +102,7 @@ impl ParityCheck {
             parity: Parity::default(),
             conversion: Conversion::default(),
             estimator: ContactEstimator::new(&config),
+            changes: FrozenDetector::new(),
             offset: None,
             bursts: VecDeque::new(),
             contacts: VecDeque::new(),
@@ -164,10 +167,20 @@ impl ParityCheck {
         let old = old.take_while(|burst| burst.edge_us < at - 1.0).count();
         self.bursts.drain(..old);
         let burst = self.bursts.pop_front_if(|burst| burst.edge_us < at + 2.0);
-        let sample = match &burst {
+        let mut sample = match &burst {
             Some(burst) => self.conversion.imu_sample(&burst.raw, message.timestamp),
             None => missing_sample(message.timestamp),
         };
+        if let Some(burst) = &burst
+            && !self.changes.every_axis_has_changed()
+        {
+            if !burst.raw.is_saturated() {
+                self.changes.update(&burst.raw);
+            }
+            if !self.changes.every_axis_has_changed() {
+                sample.validity = Validity::Stale;
+            }
+        }
         let estimate = self.estimator.update(&sample, None);
         self.short.push_back(short_form(&estimate));
         if self.short.len() > FRAMES_LAG + 2 * LAG {
