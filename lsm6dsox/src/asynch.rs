@@ -1,12 +1,12 @@
-//! The driver over `embedded_hal_async::spi::SpiDevice`, which contains the driver's logic.
+//! The driver over an [`AsyncBus`], which contains the driver's logic.
 //!
 //! [`crate::Lsm6dsox`] is the driver over the blocking traits. It runs these functions on a
 //! bus whose answers are always ready, so that no code is duplicated and no macro has to
 //! rewrite it.
 
 use embedded_hal_async::delay::DelayNs;
-use embedded_hal_async::spi::SpiDevice;
 
+use crate::bus::AsyncBus;
 use crate::config::{Config, I3C_DISABLED, Write};
 use crate::error::Error;
 use crate::register::{self, Register, ctrl3_c, ctrl5_c};
@@ -32,10 +32,10 @@ const RESET_POLLS: u32 = 100;
 /// Polls of `STATUS_REG`, 1 ms apart, until a sample of the self-test counts as missing.
 const DATA_READY_POLLS: u32 = 100;
 
-/// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz \[D\].
+/// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz, or on I²C, at most 400 kHz \[D\].
 #[derive(Debug)]
-pub struct Lsm6dsox<SPI> {
-    pub(crate) spi: SPI,
+pub struct Lsm6dsox<BUS> {
+    pub(crate) bus: BUS,
     /// Configuration to write; the scale of codes while the part holds it.
     config: Config,
     holding: Holding,
@@ -50,12 +50,12 @@ enum Holding {
     Unknown,
 }
 
-impl<SPI: SpiDevice> Lsm6dsox<SPI> {
+impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
-    pub const fn new(spi: SPI, config: Config) -> Self {
+    pub const fn new(bus: BUS, config: Config) -> Self {
         Self {
-            spi,
-            config,
+            bus,
+            config: config.on_bus(BUS::IS_I2C),
             holding: Holding::Unknown,
         }
     }
@@ -66,13 +66,13 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     /// The bus, to change its settings between two transfers.
-    pub const fn bus(&mut self) -> &mut SPI {
-        &mut self.spi
+    pub const fn bus(&mut self) -> &mut BUS {
+        &mut self.bus
     }
 
     /// Releases the bus.
-    pub fn release(self) -> SPI {
-        self.spi
+    pub fn release(self) -> BUS {
+        self.bus
     }
 
     /// Brings the part from any state into the configuration: waits for its boot, leaves other
@@ -82,7 +82,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// The first register that does not hold the expected value.
-    pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+    pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
         self.holding = Holding::Unknown;
         delay.delay_us(BOOT_MICROS).await;
         self.make_readable().await?;
@@ -110,8 +110,8 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &mut self,
         config: Config,
         delay: &mut impl DelayNs,
-    ) -> Result<(), Error<SPI::Error>> {
-        self.config = config;
+    ) -> Result<(), Error<BUS::Error>> {
+        self.config = config.on_bus(BUS::IS_I2C);
         self.init(delay).await
     }
 
@@ -119,7 +119,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::Identity`] with the value read instead.
-    pub async fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
+    pub async fn check_identity(&mut self) -> Result<(), Error<BUS::Error>> {
         let read = self.read(register::WHO_AM_I.address).await?;
         check_identity(read)
     }
@@ -129,7 +129,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// As [`check_identity`](Self::check_identity) and [`check`](Self::check).
-    pub async fn check_identity_and_rate(&mut self) -> Result<(), Error<SPI::Error>> {
+    pub async fn check_identity_and_rate(&mut self) -> Result<(), Error<BUS::Error>> {
         const { assert!(register::WHO_AM_I.address + 1 == register::CTRL1_XL.address) };
         let mut frame = [register::WHO_AM_I.read_address(), 0, 0];
         self.transfer(&mut frame).await?;
@@ -148,7 +148,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::ReadBack`] with the first register that differs. Samples are unavailable until
     /// [`init`](Self::init) has succeeded.
-    pub async fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
+    pub async fn verify(&mut self) -> Result<(), Error<BUS::Error>> {
         let config = self.config;
         let holding = core::mem::replace(&mut self.holding, Holding::Unknown);
         self.verify_as(&config).await?;
@@ -161,7 +161,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::ReadBack`] if it differs.
-    pub async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
+    pub async fn check(&mut self, write: Write) -> Result<(), Error<BUS::Error>> {
         let read = self.read(write.register.address).await?;
         check_read_back(write, read)
     }
@@ -171,7 +171,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
-    pub async fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
+    pub async fn sample(&mut self) -> Result<RawSample, Error<BUS::Error>> {
         self.scale()?;
         let mut frame = BURST;
         self.transfer(&mut frame).await?;
@@ -182,7 +182,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::Status`] if the byte read cannot be a status.
-    pub async fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
+    pub async fn status(&mut self) -> Result<Status, Error<BUS::Error>> {
         let register = register::STATUS_REG;
         let read = self.read(register.address).await?;
         Status::from_bits(read).ok_or(Error::Status { register, read })
@@ -192,7 +192,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// Errors of the bus.
-    pub async fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
+    pub async fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<BUS::Error>> {
         let read = self.read(register::INTERNAL_FREQ_FINE.address).await?;
         Ok(FrequencyFine(i8::from_le_bytes([read])))
     }
@@ -202,7 +202,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::ReadBack`] with the data rate that was not accepted.
-    pub async fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
+    pub async fn power_down(&mut self) -> Result<(), Error<BUS::Error>> {
         self.holding = Holding::Unknown;
         const OFF: [Write; 2] = [
             Write {
@@ -230,18 +230,18 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     pub async fn self_test(
         &mut self,
         delay: &mut impl DelayNs,
-    ) -> Result<SelfTest, Error<SPI::Error>> {
+    ) -> Result<SelfTest, Error<BUS::Error>> {
         let accel = ctrl5_c::ST_XL.place(self_test::ST_XL_NEGATIVE);
         let gyro = ctrl5_c::ST_G.place(self_test::ST_G_POSITIVE);
         self.holding = Holding::Unknown;
         self.make_readable().await?;
         self.check_identity().await?;
         let (off, on) = self
-            .test_signal(&Config::ACCEL_SELF_TEST, accel, delay)
+            .test_signal(&Config::ACCEL_SELF_TEST.on_bus(BUS::IS_I2C), accel, delay)
             .await?;
         let specific_force = self_test::changes(off.specific_force, on.specific_force);
         let (off, on) = self
-            .test_signal(&Config::GYRO_SELF_TEST, gyro, delay)
+            .test_signal(&Config::GYRO_SELF_TEST.on_bus(BUS::IS_I2C), gyro, delay)
             .await?;
         let angular_rate = self_test::changes(off.angular_rate, on.angular_rate);
         self.init(delay).await?;
@@ -257,7 +257,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         config: &Config,
         signal: u8,
         delay: &mut impl DelayNs,
-    ) -> Result<(Mean, Mean), Error<SPI::Error>> {
+    ) -> Result<(Mean, Mean), Error<BUS::Error>> {
         self.reset(delay).await?;
         self.apply(config).await?;
         let off = self.settled_mean(config, delay).await?;
@@ -271,7 +271,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &mut self,
         config: &Config,
         delay: &mut impl DelayNs,
-    ) -> Result<Mean, Error<SPI::Error>> {
+    ) -> Result<Mean, Error<BUS::Error>> {
         delay.delay_ms(self_test::SETTLING_MILLIS).await;
         self.next_sample(config, delay).await?;
         let mut mean = Mean::default();
@@ -285,7 +285,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &mut self,
         config: &Config,
         delay: &mut impl DelayNs,
-    ) -> Result<RawSample, Error<SPI::Error>> {
+    ) -> Result<RawSample, Error<BUS::Error>> {
         let mut read = 0;
         for _ in 0..DATA_READY_POLLS {
             let sample = self.sample_as(config).await?;
@@ -304,7 +304,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// A part whose INT1 is high at its power-up or reset, by a pulse of its own too, answers on I3C alone, but takes
     /// writes; with I3C disabled a reset ends that (STMicroelectronics/stm32-lsm6dso #1, Zephyr #20913, #39181) \[S\].
-    async fn make_readable(&mut self) -> Result<(), Error<SPI::Error>> {
+    async fn make_readable(&mut self) -> Result<(), Error<BUS::Error>> {
         self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
         self.write(register::INT1_CTRL.address, 0).await?;
         self.write(register::CTRL9_XL.address, I3C_DISABLED).await?;
@@ -314,7 +314,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
 
     /// Resets the registers with the gyroscope off and the accelerometer in high-performance mode, which is ST's order for
     /// this family \[S\].
-    async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+    async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
         self.write(register::CTRL2_G.address, 0).await?;
         self.write(register::CTRL6_C.address, 0).await?;
         let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.mask();
@@ -330,47 +330,47 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Err(Error::ResetTimeout { written, read })
     }
 
-    async fn apply(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
+    async fn apply(&mut self, config: &Config) -> Result<(), Error<BUS::Error>> {
         for Write { register, value } in config.writes() {
             self.write(register.address, value).await?;
         }
         self.verify_as(config).await
     }
 
-    async fn verify_as(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
+    async fn verify_as(&mut self, config: &Config) -> Result<(), Error<BUS::Error>> {
         for write in config.writes() {
             self.check(write).await?;
         }
         Ok(())
     }
 
-    async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<SPI::Error>> {
+    async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<BUS::Error>> {
         let mut frame = BURST;
         self.transfer(&mut frame).await?;
         decode(&frame, config)
     }
 
     /// Returns the configuration that gives codes their scale, if the part holds it.
-    fn scale(&self) -> Result<&Config, Error<SPI::Error>> {
+    fn scale(&self) -> Result<&Config, Error<BUS::Error>> {
         match self.holding {
             Holding::Config => Ok(&self.config),
             Holding::Unknown => Err(Error::Unconfigured),
         }
     }
 
-    async fn read(&mut self, address: u8) -> Result<u8, Error<SPI::Error>> {
+    async fn read(&mut self, address: u8) -> Result<u8, Error<BUS::Error>> {
         let mut frame = [address | Register::READ, 0];
         self.transfer(&mut frame).await?;
         let [_, value] = frame;
         Ok(value)
     }
 
-    async fn write(&mut self, address: u8, value: u8) -> Result<(), Error<SPI::Error>> {
-        Ok(self.spi.write(&[address, value]).await?)
+    async fn write(&mut self, address: u8, value: u8) -> Result<(), Error<BUS::Error>> {
+        Ok(self.bus.write(address, value).await?)
     }
 
-    async fn transfer(&mut self, frame: &mut [u8]) -> Result<(), Error<SPI::Error>> {
-        Ok(self.spi.transfer_in_place(frame).await?)
+    async fn transfer(&mut self, frame: &mut [u8]) -> Result<(), Error<BUS::Error>> {
+        Ok(self.bus.read(frame).await?)
     }
 }
 

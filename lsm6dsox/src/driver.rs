@@ -1,4 +1,4 @@
-//! The driver over `embedded_hal::spi::SpiDevice`.
+//! The driver over a blocking [`Bus`].
 //!
 //! Every method corresponds to one of [`asynch::Lsm6dsox`] on a bus whose
 //! answers are always ready: polling it a single time completes it.
@@ -7,9 +7,10 @@ use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
 use embedded_hal::delay::DelayNs;
-use embedded_hal::spi::{ErrorType, MODE_3, Mode, Operation, SpiDevice};
+use embedded_hal::spi::{MODE_3, Mode};
 
 use crate::asynch;
+use crate::bus::{AsyncBus, Bus};
 use crate::config::{Config, Write};
 use crate::error::Error;
 use crate::sample::{RawSample, Status};
@@ -73,16 +74,17 @@ pub trait SetSpiClock {
 #[derive(Debug)]
 struct Blocking<T>(T);
 
-impl<SPI: ErrorType> ErrorType for Blocking<SPI> {
-    type Error = SPI::Error;
-}
+impl<BUS: Bus> AsyncBus for Blocking<BUS> {
+    type Error = BUS::Error;
 
-impl<SPI: SpiDevice> embedded_hal_async::spi::SpiDevice for Blocking<SPI> {
-    async fn transaction(
-        &mut self,
-        operations: &mut [Operation<'_, u8>],
-    ) -> Result<(), SPI::Error> {
-        self.0.transaction(operations)
+    const IS_I2C: bool = BUS::IS_I2C;
+
+    async fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error> {
+        self.0.read(frame)
+    }
+
+    async fn write(&mut self, address: u8, value: u8) -> Result<(), Self::Error> {
+        self.0.write(address, value)
     }
 }
 
@@ -111,17 +113,17 @@ fn run<F: Future>(future: F) -> F::Output {
     }
 }
 
-/// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz \[D\].
+/// An LSM6DSOX on SPI, mode 0 or 3, at most 10 MHz, or on I²C, at most 400 kHz \[D\].
 #[derive(Debug)]
-pub struct Lsm6dsox<SPI> {
-    inner: asynch::Lsm6dsox<Blocking<SPI>>,
+pub struct Lsm6dsox<BUS> {
+    inner: asynch::Lsm6dsox<Blocking<BUS>>,
 }
 
-impl<SPI: SpiDevice> Lsm6dsox<SPI> {
+impl<BUS: Bus> Lsm6dsox<BUS> {
     /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
-    pub const fn new(spi: SPI, config: Config) -> Self {
+    pub const fn new(bus: BUS, config: Config) -> Self {
         Self {
-            inner: asynch::Lsm6dsox::new(Blocking(spi), config),
+            inner: asynch::Lsm6dsox::new(Blocking(bus), config),
         }
     }
 
@@ -131,7 +133,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 
     /// Releases the bus.
-    pub fn release(self) -> SPI {
+    pub fn release(self) -> BUS {
         self.inner.release().0
     }
 
@@ -142,7 +144,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// The first register that does not hold the expected value.
-    pub fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+    pub fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
         run(self.inner.init(&mut Blocking(delay)))
     }
 
@@ -154,7 +156,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &mut self,
         config: Config,
         delay: &mut impl DelayNs,
-    ) -> Result<(), Error<SPI::Error>> {
+    ) -> Result<(), Error<BUS::Error>> {
         run(self.inner.reconfigure(config, &mut Blocking(delay)))
     }
 
@@ -162,7 +164,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::Identity`] with the value read instead.
-    pub fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
+    pub fn check_identity(&mut self) -> Result<(), Error<BUS::Error>> {
         run(self.inner.check_identity())
     }
 
@@ -172,7 +174,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::ReadBack`] with the first register that differs. Samples are unavailable until
     /// [`init`](Self::init) has succeeded.
-    pub fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
+    pub fn verify(&mut self) -> Result<(), Error<BUS::Error>> {
         run(self.inner.verify())
     }
 
@@ -181,7 +183,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::ReadBack`] if it differs.
-    pub fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
+    pub fn check(&mut self, write: Write) -> Result<(), Error<BUS::Error>> {
         run(self.inner.check(write))
     }
 
@@ -190,7 +192,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
-    pub fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
+    pub fn sample(&mut self) -> Result<RawSample, Error<BUS::Error>> {
         run(self.inner.sample())
     }
 
@@ -198,7 +200,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::Status`] if the byte read cannot be a status.
-    pub fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
+    pub fn status(&mut self) -> Result<Status, Error<BUS::Error>> {
         run(self.inner.status())
     }
 
@@ -206,7 +208,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// Errors of the bus.
-    pub fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
+    pub fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<BUS::Error>> {
         run(self.inner.frequency_fine())
     }
 
@@ -215,7 +217,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ///
     /// # Errors
     /// [`Error::ReadBack`] with the data rate that was not accepted.
-    pub fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
+    pub fn power_down(&mut self) -> Result<(), Error<BUS::Error>> {
         run(self.inner.power_down())
     }
 
@@ -225,7 +227,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Errors of the bus and the registers; a part that fails its limits is a result, not an error.
     /// After an error the part may be under a test signal: samples are unavailable until
     /// [`init`](Self::init) has succeeded.
-    pub fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<SelfTest, Error<SPI::Error>> {
+    pub fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<SelfTest, Error<BUS::Error>> {
         run(self.inner.self_test(&mut Blocking(delay)))
     }
 }

@@ -1,4 +1,4 @@
-//! The LSM6DSOX, accelerometer and gyroscope, over SPI.
+//! The LSM6DSOX, accelerometer and gyroscope, over SPI or I²C.
 //!
 //! The path of a sample, one module a step:
 //!
@@ -7,6 +7,7 @@
 //! | the registers: addresses, fields, values after reset | [`register`] |
 //! | data rates, filters, pins | [`setting`] |
 //! | settings, validated, and their register values | [`config`] |
+//! | SPI or I²C | [`bus`] |
 //! | init, burst, self-test on the bus | [`driver`] (blocking), [`asynch`] |
 //! | sixteen bytes → codes that carry their scale → SI units | [`sample`], [`scale`] |
 //! | noise of the outputs at a setting | [`noise`] |
@@ -58,6 +59,7 @@ assert!((sample.specific_force[2] - 9.81).abs() < 0.2);
 extern crate std;
 
 pub mod asynch;
+pub mod bus;
 pub mod config;
 pub mod driver;
 pub mod error;
@@ -75,6 +77,7 @@ pub mod setting;
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
 
+pub use bus::{AsyncBus, Bus, I2c, Sa0};
 pub use config::{AccelParams, Config, DataReady, GyroParams, Params, ParamsError, Write};
 pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE, SetSpiClock, SpiClock};
 pub use error::Error;

@@ -6,6 +6,7 @@ mod asynch;
 mod bytes;
 mod crosscheck;
 mod faults;
+mod i2c;
 mod properties;
 mod readme;
 mod simulated_part;

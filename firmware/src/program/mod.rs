@@ -26,6 +26,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::sampling::Sensor;
 use firmware::{Ports, Start};
+use lsm6dsox::Config;
 use static_cell::StaticCell;
 use storage::{MOST_WATCHDOG_RESETS, Origin, Storage};
 use wire::Settings;
@@ -135,7 +136,7 @@ fn main() -> ! {
     // After the tasks that send: the first frames do not wait for a start of the buses, and none replaces another.
     interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
     let level = SAMPLING.start(interrupt::UART4);
-    let sensor = Sensor::new(board.sensor)
+    let sensor = Sensor::new(board.sensor, Config::FRESH_KILOHERTZ)
         .with_spi_clock(board::wiring::SENSOR_SPEED)
         .with_accelerometer_range(range);
     once(

@@ -1,8 +1,7 @@
 //! Diagnosis of sensor faults: one register is read back each tick, and all of them after bad ticks.
 
-use embedded_hal_async::spi::SpiDevice;
 use estimator_core::Timestamp;
-use lsm6dsox::{Config, Error, SetSpiClock};
+use lsm6dsox::{AsyncBus, Config, Error, SetSpiClock};
 use wire::Fault;
 
 use super::fault::SensorFault;
@@ -17,7 +16,7 @@ pub const READ_BACK_TICKS: usize = 2 * LAST_WRITE;
 
 const _: () = assert!(READ_BACK_TICKS == 44);
 
-impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
+impl<BUS: AsyncBus + SetSpiClock> Sensor<BUS> {
     /// Reads back in turns: the identity with a data rate, which a failed sensor loses first, and one other
     /// register of the configuration. A difference counts once it has been read twice; one that is not read again is a misread. If the identity reads
     /// as that of a line at rest it does not count: such a sensor gives no samples either, and the
@@ -26,7 +25,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         let turn = self.watch.turn;
         let write = match turn % 2 {
             0 => None,
-            _ => Config::FRESH_KILOHERTZ.write(turn / 2 % LAST_WRITE),
+            _ => self.driver.config().write(turn / 2 % LAST_WRITE),
         };
         for misreads in 0..2 {
             let result = match write {
@@ -87,7 +86,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         }
     }
 
-    pub(super) fn fault_of(&self, error: &Error<SPI::Error>) -> SensorFault {
+    pub(super) fn fault_of(&self, error: &Error<BUS::Error>) -> SensorFault {
         let registers =
             |address: u8, written: u8, read: u8| u32::from_le_bytes([address, written, read, 0]);
         match *error {

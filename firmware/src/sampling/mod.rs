@@ -46,9 +46,8 @@ use core::pin::pin;
 use core::task::Poll;
 
 use embedded_hal_async::delay::DelayNs;
-use embedded_hal_async::spi::SpiDevice;
 use estimator_core::Timestamp;
-use lsm6dsox::SetSpiClock;
+use lsm6dsox::{AsyncBus, SetSpiClock};
 use wire::Fault;
 
 pub use diagnosis::READ_BACK_TICKS;
@@ -104,8 +103,8 @@ pub trait Ticks {
 /// Runs the sensor forever: starts it, with its self-test if `self_test` is set, reads it each
 /// tick, and starts it again after a fault, after waits that double from 10 ms to 1 s. `each` is
 /// called with every tick and its measurement.
-pub async fn run<SPI: SpiDevice + SetSpiClock>(
-    mut sensor: Sensor<SPI>,
+pub async fn run<BUS: AsyncBus + SetSpiClock>(
+    mut sensor: Sensor<BUS>,
     mut delay: impl DelayNs,
     mut ticks: impl Ticks,
     mut self_test: bool,
@@ -115,12 +114,12 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
     loop {
         let (activity, counts) = (sensor.activity, sensor.counts());
         let mut started = alongside(sensor.start(&mut delay), &mut ticks, |tick| {
-            each(tick, &Sensor::<SPI>::absent(tick, activity, counts));
+            each(tick, &Sensor::<BUS>::absent(tick, activity, counts));
         })
         .await;
         if self_test && started.is_ok() {
             started = alongside(sensor.self_test(&mut delay), &mut ticks, |tick| {
-                let absent = Sensor::<SPI>::absent(tick, Activity::SelfTest, counts);
+                let absent = Sensor::<BUS>::absent(tick, Activity::SelfTest, counts);
                 each(tick, &absent);
             })
             .await;
@@ -166,7 +165,7 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
         sensor.activity = Activity::Recovering;
         for _ in 0..wait {
             let tick = ticks.next().await;
-            let mut absent = Sensor::<SPI>::absent(&tick, Activity::Recovering, sensor.counts());
+            let mut absent = Sensor::<BUS>::absent(&tick, Activity::Recovering, sensor.counts());
             absent.fault = unreported.take();
             each(&tick, &absent);
         }

@@ -1,10 +1,9 @@
 //! The sensor: its start, its self-test, and the measurement of a tick.
 
 use embedded_hal_async::delay::DelayNs;
-use embedded_hal_async::spi::SpiDevice;
 use estimator_core::{ImuSample, Validity};
 use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
-use lsm6dsox::{Config, Error, RawSample, SetSpiClock, SpiClock, imu};
+use lsm6dsox::{AsyncBus, Config, Error, RawSample, SetSpiClock, SpiClock, imu};
 use wire::Fault;
 
 use super::fault::{SensorFault, failed_axes};
@@ -48,8 +47,8 @@ pub struct Measurement {
 
 /// Sensor and the state of its health.
 #[derive(Debug)]
-pub struct Sensor<SPI> {
-    pub(super) driver: Lsm6dsox<SPI>,
+pub struct Sensor<BUS> {
+    pub(super) driver: Lsm6dsox<BUS>,
     conversion: imu::Conversion,
     pub(super) watch: Watch,
     pub(super) activity: Activity,
@@ -66,11 +65,11 @@ pub struct Sensor<SPI> {
     accelerometer_range: f32,
 }
 
-impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
-    /// Creates a sensor that has not been started.
-    pub fn new(spi: SPI) -> Self {
+impl<BUS: AsyncBus + SetSpiClock> Sensor<BUS> {
+    /// Creates a sensor that has not been started, with a new sample at least each tick.
+    pub fn new(bus: BUS, config: Config) -> Self {
         Self {
-            driver: Lsm6dsox::new(spi, Config::FRESH_KILOHERTZ),
+            driver: Lsm6dsox::new(bus, config),
             conversion: imu::Conversion::default(),
             watch: Watch::default(),
             activity: Activity::Starting,

@@ -143,7 +143,7 @@ impl Run<'_> {
             count_edges: self.count_edges,
         };
         let end = part.now_ns() + ns;
-        let sensor = Sensor::new(part.spi());
+        let sensor = Sensor::new(part.spi(), Config::FRESH_KILOHERTZ);
         let delay = BenchDelay(alarm());
         let mut future = pin!(sampling::run(sensor, delay, ticks, self.self_test, each));
         let mut context = Context::from_waker(Waker::noop());

@@ -92,6 +92,21 @@ impl Params {
         timestamp: true,
     };
 
+    /// A fresh sample at each tick of a 417 Hz timer, for processors that are too slow for a kilohertz: as
+    /// [`FRESH_KILOHERTZ`](Self::FRESH_KILOHERTZ), behind filters of 148 and 171 Hz, below the 208 Hz that such a
+    /// timer can carry.
+    pub const FRESH_417_HERTZ: Self = Self {
+        accel: AccelParams {
+            filter: AccelFilter::OdrDiv45,
+            ..Self::FRESH_KILOHERTZ.accel
+        },
+        gyro: GyroParams {
+            filter: GyroFilter::Lpf1(Ftype::F2),
+            ..Self::FRESH_KILOHERTZ.gyro
+        },
+        ..Self::FRESH_KILOHERTZ
+    };
+
     /// Checks that the part supports this combination.
     ///
     /// # Errors
@@ -227,6 +242,9 @@ impl Config {
     /// [`Params::FRESH_KILOHERTZ`], validated.
     pub const FRESH_KILOHERTZ: Self = Self::new(Params::FRESH_KILOHERTZ);
 
+    /// [`Params::FRESH_417_HERTZ`], validated.
+    pub const FRESH_417_HERTZ: Self = Self::new(Params::FRESH_417_HERTZ);
+
     /// The accelerometer's self-test: 52 Hz, ±4 g, everything else as after a reset.
     pub(crate) const ACCEL_SELF_TEST: Self = Self::new(Params {
         accel: AccelParams {
@@ -254,6 +272,15 @@ impl Config {
 
     /// Number of registers in a configuration.
     pub const WRITES: usize = 23;
+
+    /// The same settings for a part on I²C, which keeps that interface, or on SPI, which switches it off.
+    pub(crate) const fn on_bus(mut self, is_i2c: bool) -> Self {
+        if is_i2c {
+            let [_, _, third, ..] = &mut self.writes;
+            third.value &= !ctrl4_c::I2C_DISABLE.mask();
+        }
+        self
+    }
 
     /// The settings as given.
     #[must_use]

@@ -217,6 +217,16 @@ impl I2c<SevenBitAddress> for SimI2c {
     }
 }
 
+impl embedded_hal_async::i2c::I2c<SevenBitAddress> for SimI2c {
+    async fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [i2c::Operation<'_>],
+    ) -> Result<(), I2cError> {
+        I2c::transaction(self, address, operations)
+    }
+}
+
 /// A delay that advances the part's time.
 #[derive(Clone, Debug)]
 pub struct SimDelay(SharedPart);

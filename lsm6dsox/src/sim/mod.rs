@@ -1,7 +1,7 @@
 //! Simulated LSM6DSOX, for hosts, at the level of its registers.
 //!
 //! [`Part`] contains registers, clock, signal paths and pins; a [`SharedPart`] provides its
-//! interfaces: a [`SimSpi`] for the drivers, a [`SimI2c`] for drivers by others, a [`SimDelay`] that
+//! interfaces: a [`SimSpi`] for the drivers, a [`SimI2c`] for I²C, a [`SimDelay`] that
 //! advances its time. The measured motion comes from a [`Motion`]. Faults are [`PartFault`]s.
 //!
 //! | feature | fidelity |

@@ -1,0 +1,151 @@
+//! The part's buses: SPI, which is any `SpiDevice`, and I²C.
+
+use embedded_hal::{i2c, spi};
+
+use crate::register::Register;
+
+/// A blocking bus of the part: any [`SpiDevice`](spi::SpiDevice), or an [`I2c`].
+pub trait Bus {
+    /// Error of a transfer.
+    type Error;
+
+    /// Whether the part is to keep its I²C interface.
+    const IS_I2C: bool;
+
+    /// Reads registers, from the address in the first byte of `frame` on, with [`Register::READ`], into the others.
+    ///
+    /// # Errors
+    /// The transfer failed.
+    fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error>;
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// The transfer failed.
+    fn write(&mut self, address: u8, value: u8) -> Result<(), Self::Error>;
+}
+
+/// An asynchronous bus of the part: any `embedded_hal_async::spi::SpiDevice`, or an [`I2c`].
+pub trait AsyncBus {
+    /// See [`Bus::Error`].
+    type Error;
+
+    /// See [`Bus::IS_I2C`].
+    const IS_I2C: bool;
+
+    /// See [`Bus::read`].
+    fn read(&mut self, frame: &mut [u8]) -> impl Future<Output = Result<(), Self::Error>>;
+
+    /// See [`Bus::write`].
+    fn write(&mut self, address: u8, value: u8) -> impl Future<Output = Result<(), Self::Error>>;
+}
+
+impl<SPI: spi::SpiDevice> Bus for SPI {
+    type Error = SPI::Error;
+
+    const IS_I2C: bool = false;
+
+    fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error> {
+        self.transfer_in_place(frame)
+    }
+
+    fn write(&mut self, address: u8, value: u8) -> Result<(), Self::Error> {
+        spi::SpiDevice::write(self, &[address, value])
+    }
+}
+
+impl<SPI: embedded_hal_async::spi::SpiDevice> AsyncBus for SPI {
+    type Error = SPI::Error;
+
+    const IS_I2C: bool = false;
+
+    async fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error> {
+        self.transfer_in_place(frame).await
+    }
+
+    async fn write(&mut self, address: u8, value: u8) -> Result<(), Self::Error> {
+        embedded_hal_async::spi::SpiDevice::write(self, &[address, value]).await
+    }
+}
+
+/// Level of the part's pin SA0, the last bit of its address on I²C \[P\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sa0 {
+    /// Address 0x6A.
+    #[default]
+    Low,
+    /// Address 0x6B.
+    High,
+}
+
+/// The part on an I²C bus, at most 400 kHz \[D\]. Its pin CS is high.
+#[derive(Debug)]
+pub struct I2c<BUS> {
+    bus: BUS,
+    sa0: Sa0,
+}
+
+impl<BUS> I2c<BUS> {
+    /// Creates a bus for a driver, without a transfer.
+    pub const fn new(bus: BUS, sa0: Sa0) -> Self {
+        Self { bus, sa0 }
+    }
+
+    /// The bus, to change its settings between two transfers.
+    pub const fn bus(&mut self) -> &mut BUS {
+        &mut self.bus
+    }
+
+    /// Releases the bus.
+    pub fn release(self) -> BUS {
+        self.bus
+    }
+
+    const fn address(&self) -> u8 {
+        match self.sa0 {
+            Sa0::Low => 0x6A,
+            Sa0::High => 0x6B,
+        }
+    }
+}
+
+impl<BUS: i2c::I2c> Bus for I2c<BUS> {
+    type Error = BUS::Error;
+
+    const IS_I2C: bool = true;
+
+    fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error> {
+        match frame.split_first_mut() {
+            Some((first, bytes)) => {
+                self.bus
+                    .write_read(self.address(), &[*first & !Register::READ], bytes)
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn write(&mut self, address: u8, value: u8) -> Result<(), Self::Error> {
+        self.bus.write(self.address(), &[address, value])
+    }
+}
+
+impl<BUS: embedded_hal_async::i2c::I2c> AsyncBus for I2c<BUS> {
+    type Error = BUS::Error;
+
+    const IS_I2C: bool = true;
+
+    async fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error> {
+        match frame.split_first_mut() {
+            Some((first, bytes)) => {
+                self.bus
+                    .write_read(self.address(), &[*first & !Register::READ], bytes)
+                    .await
+            }
+            None => Ok(()),
+        }
+    }
+
+    async fn write(&mut self, address: u8, value: u8) -> Result<(), Self::Error> {
+        self.bus.write(self.address(), &[address, value]).await
+    }
+}
