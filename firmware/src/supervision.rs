@@ -1,6 +1,6 @@
 //! Faults with hysteresis or a hold time, the liveness for the watchdog, and the record of a crash.
 
-use core::sync::atomic::{AtomicU8, Ordering};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use wire::node::Crash;
 use wire::{Fault, Faults};
@@ -22,10 +22,6 @@ pub enum Worker {
 impl Worker {
     /// All workers.
     pub const ALL: [Self; 4] = [Self::Sampling, Self::Estimator, Self::Can, Self::Uart];
-
-    const fn bit(self) -> u8 {
-        1 << self as u8
-    }
 }
 
 /// Workers that have reported since the watchdog was last fed.
@@ -33,28 +29,34 @@ impl Worker {
 /// The task of the lowest priority calls [`all_alive`](Self::all_alive) ten times in the watchdog's
 /// period, and feeds it if all are alive. That this task runs shows that no other one blocks the processor.
 #[derive(Debug, Default)]
-pub struct Liveness(AtomicU8);
+pub struct Liveness([AtomicBool; Worker::ALL.len()]);
 
 impl Liveness {
     /// Creates the state without reports.
     #[must_use]
     pub const fn new() -> Self {
-        Self(AtomicU8::new(0))
+        Self([const { AtomicBool::new(false) }; Worker::ALL.len()])
     }
 
     /// Reports that `worker` is alive.
     pub fn report(&self, worker: Worker) {
-        self.0.fetch_or(worker.bit(), Ordering::Relaxed);
+        if let Some(is_alive) = self.0.get(worker as usize) {
+            is_alive.store(true, Ordering::Relaxed);
+        }
     }
 
     /// Returns whether all have reported since this was last true: feed the watchdog. While it is false, the
     /// reports are kept.
     #[must_use]
     pub fn all_alive(&self) -> bool {
-        let all = Worker::ALL.into_iter().fold(0, |all, w| all | w.bit());
-        let alive = self.0.load(Ordering::Relaxed) & all == all;
+        let alive = self
+            .0
+            .iter()
+            .all(|is_alive| is_alive.load(Ordering::Relaxed));
         if alive {
-            self.0.store(0, Ordering::Relaxed);
+            for is_alive in &self.0 {
+                is_alive.store(false, Ordering::Relaxed);
+            }
         }
         alive
     }

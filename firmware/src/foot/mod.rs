@@ -45,6 +45,9 @@ pub use faults::SOUND_TICKS;
 pub use load::LOAD_READINGS;
 pub use requests::{INPUTS_PER_TICK, STORES_AT_ONCE};
 
+/// Period of the ticks unless [`Foot::with_tick`] sets another, µs.
+const TICK_US: u32 = 1_000;
+
 /// Ticks between two checks of the readings at rest, and after which one more store is possible.
 const REST_TICKS: u32 = 1024;
 
@@ -84,6 +87,8 @@ pub struct Foot {
     /// Present until the first tick has reported it.
     start: Option<Start>,
     ticks: u32,
+    /// Period of the ticks, µs.
+    tick_us: u32,
     requests: Requests,
     fault_state: FaultState,
     load_input: LoadInput,
@@ -106,11 +111,22 @@ impl Foot {
             stage: Stage::Starting,
             start: Some(start),
             ticks: 0,
+            tick_us: TICK_US,
             requests: Requests::default(),
             fault_state: FaultState::default(),
             load_input: LoadInput::default(),
             output: Output::new(start.unused_crystal_khz.is_none()),
         })
+    }
+
+    /// Sets the period of the ticks, µs, of a board that is too slow for a kilohertz. Without CAN: its periods are numbers
+    /// of ticks.
+    #[must_use]
+    pub fn with_tick(self, micros: u32) -> Self {
+        Self {
+            tick_us: micros,
+            ..self
+        }
     }
 
     /// Settings in use.
@@ -155,7 +171,7 @@ impl Foot {
         &self.counters
     }
 
-    /// Advances by one millisecond. `reading` is the newest of the analog load input, if the board has one.
+    /// Advances by one tick, a millisecond. `reading` is the newest of the analog load input, if the board has one.
     pub fn tick(
         &mut self,
         tick: &Tick,
@@ -250,7 +266,7 @@ impl Foot {
         self.counters.add(Counter::SensorRestarts, restarts);
         if tick.missed > 0 {
             self.counters.add(Counter::LateTicks, tick.missed);
-            let late_us = tick.missed.saturating_mul(1000);
+            let late_us = tick.missed.saturating_mul(self.tick_us);
             self.raise_event(Fault::LateTick, late_us, ports);
         }
     }

@@ -63,7 +63,12 @@ impl Foot {
         }
         let streams = self.settings().uart_streams();
         let ticks = self.ticks;
-        let is_due = |every: u16| every != 0 && ticks.is_multiple_of(u32::from(every));
+        let tick_us = self.tick_us.max(1);
+        // The number of ticks that is nearest.
+        let is_due = |every_ms: u16| {
+            let every = (u32::from(every_ms) * 1_000 + tick_us / 2) / tick_us;
+            every_ms != 0 && ticks.is_multiple_of(every.max(1))
+        };
         if is_due(streams.contact) {
             let contact = ContactMessage::new(estimate, self.node.faults());
             self.push_uart(Lane::Estimate, &Message::Contact(contact), ports);
