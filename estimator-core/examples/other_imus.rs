@@ -1,7 +1,7 @@
 //! The estimator behind drivers of others: an ICM-20948 in an asynchronous task, as embassy runs it, and a BMI270 in a
 //! loop. Each driver gives its own units, and the samples of the estimator are SI.
 //!
-//! `main` runs the task on this machine with a part that rests: `cargo run -p estimator-core --example other_imus`.
+//! `main` runs the task on this machine with a part that rests: `cargo run -p footfall-estimator --example other_imus`.
 
 use std::cell::Cell;
 use std::convert::Infallible;

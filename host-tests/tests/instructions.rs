@@ -65,7 +65,7 @@ fn count_instructions() -> Option<Vec<f64>> {
 /// Builds the bench and returns its path.
 fn bench() -> PathBuf {
     let output = Command::new(env!("CARGO"))
-        .args(["bench", "--locked", "--package", "estimator-core"])
+        .args(["bench", "--locked", "--package", "footfall-estimator"])
         .args(["--bench", "estimator", "--no-run", "--message-format=json"])
         // Its own directory: a build for release in the other one would keep it waiting for minutes.
         .env("CARGO_TARGET_DIR", workspace().join("target/benches"))

@@ -1,5 +1,5 @@
 //! Prints each foot's probability of stable contact from the output of candump:
-//! `candump -L can0 | cargo run -p wire --example listen`
+//! `candump -L can0 | cargo run -p footfall-wire --example listen`
 
 use std::io::{self, BufRead, Write};
 

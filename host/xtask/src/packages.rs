@@ -145,6 +145,10 @@ mod tests {
         let packages = Packages::read().expect("the manifests are sound");
         let (folder, _) = &packages.all["xtask"];
         assert_eq!(folder, "host/xtask");
-        assert!(packages.all["wire"].1.contains("estimator-core"));
+        assert!(
+            packages.all["footfall-wire"]
+                .1
+                .contains("footfall-estimator")
+        );
     }
 }

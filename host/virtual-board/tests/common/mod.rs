@@ -61,7 +61,7 @@ pub fn build_bootloader(board: &Wiring) -> PathBuf {
         let features = format!("program,{}", board.name);
         let chosen = [
             "-p",
-            "bootloader",
+            "footfall-bootloader",
             "--bin",
             "bootloader",
             "--features",
