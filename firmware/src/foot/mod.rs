@@ -45,7 +45,7 @@ pub use faults::SOUND_TICKS;
 pub use load::LOAD_READINGS;
 pub use requests::{INPUTS_PER_TICK, STORES_AT_ONCE};
 
-/// Period of the ticks unless [`Foot::with_tick`] sets another, µs.
+/// Period of the ticks unless [`Foot::without_can`] sets another, µs.
 const TICK_US: u32 = 1_000;
 
 /// Ticks between two checks of the readings at rest, and after which one more store is possible.
@@ -119,14 +119,13 @@ impl Foot {
         })
     }
 
-    /// Sets the period of the ticks, µs, of a board that is too slow for a kilohertz. Without CAN: its periods are numbers
-    /// of ticks.
+    /// Sends to the serial line alone, on a board without CAN; its ticks may have another period than a millisecond.
     #[must_use]
-    pub fn with_tick(self, micros: u32) -> Self {
-        Self {
-            tick_us: micros,
-            ..self
-        }
+    pub fn without_can(mut self, tick_us: u32) -> Self {
+        self.tick_us = tick_us;
+        self.output = Output::new(false);
+        self.renew(Renewal::Restart);
+        self
     }
 
     /// Settings in use.

@@ -29,7 +29,12 @@ impl Foot {
             Renewal::Continue => Some(self.learnt()),
             Renewal::Restart => settings.learnt,
         };
-        if let Ok(config) = (Params { learnt, ..settings }).validate() {
+        let params = Params {
+            learnt,
+            sample_rate: 1.0e6 / self.tick_us as f32,
+            ..settings
+        };
+        if let Ok(config) = params.validate() {
             self.estimator = ContactEstimator::new(&config);
         }
     }

@@ -2,15 +2,15 @@
 
 use crate::bench::Bench;
 use ::storage::{Erase, Origin, StoreFailed};
-use estimator_core::{Phase, Timestamp};
-use firmware::Start;
+use estimator_core::{Flag, ImuSample, Phase, Timestamp, Validity};
 use firmware::ports::{Input, Reloaded, Request};
 use firmware::sampling::{Activity, Measurement, ReadAt, SensorFault, Tick};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
+use firmware::{Foot, Ports, Start};
 use lsm6dsox::imu::missing_sample;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{BootCause, Command, State};
-use wire::uart::{Answer, Message};
+use wire::uart::{Answer, Decoder, Message};
 use wire::{AbortCode, Address, CanFrame, Counter, Fault, Faults, Settings, Value};
 
 const WINDOW: Address = Address::new(index::WINDOW, 0);
@@ -410,4 +410,47 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
         bench.tick(&tick, &measurement, None);
         assert_eq!(is_alive(&bench), alive, "{activity:?}, {fault:?}");
     }
+}
+
+#[test]
+fn slow_ticks_without_can_are_no_gaps() {
+    let every_10_ms = (Address::new(index::UART_STREAMS, 1), Value::U16(10));
+    let foot = Foot::new(settings(&[every_10_ms]), Start::default());
+    let mut foot = foot.expect("the defaults").without_can(2_400);
+    let ports = Ports::new();
+    let mut contacts = 0;
+    for number in 0..1_000 {
+        let time = Timestamp::from_micros(2_400 * number);
+        let tick = Tick {
+            time,
+            edge: Some(time),
+            ..Tick::default()
+        };
+        let measurement = Measurement {
+            sample: ImuSample {
+                validity: Validity::Valid,
+                ..missing_sample(time)
+            },
+            raw: None,
+            activity: Activity::Measuring,
+            fault: None,
+            saturated_for_long: false,
+            read_at: ReadAt::Edge,
+            restarts: 0,
+            misreads: 0,
+        };
+        foot.tick(&tick, &measurement, None, &ports);
+        assert!(!foot.estimate().flags.contains(Flag::TimeGap), "{number}");
+        assert_eq!(ports.try_next_can(), None);
+        let mut decoder = Decoder::new();
+        while let Some(frame) = ports.try_next_uart() {
+            for byte in frame.as_bytes() {
+                if let Some(Ok(frame)) = decoder.push(*byte) {
+                    contacts += usize::from(matches!(frame.message, Message::Contact(_)));
+                }
+            }
+        }
+    }
+    // Four ticks are nearest to the period.
+    assert_eq!(contacts, 250);
 }
