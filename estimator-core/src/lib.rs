@@ -100,3 +100,8 @@ pub use sample::{
 pub use units::Unit;
 pub use vector::{Quaternion, Vec3};
 pub use velocity::{VelocityCoefficients, VelocityParams, VelocitySigma};
+
+/// Compiles the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
