@@ -3,6 +3,7 @@
 //! | written | is |
 //! |---|---|
 //! | `uart:/dev/ttyACM0`, `uart:COM3@115200` | a serial port, at 1 000 000 Bd unless another rate is given |
+//! | `usb` | the one foot on USB that is a serial port by itself |
 //! | `can:can0` | an interface of `SocketCAN` |
 //! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@500` | an adapter that speaks slcan, at 1000 kbit/s unless another rate is given |
 //! | `file:can.log`, `file:uart.bin@10`, `file:walk.mcap@max` | a log, a recording of the serial line or of an IMU, at its own speed unless another is given |
@@ -17,6 +18,7 @@ use thiserror::Error;
 
 use crate::link::pace::Speed;
 use crate::playback::Playback;
+use crate::usb::only_foot;
 
 /// Default rate of a foot's serial port, Bd.
 pub const DEFAULT_BAUD: u32 = 1_000_000;
@@ -116,9 +118,17 @@ impl Default for Demo {
 pub enum SourceError {
     /// The kind of source is unknown.
     #[error(
-        "{0:?} is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+        "{0:?} is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
     )]
     Unknown(String),
+    /// No foot is on USB.
+    #[error(
+        "no foot is on USB: plug one in, or name a source such as uart:/dev/ttyACM0, can:can0 or demo"
+    )]
+    NoneOnUsb,
+    /// Several feet are on USB.
+    #[error("several feet are on USB, name one: uart:{0}")]
+    SeveralOnUsb(String),
     /// The part after the kind is missing.
     #[error("{source_text:?} lacks {lacking}, as in {example}")]
     Lacks {
@@ -167,6 +177,10 @@ impl FromStr for Source {
         let split = rest.rsplit_once('@');
         let (port, rate) = split.map_or((rest, None), |(port, rate)| (port, Some(rate)));
         match kind {
+            "usb" if rest.is_empty() => Ok(Self::Uart {
+                port: only_foot()?,
+                baud: DEFAULT_BAUD,
+            }),
             "uart" if port.is_empty() => Err(lacks("a port", "uart:/dev/ttyACM0")),
             "uart" => {
                 let baud = rate.map(|rate| {
@@ -390,7 +404,7 @@ mod tests {
     fn invalid_source_error_names_the_expected_form() {
         assert_eq!(
             error("/dev/ttyACM0"),
-            "\"/dev/ttyACM0\" is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+            "\"/dev/ttyACM0\" is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
         );
         assert_eq!(
             error("uart:"),

@@ -9,7 +9,7 @@ use super::played::PlayedArguments;
 use crate::error::Error;
 
 /// Help text on the syntax of a source.
-pub(super) const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, \
+pub(super) const SOURCES: &str = "Where the feet stream from: usb, uart:/dev/ttyACM0[@BAUD], can:can0, \
                        slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
                        simulated feet";
 
@@ -17,7 +17,7 @@ pub(super) const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[
 #[derive(Debug, Args)]
 pub struct ListenArguments {
     /// Where the feet stream from.
-    #[arg(help = SOURCES)]
+    #[arg(help = SOURCES, default_value = "usb")]
     pub source: Source,
     /// Which nodes are feet.
     #[command(flatten)]
