@@ -36,6 +36,7 @@ mod instructions;
 mod learning;
 mod lies;
 mod mounting;
+mod nano;
 mod noise;
 #[cfg(feature = "full")]
 mod page;

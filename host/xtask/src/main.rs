@@ -1,4 +1,4 @@
-//! Entry point of the tasks on the repository: `cargo xtask quick | image | library | release`.
+//! Entry point of the tasks on the repository: `cargo xtask quick | image | library | uf2 | release`.
 
 mod boards;
 mod command;
@@ -7,6 +7,7 @@ mod library;
 mod packages;
 mod quick;
 mod release;
+mod uf2;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -46,6 +47,8 @@ enum Task {
     },
     /// Packs the estimator for programs in C, for all processors, in `dist`.
     Library,
+    /// Builds the program of the Nano RP2040 as a UF2 file.
+    Uf2,
     /// Builds what is used without a compiler, in `dist`: programs and wheels for Linux, the firmware, the
     /// estimator for C, descriptions of the wire, checksums.
     Release {
@@ -79,6 +82,7 @@ fn run(task: Task) -> Result<()> {
             std::fs::create_dir_all(&dist)?;
             library::run(&dist).map(drop)
         }
+        Task::Uf2 => uf2::run().map(drop),
         Task::Release { only } => release::run(only),
     }
 }

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 
 use crate::boards;
 use crate::command::{Step, root};
-use crate::{image, library};
+use crate::{image, library, uf2};
 
 /// Machines with a program and a wheel; the program is static, so it runs on any Linux of the machine.
 const MACHINES: [Machine; 2] = [
@@ -81,6 +81,9 @@ pub fn run(only: Option<Part>) -> Result<()> {
             build_wheel(machine, &tools, &dist)?;
         }
         library::run(&dist)?;
+        let built = uf2::run()?;
+        let name = format!("foot-{VERSION}-nano-rp2040.uf2");
+        fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
     }
     build_firmware(&dist)?;
     for file in DESCRIPTIONS {

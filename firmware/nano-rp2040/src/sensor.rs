@@ -1,0 +1,163 @@
+//! I²C to the LSM6DSOX of the board, and its INT1.
+
+use core::future::Future;
+
+use embassy_rp::Peri;
+use embassy_rp::gpio::{Flex, Input, Pull};
+use embassy_rp::i2c::{Async, Config, Error, I2c};
+use embassy_rp::peripherals::{I2C0, PIN_12, PIN_13, PIN_24};
+use embassy_time::{Duration, Timer, with_timeout};
+use lsm6dsox::{AsyncBus, I2c as SensorOnI2c, Sa0, SetSpiClock, SpiClock};
+
+use crate::Irqs;
+
+/// Longest transfer: three times as long as that of a sample at the slowest clock.
+const LONGEST_TRANSFER: Duration = Duration::from_micros(3_000);
+
+/// Clocks after which a part that holds the data line low has let go of it (UM10204, 3.1.16).
+const RELEASING_CLOCKS: usize = 9;
+
+/// Half a period of these clocks.
+const HALF_CLOCK: Duration = Duration::from_micros(5);
+
+/// Why a transfer failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusError {
+    /// The controller reports it.
+    Controller(Error),
+    /// It does not end.
+    Timeout,
+}
+
+/// Pins and controller.
+pub struct Parts {
+    pub controller: Peri<'static, I2C0>,
+    pub data: Peri<'static, PIN_12>,
+    pub clock: Peri<'static, PIN_13>,
+}
+
+impl Parts {
+    /// The same again, for a new start of the controller.
+    fn again(&mut self) -> Self {
+        // SAFETY: the owner of the first ones, in `SensorBus`, is dropped before these are used.
+        unsafe {
+            Self {
+                controller: self.controller.clone_unchecked(),
+                data: self.data.clone_unchecked(),
+                clock: self.clock.clone_unchecked(),
+            }
+        }
+    }
+
+    fn start(self, speed: SpiClock) -> SensorOnI2c<I2c<'static, I2C0, Async>> {
+        let mut config = Config::default();
+        config.frequency = hertz(speed);
+        let bus = I2c::new_async(self.controller, self.clock, self.data, Irqs, config);
+        SensorOnI2c::new(bus, Sa0::Low)
+    }
+}
+
+/// Clock of the bus, Hz.
+const fn hertz(speed: SpiClock) -> u32 {
+    match speed {
+        SpiClock::Full => 400_000,
+        SpiClock::Half => 300_000,
+        SpiClock::Quarter => 200_000,
+    }
+}
+
+/// The sensor's bus.
+pub struct SensorBus {
+    parts: Parts,
+    speed: SpiClock,
+    /// The running controller; absent after a transfer that failed.
+    bus: Option<SensorOnI2c<I2c<'static, I2C0, Async>>>,
+}
+
+impl SensorBus {
+    pub const fn new(parts: Parts) -> Self {
+        Self {
+            parts,
+            speed: SpiClock::Full,
+            bus: None,
+        }
+    }
+
+    /// The running controller, started where it is not: after clocks that free the data line.
+    async fn running(&mut self) -> &mut SensorOnI2c<I2c<'static, I2C0, Async>> {
+        if self.bus.is_none() {
+            release(&mut self.parts).await;
+        }
+        let (parts, speed) = (&mut self.parts, self.speed);
+        self.bus.get_or_insert_with(|| parts.again().start(speed))
+    }
+
+    /// Result of a transfer. After a failure the next one starts the controller again.
+    fn ended(
+        &mut self,
+        result: Result<Result<(), Error>, embassy_time::TimeoutError>,
+    ) -> Result<(), BusError> {
+        let result = match result {
+            Ok(result) => result.map_err(BusError::Controller),
+            Err(_) => Err(BusError::Timeout),
+        };
+        if result.is_err() {
+            self.bus = None;
+        }
+        result
+    }
+}
+
+impl AsyncBus for SensorBus {
+    type Error = BusError;
+
+    const IS_I2C: bool = true;
+
+    async fn read(&mut self, frame: &mut [u8]) -> Result<(), BusError> {
+        let transfer = self.running().await.read(frame);
+        let result = within_limit(transfer).await;
+        self.ended(result)
+    }
+
+    async fn write(&mut self, address: u8, value: u8) -> Result<(), BusError> {
+        let transfer = self.running().await.write(address, value);
+        let result = within_limit(transfer).await;
+        self.ended(result)
+    }
+}
+
+async fn within_limit<T>(
+    transfer: impl Future<Output = T>,
+) -> Result<T, embassy_time::TimeoutError> {
+    with_timeout(LONGEST_TRANSFER, transfer).await
+}
+
+impl SetSpiClock for SensorBus {
+    fn set_spi_clock(&mut self, clock: SpiClock) {
+        self.speed = clock;
+        self.bus = None;
+    }
+}
+
+/// Clocks a part that holds the data line low until it lets go.
+async fn release(parts: &mut Parts) {
+    let mut data = Flex::new(parts.data.reborrow());
+    data.set_pull(Pull::Up);
+    let mut clock = Flex::new(parts.clock.reborrow());
+    clock.set_pull(Pull::Up);
+    clock.set_low();
+    for _ in 0..RELEASING_CLOCKS {
+        if data.is_high() {
+            return;
+        }
+        clock.set_as_output();
+        Timer::after(HALF_CLOCK).await;
+        clock.set_as_input();
+        Timer::after(HALF_CLOCK).await;
+    }
+}
+
+/// Connects INT1. High at power-up it would put the sensor into I3C mode: a pull-down, never a pull-up.
+pub fn data_ready(pin: Peri<'static, PIN_24>) -> Input<'static> {
+    Input::new(pin, Pull::Down)
+}

@@ -1,0 +1,83 @@
+// Runs a program on the emulated board: node run.mjs --uf2 F --part P [options]; see the README of this folder.
+
+import { existsSync, openSync, readFileSync, writeFileSync, writeSync } from 'node:fs';
+import { parseArgs } from 'node:util';
+import { Board } from './board.mjs';
+import { Part } from './part.mjs';
+
+const text = { type: 'string' };
+const list = { type: 'string', multiple: true, default: [] };
+const { values: options } = parseArgs({
+  options: {
+    uf2: text,
+    part: text,
+    motion: { ...text, default: 'walk' },
+    seed: { ...text, default: '1' },
+    seconds: { ...text, default: '10' },
+    output: text,
+    flash: text,
+    'unplug-ms': list,
+    'stuck-ms': list,
+    'deaf-ms': list,
+    'send-at-ms': list,
+    'fault-at-ms': list,
+  },
+});
+
+const part = new Part(options.part, options.motion, options.seed);
+const flash = options.flash && existsSync(options.flash) ? readFileSync(options.flash) : undefined;
+const image = options.uf2 && readFileSync(options.uf2);
+const board = new Board({ image, part, flash });
+
+let received = 0;
+const output = options.output && openSync(options.output, 'w');
+board.port.received = (data) => {
+  received += data.length;
+  if (output) writeSync(output, data);
+};
+
+for (const [name, change] of [
+  ['unplug-ms', (on) => board.plug(!on)],
+  ['stuck-ms', (on, lasts) => board.hold(on, lasts ? 9 : Infinity)],
+  ['deaf-ms', (on) => board.deafen(on)],
+]) {
+  for (const range of options[name]) {
+    const [from, to] = range.split('-');
+    board.at(from * 1e6, () => change(true, !to));
+    if (to) board.at(to * 1e6, () => change(false));
+  }
+}
+for (const [name, action] of [
+  ['send-at-ms', (hex) => board.send(Buffer.from(hex, 'hex'))],
+  ['fault-at-ms', (fault) => part.inject(board.now, fault)],
+]) {
+  for (const entry of options[name]) {
+    const [ms, what] = entry.split(':');
+    board.at(ms * 1e6, () => action(what));
+  }
+}
+
+const began = process.hrtime.bigint();
+board.run(options.seconds * 1e9);
+const wallSeconds = Number(process.hrtime.bigint() - began) / 1e9;
+if (options.flash) writeFileSync(options.flash, board.flash);
+part.close();
+
+const seconds = board.now / 1e9;
+const { wires, port, chip } = board;
+const summary = {
+  usb: { ...port.strings, id: port.id?.map((id) => id.toString(16).padStart(4, '0')), enumerated: port.enumerated },
+  seconds,
+  wallSeconds,
+  busyShare: board.busyNs / board.now,
+  clockMhz: chip.clkSys / 1e6,
+  received,
+  resets: board.resets,
+  i2c: { transfers: wires.transfers, refused: wires.refused },
+  edges: wires.edges,
+  led: board.led,
+  flash: chip.flashLog,
+  usbBoot: board.usbBoot,
+  warnings: [...board.warnings],
+};
+console.log(JSON.stringify(summary, null, 2));

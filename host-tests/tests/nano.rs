@@ -1,0 +1,358 @@
+//! The program of the Nano RP2040, as its UF2 file, in an emulator of the chip by others: see `nano/README.md`.
+
+#[path = "../../firmware/nano-rp2040/src/float.rs"]
+mod float;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use estimator_core::{ContactEstimator, Decision, Params};
+use lsm6dsox::imu::missing_sample;
+use serde_json::Value as Json;
+use tempfile::TempDir;
+use wire::dictionary::{SIGNATURE_STORE, index};
+
+use wire::node::Command as Nmt;
+use wire::settings::WINDOW_CAPACITY;
+use wire::uart::{Answer, ConfigSet, ContactMessage, Decoder, Message, NmtRequest, encode};
+use wire::{Address, Counter, Fault, Faults, Settings, Value};
+
+/// Period of the board's ticks, s.
+const TICK_S: f32 = 2.4e-3;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// The messages of a board, and the emulator's summary.
+struct Run {
+    summary: Json,
+    messages: Vec<Message>,
+}
+
+/// A folder with the emulator's files, and the paths of both programs.
+struct Programs {
+    uf2: PathBuf,
+    part: PathBuf,
+}
+
+/// Builds the programs once, and installs the emulator.
+fn programs() -> &'static Programs {
+    static BUILT: OnceLock<Programs> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        let cargo =
+            |arguments: &[&str]| run(Command::new("cargo").args(arguments).current_dir(ROOT));
+        cargo(&[
+            "run",
+            "--locked",
+            "--quiet",
+            "--package",
+            "xtask",
+            "--",
+            "uf2",
+        ]);
+        cargo(&[
+            "build",
+            "--locked",
+            "--package",
+            "gait",
+            "--example",
+            "part",
+        ]);
+        run(Command::new("npm")
+            .args(["ci", "--silent"])
+            .current_dir(emulator()));
+        let target = Path::new(ROOT).join("target");
+        Programs {
+            uf2: target.join("nano-rp2040/thumbv6m-none-eabi/release/foot-nano-rp2040.uf2"),
+            part: target.join("debug/examples/part"),
+        }
+    })
+}
+
+fn run(command: &mut Command) {
+    let output = command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+fn emulator() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("nano")
+}
+
+/// Runs the board for `seconds`, with its flash in a file of `folder`.
+fn board(folder: &TempDir, seconds: u32, options: &[&str]) -> Run {
+    let programs = programs();
+    let (bytes, flash) = (folder.path().join("bytes"), folder.path().join("flash"));
+    let output = Command::new("node")
+        .arg("run.mjs")
+        .args([
+            Path::new("--uf2"),
+            &programs.uf2,
+            Path::new("--part"),
+            &programs.part,
+        ])
+        .args([Path::new("--output"), &bytes, Path::new("--flash"), &flash])
+        .args(["--seconds", &seconds.to_string()])
+        .args(options)
+        .current_dir(emulator())
+        .output()
+        .expect("node runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let mut decoder = Decoder::new();
+    let bytes = fs::read(&bytes).expect("what the board sent");
+    let frames = bytes.iter().filter_map(|byte| decoder.push(*byte));
+    Run {
+        summary: serde_json::from_slice(&output.stdout).expect("a summary"),
+        // The first bytes may be the end of a frame.
+        messages: frames.flatten().map(|frame| frame.message).collect(),
+    }
+}
+
+impl Run {
+    fn contacts(&self) -> impl DoubleEndedIterator<Item = &ContactMessage> {
+        self.messages.iter().filter_map(|message| match message {
+            Message::Contact(contact) => Some(contact),
+            _ => None,
+        })
+    }
+
+    /// Time of the last contact that is stable, s, before a time.
+    fn last_stable_before(&self, seconds: f64) -> f64 {
+        let times = self
+            .contacts()
+            .filter(|contact| contact.status.decision() == Decision::Stable);
+        let times = times.map(|contact| contact.timestamp.as_micros() as f64 / 1e6);
+        times.filter(|time| *time < seconds).fold(0.0, f64::max)
+    }
+
+    /// The last message about the board's state.
+    fn health(&self) -> &wire::uart::HealthMessage {
+        let all = self
+            .messages
+            .iter()
+            .rev()
+            .find_map(|message| match message {
+                Message::Health(health) => Some(health),
+                _ => None,
+            });
+        all.expect("a state")
+    }
+
+    /// All faults that were active at some time.
+    fn faults(&self) -> Vec<Fault> {
+        let all = self.messages.iter().filter_map(|message| match message {
+            Message::Health(health) => Some(health.faults),
+            _ => None,
+        });
+        all.flat_map(|faults| faults.iter().collect::<Vec<_>>())
+            .collect()
+    }
+}
+
+/// A request at a time, as an option.
+fn at(ms: u32, request: &Message) -> String {
+    let request = encode(0, request);
+    let digits: String = request
+        .as_bytes()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    format!("{ms}:{digits}")
+}
+
+/// Runs a board that stores a setting: it sends each sample.
+fn store_raw_stream(folder: &TempDir) {
+    let set = |index, subindex, value: Value| {
+        let (address, value) = (Address::new(index, subindex), value.into());
+        Message::ConfigSet(ConfigSet { address, value })
+    };
+    let open = Message::Nmt(NmtRequest(Nmt::EnterPreOperational));
+    let requests = [
+        at(1_000, &open),
+        at(1_200, &set(index::UART_STREAMS, 2, Value::U16(1))),
+        at(1_500, &set(index::STORE, 1, Value::U32(SIGNATURE_STORE))),
+    ];
+    let options = requests.each_ref().map(|request| ["--send-at-ms", request]);
+    let run = board(folder, 2, options.as_flattened());
+    let answers = run.messages.iter().filter_map(|message| match message {
+        Message::ConfigResponse(response) => Some(response.answer),
+        _ => None,
+    });
+    assert!(answers.eq([Answer::Done; 2]));
+}
+
+#[test]
+fn soft_floats_have_the_bits_of_the_processor() {
+    const EDGES: [u32; 14] = [
+        0,
+        1,
+        0x0040_0000,
+        0x007F_FFFF,
+        0x0080_0000,
+        0x0080_0001,
+        0x3380_0000,
+        0x3F7F_FFFF,
+        0x3F80_0000,
+        0x3F80_0001,
+        0x4B80_0000,
+        0x7F7F_FFFF,
+        0x7F80_0000,
+        0x7FC0_0000,
+    ];
+    let check = |a: u32, b: u32| {
+        let (x, y) = (f32::from_bits(a), f32::from_bits(b));
+        for (name, bits, expected) in [
+            ("+", float::add(a, b), x + y),
+            ("*", float::multiply(a, b), x * y),
+        ] {
+            let same = bits == expected.to_bits();
+            let neither = f32::from_bits(bits).is_nan() && expected.is_nan();
+            assert!(same || neither, "{a:08x} {name} {b:08x} is not {bits:08x}");
+        }
+    };
+    for a in EDGES {
+        for b in EDGES {
+            for signs in [[0, 0], [0, 1], [1, 0], [1, 1]].map(|signs| signs.map(|sign| sign << 31))
+            {
+                check(a | signs[0], b | signs[1]);
+            }
+        }
+    }
+    let mut random = 0x1234_5678_9ABC_DEF0_u64;
+    for number in 0..4_000_000_u64 {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        let (a, b) = (random as u32, (random >> 32) as u32);
+        const EXPONENT: u32 = 0x7F80_0000;
+        match number % 4 {
+            // Exponents that are near.
+            0 => check(
+                a,
+                b & !EXPONENT | a.wrapping_add((b >> 27) << 23) & EXPONENT,
+            ),
+            // Differences of which little is left.
+            1 => check(a, a ^ 1 << 31 ^ b & 0xFF),
+            // Products near one, which may also be subnormal.
+            2 => check(
+                a,
+                b & !EXPONENT
+                    | (EXPONENT - (a & EXPONENT)).wrapping_add((b >> 30) << 23) & EXPONENT,
+            ),
+            _ => check(a, b),
+        }
+    }
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_walks_over_usb_with_the_bits_of_the_host() {
+    let folder = TempDir::new().expect("a folder");
+    store_raw_stream(&folder);
+    let run = board(&folder, 20, &["--motion", "walk"]);
+    assert_eq!(run.summary["resets"], Json::Array(vec![]));
+    assert_eq!(run.summary["usb"]["product"], "footfall foot");
+    let busy = run.summary["busyShare"].as_f64().expect("a share");
+    assert!(busy < 0.60, "load {busy}");
+    let samples = run.messages.iter().filter_map(|message| match message {
+        Message::Raw(raw) => Some((raw.timestamp, raw.to_si())),
+        _ => None,
+    });
+    let samples: BTreeMap<_, _> = samples.collect();
+    let params = Params {
+        sample_rate: 1.0 / TICK_S,
+        ..Settings::default().params()
+    };
+    let config = params.validate::<WINDOW_CAPACITY>().expect("the defaults");
+    let mut estimator = ContactEstimator::new(&config);
+    let (mut compared, mut stable) = (0, 0);
+    for contact in run.contacts() {
+        let sample = samples.get(&contact.timestamp).copied();
+        compared += u32::from(sample.is_some());
+        let sample = sample.unwrap_or_else(|| missing_sample(contact.timestamp));
+        let expected = ContactMessage::new(&estimator.update(&sample, None), Faults::NONE);
+        assert_eq!(
+            *contact,
+            ContactMessage {
+                status: contact.status,
+                ..expected
+            }
+        );
+        stable += u32::from(contact.status.decision() == Decision::Stable);
+    }
+    assert!(
+        compared > 8_000 && stable > 1_000,
+        "{compared} compared, {stable} stable"
+    );
+    let counters = run.health().counters;
+    for counter in [
+        Counter::LateTicks,
+        Counter::UartDropped,
+        Counter::SensorRestarts,
+    ] {
+        assert_eq!(counters.get(counter), 0, "{counter:?}");
+    }
+    assert_eq!(run.faults(), []);
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_survives_its_sensor_its_line_and_a_deaf_host() {
+    for (option, fault) in [
+        ("--unplug-ms", Some(Fault::SensorSilent)),
+        ("--stuck-ms", Some(Fault::SensorSilent)),
+        ("--deaf-ms", None),
+    ] {
+        let folder = TempDir::new().expect("a folder");
+        let run = board(&folder, 9, &["--motion", "stand", option, "4000-5000"]);
+        assert_eq!(run.summary["resets"], Json::Array(vec![]), "{option}");
+        // Stable before, and again; without a sensor not for longer than three ticks.
+        assert!(run.last_stable_before(4.0) > 3.9, "{option}");
+        assert!(run.last_stable_before(9.0) > 8.8, "{option}");
+        if let Some(fault) = fault {
+            assert!(run.last_stable_before(4.9) < 4.01, "{option}");
+            assert!(
+                run.faults().contains(&fault),
+                "{option}: {:?}",
+                run.faults()
+            );
+        }
+        let dropped = run.health().counters.get(Counter::UartDropped);
+        assert_eq!(dropped > 0, fault.is_none(), "{option}");
+    }
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_takes_defaults_when_its_settings_are_damaged() {
+    let folder = TempDir::new().expect("a folder");
+    store_raw_stream(&folder);
+    let flash = folder.path().join("flash");
+    let mut bytes = fs::read(&flash).expect("the flash");
+    let start = bytes.len() - 2 * 4096;
+    // Inside of the record, behind the page's mark and the item's header.
+    bytes[start + 64] ^= 0x08;
+    fs::write(&flash, bytes).expect("the flash");
+    let run = board(&folder, 2, &[]);
+    assert!(
+        run.faults().contains(&Fault::ConfigCorrupted),
+        "{:?}",
+        run.faults()
+    );
+    assert!(
+        !run.messages
+            .iter()
+            .any(|message| matches!(message, Message::Raw(_)))
+    );
+}
