@@ -14,7 +14,7 @@ const README_COLUMNS: usize = 120;
 const SOURCE_LINES: usize = 500;
 
 /// Folders without documents of this project.
-const SKIPPED: [&str; 2] = ["target", ".git"];
+const SKIPPED: [&str; 3] = ["target", ".git", "node_modules"];
 
 /// All Markdown files of the repository.
 fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
