@@ -11,7 +11,6 @@
 //! | validities and labels, from topics beside that of the samples | `sidecar` |
 //! | contacts of feet, from topics beside that of the samples | `contacts` |
 //! | names of feet | `feet` |
-//! | files that the folder should have | `metadata` |
 //! | all messages as they are stored | `copy` |
 //! | other numbers in the place of those of a message | `replacement` |
 //!
@@ -29,7 +28,6 @@ mod load;
 mod loads;
 mod mcap;
 mod messages;
-mod metadata;
 mod reader;
 mod replacement;
 mod rosbag2;
@@ -38,7 +36,6 @@ mod storage;
 mod visit;
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use super::error::InputError;
 use super::format::Format;
@@ -73,17 +70,13 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let contact_topics = reader.contact_topics();
     let mut contacts = std::mem::take(&mut reader.contacts);
     let has_parts = !reader.parts.is_empty();
-    let missing = metadata::missing_notice(Path::new(&file));
     let all = reader.all_imus();
     let chosen = match reader.chosen() {
         Err(error) if is_without_samples(&error) && are_chosen(&contacts, &hints.bag) => {
             let name = container.name;
             let mut feet = of_contacts_alone(&file, &name, contacts, &hints.bag)?;
             if let Some(first) = feet.first_mut() {
-                first
-                    .about
-                    .notices
-                    .extend(missing.into_iter().chain(endings));
+                first.about.notices.extend(endings);
             }
             return Ok(feet);
         }
@@ -134,8 +127,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     }
     let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
     if let Some(first) = recordings.first_mut() {
-        let notices = missing.into_iter();
-        let notices = notices.chain(endings).chain(contacts);
+        let notices = endings.into_iter().chain(contacts);
         first.about.notices.splice(0..0, notices);
     }
     Ok(recordings)

@@ -864,24 +864,6 @@ fn folder_is_read_in_order_of_its_numbers() {
     );
 }
 
-#[test]
-fn file_that_the_metadata_lists_is_missed() {
-    let folder = tempfile::tempdir().unwrap();
-    let bytes = written(Kind::Database, &one_foot(Order::Little), &[]);
-    std::fs::write(folder.path().join("walk_0.db3"), bytes).unwrap();
-    let listed = "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n    - walk_0.db3\n    \
-                  - walk_1.db3.zstd\n    - \"walk_2.db3\"\n  duration:\n    nanoseconds: 1\n";
-    std::fs::write(folder.path().join("metadata.yaml"), listed).unwrap();
-    let feet = read(folder.path(), &Hints::default()).unwrap();
-    let said = &feet[0].about.notices[0];
-    assert!(
-        said.ends_with(
-            ": metadata.yaml lists walk_1.db3.zstd, walk_2.db3, and no such file is in the folder"
-        ),
-        "{said}"
-    );
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn bag_from_a_pipe_is_read() {
