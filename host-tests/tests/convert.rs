@@ -22,8 +22,7 @@ const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");
 
 /// Targets of the conversion of a walk.
-const TARGETS: [(&str, ConvertFormat); 4] = [
-    ("walk.csv.gz", ConvertFormat::CsvGz),
+const TARGETS: [(&str, ConvertFormat); 3] = [
     ("walk.parquet", ConvertFormat::Parquet),
     ("walk.mcap", ConvertFormat::Mcap),
     ("again.csv", ConvertFormat::Csv),
@@ -45,7 +44,7 @@ fn convert(folder: &Path, target: &str, form: ConvertFormat) {
     .expect("samples");
     let path = folder.join(target);
     let written = match form {
-        ConvertFormat::Csv | ConvertFormat::CsvGz | ConvertFormat::Parquet => {
+        ConvertFormat::Csv | ConvertFormat::Parquet => {
             let mut file = File::create(&path).expect("a file");
             write_table(form, &mut foot.stored, span, &mut file)
         }

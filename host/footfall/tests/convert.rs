@@ -7,7 +7,7 @@ use crate::common::{Bench, cases, read, standing, text};
 use serde_json::Value;
 
 /// All output formats.
-const TARGETS: [&str; 4] = ["b.csv", "b.csv.gz", "b.parquet", "b.mcap"];
+const TARGETS: [&str; 3] = ["b.csv", "b.parquet", "b.mcap"];
 
 /// Returns a recording without header, clock and units: 13 columns, 1 kHz, gravity removed.
 fn atlas() -> String {
@@ -199,7 +199,7 @@ fn unwritable_output_is_rejected_before_writing() {
         gap.csv part.mcap --from 5 --to 15 => gap.csv: there is no sample from --from to --to
         walk.csv folder/x/y.csv => there is no directory folder/x
         walk.csv walk.csv --overwrite => it is the recording itself
-        walk.csv walk.db3 => must end in .csv, .csv.gz, .parquet or .mcap
+        walk.csv walk.db3 => must end in .csv, .parquet or .mcap
         g.csv strict.csv --strict => --strict does not let 1 of the above pass
         absent.csv x.csv => absent.csv cannot be read
         ",

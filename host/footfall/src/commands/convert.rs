@@ -29,7 +29,7 @@ use crate::targets::{self, Target};
 pub struct ConvertArguments {
     /// The recording, in any format that `footfall replay` reads; `-` is standard input
     pub input: PathBuf,
-    /// The converted recording: its name ends in .csv, .csv.gz, .parquet or .mcap; `-` is standard output
+    /// The converted recording: its name ends in .csv, .parquet or .mcap; `-` is standard output
     pub output: PathBuf,
     /// How it is read.
     #[command(flatten)]

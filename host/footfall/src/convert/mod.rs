@@ -13,8 +13,6 @@ use std::path::Path;
 use crate::ros::FootTopics;
 use crate::ros::samples::{LAST_US, clock_shift_us};
 use clap::ValueEnum;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use recordings::analysis::replay::span::Span;
 use recordings::input::Stored;
 use recordings::output::{write_recording_header, write_recording_row};
@@ -30,8 +28,6 @@ use crate::files::STANDARD;
 pub enum ConvertFormat {
     /// A table: .csv
     Csv,
-    /// A table, compressed with gzip: .csv.gz
-    CsvGz,
     /// The same columns, typed: .parquet
     Parquet,
     /// A bag of ROS 2: .mcap
@@ -40,7 +36,7 @@ pub enum ConvertFormat {
 
 impl ConvertFormat {
     /// Accepted file extensions, for messages.
-    pub const ENDINGS: &'static str = "csv, .csv.gz, .parquet or .mcap";
+    pub const ENDINGS: &'static str = "csv, .parquet or .mcap";
 
     /// Returns the format for a file of this name; standard output gets a table.
     #[must_use]
@@ -51,7 +47,6 @@ impl ConvertFormat {
         let name = path.file_name()?.to_string_lossy().to_lowercase();
         let forms = [
             (".csv", Self::Csv),
-            (".csv.gz", Self::CsvGz),
             (".parquet", Self::Parquet),
             (".mcap", Self::Mcap),
         ];
@@ -63,7 +58,7 @@ impl ConvertFormat {
     #[must_use]
     pub const fn feature(self) -> Option<Feature> {
         match self {
-            Self::Csv | Self::CsvGz => None,
+            Self::Csv => None,
             Self::Parquet => Some(Feature::Parquet),
             Self::Mcap => Some(Feature::Bags),
         }
@@ -143,11 +138,6 @@ pub fn write_table(
 ) -> io::Result<()> {
     let start_us = stored.about.start_us;
     match form {
-        ConvertFormat::CsvGz => {
-            let mut packed = GzEncoder::new(to, Compression::default());
-            write_table(ConvertFormat::Csv, stored, span, &mut packed)?;
-            packed.finish()?;
-        }
         #[cfg(feature = "parquet")]
         ConvertFormat::Parquet => {
             let mut table = ParquetSamples::new(to)?;
