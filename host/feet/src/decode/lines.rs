@@ -7,14 +7,14 @@ use std::io::{self, BufRead, Read};
 const LONGEST: usize = 4096;
 
 /// Iterates over the lines of a file.
-pub(super) struct Lines<R> {
+pub(crate) struct Lines<R> {
     source: R,
     number: u64,
     line: Vec<u8>,
 }
 
 impl<R: BufRead> Lines<R> {
-    pub(super) const fn new(source: R) -> Self {
+    pub(crate) const fn new(source: R) -> Self {
         Self {
             source,
             number: 0,
@@ -24,7 +24,7 @@ impl<R: BufRead> Lines<R> {
 
     /// Returns the next line without line feed, and its number from 1; `None` after the last. A byte order
     /// mark at the start is removed; bytes that are not UTF-8 become replacement characters.
-    pub(super) fn next(&mut self) -> io::Result<Option<(u64, Cow<'_, str>)>> {
+    pub(crate) fn next(&mut self) -> io::Result<Option<(u64, Cow<'_, str>)>> {
         self.line.clear();
         let mut start = self.source.by_ref().take(LONGEST as u64);
         if start.read_until(b'\n', &mut self.line)? == 0 {

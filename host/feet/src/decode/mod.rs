@@ -18,7 +18,7 @@ mod can;
 pub mod can_log;
 pub mod feet;
 mod least_delay;
-mod lines;
+pub(crate) mod lines;
 pub mod live;
 pub mod remedy;
 pub mod report;
