@@ -114,22 +114,6 @@ fn unplayable_source_is_an_error() {
 }
 
 #[test]
-fn address_of_a_crash_is_explained_by_its_place() {
-    for (address, place) in [
-        ("0x08024f6a", "the foot's program"),
-        ("0x08000100", "the bootloader"),
-        ("0x08008000", "settings"),
-        ("0x08040000", "does not run from there"),
-        ("0x20000010", "RAM"),
-    ] {
-        let output = Command::new(PROGRAM).args(["explain", address]).output();
-        let said = String::from_utf8(output.expect("the program runs").stdout).expect("text");
-        assert!(said.contains(place), "{said}");
-        assert_eq!(said.contains("addr2line"), place == "the foot's program");
-    }
-}
-
-#[test]
 fn faults_flags_and_refusals_are_explained() {
     let explain = |arguments: &[&str]| {
         let output = Command::new(PROGRAM)
