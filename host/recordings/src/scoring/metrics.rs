@@ -6,7 +6,7 @@
 use crate::samples::recording::Label;
 use serde::Serialize;
 
-use crate::scoring::reliability::calibration_error;
+use crate::scoring::running::RunningMetrics;
 use crate::scoring::scored::Scored;
 
 /// Every figure of merit at once.
@@ -18,15 +18,17 @@ pub struct Metrics {
     pub rmse: f64,
     /// Mean of (P − label)², in [0, 1], best 0: [`brier_score`].
     pub brier_score: f64,
-    /// Area under the ROC curve, in [0, 1], best 1: [`roc_auc`].
+    /// Area under the receiver operating characteristic, in [0, 1], best 1: the probability that a stable sample ranks
+    /// above one that is not, ties counting half (Mann and Whitney's U over all pairs). `None` if only one label occurs.
     pub roc_auc: Option<f64>,
-    /// F1 of the answer "stable" at P above 0.5, in [0, 1], best 1: [`f1`].
+    /// F1 of the answer "stable" at P above 0.5, in [0, 1], best 1: the harmonic mean of precision and recall. `None` if
+    /// "stable" is neither true nor answered for any sample.
     pub f1_at_0_5: Option<f64>,
     /// From the label turning stable until the answer is "stable".
     pub latency_on: Latency,
     /// From the label turning not stable until the answer is "not stable".
     pub latency_off: Latency,
-    /// Expected calibration error, in [0, 1], best 0: [`calibration_error`].
+    /// Expected calibration error over the bins of `reliability`, in [0, 1], best 0.
     pub calibration_error: f64,
 }
 
@@ -34,17 +36,9 @@ impl Metrics {
     /// Computes all figures; `None` if there is no label.
     #[must_use]
     pub fn of(scored: &[Scored]) -> Option<Self> {
-        let brier_score = brier_score(scored)?;
-        Some(Self {
-            labelled_samples: scored.len(),
-            rmse: brier_score.sqrt(),
-            brier_score,
-            roc_auc: roc_auc(scored),
-            f1_at_0_5: f1(scored),
-            latency_on: latency(scored, Label::Stable),
-            latency_off: latency(scored, Label::NotStable),
-            calibration_error: calibration_error(scored)?,
-        })
+        let mut running = RunningMetrics::default();
+        scored.iter().for_each(|sample| running.add(sample));
+        running.finish()
     }
 }
 
@@ -59,19 +53,8 @@ pub fn brier_score(scored: &[Scored]) -> Option<f64> {
     (!scored.is_empty()).then(|| sum / scored.len() as f64)
 }
 
-/// Area under the receiver operating characteristic: the probability that a stable sample ranks
-/// above one that is not, ties counting half (Mann and Whitney's U over all pairs).
-/// `None` if only one label occurs.
-#[must_use]
-pub fn roc_auc(scored: &[Scored]) -> Option<f64> {
-    let pair = |s: &Scored| (s.probability, s.label);
-    let mut ranked: Vec<_> = scored.iter().map(pair).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    roc_auc_of(&ranked)
-}
-
-/// [`roc_auc`] of pairs sorted by probability.
-pub(crate) fn roc_auc_of<P: PartialEq>(ranked: &[(P, Label)]) -> Option<f64> {
+/// Area under the receiver operating characteristic of pairs sorted by probability.
+pub(crate) fn roc_auc<P: PartialEq>(ranked: &[(P, Label)]) -> Option<f64> {
     let is_stable = |pair: &&(P, Label)| pair.1 == Label::Stable;
     let mut rank_sum = 0.0;
     let mut before = 0;
@@ -85,15 +68,6 @@ pub(crate) fn roc_auc_of<P: PartialEq>(ranked: &[(P, Label)]) -> Option<f64> {
     let others = ranked.len() as f64 - stable;
     let pairs = stable * others;
     (pairs > 0.0).then(|| (rank_sum - stable * (stable + 1.0) / 2.0) / pairs)
-}
-
-/// F1 of the answer "stable": the harmonic mean of precision and recall, in [0, 1], best 1.
-/// `None` if "stable" is neither true nor answered for any sample.
-#[must_use]
-pub fn f1(scored: &[Scored]) -> Option<f64> {
-    let mut answers = Answers::default();
-    scored.iter().for_each(|sample| answers.add(sample));
-    answers.f1()
 }
 
 /// Counts of right and wrong answers "stable".
@@ -118,24 +92,6 @@ impl Answers {
         let all = (2 * self.hits + self.misses + self.false_alarms) as f64;
         (all > 0.0).then(|| 2.0 * self.hits as f64 / all)
     }
-}
-
-/// Best F1 over all thresholds on the probability, an upper bound for any threshold chosen beforehand. Any
-/// ranking may be used in place of a probability.
-/// `None` if no sample is stable.
-#[must_use]
-pub fn best_f1(scored: &[Scored]) -> Option<f64> {
-    let mut ranked: Vec<&Scored> = scored.iter().collect();
-    ranked.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let stable = ranked.iter().filter(|s| s.label == Label::Stable).count();
-    let (mut hits, mut answered) = (0, 0);
-    let mut best: f64 = 0.0;
-    for tied in ranked.chunk_by(|a, b| a.probability == b.probability) {
-        hits += tied.iter().filter(|s| s.label == Label::Stable).count();
-        answered += tied.len();
-        best = best.max(2.0 * hits as f64 / (answered + stable) as f64);
-    }
-    (stable > 0).then_some(best)
 }
 
 /// How fast the answer follows the label.
@@ -163,24 +119,16 @@ pub const SETTLED_S: f64 = 0.1;
 /// with the recording; without a result, the transition counts as missed.
 #[must_use]
 pub fn latency(scored: &[Scored], to: Label) -> Latency {
-    latency_over(&[scored], to)
-}
-
-/// [`latency`] of the transitions of several recordings together.
-#[must_use]
-pub fn latency_over(recordings: &[&[Scored]], to: Label) -> Latency {
     let mut delays = Vec::new();
     let mut missed = 0;
-    for scored in recordings {
-        // A recording begins with a label, not with a transition.
-        for stretch in settled(scored).windows(2).map(|pair| pair[1]) {
-            if stretch[0].label != to {
-                continue;
-            }
-            match stretch.iter().find(|s| s.answer() == to) {
-                Some(found) => delays.push(micros_between(&stretch[0], found)),
-                None => missed += 1,
-            }
+    // A recording begins with a label, not with a transition.
+    for stretch in settled(scored).windows(2).map(|pair| pair[1]) {
+        if stretch[0].label != to {
+            continue;
+        }
+        match stretch.iter().find(|s| s.answer() == to) {
+            Some(found) => delays.push(micros_between(&stretch[0], found)),
+            None => missed += 1,
         }
     }
     Latency {
@@ -248,6 +196,14 @@ mod tests {
         pairs.iter().enumerate().map(sample).collect()
     }
 
+    fn auc(pairs: &[(f64, u8)]) -> Option<f64> {
+        Metrics::of(&scored(pairs)).and_then(|metrics| metrics.roc_auc)
+    }
+
+    fn f1(pairs: &[(f64, u8)]) -> Option<f64> {
+        Metrics::of(&scored(pairs)).and_then(|metrics| metrics.f1_at_0_5)
+    }
+
     #[test]
     fn metrics_require_a_label() {
         assert_eq!(Metrics::of(&[]), None);
@@ -264,68 +220,31 @@ mod tests {
     #[test]
     fn auc_is_the_share_of_correctly_ordered_pairs() {
         // Stable 0.8, 0.4; others 0.6, 0.2: of 4 pairs only 0.4 < 0.6 is wrong.
-        assert_eq!(
-            roc_auc(&scored(&[(0.8, 1), (0.4, 1), (0.6, 0), (0.2, 0)])),
-            Some(0.75)
-        );
+        assert_eq!(auc(&[(0.8, 1), (0.4, 1), (0.6, 0), (0.2, 0)]), Some(0.75));
     }
 
     #[test]
     fn ties_count_half_in_the_auc() {
         // Stable 0.5, 1; others 0.5, 0: 0.5 + 1 + 1 + 1 of 4.
-        assert_eq!(
-            roc_auc(&scored(&[(0.5, 1), (1.0, 1), (0.5, 0), (0.0, 0)])),
-            Some(0.875)
-        );
-        assert_eq!(roc_auc(&scored(&[(0.3, 1), (0.3, 0), (0.3, 0)])), Some(0.5));
+        assert_eq!(auc(&[(0.5, 1), (1.0, 1), (0.5, 0), (0.0, 0)]), Some(0.875));
+        assert_eq!(auc(&[(0.3, 1), (0.3, 0), (0.3, 0)]), Some(0.5));
     }
 
     #[test]
     fn auc_requires_both_labels() {
-        assert_eq!(roc_auc(&scored(&[(0.8, 1), (0.4, 1)])), None);
+        assert_eq!(auc(&[(0.8, 1), (0.4, 1)]), None);
     }
 
     #[test]
     fn f1_counts_probability_one_half_as_not_stable() {
         // Hits 2, miss 1 (the 0.5), false alarm 1: 4 / (4 + 1 + 1).
-        let f1 = f1(&scored(&[
-            (0.9, 1),
-            (0.6, 1),
-            (0.5, 1),
-            (0.51, 0),
-            (0.1, 0),
-        ]))
-        .unwrap();
+        let f1 = f1(&[(0.9, 1), (0.6, 1), (0.5, 1), (0.51, 0), (0.1, 0)]).unwrap();
         assert!((f1 - 2.0 / 3.0).abs() < 1e-12);
     }
 
     #[test]
     fn f1_requires_a_stable_sample() {
-        assert_eq!(f1(&scored(&[(0.1, 0), (0.2, 0)])), None);
-    }
-
-    #[test]
-    fn best_f1_is_that_of_the_best_threshold() {
-        // From 0.3 on: hits 2, false alarm 1, no miss: 4 / 5. From 0.9 on: 2 / 3.
-        let samples = scored(&[(0.9, 1), (0.4, 0), (0.3, 1), (0.1, 0)]);
-        assert_eq!(best_f1(&samples), Some(0.8));
-        assert_eq!(f1(&samples), Some(2.0 / 3.0));
-        // Equal values cannot be distinguished: 2 hits and 2 false alarms.
-        let tied = scored(&[(0.5, 1), (0.5, 0), (0.5, 1), (0.5, 0)]);
-        assert_eq!(best_f1(&tied), Some(2.0 / 3.0));
-        assert_eq!(best_f1(&scored(&[(0.5, 0)])), None);
-    }
-
-    #[test]
-    fn recordings_share_a_median_but_not_transitions() {
-        let first = scored(&[(0.1, 0), (0.9, 1), (0.9, 1)]);
-        let second = scored(&[(0.1, 0), (0.1, 1), (0.1, 1), (0.9, 1)]);
-        let together = latency_over(&[&first, &second], Label::Stable);
-        assert_eq!((together.followed, together.missed), (2, 0));
-        assert_eq!(together.median_s, Some(1.0));
-        // A change of the label between recordings is not a transition.
-        let off = latency_over(&[&first, &second], Label::NotStable);
-        assert_eq!(off, Latency::default());
+        assert_eq!(f1(&[(0.1, 0), (0.2, 0)]), None);
     }
 
     #[test]

@@ -3,10 +3,10 @@
 //! | step | module |
 //! |---|---|
 //! | probability with the truth | [`scored`] |
-//! | figures of merit | [`metrics`], [`reliability`]; of a long recording [`running`]; of an orientation, [`inclination`] |
+//! | figures of merit | [`metrics`], `reliability`; of a long recording [`running`]; of an orientation, [`inclination`] |
 
 pub mod inclination;
 pub mod metrics;
-pub mod reliability;
+mod reliability;
 pub mod running;
 pub mod scored;
