@@ -4,55 +4,22 @@ use super::super::error::InputError;
 use super::super::loaded::OLDEST_LOAD_US;
 use super::super::refusal::ContainerError;
 use super::super::topics::LoadTopic;
-use super::cdr::decode;
-use super::definition::{Definition, Path};
-use super::messages::{MultiArray, Time, Wrench, WrenchStamped};
+use super::definition::{Definition, Path, within};
+use super::messages::Time;
 use super::storage::{Channel, micros};
 
+/// Type whose force is within a field.
+const WRENCH_STAMPED: &str = "geometry_msgs/msg/WrenchStamped";
+
 /// Place of the load in a message.
-enum Place {
-    Float32,
-    Float64,
-    Wrench(Force),
-    WrenchStamped(Force),
-    /// Index of a number in a `Float32MultiArray`.
-    Floats32(usize),
-    /// Index of a number in a `Float64MultiArray`.
-    Floats64(usize),
-    /// At a path in a message of any type.
-    Defined {
-        definition: Definition,
-        value: Path,
-        stamp: Option<[Path; 2]>,
-    },
-}
-
-/// Component of a force that is taken as the load.
-enum Force {
-    /// Along an axis.
-    Axis(usize),
-    Magnitude,
-}
-
-impl Force {
-    /// Finds a number by its name; that along z where none is named.
-    fn of_name(name: Option<&str>) -> Option<Self> {
-        let name = name.map(|name| name.strip_prefix("wrench.").unwrap_or(name));
-        Some(match name.unwrap_or("force.z") {
-            "force.x" => Self::Axis(0),
-            "force.y" => Self::Axis(1),
-            "force.z" => Self::Axis(2),
-            "force" => Self::Magnitude,
-            _ => return None,
-        })
-    }
-
-    fn number(&self, Wrench { force, .. }: &Wrench) -> f64 {
-        match self {
-            Self::Axis(axis) => force[*axis],
-            Self::Magnitude => force.map(|part| part * part).iter().sum::<f64>().sqrt(),
-        }
-    }
+struct Place {
+    definition: Definition,
+    /// A number, or the three axes of a force, whose magnitude is the load.
+    values: Vec<Path>,
+    /// Seconds and nanoseconds.
+    stamp: Option<[Path; 2]>,
+    /// Whether the load is a force, N.
+    is_force: bool,
 }
 
 /// All values of a load: 16 bytes each, 32 with stamps.
@@ -103,8 +70,8 @@ impl LoadSeries {
 
     /// Name of the load in titles.
     pub(super) fn title(&self) -> String {
-        match self.place {
-            Some(Place::Wrench(_) | Place::WrenchStamped(_)) => format!("{} (N)", self.topic),
+        match &self.place {
+            Some(place) if place.is_force => format!("{} (N)", self.topic),
             _ => self.topic.to_string(),
         }
     }
@@ -164,68 +131,66 @@ impl Place {
     fn of(channel: &Channel, field: Option<&str>) -> Result<Self, String> {
         const FORCES: &str = "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude";
         const ELEMENTS: &str = "data[0], data[1] and so on";
-        let is_data = matches!(field, None | Some("data"));
-        let force = Force::of_name(field);
-        let index = |field: &str| field.strip_prefix("data[")?.strip_suffix(']')?.parse().ok();
-        let element = field.and_then(index);
-        let known = match channel.message.as_str() {
-            "std_msgs/msg/Float32" => Some((is_data.then_some(Self::Float32), "data")),
-            "std_msgs/msg/Float64" => Some((is_data.then_some(Self::Float64), "data")),
-            "geometry_msgs/msg/Wrench" => Some((force.map(Self::Wrench), FORCES)),
-            "geometry_msgs/msg/WrenchStamped" => Some((force.map(Self::WrenchStamped), FORCES)),
-            "std_msgs/msg/Float32MultiArray" => Some((element.map(Self::Floats32), ELEMENTS)),
-            "std_msgs/msg/Float64MultiArray" => Some((element.map(Self::Floats64), ELEMENTS)),
+        let message = channel.message.as_str();
+        let known = match message {
+            "std_msgs/msg/Float32" | "std_msgs/msg/Float64" => Some((Some("data"), "data")),
+            "geometry_msgs/msg/Wrench" | WRENCH_STAMPED => Some((Some("force.z"), FORCES)),
+            "std_msgs/msg/Float32MultiArray" | "std_msgs/msg/Float64MultiArray" => {
+                Some((None, ELEMENTS))
+            }
             _ => None,
         };
-        if let Some((place, fields)) = known {
-            return place.ok_or_else(|| format!("has {fields}"));
-        }
-        let definition =
-            Definition::of_channel(channel).map_err(|what| format!("cannot be read: {what}"))?;
-        let listed = || format!("has the numbers {}", definition.listed(""));
-        let field = field.ok_or_else(listed)?;
-        let value = definition
-            .number(field)
-            .map_err(|what| format!("has no such number: {what}"))?;
+        let definition = match known {
+            Some(_) => Definition::of(message, None),
+            None => Definition::of_channel(channel),
+        };
+        let definition = definition.map_err(|what| format!("cannot be read: {what}"))?;
+        let listed = || match known {
+            Some((_, fields)) => format!("has {fields}"),
+            None => format!("has the numbers {}", definition.listed("")),
+        };
+        let default = known.and_then(|(default, _)| default);
+        let field = field.or(default).ok_or_else(listed)?;
+        let is_force = default == Some("force.z");
+        let bare = field.strip_prefix("wrench.").unwrap_or(field);
+        let part = if message == WRENCH_STAMPED {
+            "wrench"
+        } else {
+            ""
+        };
+        let names = match is_force {
+            true if bare == "force" => ["x", "y", "z"].map(|axis| format!("force.{axis}")).to_vec(),
+            true => vec![bare.to_owned()],
+            false => vec![field.to_owned()],
+        };
+        let paths = names
+            .iter()
+            .map(|name| definition.number(&within(part, name)));
+        let paths: Result<_, String> = paths.collect();
+        let values = paths.map_err(|what| match known {
+            Some(_) => listed(),
+            None => format!("has no such number: {what}"),
+        })?;
         let stamp = definition.stamp("");
-        Ok(Self::Defined {
+        Ok(Self {
             definition,
-            value,
+            values,
             stamp,
+            is_force,
         })
     }
 
     /// The number of a message and its stamp, µs; the error is half a sentence.
     fn number(&self, payload: &[u8]) -> Result<(f64, Option<i64>), String> {
-        let number = match self {
-            Self::Float32 => f64::from(decode::<f32>(payload)?),
-            Self::Float64 => decode(payload)?,
-            Self::Wrench(force) => force.number(&decode(payload)?),
-            Self::WrenchStamped(force) => {
-                let WrenchStamped { header, wrench } = decode(payload)?;
-                return Ok((force.number(&wrench), header.stamp.micros()));
-            }
-            Self::Floats32(index) => {
-                f64::from(element(&decode::<MultiArray<f32>>(payload)?.data, *index)?)
-            }
-            Self::Floats64(index) => element(&decode::<MultiArray<f64>>(payload)?.data, *index)?,
-            Self::Defined {
-                definition,
-                value,
-                stamp,
-            } => {
-                let paths: Vec<&Path> = [value].into_iter().chain(stamp.iter().flatten()).collect();
-                return match &definition.values(payload, &paths)?[..] {
-                    [value, stamp @ ..] => Ok((*value, Time::of_numbers(stamp).micros())),
-                    [] => Err("it lacks the number".to_owned()),
-                };
-            }
+        let paths = self.values.iter().chain(self.stamp.iter().flatten());
+        let found = self
+            .definition
+            .values(payload, &paths.collect::<Vec<_>>())?;
+        let (values, stamp) = found.split_at(self.values.len());
+        let number = match values {
+            [value] => *value,
+            axes => axes.iter().map(|part| part * part).sum::<f64>().sqrt(),
         };
-        Ok((number, None))
+        Ok((number, Time::of_numbers(stamp).micros()))
     }
-}
-
-fn element<T: Copy>(data: &[T], index: usize) -> Result<T, String> {
-    let missing = || format!("it has {} numbers and no data[{index}]", data.len());
-    data.get(index).copied().ok_or_else(missing)
 }

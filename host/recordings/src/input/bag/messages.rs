@@ -1,5 +1,4 @@
-//! Supported messages of ROS 2, field by field as in their definitions. Types with one field, such as
-//! `std_msgs/msg/Float32`, are decoded as that field in `load` and `sidecar`. Source:
+//! Supported messages of ROS 2, field by field as in their definitions. Source:
 //! <https://github.com/ros2/common_interfaces>.
 
 use serde::Deserialize;
@@ -128,34 +127,4 @@ pub(super) struct TwistWithCovarianceStamped {
 impl TwistWithCovarianceStamped {
     /// Name of its type.
     pub(super) const TYPE: &'static str = "geometry_msgs/msg/TwistWithCovarianceStamped";
-}
-
-/// `geometry_msgs/msg/Wrench`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub(super) struct Wrench {
-    pub(super) force: [f64; 3],
-    _torque: [f64; 3],
-}
-
-/// `geometry_msgs/msg/WrenchStamped`.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct WrenchStamped {
-    pub(super) header: Header,
-    pub(super) wrench: Wrench,
-}
-
-/// `std_msgs/msg/MultiArrayDimension`.
-#[derive(Clone, Debug, Deserialize)]
-struct Dimension {
-    _label: Text,
-    _size: u32,
-    _stride: u32,
-}
-
-/// `std_msgs/msg/Float32MultiArray` and `Float64MultiArray`.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct MultiArray<T> {
-    _dimensions: Vec<Dimension>,
-    _offset: u32,
-    pub(super) data: Vec<T>,
 }

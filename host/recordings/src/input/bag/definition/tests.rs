@@ -198,6 +198,23 @@ fn known_definitions_are_complete() {
 }
 
 #[test]
+fn element_of_a_known_array_is_found() {
+    let array = Definition::of("std_msgs/msg/Float32MultiArray", None).unwrap();
+    let path = |name| array.number(name).unwrap();
+    // One dimension: its label, size and stride; then the offset and three numbers.
+    let layout = [1, 2, 0x0000_0078, 3, 3, 0];
+    let mut message = vec![0, 1, 0, 0];
+    message.extend(layout.into_iter().flat_map(u32::to_le_bytes));
+    message.extend(3_u32.to_le_bytes());
+    message.extend([0.5_f32, -2.0, 7.0].into_iter().flat_map(f32::to_le_bytes));
+    let found = array.values(&message, &[&path("data[1]")]);
+    assert_eq!(found, Ok(vec![-2.0]));
+    assert!(array.values(&message, &[&path("data[3]")]).is_err());
+    let stamped = Definition::of("geometry_msgs/msg/WrenchStamped", None).unwrap();
+    assert!(stamped.number("wrench.force.z").is_ok() && stamped.stamp("").is_some());
+}
+
+#[test]
 fn times_are_known_without_their_definitions() {
     let text = "builtin_interfaces/Duration life\nbuiltin_interfaces/Time at\nuint8 last";
     let marker = Definition::parse("my_msgs/msg/Marker", text).unwrap();
