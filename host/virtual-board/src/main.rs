@@ -1,5 +1,4 @@
-//! `virtual-board run` boots an ELF, runs it, and writes its output to files; `virtual-board serve` runs it at
-//! the speed of real time behind terminals.
+//! `virtual-board serve` runs an ELF at the speed of real time behind terminals.
 
 #![forbid(unsafe_code)]
 
@@ -19,8 +18,6 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Sub {
-    /// Run an ELF and write uart.bin and can.log, which `footfall decode` reads, and report.json.
-    Run(commands::run::RunArguments),
     /// Run an ELF at the speed of real time behind pseudo-terminals: a serial line for each foot, and one bus
     /// behind an slcan adapter.
     #[cfg(unix)]
@@ -29,7 +26,6 @@ enum Sub {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
-        Sub::Run(arguments) => commands::run::run(&arguments),
         #[cfg(unix)]
         Sub::Serve(arguments) => commands::serve::serve(&arguments),
     };

@@ -1,7 +1,7 @@
 //! Budgets of the product, measured on the ELF that is flashed.
 
 use crate::common::digest::{README, assert_block_of};
-use crate::common::{directory, is_built_here, product, products};
+use crate::common::{is_built_here, product, products};
 use host_tests::committed::assert_block;
 use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};
@@ -73,7 +73,7 @@ const BRIEFLY: u64 = 2_500;
 /// Runs a walk with all messages enabled: on CAN all seven process data objects, the contact each tick,
 /// acceleration, rate, attitude and axes each 20 ms, health each 100 ms, bias each second, and the heartbeat; over
 /// the serial line at 1 Mbaud contact and raw sample each tick and health each 10 ms, which takes 89 % of it.
-fn with_all_streams(elf: &[u8], name: &str) -> Value {
+fn with_all_streams(elf: &[u8]) -> Value {
     let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     streams::turn_all_on(&mut board).expect("it runs");
@@ -81,11 +81,11 @@ fn with_all_streams(elf: &[u8], name: &str) -> Value {
         milliseconds: MEASURED,
         ..RunOptions::default()
     };
-    report::run(&mut board, &run, &directory(&format!("budgets-{name}"))).expect("it runs")
+    report::run(&mut board, &run).expect("it runs")
 }
 
 /// The same walk with the messages and requests of other nodes.
-fn under_full_load(elf: &[u8], name: &str, milliseconds: u64) -> Value {
+fn under_full_load(elf: &[u8], milliseconds: u64) -> Value {
     let seconds = milliseconds as f64 / 1.0e3;
     let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
@@ -94,12 +94,7 @@ fn under_full_load(elf: &[u8], name: &str, milliseconds: u64) -> Value {
         traffic: Traffic::Full,
         ..RunOptions::default()
     };
-    report::run(
-        &mut board,
-        &run,
-        &directory(&format!("full-load-{name}-{milliseconds}")),
-    )
-    .expect("it runs")
+    report::run(&mut board, &run).expect("it runs")
 }
 
 fn measured(report: &Value, place: &str) -> f64 {
@@ -145,7 +140,7 @@ fn assert_kept(board: &Wiring, budgets: &Budgets, report: &Value) {
 #[test]
 fn budgets_hold_with_all_streams_and_the_readme_shows_them() {
     for (board, elf) in products() {
-        let report = with_all_streams(&elf, board.name);
+        let report = with_all_streams(&elf);
         let head = format!("{}, with all streams on", board.name);
         let table = table(board, &head, BUDGETS, &report);
         println!("{table}");
@@ -163,7 +158,7 @@ fn budgets_hold_with_all_streams_and_the_readme_shows_them() {
 #[test]
 fn full_load_causes_no_long_tick_and_no_late_estimate() {
     for (board, elf) in products() {
-        assert_kept(board, WORST, &under_full_load(&elf, board.name, BRIEFLY));
+        assert_kept(board, WORST, &under_full_load(&elf, BRIEFLY));
     }
 }
 
@@ -171,7 +166,7 @@ fn full_load_causes_no_long_tick_and_no_late_estimate() {
 #[ignore = "full: 20 s of full load on each board"]
 fn full_load_causes_no_long_tick_in_its_rare_moments() {
     for (board, elf) in products() {
-        let report = under_full_load(&elf, board.name, MEASURED_UNDER_FULL_LOAD);
+        let report = under_full_load(&elf, MEASURED_UNDER_FULL_LOAD);
         let head = format!("{}, under full load", board.name);
         let table = table(board, &head, WORST, &report);
         println!("{table}");

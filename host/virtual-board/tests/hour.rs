@@ -4,7 +4,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::common::digest::assert_block_of;
-use crate::common::{directory, product};
+use crate::common::product;
 use gait::GaitName;
 use host_tests::committed::workspace;
 use serde_json::Value;
@@ -42,9 +42,8 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
         traffic: Traffic::Full,
         ..RunOptions::default()
     };
-    let out = directory("hour");
     let began = Instant::now();
-    let report = report::run(&mut board, &run, &out).expect("it runs");
+    let report = report::run(&mut board, &run).expect("it runs");
     let factor = SECONDS as f64 / began.elapsed().as_secs_f64();
     println!("{report:#}\n{factor:.1} times real time");
     for never in ["late_ticks", "parity_mismatches"] {
@@ -60,7 +59,6 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     for line in ["can", "uart"] {
         assert!(count(&report["parity_compared"][line]) >= ticks, "{line}");
     }
-    std::fs::remove_dir_all(&out).expect("what was written can be removed");
     if std::env::var_os("FOOTFALL_UPDATE").is_some_and(|value| value == "1") {
         let table = table(&commit, &report, factor);
         assert_block_of(&[Wiring::reference().program], "hour", &table);

@@ -19,7 +19,9 @@ use virtual_board::product::serve::robot::{ControlNode, RobotOptions};
 use virtual_board::product::serve::{self, BoardPrograms, Note, Passage, ServeSummary};
 
 use super::elf;
-use super::options::duration;
+
+/// One day: a larger value is rejected as a mistake.
+const MOST_SECONDS: f64 = 86_400.0;
 
 /// The options of `serve`.
 #[derive(Args)]
@@ -63,6 +65,14 @@ fn feet(text: &str) -> Result<usize, String> {
     let feet = text.parse().ok();
     let feet = feet.filter(|feet| (1..=MOST_FEET).contains(feet));
     feet.ok_or_else(|| format!("write a number from 1 to {MOST_FEET}"))
+}
+
+/// Parses seconds, zero rejected.
+fn duration(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    seconds
+        .filter(|seconds| *seconds > 0.0 && *seconds <= MOST_SECONDS)
+        .ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
 }
 
 /// Serves feet until the end is requested.
@@ -148,5 +158,18 @@ fn print(summary: &ServeSummary) {
             "bus: {} frames lost, since it was full",
             summary.lost_on_bus
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_above_zero_and_up_to_a_day() {
+        assert_eq!(duration("2.5"), Ok(2.5));
+        for text in ["0", "-5", "nan", "inf", "86401", "soon", ""] {
+            assert!(duration(text).is_err(), "{text}");
+        }
     }
 }

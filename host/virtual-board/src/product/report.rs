@@ -1,10 +1,7 @@
-//! A run whose bytes, frames and statistics are written as they arrive. Memory use does not grow with its length.
+//! Statistics of a run. Memory use does not grow with its length.
 
 use std::collections::VecDeque;
-use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use serde_json::{Value, json};
 use wire::Counter;
@@ -44,8 +41,6 @@ const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
 pub struct RunOptions {
     /// Duration, ms.
     pub milliseconds: u64,
-    /// Injected faults, as given on the command line.
-    pub faults: Vec<String>,
     /// Actions on the board.
     pub actions: Vec<TimedStep>,
     /// Additional traffic on the lines.
@@ -81,16 +76,19 @@ struct Log {
     frame_began: Option<u64>,
     health: Option<HealthMessage>,
     recent: VecDeque<Transaction>,
-    /// `None` if faults are injected.
+    /// `None` if actions on the board are planned.
     comparison: Option<ParityCheck>,
     uart_frames: u64,
     can_frames: u64,
+    /// Of all bytes and frames with their times.
+    digest: DefaultHasher,
     emergencies: Vec<Value>,
 }
 
 impl Log {
     fn uart(&mut self, bytes: &[TimedByte]) {
         for &TimedByte { time, byte } in bytes {
+            (time, byte).hash(&mut self.digest);
             let began = *self.frame_began.get_or_insert(time);
             if byte == 0 {
                 self.frame_began = None;
@@ -150,19 +148,19 @@ impl Log {
         }
     }
 
-    fn can(&mut self, frames: Vec<TimedFrame>, log: &mut impl Write) -> std::io::Result<()> {
+    fn can(&mut self, frames: Vec<TimedFrame>) {
         for sent in frames {
             let TimedFrame { time, frame } = &sent;
             self.can_frames += 1;
-            let digits = frame.data.iter().map(|byte| format!("{byte:02X}"));
-            let (data, micros) = (digits.collect::<String>(), to_us(*time));
-            writeln!(log, "({:.6}) can0 {:03X}#{data}", micros / 1.0e6, frame.id)?;
+            (time, frame.id, &frame.data).hash(&mut self.digest);
             if frame.id & !0x7F == EMERGENCY
                 && frame.id & 0x7F != 0
                 && self.emergencies.len() < 1000
             {
-                self.emergencies
-                    .push(json!({ "ms": micros / 1.0e3, "data": data }));
+                let digits = frame.data.iter().map(|byte| format!("{byte:02X}"));
+                self.emergencies.push(
+                    json!({ "ms": to_us(*time) / 1.0e3, "data": digits.collect::<String>() }),
+                );
             }
             if frame.id & !0x7F == ESTIMATE
                 && let Some(comparison) = &mut self.comparison
@@ -170,28 +168,18 @@ impl Log {
                 comparison.frame(sent);
             }
         }
-        Ok(())
     }
 }
 
-/// Runs a board from its current state, writes `uart.bin`, `can.log` and `report.json` into a directory, and returns the
-/// report.
+/// Runs a board from its current state, and returns the report.
 ///
 /// # Errors
-/// If the directory cannot be written to, or the firmware misuses the board.
-pub fn run(
-    board: &mut Board,
-    run: &RunOptions,
-    out: &Path,
-) -> Result<Value, Box<dyn core::error::Error>> {
-    std::fs::create_dir_all(out)?;
-    let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
+/// If the firmware misuses the board.
+pub fn run(board: &mut Board, run: &RunOptions) -> Result<Value, Box<dyn core::error::Error>> {
     let first = board.now().div_ceil(MILLISECOND);
-    let mut uart = create("uart.bin")?;
-    let mut can_log = create("can.log")?;
     let mut log = Log {
         settled: (first + SETTLING) * MILLISECOND,
-        comparison: run.faults.is_empty().then(ParityCheck::new).transpose()?,
+        comparison: run.actions.is_empty().then(ParityCheck::new).transpose()?,
         ..Log::default()
     };
     let mut actions = run.actions.clone();
@@ -210,7 +198,6 @@ pub fn run(
         if ms == SETTLING {
             // Half a tick after an estimate the work of its tick is done, whenever the board started.
             idle = (log.last_estimate + MILLISECOND / 2) % MILLISECOND;
-            board.start_profile();
         }
         // Of two events in a millisecond the earlier comes first.
         let asked = start + ms / ROUND_MS % PHASES * MILLISECOND / PHASES;
@@ -233,32 +220,12 @@ pub fn run(
         }
         board.run_until(start + MILLISECOND)?;
         log.bus(board.take_transactions());
-        let bytes = board.take_uart();
-        uart.write_all(&bytes.iter().map(|sent| sent.byte).collect::<Vec<u8>>())?;
-        log.uart(&bytes);
+        log.uart(&board.take_uart());
         log.requests(&board.take_can_requests());
-        log.can(board.take_can(), &mut can_log)?;
+        log.can(board.take_can());
     }
-    uart.flush()?;
-    can_log.flush()?;
     let parity = log.comparison.take().map(ParityCheck::finish);
-    let report = report(board, run, &log, parity, watched);
-    create("report.json")?.write_all(format!("{report:#}\n").as_bytes())?;
-    Ok(report)
-}
-
-/// Instructions and cycles of waiting for flash per millisecond by function, most first, after a [`run`] of this
-/// many milliseconds; the time before statistics begin is left out.
-#[must_use]
-pub fn profile(board: &Board, milliseconds: u64) -> String {
-    let counted = milliseconds.saturating_sub(SETTLING).max(1) as f64;
-    let mut text = String::new();
-    for (function, counts) in board.profile() {
-        let [instructions, waits] = counts.map(|count| count as f64 / counted);
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{instructions:10.1} {waits:10.1} {function}");
-    }
-    text
+    Ok(report(board, run, &log, parity, watched))
 }
 
 fn report(
@@ -311,7 +278,7 @@ fn report(
         })),
         "parity_measured": parity.map(|parity| parity.measured),
         "parity_mismatches": parity.map(|parity| parity.mismatches + parity.can_mismatches),
-        "faults": run.faults,
+        "digest": log.digest.finish(),
         "emergencies": log.emergencies,
         "resets": resets,
         "core_faults": core_faults,

@@ -1,10 +1,8 @@
-//! The state of a board as seen from outside: counters, faults, profile, memory.
-
-use std::collections::BTreeMap;
+//! The state of a board as seen from outside: counters, faults, memory.
 
 use super::Board;
 use crate::emulator::machine::{FaultNote, MachineCounters, Watched};
-use crate::emulator::memory::{FLASH, UNTOUCHED};
+use crate::emulator::memory::UNTOUCHED;
 use crate::emulator::part::rcc::ResetCause;
 
 impl Board {
@@ -55,37 +53,6 @@ impl Board {
         let machine = self.cpu.machine();
         let instructions = machine.watched.iter().map(|watched| watched.instructions);
         instructions.sum()
-    }
-
-    /// Counts instructions by function from now on.
-    pub fn start_profile(&mut self) {
-        let mut machine = self.cpu.machine();
-        machine.profile = vec![0; FLASH.size / 2];
-        machine.wait_profile = vec![0; FLASH.size / 2];
-    }
-
-    /// Instructions and cycles of waiting for flash, by function, since the profile was started; most instructions
-    /// first.
-    #[must_use]
-    pub fn profile(&self) -> Vec<(String, [u64; 2])> {
-        let machine = self.cpu.machine();
-        let mut functions = BTreeMap::<&str, [u64; 2]>::new();
-        let counts = machine.profile.iter().zip(&machine.wait_profile);
-        for (index, (&instructions, &waits)) in counts.enumerate() {
-            if instructions > 0 {
-                let address = FLASH.start + 2 * index as u32;
-                let name = self.image.function_at(address).unwrap_or("?");
-                let sums = functions.entry(name).or_default();
-                sums[0] += instructions;
-                sums[1] += waits;
-            }
-        }
-        let mut functions: Vec<_> = functions
-            .into_iter()
-            .map(|(name, count)| (name.to_owned(), count))
-            .collect();
-        functions.sort_by_key(|(name, count)| (core::cmp::Reverse(*count), name.clone()));
-        functions
     }
 
     /// Reads memory as a debugger does; `None` if there is no memory.

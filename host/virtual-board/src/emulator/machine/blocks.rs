@@ -32,10 +32,6 @@ impl Machine {
         let block = &running.block;
         let end = running.address.wrapping_add(block.size);
         self.instructions += u64::from(block.instructions);
-        let index = (running.address.wrapping_sub(FLASH.start) / 2) as usize;
-        if let Some(count) = self.profile.get_mut(index) {
-            *count += u64::from(block.instructions);
-        }
         self.spend(u64::from(block.cycles) + if next == end { 0 } else { TAKEN });
         block.sends_event
     }
@@ -155,9 +151,6 @@ impl Machine {
             literals: self.literals.get(first..first + count).unwrap_or(&[]),
         };
         let waits = self.chip.flash.accelerator.fetch(self.cycles, &run);
-        if let Some(count) = self.wait_profile.get_mut(index) {
-            *count += waits;
-        }
         self.flash_waits += waits;
         self.spend(waits);
     }

@@ -89,10 +89,6 @@ pub struct Machine {
     pub exceptions: BTreeMap<u16, u64>,
     /// Faults that the program observed.
     pub faults: Vec<FaultNote>,
-    /// Instructions by half-word of flash; empty while no profile is taken.
-    pub(crate) profile: Vec<u64>,
-    /// Cycles of waiting for flash, by half-word.
-    pub(crate) wait_profile: Vec<u64>,
     /// Functions whose calls are counted separately, including their callees.
     pub(crate) watched: Vec<Watched>,
     pub(crate) stop: Option<Stop>,
@@ -134,8 +130,6 @@ impl Machine {
             scb: Scb::new(),
             exceptions: BTreeMap::new(),
             faults: Vec::new(),
-            profile: Vec::new(),
-            wait_profile: Vec::new(),
             watched: Vec::new(),
             stop: None,
             failure: None,

@@ -47,7 +47,7 @@ const LATE_US: f64 = 2_000.0;
 
 /// The columns.
 pub const HEAD: &str = "\
-| `--fault` | fault | detected after | reported | last \"stable\" after | \"stable\" on invalid data | recovered after |
+| `fault` | fault | detected after | reported | last \"stable\" after | \"stable\" on invalid data | recovered after |
 |---|---|---|---|---|---|---|
 ";
 

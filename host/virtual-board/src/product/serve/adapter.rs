@@ -3,11 +3,10 @@
 //!
 //! | line, ended by CR | what it does | where |
 //! |---|---|---|
-//! | `S0` … `S8`, `sxxyy` | the rate of the bus: 10 … 1000 kbit/s, or two registers of an SJA1000 at 8 MHz | closed |
+//! | `S0` … `S8` | the rate of the bus: 10 … 1000 kbit/s | closed |
 //! | `O`, `L`, `C` | open, open without sending, close | closed, closed, open |
 //! | `t` | send a frame: all frames here have identifiers of 11 bits, and carry data | open |
 //! | `F` | status: bit 3 where frames were lost | open |
-//! | `Z0`, `Z1` | received frames without and with the millisecond, modulo a minute | closed |
 //! | `V`, `N` | version, serial number | anywhere |
 //!
 //! Each command is answered with CR, a sent frame with `z` before it; a command that is invalid or not
@@ -23,14 +22,8 @@ const RATES: [u32; 9] = [
     10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000,
 ];
 
-/// Clock of the registers of `s`, Hz.
-const REGISTER_CLOCK: u32 = 8_000_000;
-
 /// Length of the longest line, without CR.
 const LONGEST_LINE: usize = slcan::LONGEST - 1;
-
-/// Period of time stamps, ms.
-const STAMPS: u64 = 60_000;
 
 /// State of the channel to the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,7 +40,6 @@ pub struct EmulatedAdapter {
     channel: Channel,
     /// Bit rate; `None` until configured.
     bit_rate: Option<u32>,
-    has_stamps: bool,
     /// Whether a line was lost because it was not read in time, since the last status.
     pub(crate) has_lost: bool,
     line: Vec<u8>,
@@ -93,11 +85,9 @@ impl EmulatedAdapter {
             ([b'S', digit @ b'0'..=b'8'], true) => {
                 self.bit_rate = RATES.get(usize::from(digit - b'0')).copied();
             }
-            ([b's', registers @ ..], true) => self.bit_rate = Some(rate_of(registers)?),
             ([b'O'], true) if self.bit_rate.is_some() => self.channel = Channel::Open,
             ([b'L'], true) if self.bit_rate.is_some() => self.channel = Channel::Listening,
             ([b'C'], false) => self.channel = Channel::Closed,
-            ([b'Z', digit @ (b'0' | b'1')], true) => self.has_stamps = *digit == b'1',
             ([b'F'], false) => {
                 let lost = core::mem::take(&mut self.has_lost);
                 answer.extend(if lost { b"F08" } else { b"F00" });
@@ -114,30 +104,12 @@ impl EmulatedAdapter {
         Some(Reaction { answer, frame })
     }
 
-    /// Line of a frame on the bus, if the adapter receives it. `ms` is its time.
+    /// Line of a frame on the bus, if the adapter receives it.
     #[must_use]
-    pub fn hear(&self, carried: &Carried, ms: u64) -> Option<Vec<u8>> {
+    pub fn hear(&self, carried: &Carried) -> Option<Vec<u8>> {
         let is_open = self.channel != Channel::Closed;
-        if !is_open || self.bit_rate != Some(carried.bit_rate) {
-            return None;
-        }
-        let mut line = carried.frame.line();
-        if self.has_stamps {
-            line.pop();
-            line.extend(format!("{:04X}\r", ms % STAMPS).bytes());
-        }
-        Some(line)
+        (is_open && self.bit_rate == Some(carried.bit_rate)).then(|| carried.frame.line())
     }
-}
-
-/// Bit rate for the registers BTR0 and BTR1 of an SJA1000, in four hexadecimal digits, bit/s.
-fn rate_of(digits: &[u8]) -> Option<u32> {
-    let are_digits = digits.len() == 4 && digits.iter().all(u8::is_ascii_hexdigit);
-    let text = core::str::from_utf8(digits).ok().filter(|_| are_digits)?;
-    let registers = u32::from_str_radix(text, 16).ok()?;
-    let prescaler = (registers >> 8 & 0x3F) + 1;
-    let quanta = 1 + (registers & 0xF) + 1 + (registers >> 4 & 7) + 1;
-    Some(REGISTER_CLOCK / prescaler / quanta)
 }
 
 #[cfg(test)]
@@ -171,11 +143,10 @@ mod tests {
             ("O\r", "\x07"),
             ("S6\r", "\x07"),
             ("V\rN\rF\r", "V1013\rNF405\rF00\r"),
-            ("Z1\r", "\x07"),
             ("C\r", "\r"),
-            ("Z1\rL\r", "\r\r"),
+            ("L\r", "\r"),
             ("t1910\r", "\x07"),
-            ("S9\rQ\rM\r", "\x07\x07\x07"),
+            ("S9\rs0014\rZ1\r", "\x07\x07\x07"),
         ] {
             assert_eq!(say(&mut adapter, said), answer, "{said:?}");
         }
@@ -184,10 +155,10 @@ mod tests {
     #[test]
     fn frames_pass_only_while_open_and_at_the_bit_rate_of_the_bus() {
         let mut adapter = EmulatedAdapter::default();
-        assert_eq!(adapter.hear(&carried(0x191), 0), None);
+        assert_eq!(adapter.hear(&carried(0x191)), None);
         say(&mut adapter, "S8\rO\r");
         assert_eq!(
-            adapter.hear(&carried(0x191), 0).as_deref(),
+            adapter.hear(&carried(0x191)).as_deref(),
             Some(&b"t1911AB\r"[..])
         );
         say(&mut adapter, "t1911A");
@@ -210,12 +181,7 @@ mod tests {
             );
         }
         say(&mut adapter, "C\rS6\rO\r");
-        assert_eq!(adapter.hear(&carried(0x191), 0), None, "another rate");
-        say(&mut adapter, "C\rs0014\rZ1\rO\r");
-        assert_eq!(
-            adapter.hear(&carried(0x191), 60_255).as_deref(),
-            Some(&b"t1911AB00FF\r"[..])
-        );
+        assert_eq!(adapter.hear(&carried(0x191)), None, "another rate");
     }
 
     #[test]

@@ -106,7 +106,7 @@ fn fault(text: &str) -> Result<SelectedFault, String> {
     // Filling them takes minutes of the board's time.
     if fault.scenario.pages != Pages::Blank {
         return Err(format!(
-            "{} begins with full pages of flash: virtual-board run --fault has it",
+            "{0} begins with full pages of flash: FOOTFALL_ROWS={0} cargo test -p virtual-board matrix:: -- --ignored",
             fault.scenario.name
         ));
     }
@@ -155,7 +155,7 @@ mod tests {
             ("gait", "help lists them"),
             ("hold up", "up is no side: x, -x, y"),
             ("fault thawed", "thawed is none of miso-low"),
-            ("fault store-erases", "virtual-board run"),
+            ("fault store-erases", "FOOTFALL_ROWS=store-erases"),
             ("XX: gait walk", "feet are FL, FR"),
             ("FL: quit", "help lists them"),
             ("FL:", "help lists them"),

@@ -33,7 +33,7 @@ use std::time::Duration;
 use thiserror::Error;
 use wire::Foot as Position;
 
-use crate::emulator::time::{PER_SECOND, to_us};
+use crate::emulator::time::PER_SECOND;
 use crate::product::fault;
 use adapter::EmulatedAdapter;
 use commands::{Command, HELP};
@@ -345,8 +345,7 @@ impl Server<'_> {
         let host = self.robot.host();
         let others = happened.carried.iter();
         for carried in others.filter(|carried| carried.node != host) {
-            let ms = (to_us(carried.start) * 1e-3) as u64;
-            if let Some(line) = self.adapter.hear(carried, ms)
+            if let Some(line) = self.adapter.hear(carried)
                 && self.slcan.write(&line)? == Sent::Lost
             {
                 self.adapter.has_lost = true;
