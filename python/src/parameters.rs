@@ -63,9 +63,8 @@ impl SettingsArguments {
             axes,
             ..of_file.unwrap_or_default()
         };
-        let hints = resolved.hints(TableOptions::default(), BagOptions::default());
         Ok(Settings {
-            hints: hints.map_err(value_error)?,
+            hints: resolved.hints(TableOptions::default(), BagOptions::default()),
             resolved,
             format,
         })

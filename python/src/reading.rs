@@ -97,7 +97,7 @@ impl Options {
         let (table, bag, format) = self.read()?;
         let hints = Hints {
             contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..resolved.hints(table, bag).map_err(value_error)?
+            ..resolved.hints(table, bag)
         };
         Ok((hints, format))
     }

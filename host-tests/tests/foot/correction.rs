@@ -163,7 +163,7 @@ fn on_the_host(samples: &[ImuSample], robot: &str) -> Vec<ContactEstimate> {
     fs::write(&path, table).expect("a file");
     let overrides = Overrides::parse(robot, "robot.toml").expect("a configuration");
     let hints = Hints {
-        correction: overrides.correction("robot.toml").expect("a sensor"),
+        correction: overrides.correction(),
         sample_rate: Some(Params::DEFAULT.sample_rate),
         ..Hints::default()
     };

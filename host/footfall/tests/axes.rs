@@ -213,7 +213,7 @@ fn settings_of_absent_or_unknown_feet_are_an_error() {
         r"
         [feet.FL]\n[feet.fl]\n => feet.FL and feet.fl are one foot
         [feet.FL]\naxis = 'x,-z,y'\n => robot.toml, line 2, column 1, key feet.FL.axis
-        [feet.FL.accelerometer]\nbias_m_s2 = { ax = 7 }\n => feet.FL.accelerometer.bias_m_s2.ax is 7, allowed is -5 to 5
+        [feet.FL.accelerometer]\nbias_m_s2 = { ax = 7 }\n => key feet.FL.accelerometer.bias_m_s2: ax is 7, allowed is -5 to 5
         ",
     ) {
         fs::write(bench.path("robot.toml"), file.replace("\\n", "\n")).expect("a file");

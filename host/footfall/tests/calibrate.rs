@@ -128,7 +128,7 @@ fn results_replace_keys_and_other_settings_are_kept() {
     let learnt = learnt(&bench, "robot.toml");
     assert!(learnt.is_settled() && learnt.width != 0.3);
     assert_eq!(overrides.all.learning, Some(Learning::Frozen));
-    let corrected = overrides.correction("robot.toml").expect("a sensor");
+    let corrected = overrides.correction();
     assert!(
         (corrected.accelerometer.bias.x - 0.1).abs() < 1e-3,
         "{text}"
@@ -146,7 +146,7 @@ fn replay_corrects_the_readings() {
     // The object values in the report match the file.
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
-    let accelerometer = overrides.correction("robot.toml").expect("a sensor");
+    let accelerometer = overrides.correction();
     let AccelerometerCorrection { bias, scale } = accelerometer.accelerometer;
     let object = format!(
         "on the foot, 0x2017: 1 = {}, 2 = {}, 3 = {}, 4 = {}, 5 = {}, 6 = {}\n",

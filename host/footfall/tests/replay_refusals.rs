@@ -67,7 +67,7 @@ const RATES: &str = r#"
     batches => x.csv: the sample rate is 1000000 Hz, allowed is 20 to 10000 Hz; rows that arrive in batches are spaced by --times rate
     standing --preset paper --window 9000samples => --window comes to 9000 samples at this sample rate, allowed is 1 to 4096
     standing --preset paper --window=-5ms => --window is -5 ms, allowed is 0.1 to 1000000 ms
-    standing --window 20ms => --window has an effect with method = "half_widths" only, and the method is "self_calibrating", which needs no half-widths: leave it out, or set method = "half_widths" in the configuration
+    standing --window 20ms => --window has an effect with method = "half_widths" only: leave it out, or set this method in the configuration
 "#;
 
 #[test]

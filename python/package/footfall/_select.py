@@ -85,7 +85,7 @@ def select(
         With labels, such as those that :func:`read` or :func:`simulate` return.
     grid
         Values to try, by keys of the configuration, such as ``{"half_width.acceleration_m_s2": [0.2, 0.4]}``;
-        ``footfall config --example`` lists all keys.
+        ``footfall config`` lists all keys.
     by
         Figure that selects: ``"rmse"`` or ``"calibration_error"``, the less the better, or ``"roc_auc"``.
     preset, config

@@ -104,7 +104,7 @@ impl CalibrateArguments {
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
     fn hints(&self, resolved: &Resolved) -> Result<Hints, Error> {
-        let mut hints = self.recording.reading.hints(resolved)?;
+        let mut hints = self.recording.reading.hints(resolved);
         match (&self.foot, hints.foot_corrections.keys().next()) {
             (Some(foot), _) => {
                 let foot = foot.as_str();
@@ -162,7 +162,7 @@ impl CalibrateArguments {
 
     /// Calibrates each foot of the recordings.
     fn learn_feet(&self, resolved: &Resolved) -> Result<(), Error> {
-        let hints = self.recording.reading.hints(resolved)?;
+        let hints = self.recording.reading.hints(resolved);
         let mut inputs: BTreeMap<String, Vec<Input>> = BTreeMap::new();
         for input in &self.inputs {
             let opened = self.open(input)?;
@@ -239,7 +239,7 @@ impl CalibrateArguments {
             let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
             let learnt = calibration.add(&loaded.recording, || bar.inc(1));
             bar.finish_and_clear();
-            learnt.map_err(|error| origins.explain(&error, &params))?;
+            learnt.map_err(|error| origins.explain(&error))?;
         }
         let calibration =
             calibration.map_or_else(|| LearntCalibration::new(&Params::default()), Ok)?;

@@ -65,7 +65,7 @@ impl ConvertArguments {
         let opened = progress::open(&self.input, self.reading.format, &Bars::default())?;
         let format = opened.format();
         let resolved = self.reading.resolved(Preset::default(), None)?;
-        let hints = self.reading.hints(&resolved)?;
+        let hints = self.reading.hints(&resolved);
         let stored = opened.store_all(&hints)?;
         recording::check_begin(&file, self.from, &stored)?;
         let names = stored.iter().flat_map(|stored| stored.about.names());

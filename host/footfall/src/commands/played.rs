@@ -53,7 +53,7 @@ impl PlayedArguments {
         let playback = Playback {
             hints: Hints {
                 contacts: ContactUse::unless_estimated(self.estimate_again),
-                ..settings.hints(self.table.options(), self.bag.options())?
+                ..settings.hints(self.table.options(), self.bag.options())
             },
             estimator_options: estimator_options(self.preset, config, None, &self.mounting),
             settings,

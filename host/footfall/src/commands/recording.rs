@@ -9,8 +9,8 @@ use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::analysis::parameters::differences;
 use recordings::analysis::replay::span::Span;
 use recordings::config::{
-    ConfigError, ConfigFile, FootAxes, GRAVITIES, ParameterRefusal, Preset, Resolved,
-    parse_gravity, parse_sample_rate,
+    ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
+    parse_sample_rate,
 };
 use recordings::input::{
     BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Rename, Scale, Stored, TableOptions,
@@ -334,7 +334,7 @@ impl ReadingArguments {
     }
 
     /// Returns the properties of the files that their format does not define.
-    pub(super) fn hints(&self, resolved: &Resolved) -> Result<Hints, ParameterRefusal> {
+    pub(super) fn hints(&self, resolved: &Resolved) -> Hints {
         resolved.hints(self.table.options(), self.bag.options())
     }
 }

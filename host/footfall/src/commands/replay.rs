@@ -195,7 +195,7 @@ impl ReplayArguments {
         let origins = resolved.origins(&file);
         let hints = Hints {
             contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..self.recording.reading.hints(resolved)?
+            ..self.recording.reading.hints(resolved)
         };
         let mut stored = opened.store_all(&hints)?;
         let names_of = |stored: &Stored| {
@@ -265,7 +265,7 @@ impl ReplayArguments {
             let replayed = replay(&mut stored, &params, &wanted, &mut watched);
             watched.bar.finish_and_clear();
             let mut foot = replayed.map_err(|error| match error {
-                ReplayError::Params(error) => origins.explain(&error, &params).into(),
+                ReplayError::Params(error) => origins.explain(&error).into(),
                 other => Error::Replay(other),
             })?;
             let about = &stored.about;

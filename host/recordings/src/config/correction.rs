@@ -4,8 +4,6 @@ use crate::input::Correction;
 use crate::number::shown;
 use estimator_core::Vec3;
 
-use super::ParameterRefusal;
-
 /// Limits of a key with three axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
@@ -61,20 +59,13 @@ impl PartialEq for Limits {
 }
 
 impl Limits {
-    /// Checks a value; `file` and the table, with a dot at its end, name it in the error.
-    pub(super) fn checked(
-        &self,
-        (file, table): (&str, &str),
-        axis: &str,
-        value: f32,
-    ) -> Result<f32, ParameterRefusal> {
+    /// Checks the value of an axis; the error is a sentence with the range.
+    pub(super) fn checked(&self, axis: &str, value: f32) -> Result<f32, String> {
         if (self.least..=self.most).contains(&value) {
             return Ok(value);
         }
-        let key = format!("{table}{}.{axis}", self.key);
         let [is, low, high] = [value, self.least, self.most].map(shown);
-        let sentence = format!("{file}: {key} is {is}, allowed is {low} to {high}");
-        Err(ParameterRefusal::new(sentence).of_key(key))
+        Err(format!("{axis} is {is}, allowed is {low} to {high}"))
     }
 }
 
@@ -84,9 +75,8 @@ mod tests {
     use estimator_core::{AngularRate, SpecificForce, Vec3};
 
     fn corrected(text: &str) -> Result<[f32; 6], String> {
-        let overrides = Overrides::parse(text, "robot.toml").unwrap();
-        let correction = overrides.correction("robot.toml");
-        let correction = correction.map_err(|refusal| refusal.to_string())?;
+        let overrides = Overrides::parse(text, "robot.toml").map_err(|error| error.to_string())?;
+        let correction = overrides.correction();
         let force = SpecificForce(Vec3::new(1.0, 2.0, 3.0));
         let rate = AngularRate(Vec3::new(4.0, 5.0, 6.0));
         let (SpecificForce(f), AngularRate(w)) = correction.apply(force, rate);
@@ -117,15 +107,15 @@ mod tests {
         for (text, refusal) in [
             (
                 "accelerometer.bias_m_s2 = { ay = 9.81 }",
-                "robot.toml: accelerometer.bias_m_s2.ay is 9.81, allowed is -5 to 5",
+                "robot.toml, line 1, column 34, key accelerometer.bias_m_s2: ay is 9.81, allowed is -5 to 5",
             ),
             (
                 "accelerometer.scale = { az = 9.81 }",
-                "robot.toml: accelerometer.scale.az is 9.81, allowed is 0.5 to 2",
+                "robot.toml, line 1, column 30, key accelerometer.scale: az is 9.81, allowed is 0.5 to 2",
             ),
             (
                 "gyroscope.bias_rad_s = { wy = nan }",
-                "robot.toml: gyroscope.bias_rad_s.wy is NaN, allowed is -1 to 1",
+                "robot.toml, line 1, column 31, key gyroscope.bias_rad_s: wy is NaN, allowed is -1 to 1",
             ),
         ] {
             assert_eq!(corrected(text), Err(refusal.to_owned()));

@@ -1,13 +1,11 @@
 //! Configuration file with every key, as `footfall config` prints it.
 
-use std::fmt::Write;
-
 use crate::input::Format;
 use estimator_core::{Method, Params};
 use wire::dictionary::Address;
 
 use super::Preset;
-use super::keys::{Key, OF_FOOT, keys};
+use super::keys::{Key, keys};
 
 /// Returns a file in which every key is commented out, with its preset value, meaning, unit and range. Each line
 /// is valid alone, without the header of a table.
@@ -21,89 +19,40 @@ pub fn example(preset: Preset) -> String {
          # `footfall config --check FILE` says whether they can be what they are.\n"
     );
     for key in keys() {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "\n{}", commented(&sentence(&key)));
-        let _ = writeln!(text, "# {}", facts(&key));
-        if let Some(note) = note(&key, &params) {
-            let _ = writeln!(text, "# {note}");
-        }
-        let _ = writeln!(text, "#{} = {}", key.path, key.value(&params));
+        text += &format!("\n# {}\n", key.meaning());
+        text += &format!("# {}\n", facts(&key, &params));
+        text += &format!("#{} = {}\n", key.path, key.value(&params));
     }
     text
 }
 
-/// Returns the meaning, with a capital letter.
-fn sentence(key: &Key) -> String {
-    let meaning = key.meaning();
-    let mut letters = meaning.chars();
-    let first = letters.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(letters).collect()
-}
-
-/// Returns unit, range and object addresses.
-fn facts(key: &Key) -> String {
-    let mut facts = vec![key.range()];
-    if !key.unit().is_empty() {
-        facts.insert(0, key.unit().to_owned());
-    }
-    let object = objects_text(&key.objects());
-    if !object.is_empty() {
-        facts.push(format!("on a foot {object}"));
-    }
+/// Returns unit, range, object addresses, and a note.
+fn facts(key: &Key, params: &Params) -> String {
+    let address = |of: &Address| format!("0x{:04X}:{}", of.index, of.subindex);
+    let object = match &key.objects()[..] {
+        [] => String::new(),
+        [only] => format!("on a foot {}", address(only)),
+        [first, .., last] => format!("on a foot {} to {}", address(first), address(last)),
+    };
+    let facts = [key.unit(), &key.range(), &object, note(key, params)];
+    let facts: Vec<&str> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
     facts.join("; ")
 }
 
-/// Returns a note on a key without effect for these parameters, or on its value.
-fn note(key: &Key, params: &Params) -> Option<&'static str> {
-    if key.path.starts_with("learnt.") {
-        return Some(
-            "An example; footfall calibrate writes all of [learnt]. Default: a cold start",
-        );
-    }
-    if ["bandwidth.", "half_width.", "window"]
-        .iter()
-        .any(|of| key.path.starts_with(of))
-    {
-        let is_refused = params.method == Method::SelfCalibrating;
-        return is_refused.then_some("With method = \"half_widths\" only, else refused");
-    }
-    match key.path.as_str() {
-        "sample_rate_hz" => Some("Default: that of the recording's times"),
-        "gravity" => Some("Default: that of the recording's format"),
-        "feet.FL.axes" => {
-            Some("Of the foot FL alone; [feet.FL] also takes learnt, accelerometer and gyroscope")
+/// Returns a note on a key without effect for these parameters, or on its value; empty without one.
+fn note(key: &Key, params: &Params) -> &'static str {
+    let (table, _) = key.path.split_once('.').unwrap_or((&key.path, ""));
+    match table {
+        "learnt" => "an example, default: a cold start; footfall calibrate writes all of [learnt]",
+        "bandwidth" | "half_width" | "window" if params.method == Method::SelfCalibrating => {
+            "with method = \"half_widths\" only, else refused"
         }
-        path if path.starts_with(OF_FOOT) => Some("Of the foot FL alone"),
-        _ => None,
-    }
-}
-
-/// Wraps a text into lines of at most 78 characters that begin with `# `.
-fn commented(text: &str) -> String {
-    const WIDTH: usize = 78;
-    let mut lines = vec![String::from("#")];
-    for word in text.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + word.chars().count() < WIDTH => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(format!("# {word}")),
+        "sample_rate_hz" => "default: that of the recording's times",
+        "gravity" => "default: that of the recording's format",
+        "feet" => {
+            "of the foot FL alone, which takes axes, decision, load, learnt, accelerometer and gyroscope"
         }
-    }
-    lines.join("\n") + "\n"
-}
-
-/// Formats addresses of one object, such as `0x2011, sub-indices 1 to 3`.
-fn objects_text(addresses: &[Address]) -> String {
-    match addresses {
-        [] => String::new(),
-        [only] if only.subindex == 0 => format!("0x{:04X}", only.index),
-        [only] => format!("0x{:04X}, sub-index {}", only.index, only.subindex),
-        [first, .., last] => format!(
-            "0x{:04X}, sub-indices {} to {}",
-            first.index, first.subindex, last.subindex
-        ),
+        _ => "",
     }
 }
 
@@ -149,8 +98,7 @@ mod tests {
                 let mut with = params;
                 overrides.apply(&mut with);
                 assert_eq!(with, params, "{line}");
-                let correction = overrides.correction("x.toml").expect(line);
-                assert_eq!(correction, crate::input::Correction::NONE);
+                assert_eq!(overrides.correction(), crate::input::Correction::NONE);
             }
         }
     }

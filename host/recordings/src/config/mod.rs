@@ -205,35 +205,19 @@ impl Overrides {
         })
     }
 
-    /// Returns the correction of the sensor's errors and its mounting in the foot; `file` names the file in
-    /// errors.
-    ///
-    /// # Errors
-    /// A value out of range.
-    pub fn correction(&self, file: &str) -> Result<Correction, ParameterRefusal> {
-        self.all.corrected(Correction::NONE, (file, ""))
+    /// Returns the correction of the sensor's errors and its mounting in the foot.
+    #[must_use]
+    pub fn correction(&self) -> Correction {
+        self.all.corrected(Correction::NONE)
     }
 
-    /// Returns the corrections of single feet, by name; `file` names the file in errors.
-    ///
-    /// # Errors
-    /// A value out of range.
-    pub fn foot_corrections(
-        &self,
-        file: &str,
-    ) -> Result<BTreeMap<String, Correction>, ParameterRefusal> {
-        let all = self.correction(file)?;
-        for (name, other) in self.feet.keys().zip(self.feet.keys().skip(1)) {
-            if name.eq_ignore_ascii_case(other) {
-                let sentence = format!("{file}: feet.{name} and feet.{other} are one foot");
-                return Err(ParameterRefusal::new(sentence).of_key(format!("feet.{other}")));
-            }
-        }
-        let feet = self.feet.iter().map(|(name, foot)| {
-            let table = format!("feet.{name}.");
-            Ok((name.clone(), foot.corrected(all, (file, &table))?))
-        });
-        feet.collect()
+    /// Returns the corrections of single feet, by name.
+    #[must_use]
+    pub fn foot_corrections(&self) -> BTreeMap<String, Correction> {
+        let all = self.correction();
+        let feet = self.feet.iter();
+        feet.map(|(name, foot)| (name.clone(), foot.corrected(all)))
+            .collect()
     }
 
     /// Applies the settings of a foot with these names to `params`, after those of all.

@@ -1,25 +1,20 @@
 //! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
 use crate::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
-use crate::number::shown;
 use crate::replay::CAPACITY;
-use estimator_core::{Method, Parameter, Params, ParamsError, WindowLength};
+use estimator_core::{Method, Params, ParamsError, WindowLength};
 use thiserror::Error;
 
+use super::Overrides;
 use super::keys::split_axis;
 use super::notation::Notation;
 use super::position::Position;
-use super::{Overrides, Settings};
 
 /// Error of the parameters that result from preset, configuration file, recording and options: one sentence with
 /// the source of the parameter, its value, unit and range.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{sentence}")]
-pub struct ParameterRefusal {
-    sentence: String,
-    /// Key, if the sentence begins with the file and has no position.
-    key: Option<String>,
-}
+#[error("{0}")]
+pub struct ParameterRefusal(String);
 
 /// Sample rate up to which times in s are taken for those in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
 const FASTEST_IN_S: f32 = 2.0;
@@ -53,39 +48,15 @@ pub struct Origins<'a> {
 }
 
 impl ParameterRefusal {
-    pub(super) const fn new(sentence: String) -> Self {
-        Self {
-            sentence,
-            key: None,
-        }
-    }
-
     /// Joins the refusals of several parameters, a line for each.
     pub(super) fn of_all(refusals: Vec<Self>) -> Result<(), Self> {
-        let sentences: Vec<String> = refusals.into_iter().map(|of| of.sentence).collect();
+        let sentences: Vec<String> = refusals
+            .into_iter()
+            .map(|Self(sentence)| sentence)
+            .collect();
         match sentences.is_empty() {
             true => Ok(()),
-            false => Err(Self::new(sentences.join("\n"))),
-        }
-    }
-
-    pub(super) fn of_key(self, key: String) -> Self {
-        Self {
-            key: Some(key),
-            ..self
-        }
-    }
-
-    /// Adds the position of the key in the text of the file.
-    #[must_use]
-    pub fn located(self, file: &str, text: &str) -> Self {
-        let position = self
-            .key
-            .as_deref()
-            .and_then(|key| Position::of_key(text, key));
-        match (position, self.sentence.strip_prefix(file)) {
-            (Some(position), Some(rest)) => Self::new(format!("{file}, {position}{rest}")),
-            _ => self,
+            false => Err(Self(sentences.join("\n"))),
         }
     }
 }
@@ -99,47 +70,43 @@ impl Origins<'_> {
         for (foot, own) in &self.overrides.feet {
             let mut of_foot = *params;
             own.apply(&mut of_foot);
-            if let Err(error) = of_foot.validate::<CAPACITY>()
-                && let Some(refusal) = self.explain_foot((foot, own), &error, &of_foot)
+            if let Err(ParamsError::OutOfRange {
+                field,
+                value,
+                min,
+                max,
+            }) = of_foot.validate::<CAPACITY>()
+                && own.determines(field)
             {
-                return Err(refusal);
+                let key = self.in_file(&format!("feet.{foot}.{field}"));
+                return Err(out_of_range(&key, field, [value, min, max]));
             }
         }
         let all = &self.overrides.all;
-        let (set, way) = if params.method == Method::HalfWidths {
-            return Ok(());
-        } else if self.window.is_some() {
-            ("--window".to_owned(), "leave it out")
-        } else if all.has("half_width") {
-            (self.in_file("half_width"), "remove the table")
-        } else if all.has("bandwidth") {
-            (self.in_file("bandwidth"), "remove the table")
-        } else if all.window.is_some() {
-            (self.in_file("window"), "remove it")
-        } else {
-            return Ok(());
+        let mut tables = ["half_width", "bandwidth"].into_iter();
+        let table = tables.find(|table| all.has(table));
+        let key = table.or(all.window.map(|_| "window"));
+        let set = match self.window {
+            Some(_) => Some("--window".to_owned()),
+            None => key.map(|key| self.in_file(key)),
         };
-        Err(ParameterRefusal::new(format!(
-            "{set} has an effect with method = \"half_widths\" only, and the method is \
-             \"self_calibrating\", which needs no half-widths: {way}, or set method = \
-             \"half_widths\" in the configuration"
-        )))
+        match set.filter(|_| params.method != Method::HalfWidths) {
+            None => Ok(()),
+            Some(set) => Err(ParameterRefusal(format!(
+                "{set} has an effect with method = \"half_widths\" only: leave it out, or set this method in the \
+                 configuration"
+            ))),
+        }
     }
 
-    /// Describes `error`, which `params` caused, by the options or keys that set them.
+    /// Describes an error by the option or key that causes it.
     #[must_use]
-    pub fn explain(&self, error: &ParamsError, params: &Params) -> ParameterRefusal {
-        ParameterRefusal::new(match error {
-            ParamsError::WindowLength { samples, capacity } => format!(
+    pub fn explain(&self, error: &ParamsError) -> ParameterRefusal {
+        match error {
+            ParamsError::WindowLength { samples, capacity } => ParameterRefusal(format!(
                 "{} comes to {samples} samples at this sample rate, allowed is 1 to {capacity}",
                 self.window_name()
-            ),
-            ParamsError::OutOfRange {
-                field: "load.off_threshold",
-                value,
-                max,
-                ..
-            } if value > max => self.explain_load(params),
+            )),
             ParamsError::OutOfRange {
                 field,
                 value,
@@ -154,62 +121,11 @@ impl Origins<'_> {
                     }
                     _ => (self.key_name(field), ""),
                 };
-                out_of_range(&subject, field, [*value, *min, *max]) + hint
+                let ParameterRefusal(sentence) =
+                    out_of_range(&subject, field, [*value, *min, *max]);
+                ParameterRefusal(sentence + hint)
             }
-        })
-    }
-
-    /// Describes an error that the table of a foot causes; `None` if it has other causes.
-    fn explain_foot(
-        &self,
-        (foot, own): (&str, &Settings),
-        error: &ParamsError,
-        params: &Params,
-    ) -> Option<ParameterRefusal> {
-        let ParamsError::OutOfRange {
-            field,
-            value,
-            min,
-            max,
-        } = error
-        else {
-            return None;
-        };
-        let (on_threshold, off_threshold) = (params.load.on_threshold, params.load.off_threshold);
-        let is_load = *field == Parameter::LoadOffThreshold.name() && off_threshold > on_threshold;
-        if is_load && own.has("load") {
-            return Some(ParameterRefusal::new(format!(
-                "{} has an off_threshold of {}, which is above the on_threshold, {}: \
-                 a load that ends a stance must not exceed the one that starts it",
-                self.in_file(&format!("feet.{foot}.load")),
-                shown(off_threshold),
-                shown(on_threshold),
-            )));
         }
-        let mut set = Parameter::ALL
-            .into_iter()
-            .filter(|number| own.get(*number).is_some());
-        let name = set.find(|number| number.name() == *field)?.name();
-        let key = self.in_file(&format!("feet.{foot}.{name}"));
-        let sentence = out_of_range(&key, name, [*value, *min, *max]);
-        Some(ParameterRefusal::new(sentence))
-    }
-
-    /// Describes an off-threshold above the on-threshold; names both, as either may be the preset's.
-    fn explain_load(&self, params: &Params) -> String {
-        let all = &self.overrides.all;
-        let origin = |set: Option<f32>| match (set, self.file) {
-            (Some(_), Some(file)) => file.to_owned(),
-            _ => "preset".to_owned(),
-        };
-        format!(
-            "load.off_threshold is {} ({}), which is above load.on_threshold, {} ({}): \
-             a load that ends a stance must not exceed the one that starts it",
-            shown(params.load.off_threshold),
-            origin(all.get(Parameter::LoadOffThreshold)),
-            shown(params.load.on_threshold),
-            origin(all.get(Parameter::LoadOnThreshold)),
-        )
     }
 
     fn window_name(&self) -> String {
@@ -235,7 +151,10 @@ impl Origins<'_> {
     }
 
     fn in_file(&self, key: &str) -> String {
+        // The preset's part of a pair has the position of the table with the other.
+        let (table, _) = key.rsplit_once('.').unwrap_or_default();
         let position = Position::of_key(self.text, key);
+        let position = position.or_else(|| Position::of_key(self.text, table));
         match (self.file, position) {
             (Some(file), Some(position)) => format!("{file}, {position}, key {key}"),
             (Some(file), None) => format!("{file}, key {key}"),
@@ -255,12 +174,18 @@ impl Origins<'_> {
     }
 }
 
-/// Writes that a parameter is outside its range; `numbers` are its value and the ends of the range.
-fn out_of_range(subject: &str, field: &str, numbers: [f32; 3]) -> String {
+/// Refuses a parameter outside its range; `numbers` are its value and the ends of the range.
+fn out_of_range(subject: &str, field: &str, numbers: [f32; 3]) -> ParameterRefusal {
     let notation = Notation::of(field);
     let [is, low, high] = numbers.map(|number| notation.number(number));
     let unit = notation.symbol();
-    format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}")
+    let end = match field {
+        "load.off_threshold" => ", and not above load.on_threshold",
+        _ => "",
+    };
+    ParameterRefusal(format!(
+        "{subject} is {is}{unit}, allowed is {low} to {high}{unit}{end}"
+    ))
 }
 
 #[cfg(test)]
@@ -287,7 +212,7 @@ mod tests {
             sample_rate: RateOrigin::Configuration,
         };
         let error = params.validate::<CAPACITY>().unwrap_err();
-        origins.explain(&error, &params).to_string()
+        origins.explain(&error).to_string()
     }
 
     #[test]
@@ -327,7 +252,7 @@ mod tests {
             ),
             (
                 "load.off_threshold = -1e10",
-                "load.off_threshold is -1e10, allowed is -1e9 to 12",
+                "load.off_threshold is -1e10, allowed is -1e9 to 12, and not above load.on_threshold",
             ),
             (
                 "attitude.gyro_timing = '60ms'",
@@ -388,7 +313,7 @@ mod tests {
         };
         let error = params.validate::<CAPACITY>().unwrap_err();
         assert_eq!(
-            origins.explain(&error, &params).to_string(),
+            origins.explain(&error).to_string(),
             "c.toml, line 3, column 3, key decision.threshold is 2, allowed is 0.01 to 0.99"
         );
     }
@@ -484,19 +409,17 @@ mod tests {
     }
 
     #[test]
-    fn conflicting_load_thresholds_are_both_named() {
-        let end = "a load that ends a stance must not exceed the one that starts it";
-        assert_eq!(
-            refusal("load.on_threshold = 5", None),
-            format!(
-                "load.off_threshold is 6 (preset), which is above load.on_threshold, 5 (c.toml): {end}"
-            )
-        );
-        assert_eq!(
-            refusal("load.off_threshold = 13", None),
-            format!(
-                "load.off_threshold is 13 (c.toml), which is above load.on_threshold, 12 (preset): {end}"
-            )
-        );
+    fn load_that_ends_a_stance_does_not_exceed_that_which_starts_it() {
+        for (text, expected) in [
+            ("load.on_threshold = 5", "6, allowed is -1e9 to 5"),
+            ("load.off_threshold = 13", "13, allowed is -1e9 to 12"),
+        ] {
+            assert_eq!(
+                refusal(text, None),
+                format!(
+                    "c.toml, key load.off_threshold is {expected}, and not above load.on_threshold"
+                )
+            );
+        }
     }
 }

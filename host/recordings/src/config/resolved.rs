@@ -1,8 +1,6 @@
 //! Settings of preset, configuration file and options, merged in this order.
 
-use std::collections::BTreeMap;
-
-use crate::input::{BagOptions, ContactUse, Correction, Format, Hints, TableOptions, is_among};
+use crate::input::{BagOptions, ContactUse, Format, Hints, TableOptions, is_among};
 use crate::replay::CAPACITY;
 use estimator_core::{Gravity, Parameter, Params, ParamsError, WindowLength};
 
@@ -80,15 +78,14 @@ impl Resolved {
     }
 
     /// Returns the properties of files that their format does not define.
-    ///
-    /// # Errors
-    /// A correction in the file is out of range.
-    pub fn hints(&self, table: TableOptions, bag: BagOptions) -> Result<Hints, ParameterRefusal> {
-        let (mut correction, mut foot_corrections) = self.corrections()?;
+    #[must_use]
+    pub fn hints(&self, table: TableOptions, bag: BagOptions) -> Hints {
+        let mut correction = self.overrides.correction();
+        let mut foot_corrections = self.overrides.foot_corrections();
         if let Some(axes) = &self.axes {
             axes.set(&mut correction, &mut foot_corrections);
         }
-        Ok(Hints {
+        Hints {
             sample_rate: self
                 .sample_rate
                 .or(self.overrides.all.get(Parameter::SampleRate)),
@@ -98,17 +95,7 @@ impl Resolved {
             table,
             bag,
             contacts: ContactUse::Ignored,
-        })
-    }
-
-    /// Returns the correction that the file sets for all feet, and those of single feet.
-    fn corrections(&self) -> Result<(Correction, BTreeMap<String, Correction>), ParameterRefusal> {
-        let (file, text) = (self.file_name(), self.file_text());
-        let corrections = self.overrides.correction(file).and_then(|all| {
-            let feet = self.overrides.foot_corrections(file)?;
-            Ok((all, feet))
-        });
-        corrections.map_err(|refusal| refusal.located(file, text))
+        }
     }
 
     /// Returns the sources of the parameters, for errors about a recording.
@@ -136,8 +123,7 @@ impl Resolved {
     /// # Errors
     /// Each setting that is out of range, or the first without an effect.
     pub fn check(&self, format: Format) -> Result<(), ParameterRefusal> {
-        self.check_params(format, |_| true)?;
-        self.corrections().map(|_| ())
+        self.check_params(format, |_| true)
     }
 
     /// Checks the parameters as far as they do not depend on the recording: the length of the window in samples
@@ -163,7 +149,7 @@ impl Resolved {
         while let Err(error) = params.validate::<CAPACITY>()
             && counts(&error)
         {
-            refusals.push(origins.explain(&error, &params));
+            refusals.push(origins.explain(&error));
             // The next error is found with the preset's number in its place.
             let ParamsError::OutOfRange { field, .. } = error else {
                 break;
@@ -243,8 +229,7 @@ mod tests {
     }
 
     fn hints(resolved: &Resolved) -> Hints {
-        let hints = resolved.hints(TableOptions::default(), BagOptions::default());
-        hints.expect("in range")
+        resolved.hints(TableOptions::default(), BagOptions::default())
     }
 
     #[test]
@@ -296,15 +281,5 @@ mod tests {
             ..file
         };
         assert_eq!(origin(&option), RateOrigin::Option);
-    }
-
-    #[test]
-    fn correction_out_of_range_is_located_in_the_file() {
-        let file = of_file("\n[accelerometer]\nbias_m_s2 = { ax = 900 }");
-        let refused = file.hints(TableOptions::default(), BagOptions::default());
-        assert_eq!(
-            refused.unwrap_err().to_string(),
-            "c.toml, line 3, column 15: accelerometer.bias_m_s2.ax is 900, allowed is -5 to 5"
-        );
     }
 }

@@ -10,7 +10,6 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use super::ParameterRefusal;
 use super::correction::Limits;
 use super::keys::{Key, Kind, axis, keys, keys_of_a_foot};
 use super::value::{
@@ -48,6 +47,13 @@ impl Settings {
         numbers.find_map(|(of, value)| (*of == parameter).then_some(*value))
     }
 
+    /// Returns whether a number, or the limit of it that is another, is set.
+    pub(super) fn determines(&self, name: &str) -> bool {
+        let is_limited = name == Parameter::LoadOffThreshold.name();
+        let mut names = self.numbers.iter().map(|(number, _)| number.name());
+        names.any(|set| set == name || is_limited && set == Parameter::LoadOnThreshold.name())
+    }
+
     /// Returns whether a number is set in this table.
     pub(super) fn has(&self, table: &str) -> bool {
         let mut names = self.numbers.iter().map(|(number, _)| number.name());
@@ -67,20 +73,14 @@ impl Settings {
         }
     }
 
-    /// Returns another correction with the mounting and the sensor's errors that are set; `file` and the table, with a
-    /// dot at its end, name them in errors.
-    pub(super) fn corrected(
-        &self,
-        mut correction: Correction,
-        (file, table): (&str, &str),
-    ) -> Result<Correction, ParameterRefusal> {
+    /// Returns another correction with the mounting and the sensor's errors that are set.
+    pub(super) fn corrected(&self, mut correction: Correction) -> Correction {
         set(&mut correction.mounting, self.axes);
         for (limits, place, value) in &self.corrections {
-            let value = limits.checked((file, table), limits.axes[*place], *value)?;
             let of = (limits.of)(&mut correction);
-            *[&mut of.x, &mut of.y, &mut of.z][*place] = value;
+            *[&mut of.x, &mut of.y, &mut of.z][*place] = *value;
         }
-        Ok(correction)
+        correction
     }
 }
 
@@ -143,6 +143,11 @@ impl Reader {
         };
         for (name, value) in in_order(feet) {
             let mut own = Settings::default();
+            let mut before = self.feet.keys();
+            if let Some(other) = before.find(|other| other.eq_ignore_ascii_case(name.get_ref())) {
+                let sentence = format!("feet.{other} and feet.{} are one foot", name.get_ref());
+                self.errors.push((name.span().start, sentence));
+            }
             if let Some(table) = self.inner(value, "a table of settings") {
                 self.table(table, "", &keys_of_a_foot(), &mut own);
             }
@@ -171,7 +176,7 @@ impl Reader {
                 }
                 axes if value.get_ref().is_table() => {
                     let names: Vec<&str> = axes.iter().map(|number| axis(*number)).collect();
-                    let read = self.each(value, &names).into_iter();
+                    let read = self.each(value, &names, |_, read| Ok(read)).into_iter();
                     to.numbers
                         .extend(read.map(|(place, read)| (axes[place], read)));
                 }
@@ -183,21 +188,29 @@ impl Reader {
                 }
             },
             Kind::Correction(limits) => {
-                let read = self.each(value, &limits.axes).into_iter();
+                let read = self.each(value, &limits.axes, |axis, read| limits.checked(axis, read));
+                let read = read.into_iter();
                 to.corrections
                     .extend(read.map(|(place, read)| (*limits, place, read)));
             }
         }
     }
 
-    /// Reads a table of axes: places among their names, and numbers.
-    fn each(&mut self, value: &Value<'_>, axes: &[&str]) -> Vec<(usize, f32)> {
+    /// Reads a table of axes: places among their names, and numbers that pass a check.
+    fn each(
+        &mut self,
+        value: &Value<'_>,
+        axes: &[&str],
+        check: impl Fn(&str, f32) -> Result<f32, String>,
+    ) -> Vec<(usize, f32)> {
         let mut read = Vec::new();
         let table = self.inner(value, "a table of axes");
         for (key, value) in table.into_iter().flat_map(in_order) {
             match axes.iter().position(|axis| axis == key.get_ref()) {
                 Some(place) => {
                     let number = self.take(value, "a number");
+                    let number = number.map(|number| check(axes[place], number));
+                    let number = number.and_then(|number| self.noted(value, number));
                     read.extend(number.map(|number| (place, number)));
                 }
                 None => self.unknown(key, axes),
@@ -254,13 +267,9 @@ impl Reader {
 
     fn unknown(&mut self, key: &Spanned<impl AsRef<str>>, known: &[&str]) {
         let names: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-        let expected = match &names[..] {
-            [one] => one.clone(),
-            [one, other] => format!("{one} or {other}"),
-            _ => format!("one of {}", names.join(", ")),
-        };
         let name = key.get_ref().as_ref();
-        let sentence = format!("unknown field `{name}`, expected {expected}");
+        let names = names.join(", ");
+        let sentence = format!("unknown field `{name}`, expected one of {names}");
         self.errors.push((key.span().start, sentence));
     }
 }
@@ -301,11 +310,11 @@ mod tests {
             ),
             (
                 "load.threshold = 1",
-                "unknown field `threshold`, expected `on_threshold` or `off_threshold`",
+                "unknown field `threshold`, expected one of `on_threshold`, `off_threshold`",
             ),
             (
                 "gyroscope.bias = 1",
-                "unknown field `bias`, expected `bias_rad_s`",
+                "unknown field `bias`, expected one of `bias_rad_s`",
             ),
             (
                 "feet.FL.window = 1",

@@ -119,7 +119,7 @@ fn an_unknown_key_is_named_with_its_line() {
     assert_eq!(
         message("\n[half_width]\nacceleration = 1.0\n"),
         "x.toml, line 3, column 1, key half_width.acceleration: unknown field `acceleration`, \
-         expected `acceleration_m_s2` or `angular_rate_rad_s`"
+         expected one of `acceleration_m_s2`, `angular_rate_rad_s`"
     );
 }
 
@@ -230,8 +230,8 @@ fn invalid_number_of_a_foot_is_refused_by_its_key() {
         (
             "[feet.fl.load]\non_threshold = 5\n",
             Some(
-                "x.toml, line 1, column 10, key feet.fl.load has an off_threshold of 6, which is above the \
-                 on_threshold, 5: a load that ends a stance must not exceed the one that starts it",
+                "x.toml, line 1, column 10, key feet.fl.load.off_threshold is 6, allowed is -1e9 to 5, and not \
+                 above load.on_threshold",
             ),
         ),
         // An error of the file is reported when the foot is estimated.

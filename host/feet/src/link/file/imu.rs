@@ -54,7 +54,7 @@ impl Imu {
                 (None, ineffective.take())
             } else {
                 let replay = Replay::new(about.sample_rate, about.gravity, &params);
-                let replay = replay.map_err(|error| failed(origins.explain(&error, &params)))?;
+                let replay = replay.map_err(|error| failed(origins.explain(&error)))?;
                 let (preset, foot) = (settings.preset, about.foot_or_name());
                 let window = preset.window_notice(format, &params, foot, about.sample_rate);
                 (Some(replay), window)
