@@ -6,7 +6,7 @@ use estimator_core::{AngularRate, ContactEstimate, Method, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::analysis::replay::foot::{check_samples, findings_beside_contacts};
+use recordings::analysis::replay::estimate::{check_samples, findings_beside_contacts};
 use recordings::analysis::replay::span::Span;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{About, Stored};

@@ -6,7 +6,7 @@ use estimator_core::ParamsError;
 use feet::decode::DecodeError;
 use feet::decode::feet::NamedTwice;
 use recordings::analysis::calibrate::CalibrationError;
-use recordings::analysis::replay::foot::ReplayError;
+use recordings::analysis::replay::estimate::ReplayError;
 use recordings::config::{ConfigError, ParameterRefusal};
 use recordings::input::{ContainerError, InputError};
 use thiserror::Error;

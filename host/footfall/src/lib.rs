@@ -9,7 +9,7 @@
 //! | reading a recording | [`recordings::input`], with a bar from [`progress`] |
 //! | or simulating a walk | [`gait`] |
 //! | checking the output files | [`targets`] |
-//! | running the estimator, sample by sample | [`recordings::analysis::replay`], drawn by [`replay`] |
+//! | running the estimator, sample by sample | [`recordings::analysis::replay`], drawn and written by [`replay_output`] |
 //! | or calibrating: learning a foot in advance, or finding sensor errors | [`recordings::analysis::calibrate`] |
 //! | or converting to another format | [`convert`] |
 //! | scoring the estimates | [`recordings::scoring`] |
@@ -38,7 +38,7 @@ pub mod monitor;
 pub mod plot;
 pub mod program;
 pub mod progress;
-pub mod replay;
+pub mod replay_output;
 pub mod report;
 pub mod ros;
 pub mod stream;

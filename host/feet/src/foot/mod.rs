@@ -7,7 +7,7 @@
 //! | requests and responses over CAN (SDO) and the serial line | [`client`] |
 //! | sets of settings, written all or none | [`settings`] |
 //! | scan of a line for feet | [`scan`] |
-//! | search for feet by serial number | [`serial`] |
+//! | search for feet by serial number | [`serial_number`] |
 //! | reset and return to the previous state | [`restart`] |
 //! | position of a board | [`position`] |
 //! | calibration that the foot has learnt, and its storage | [`calibration`] |
@@ -24,7 +24,7 @@ pub mod position;
 pub mod restart;
 pub mod scan;
 pub mod self_test;
-pub mod serial;
+pub mod serial_number;
 pub mod settings;
 pub mod update;
 

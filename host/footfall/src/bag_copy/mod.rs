@@ -22,7 +22,7 @@ use crate::files::write_file;
 use crate::foot_names::unlike;
 use crate::mcap_recording::io_error;
 use crate::messages::warn;
-use crate::replay::CopiedFoot;
+use crate::replay_output::CopiedFoot;
 use low_state::LowState;
 use stream::Stream;
 

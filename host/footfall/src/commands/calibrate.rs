@@ -20,7 +20,7 @@ use recordings::plausible::{self, Finding};
 use serde::Serialize;
 
 use super::headings::{ESTIMATOR, OUTPUT};
-use super::recording::{self, RecordingArguments, check};
+use super::options::recording::{self, RecordingArguments, check};
 use crate::error::Error;
 use crate::files::write_file;
 use crate::json::Described;

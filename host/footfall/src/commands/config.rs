@@ -6,7 +6,7 @@ use clap::Args;
 use recordings::config::{Preset, Resolved, example};
 use recordings::input::Format;
 
-use super::recording::{preset_parser, read_config};
+use super::options::recording::{preset_parser, read_config};
 use crate::error::Error;
 use crate::report::print_text;
 

@@ -14,7 +14,7 @@ use recordings::plausible::{Check, Finding};
 use recordings::samples::recording::RecordedSample;
 
 use super::headings::{INPUT, OUTPUT};
-use super::recording::{self, ReadingArguments, with_mounting};
+use super::options::recording::{self, ReadingArguments, with_mounting};
 use crate::convert::{Bag, ConvertFormat, ConvertedFoot, each, write_table};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};

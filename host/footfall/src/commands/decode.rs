@@ -7,7 +7,7 @@ use clap::Args;
 use feet::decode::row::{HEADER, write_row};
 use feet::decode::{self, DecodeError, Feet, FileOutcome};
 
-use super::feet::FeetArguments;
+use super::options::feet::FeetArguments;
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::{aside, warn};

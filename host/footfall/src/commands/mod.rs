@@ -16,9 +16,7 @@
 //! | `foot` | [`foot`] |
 //! | `completions` | [`shell`] |
 //! | headings of option groups, examples | [`headings`] |
-//! | nodes and names of feet | [`feet`] |
-//! | options shared by commands that listen to feet | [`listen`], [`played`], [`published`] |
-//! | options shared by commands that read recordings | [`recording`] |
+//! | options that commands share | [`options`] |
 //! | stub of `ros2` if not built | `absent` |
 //! | functions shared by `record`, `view` and `ros2` | [`stream`](crate::stream) |
 
@@ -28,19 +26,14 @@ pub mod accept;
 pub mod calibrate;
 pub mod config;
 pub mod convert;
-pub mod copied;
 pub mod decode;
 pub mod demo;
 pub mod explain;
-pub mod feet;
 pub mod foot;
 pub mod headings;
-pub mod listen;
 pub mod monitor;
-pub mod played;
-pub mod published;
+pub mod options;
 pub mod record;
-pub mod recording;
 pub mod replay;
 #[cfg(feature = "ros2")]
 pub mod ros2;

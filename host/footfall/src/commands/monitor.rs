@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use feet::Feed;
 
-use super::listen::ListenArguments;
+use super::options::listen::ListenArguments;
 use crate::error::Error;
 use crate::files::unless_closed;
 use crate::monitor::robot::EVENT_DELAY;

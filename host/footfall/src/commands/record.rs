@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use feet::link::pace::Speed;
 
-use super::listen::ListenArguments;
-use super::published::PublishedArguments;
+use super::options::listen::ListenArguments;
+use super::options::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
 use crate::mcap_recording::McapRecording;

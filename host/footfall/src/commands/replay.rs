@@ -8,8 +8,8 @@ use std::time::Instant;
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::analysis::parameters::{Estimation, ParametersReport};
+use recordings::analysis::replay::estimate::{ReplayError, Table, Wanted, replay};
 use recordings::analysis::replay::estimates::{self, Layout};
-use recordings::analysis::replay::foot::{ReplayError, Table, Wanted, replay};
 use recordings::analysis::replay::jobs;
 use recordings::analysis::replay::span::Span;
 use recordings::analysis::summary::{InputReport, Summaries, Summary};
@@ -18,14 +18,14 @@ use recordings::input::store::contacts::without_effect;
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::TableFeet;
 
-use super::copied::CopiedArguments;
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
-use super::recording::{self, RecordingArguments, estimator_options, with_mounting};
+use super::options::copied::CopiedArguments;
+use super::options::recording::{self, RecordingArguments, estimator_options, with_mounting};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
-use crate::replay::{CopiedFoot, Picture, ReplayedFoot, Watched, write_shown};
+use crate::replay_output::{CopiedFoot, Picture, ReplayedFoot, Watched, write_shown};
 use crate::report::{SummaryStyle, print};
 use crate::targets::{self, Drawing, Target};
 

@@ -8,8 +8,8 @@ use crate::ros::Published;
 use crate::ros::node::{FootNode, Options, Reliability};
 use clap::{Args, ValueEnum};
 
-use super::listen::ListenArguments;
-use super::published::PublishedArguments;
+use super::options::listen::ListenArguments;
+use super::options::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
 use crate::messages::warn;

@@ -3,10 +3,10 @@
 use clap::{Args, ValueEnum};
 use feet::Source;
 
-use super::feet::FeetArguments;
-use super::listen::SOURCES;
-use super::played::PlayedArguments;
-use super::published::PublishedArguments;
+use super::options::feet::FeetArguments;
+use super::options::listen::SOURCES;
+use super::options::played::PlayedArguments;
+use super::options::published::PublishedArguments;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
 use crate::feature::Feature;

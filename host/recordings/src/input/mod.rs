@@ -61,7 +61,7 @@ use published::simulated::{self, LabelScheme};
 #[cfg(feature = "parquet")]
 use table::parquet;
 use table::reader::Table;
-use table::{csv, header, layout};
+use table::{columns, csv, layout};
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {
@@ -239,7 +239,7 @@ fn guess_format(table: &mut Table) -> Result<Format, InputError> {
         return Err(InputError::empty(&table.file));
     };
     let first = first.clone();
-    if header::is_header(&first) || layout::is_table(table)? {
+    if columns::is_header(&first) || layout::is_table(table)? {
         Ok(Format::Csv)
     } else {
         let names: Vec<String> = first.cells().map(str::to_owned).collect();

@@ -9,7 +9,7 @@ use std::thread;
 
 use crate::decode::ContactRow;
 use estimator_core::{ContactEstimate, Flags, Gravity, ImuSample, Load, Timestamp};
-use recordings::analysis::replay::foot::{check_samples, findings_beside_contacts};
+use recordings::analysis::replay::estimate::{check_samples, findings_beside_contacts};
 use recordings::analysis::replay::span::Span;
 use recordings::input::store::contacts::without_effect;
 use recordings::input::{About, Opened, Stored};

@@ -16,8 +16,8 @@ use feet::foot::client::Client;
 use feet::link;
 use wire::NodeId;
 
-use super::feet::parse_node;
-use super::listen::SOURCES;
+use super::options::feet::parse_node;
+use super::options::listen::SOURCES;
 use crate::error::Error;
 use crate::files::{finish_when_interrupted, is_interrupted};
 use crate::foot_error::FootError;

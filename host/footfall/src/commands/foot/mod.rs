@@ -27,8 +27,8 @@ use wire::dictionary::index;
 use wire::node::Calibration;
 use wire::{Address, NodeId};
 
-use super::feet::{parse_node, parse_number};
-use super::listen::SOURCES;
+use super::options::feet::{parse_node, parse_number};
+use super::options::listen::SOURCES;
 use crate::error::Error;
 use crate::files::{STANDARD, finish_when_interrupted, write_file};
 use crate::foot_error::FootError;

@@ -8,7 +8,7 @@ use feet::Source;
 use feet::decode::live::Listener;
 use feet::foot::client::{Client, RequestError};
 use feet::foot::scan;
-use feet::foot::serial;
+use feet::foot::serial_number;
 use feet::foot::update::{self, FootProgram, Image, UpdateError, UpdateStage, Updated};
 use feet::link::Link;
 use indicatif::ProgressBar;
@@ -84,7 +84,7 @@ impl FootArguments {
             }
         };
         if let Which::Numbered(numbers) = which {
-            feet = serial::find(&mut client, &feet, numbers)?;
+            feet = serial_number::find(&mut client, &feet, numbers)?;
         }
         let mut shown = Progress::default();
         let results = update::update(&mut client, &feet, &image, &mut |foot, step| {

@@ -8,7 +8,7 @@ use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::store::rows::Rows;
 use super::super::store::stored::{About, Stored};
-use super::load::LoadSeries;
+use super::force::LoadSeries;
 use super::messages::Imu;
 use super::sidecar::Known;
 use super::storage::micros;

@@ -7,7 +7,7 @@
 //! | decoding a message | `cdr`, `messages`; of any type `definition` |
 //! | selecting the IMUs that are feet | `reader`; their axes in messages of any type `fields` |
 //! | converting the messages of an IMU into the rows of a foot | `feed` |
-//! | load of a foot, from another topic | `loads`, `load` |
+//! | load of a foot, from another topic | `forces`, `force` |
 //! | validities and labels, from topics beside that of the samples | `sidecar` |
 //! | contacts of feet, from topics beside that of the samples | `contacts` |
 //! | names of feet | `feet` |
@@ -24,8 +24,8 @@ mod definition;
 mod feed;
 mod feet;
 mod fields;
-mod load;
-mod loads;
+mod force;
+mod forces;
 mod mcap;
 mod messages;
 mod reader;
@@ -46,7 +46,7 @@ use super::store::stored::Stored;
 use super::topics::{BagOptions, Topics};
 use contacts::ContactFeeds;
 use feed::Feed;
-use loads::loads;
+use forces::loads;
 use messages::Imu;
 use reader::Reader;
 use visit::visit;

@@ -12,7 +12,7 @@ use super::cdr::decode;
 use super::contacts::{ContactFeeds, is_contact};
 use super::feed::Feed;
 use super::fields::{Fields, TRUNK};
-use super::loads::Loads;
+use super::forces::Loads;
 use super::messages::Imu;
 use super::sidecar::{Known, Sidecar, is_sidecar};
 use super::storage::{Channel, Visitor, Written};

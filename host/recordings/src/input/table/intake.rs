@@ -4,7 +4,7 @@ use estimator_core::Gravity;
 
 use super::cells::Cells;
 use super::clock::{TimeColumn, unit_since_1970};
-use super::header::Columns;
+use super::columns::Columns;
 use super::layout::{Blanks, Layout};
 use super::names::{FoundTime, find_time, guess};
 use super::options::TimeUnit;

@@ -3,15 +3,15 @@
 //! | step | file |
 //! |---|---|
 //! | column separators, rows of cells with their line numbers | `lines`, `head`, `reader` |
-//! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock` |
+//! | `csv`: a header names the columns | [`csv`]; `columns`, `cells`, `intake`, `clock` |
 //! | `parquet`: the same columns | `parquet` |
 //! | tables of other origin: options, names, ROS 2 without a header | [`options`], [`mapping`]; `layout`, `names`, `sensors`, `ros2` |
 
 pub(super) mod cells;
 mod clock;
+pub(super) mod columns;
 pub mod csv;
 mod head;
-pub(super) mod header;
 mod intake;
 pub(super) mod layout;
 mod lines;

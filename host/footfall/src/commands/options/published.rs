@@ -28,17 +28,17 @@ pub struct PublishedArguments {
 
 impl PublishedArguments {
     /// Pattern of the frames.
-    pub(super) fn frame(&self) -> String {
+    pub(crate) fn frame(&self) -> String {
         format!("{}{}", self.frame_prefix, self.frame_id)
     }
 
     /// Returns the conversion to messages.
-    pub(super) fn bridge(&self) -> Bridge {
+    pub(crate) fn bridge(&self) -> Bridge {
         Bridge::new(&self.frame(), &self.compat)
     }
 }
 
 /// Parser of a program's name; the help lists its message and topic.
-pub(super) fn compat_parser() -> impl TypedValueParser<Value = Compat> {
+pub(crate) fn compat_parser() -> impl TypedValueParser<Value = Compat> {
     name_parser(Compat::ALL, Compat::name, Compat::about)
 }

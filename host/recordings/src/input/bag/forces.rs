@@ -9,7 +9,7 @@ use super::super::refusal::ContainerError;
 use super::super::topics::{LoadTopic, Topics};
 use super::cdr::decode_start;
 use super::fields::Fields;
-use super::load::LoadSeries;
+use super::force::LoadSeries;
 use super::messages::Header;
 use super::storage::{Channel, Visitor, Written};
 use super::visit::visit;

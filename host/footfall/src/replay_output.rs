@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use estimator_core::{ContactEstimate, Params};
 use indicatif::ProgressBar;
-use recordings::analysis::replay::foot::{self, Observer, Replayed};
+use recordings::analysis::replay::estimate::{self, Observer, Replayed};
 use recordings::analysis::replay::span::Span;
 use recordings::events::{ContactEvent, HEADER};
 use recordings::input::Stored;
@@ -28,7 +28,7 @@ impl Picture {
     /// Creates the picture for the part `span` of a foot, without samples.
     #[must_use]
     pub fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
-        let name = foot::name(stored);
+        let name = estimate::name(stored);
         let about = &stored.about;
         let (from_s, to_s) = span.within(about.duration_us);
         let span = plot::span(from_s, to_s - from_s, about.sample_rate);

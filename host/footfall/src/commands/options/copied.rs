@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use crate::ros::Compat;
 use clap::Args;
 
-use super::headings::OUTPUT;
 use super::published::compat_parser;
 #[cfg(feature = "bags")]
 use crate::bag_copy::{self, LowStates, OfAllFeet};
+use crate::commands::headings::OUTPUT;
 use crate::error::Error;
 #[cfg(not(feature = "bags"))]
 use crate::feature::Feature;
 use crate::files::OutputError;
-use crate::replay::CopiedFoot;
+use crate::replay_output::CopiedFoot;
 
 /// Messages of all feet in a copy of a bag.
 #[derive(Clone, Debug, Default, Args)]
@@ -41,7 +41,7 @@ pub struct CopiedArguments {
 
 impl CopiedArguments {
     /// Checks that the options apply: there is a copy, or none of them is given.
-    pub(super) fn check(&self, bag: Option<&Path>) -> Result<(), OutputError> {
+    pub(crate) fn check(&self, bag: Option<&Path>) -> Result<(), OutputError> {
         let option = match (&self.compat[..], &self.lowstate) {
             ([], None) => return Ok(()),
             (_, Some(_)) => "--lowstate",
@@ -58,7 +58,7 @@ impl CopiedArguments {
 
     /// Copies the only bag of `inputs` with the contacts and events of feet.
     #[cfg(feature = "bags")]
-    pub(super) fn copy(
+    pub(crate) fn copy(
         &self,
         inputs: &[PathBuf],
         to: &Path,
@@ -80,7 +80,7 @@ impl CopiedArguments {
     }
 
     #[cfg(not(feature = "bags"))]
-    pub(super) fn copy(
+    pub(crate) fn copy(
         &self,
         _: &[PathBuf],
         to: &Path,

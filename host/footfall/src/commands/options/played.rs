@@ -7,10 +7,10 @@ use feet::{Playback, Source};
 use recordings::config::{Preset, Resolved};
 use recordings::input::{ContactUse, Format, Hints};
 
-use super::headings::ESTIMATOR;
 use super::recording::{
     BagArguments, MountingArguments, TableArguments, estimator_options, preset_parser, read_config,
 };
+use crate::commands::headings::ESTIMATOR;
 use crate::error::Error;
 
 /// How the recording of an IMU is read and estimated that is played.
@@ -42,7 +42,7 @@ impl PlayedArguments {
     ///
     /// # Errors
     /// There are options, and the source is not a file; or the configuration file cannot be read, or has an error.
-    pub(super) fn read(&self, source: Source) -> Result<Source, Error> {
+    pub(crate) fn read(&self, source: Source) -> Result<Source, Error> {
         let config = self.config.as_deref();
         let settings = Resolved {
             preset: self.preset,

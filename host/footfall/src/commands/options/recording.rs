@@ -19,7 +19,7 @@ use recordings::input::{
 use recordings::plausible::{self, Finding};
 use recordings::samples::recording::Recording;
 
-use super::headings::{ESTIMATOR, INPUT};
+use crate::commands::headings::{ESTIMATOR, INPUT};
 use crate::error::Error;
 use crate::messages::{error, warn};
 
@@ -114,7 +114,7 @@ pub struct TableArguments {
 }
 
 impl TableArguments {
-    pub(super) fn options(&self) -> TableOptions {
+    pub(crate) fn options(&self) -> TableOptions {
         TableOptions {
             mapping: self.map.clone().unwrap_or_default(),
             units: self.units.unwrap_or_default(),
@@ -177,13 +177,13 @@ pub struct BagArguments {
 
 impl BagArguments {
     /// Returns whether the feet of several topics or frames may be read.
-    pub(super) fn may_be_of_several_feet(&self) -> bool {
+    pub(crate) fn may_be_of_several_feet(&self) -> bool {
         self.topic.len() > 1
             || self.frame.len() > 1
             || Topics::from_names(&self.topic) == Topics::All
     }
 
-    pub(super) fn options(&self) -> BagOptions {
+    pub(crate) fn options(&self) -> BagOptions {
         BagOptions {
             topics: Topics::from_names(&self.topic),
             excluded: self.not_topic.clone(),
@@ -198,7 +198,7 @@ impl BagArguments {
 ///
 /// # Errors
 /// The span ends before it begins.
-pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
+pub(crate) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
     let span = Span::new(from, to);
     if span.is_empty() {
         let [from, to] = [from, to].map(Option::unwrap_or_default);
@@ -211,7 +211,7 @@ pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
 ///
 /// # Errors
 /// It is beyond that end.
-pub(super) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), Error> {
+pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), Error> {
     let durations_s = feet.iter().map(|foot| foot.about.duration_s());
     let duration = durations_s.fold(0.0, f64::max);
     match from {
@@ -225,7 +225,7 @@ pub(super) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Res
 }
 
 /// Returns the names of the given options that change an estimate and nothing else.
-pub(super) fn estimator_options(
+pub(crate) fn estimator_options(
     preset: Preset,
     config: Option<&Path>,
     window: Option<WindowLength>,
@@ -242,12 +242,12 @@ pub(super) fn estimator_options(
 }
 
 /// Parser of a preset name; the help lists all presets.
-pub(super) fn preset_parser() -> impl TypedValueParser<Value = Preset> {
+pub(crate) fn preset_parser() -> impl TypedValueParser<Value = Preset> {
     name_parser(Preset::ALL, Preset::name, Preset::help)
 }
 
 /// Parser of a name of one of `all`; the help describes each.
-pub(super) fn name_parser<T: Copy + Send + Sync + 'static, const N: usize>(
+pub(crate) fn name_parser<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
     help: fn(T) -> &'static str,
@@ -268,13 +268,13 @@ fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
 }
 
 /// Adjusts findings of a recording that was read with this mounting: suggested axes replace it.
-pub(super) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
+pub(crate) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
     let adjusted = |finding: Finding| finding.with_mounting(mounting);
     findings.into_iter().map(adjusted).collect()
 }
 
 /// Returns the findings of a recording read with `hints` as that of `foot`.
-pub(super) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
+pub(crate) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
     let findings = plausible::check(recording);
     with_mounting(findings, &hints.correction_of(&[foot]).mounting)
 }
@@ -283,7 +283,7 @@ pub(super) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Fin
 ///
 /// # Errors
 /// The file cannot be read, or has an error.
-pub(super) fn read_config(path: &Path) -> Result<Resolved, ConfigError> {
+pub(crate) fn read_config(path: &Path) -> Result<Resolved, ConfigError> {
     let name = path.display().to_string();
     match fs::read_to_string(path) {
         Ok(text) => Resolved::of_file(ConfigFile { name, text }),
@@ -296,7 +296,7 @@ impl ReadingArguments {
     ///
     /// # Errors
     /// There are findings, and `--strict` is given.
-    pub(super) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
+    pub(crate) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
         for finding in findings {
             let message = format!("{file}: {finding}");
             // With `--strict` findings are errors, as the failure refers to them.
@@ -319,7 +319,7 @@ impl ReadingArguments {
     ///
     /// # Errors
     /// The file cannot be read, or has an error.
-    pub(super) fn resolved(
+    pub(crate) fn resolved(
         &self,
         preset: Preset,
         config: Option<&Path>,
@@ -334,7 +334,7 @@ impl ReadingArguments {
     }
 
     /// Returns the properties of the files that their format does not define.
-    pub(super) fn hints(&self, resolved: &Resolved) -> Hints {
+    pub(crate) fn hints(&self, resolved: &Resolved) -> Hints {
         resolved.hints(self.table.options(), self.bag.options())
     }
 }
@@ -344,13 +344,13 @@ impl RecordingArguments {
     ///
     /// # Errors
     /// The file cannot be read, or has an error.
-    pub(super) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
+    pub(crate) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
         let resolved = self.reading.resolved(self.preset, self.config.as_deref())?;
         Ok(Resolved { window, ..resolved })
     }
 
     /// Returns the preset and the parameters that differ from it, in one line.
-    pub(super) fn parameters_text(&self, params: &Params, format: Format) -> String {
+    pub(crate) fn parameters_text(&self, params: &Params, format: Format) -> String {
         let preset = self.preset.name();
         match differences(params, self.preset, format).as_str() {
             "" => format!("all parameters are those of the preset {preset}"),
@@ -360,6 +360,6 @@ impl RecordingArguments {
 }
 
 /// Place of a finding: a file, and the foot in it if it has a name.
-pub(super) fn place(file: &str, foot: Option<&str>) -> String {
+pub(crate) fn place(file: &str, foot: Option<&str>) -> String {
     foot.map_or_else(|| file.to_owned(), |foot| format!("{file}, foot {foot}"))
 }

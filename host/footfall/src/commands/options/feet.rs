@@ -21,7 +21,7 @@ impl FeetArguments {
     ///
     /// # Errors
     /// A node is given two names, or two nodes are given one name.
-    pub(super) fn feet(&self) -> Result<Feet, NamedTwice> {
+    pub(crate) fn feet(&self) -> Result<Feet, NamedTwice> {
         let mut feet = Feet::default();
         self.nodes.iter().for_each(|node| feet.add(*node));
         feet.call(&self.names)?;
@@ -30,13 +30,13 @@ impl FeetArguments {
 }
 
 /// Parses a node id, decimal or hexadecimal with 0x.
-pub(super) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
+pub(crate) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
     let id = parse_number(text).and_then(|id| NodeId::new(u8::try_from(id).ok()?));
     id.ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
 }
 
 /// Parses a number, decimal or hexadecimal with 0x.
-pub(super) fn parse_number(text: &str) -> Option<u32> {
+pub(crate) fn parse_number(text: &str) -> Option<u32> {
     match text.strip_prefix("0x") {
         Some(digits) => u32::from_str_radix(digits, 16).ok(),
         None => text.parse().ok(),

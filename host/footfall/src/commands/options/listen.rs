@@ -9,7 +9,7 @@ use super::played::PlayedArguments;
 use crate::error::Error;
 
 /// Help text on the syntax of a source.
-pub(super) const SOURCES: &str = "Where the feet stream from: usb, uart:/dev/ttyACM0[@BAUD], can:can0, \
+pub(crate) const SOURCES: &str = "Where the feet stream from: usb, uart:/dev/ttyACM0[@BAUD], can:can0, \
                        slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
                        simulated feet";
 
@@ -32,7 +32,7 @@ impl ListenArguments {
     ///
     /// # Errors
     /// Names of feet contradict each other, or there are options of reading for a source that is not a file.
-    pub(super) fn listen(self) -> Result<(Source, Feet), Error> {
+    pub(crate) fn listen(self) -> Result<(Source, Feet), Error> {
         let feet = self.feet.feet()?;
         Ok((self.played.read(self.source)?, feet))
     }
