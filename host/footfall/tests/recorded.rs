@@ -6,9 +6,7 @@ use std::sync::Arc;
 
 use crate::common::{Bench, assert_has, read, text};
 use estimator_core::Timestamp;
-use footfall::ros::message::{
-    Header, Imu, RosContact, RosQuaternion, Time, TwistWithCovarianceStamped, Vector3,
-};
+use footfall::ros::message::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
 use footfall::ros::{McapFile, Published, RosMessage};
 use serde_json::Value;
 
@@ -30,20 +28,16 @@ fn numbers(ms: u64) -> (f32, f32) {
 
 /// Writes a bag of a foot whose sensor rests, with samples at 50 Hz, and contacts that say that it makes a step.
 fn bag(bench: &Bench) {
-    let at_rest = Vector3 {
-        z: 9.81,
-        ..Vector3::default()
-    };
-    bag_of(bench, at_rest);
+    bag_of(bench, [0.0, 0.0, 9.81]);
 }
 
 /// Writes the same with these readings of the accelerometer.
-fn bag_of(bench: &Bench, linear_acceleration: Vector3) {
+fn bag_of(bench: &Bench, linear_acceleration: [f64; 3]) {
     write_bag(bench, "walk.mcap", Some(linear_acceleration));
 }
 
 /// Writes the bag with these readings of the accelerometer, or without samples.
-fn write_bag(bench: &Bench, name: &str, acceleration: Option<Vector3>) {
+fn write_bag(bench: &Bench, name: &str, acceleration: Option<[f64; 3]>) {
     let file = File::create(bench.path(name)).expect("a file");
     let mut bag = McapFile::new(file).expect("a bag");
     for ms in 0..CONTACTS {
@@ -69,7 +63,7 @@ fn write_bag(bench: &Bench, name: &str, acceleration: Option<Vector3>) {
             header: header.clone(),
             ..Default::default()
         };
-        velocity.twist.covariance[0][0] = f64::from(sigma).powi(2);
+        velocity.covariance[0][0] = f64::from(sigma).powi(2);
         let mut messages = vec![
             ("contact", RosMessage::Contact(contact)),
             ("velocity", RosMessage::Velocity(Box::new(velocity))),
@@ -80,10 +74,7 @@ fn write_bag(bench: &Bench, name: &str, acceleration: Option<Vector3>) {
         {
             let imu = Imu {
                 header,
-                orientation: RosQuaternion {
-                    w: 1.0,
-                    ..RosQuaternion::default()
-                },
+                orientation: [0.0, 0.0, 0.0, 1.0],
                 linear_acceleration,
                 ..Imu::default()
             };
@@ -270,11 +261,7 @@ fn recordings_of_feet_are_recorded_again_alike() {
 }
 
 /// A sensor whose readings of gravity are in g, in a bag with contacts; it lies on its side.
-const IN_G: Vector3 = Vector3 {
-    x: 1.0,
-    y: 0.0,
-    z: 0.0,
-};
+const IN_G: [f64; 3] = [1.0, 0.0, 0.0];
 
 #[test]
 fn samples_beside_recorded_contacts_are_checked() {

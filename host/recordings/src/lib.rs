@@ -11,6 +11,7 @@
 //! | implausible values in a recording | [`plausible`] |
 //! | mounting of the sensor, from gravity at rest | [`mounting`] |
 //! | the estimator applied to a recording | [`replay`] |
+//! | messages of ROS 2 | [`ros`] |
 //! | tables of samples and estimates | [`output`], `parquet_output` |
 //! | tables of samples in Parquet | `parquet_samples` |
 //! | rows of any table in Parquet | `parquet_rows` |
@@ -32,6 +33,7 @@ mod parquet_rows;
 pub mod parquet_samples;
 pub mod plausible;
 pub mod replay;
+pub mod ros;
 pub mod samples;
 pub mod scoring;
 pub mod spool;

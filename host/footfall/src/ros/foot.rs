@@ -14,7 +14,7 @@ use wire::{Counter, Fault, Faults};
 
 use crate::ros::message::{
     DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, RosContact, RosMessage,
-    RosQuaternion, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
+    TwistWithCovarianceStamped,
 };
 use crate::ros::published::Published;
 use crate::ros::topics::{DIAGNOSTICS, FootTopics, NODE};
@@ -179,8 +179,8 @@ impl Foot {
         &self,
         stamp: Timestamp,
         orientation: Option<Orientation>,
-        angular_velocity: Vector3,
-        linear_acceleration: Vector3,
+        angular_velocity: [f64; 3],
+        linear_acceleration: [f64; 3],
     ) -> Imu {
         Imu {
             header: self.topics.header(stamp),
@@ -213,10 +213,8 @@ impl Foot {
     }
 
     pub(crate) fn raw(&self, raw: &RawSample, stamp: Timestamp) -> Option<Imu> {
-        let scaled = |codes: [i16; 3], scale: f32| {
-            let [x, y, z] = codes.map(|code| f64::from(code) * f64::from(scale));
-            Vector3 { x, y, z }
-        };
+        let scaled =
+            |codes: [i16; 3], scale: f32| codes.map(|code| f64::from(code) * f64::from(scale));
         // An invalid sample was not read from the sensor.
         let rate = scaled(raw.rate, raw.rate_scale);
         let force = scaled(raw.acceleration, raw.acceleration_scale);
@@ -288,18 +286,18 @@ pub(crate) fn zero_velocity(
     header: &Header,
     VelocitySigma(sigma): VelocitySigma,
 ) -> TwistWithCovarianceStamped {
-    let mut twist = TwistWithCovariance::default();
-    for (axis, row) in twist.covariance.iter_mut().enumerate() {
+    let mut velocity = TwistWithCovarianceStamped {
+        header: header.clone(),
+        ..TwistWithCovarianceStamped::default()
+    };
+    for (axis, row) in velocity.covariance.iter_mut().enumerate() {
         let of_axis = match axis {
             0..3 => sigma,
             _ => VelocitySigma::MOST.0,
         };
         row[axis] = f64::from(of_axis).powi(2);
     }
-    TwistWithCovarianceStamped {
-        header: header.clone(),
-        twist,
-    }
+    velocity
 }
 
 /// Returns whether `earlier` is at most `BESIDE_US` before `time`, both on a foot's clock.
@@ -307,24 +305,22 @@ const fn is_near(earlier: Timestamp, time: Timestamp) -> bool {
     matches!(time.as_micros().checked_sub(earlier.as_micros()), Some(age) if age <= BESIDE_US)
 }
 
-fn quaternion(q: Orientation) -> RosQuaternion {
-    let [w, x, y, z] = [q.w, q.x, q.y, q.z].map(f64::from);
-    RosQuaternion { x, y, z, w }
+fn quaternion(q: Orientation) -> [f64; 4] {
+    [q.x, q.y, q.z, q.w].map(f64::from)
 }
 
-pub(crate) fn vector(v: Vec3) -> Vector3 {
-    let [x, y, z] = components(v).map(f64::from);
-    Vector3 { x, y, z }
+pub(crate) fn vector(v: Vec3) -> [f64; 3] {
+    components(v).map(f64::from)
 }
 
 /// Specific force as measured by an accelerometer: `acceleration` plus gravity, in the frame of the foot.
-fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
-    let RosQuaternion { x, y, z, w } = quaternion(orientation);
+fn with_gravity(acceleration: Vec3, orientation: Orientation) -> [f64; 3] {
+    let [x, y, z, w] = quaternion(orientation);
     let measured = vector(acceleration);
     // Third row of the rotation: world z in the frame of the foot.
-    Vector3 {
-        x: measured.x + GRAVITY * 2.0 * (x * z - w * y),
-        y: measured.y + GRAVITY * 2.0 * (y * z + w * x),
-        z: measured.z + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
-    }
+    [
+        measured[0] + GRAVITY * 2.0 * (x * z - w * y),
+        measured[1] + GRAVITY * 2.0 * (y * z + w * x),
+        measured[2] + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
+    ]
 }

@@ -4,13 +4,11 @@
 //! and little endian. rosbag2 may compress each message with zstd; plain ones begin with a zero.
 
 use std::borrow::Cow;
-use std::fmt;
 use std::io::{Cursor, Read};
 
 use byteorder::{BigEndian, LittleEndian};
 use cdr_encoding::from_bytes;
 use serde::Deserialize;
-use serde::de::{Deserializer, Visitor};
 
 use crate::samples::compressed::{ZSTD, decompressed};
 
@@ -112,29 +110,4 @@ pub(super) fn decode_start<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Resu
     decoded
         .map(|(start, _)| start)
         .map_err(|error| error.to_string())
-}
-
-/// A text, whatever its content: in CDR it is a byte count followed by the bytes. Bytes that are not UTF-8 are replaced.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Text(pub(super) String);
-
-impl<'de> Deserialize<'de> for Text {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_bytes(TextVisitor)
-    }
-}
-
-struct TextVisitor;
-
-impl Visitor<'_> for TextVisitor {
-    type Value = Text;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("bytes")
-    }
-
-    fn visit_bytes<E>(self, bytes: &[u8]) -> Result<Text, E> {
-        let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);
-        Ok(Text(String::from_utf8_lossy(text).into_owned()))
-    }
 }

@@ -16,8 +16,8 @@ use super::super::store::contacts::{
     Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
 };
 use super::cdr::decode;
-use super::messages::{self, Imu, TwistWithCovarianceStamped};
 use super::storage::{Channel, micros};
+use crate::ros::{Imu, RosContact, TwistWithCovarianceStamped};
 
 /// Largest deviation of the square of a unit quaternion's length from 1.
 const UNIT: f64 = 1.0e-3;
@@ -55,13 +55,13 @@ enum Kind {
 
 /// Returns whether a channel has contacts of a foot, on any topic.
 pub(super) fn is_contact(channel: &Channel) -> bool {
-    channel.message == messages::Contact::TYPE
+    channel.message == RosContact::TYPE
 }
 
 /// Foot that a channel describes, and its kind of data.
 fn about(channel: &Channel) -> Option<(&str, Kind)> {
     let (suffix, kind) = match channel.message.as_str() {
-        messages::Contact::TYPE => (CONTACT, Kind::Contact),
+        RosContact::TYPE => (CONTACT, Kind::Contact),
         TwistWithCovarianceStamped::TYPE => ("/velocity", Kind::Velocity),
         _ => return None,
     };
@@ -168,7 +168,7 @@ impl ContactFeeds {
 
 impl ContactFeed {
     /// Takes a contact, and stores the one before it.
-    fn contact(&mut self, contact: &messages::Contact, log_ns: i64) -> io::Result<()> {
+    fn contact(&mut self, contact: &RosContact, log_ns: i64) -> io::Result<()> {
         self.flush()?;
         let stamp_us = contact.header.stamp.micros();
         let mut taken = converted(contact, stamp_us.unwrap_or(micros(log_ns)));
@@ -203,7 +203,7 @@ impl ContactFeed {
 }
 
 /// The contact of a message.
-fn converted(contact: &messages::Contact, time_us: i64) -> SentContact {
+fn converted(contact: &RosContact, time_us: i64) -> SentContact {
     SentContact {
         time_us,
         probabilities: Probabilities {

@@ -9,9 +9,9 @@ use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::store::rows::Rows;
 use super::super::store::stored::{About, Stored};
 use super::force::LoadSeries;
-use super::messages::Imu;
 use super::sidecar::Known;
 use super::storage::micros;
+use crate::ros::Imu;
 
 /// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
 const FOLLOWS_US: u64 = 1_000;

@@ -4,10 +4,9 @@ use estimator_core::Axis;
 
 use super::super::table::mapping::{Mapping, is_axis};
 use super::super::table::names::{Found, Triple, find};
-use super::cdr::Text;
 use super::definition::{Definition, Path, within};
-use super::messages::{Header, Imu, Time};
 use super::storage::Channel;
+use crate::ros::{Header, Imu, Time};
 
 /// End of the types of states of Unitree's robots, whose one IMU is that of the trunk.
 const LOW_STATE: &str = "/LowState";
@@ -100,7 +99,7 @@ impl Fields {
             rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));
         let header = Header {
             stamp: Time::of_numbers(stamp),
-            frame_id: Text(frame),
+            frame_id: frame,
         };
         let covariances = match covariances {
             [rates, accelerations] => [*rates, *accelerations],

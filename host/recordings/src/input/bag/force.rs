@@ -5,8 +5,8 @@ use super::super::loaded::OLDEST_LOAD_US;
 use super::super::refusal::ContainerError;
 use super::super::topics::LoadTopic;
 use super::definition::{Definition, Path, within};
-use super::messages::Time;
 use super::storage::{Channel, micros};
+use crate::ros::Time;
 
 /// Type whose force is within a field.
 const WRENCH_STAMPED: &str = "geometry_msgs/msg/WrenchStamped";

@@ -10,12 +10,12 @@ use super::super::topics::{LoadTopic, Topics};
 use super::cdr::decode_start;
 use super::fields::Fields;
 use super::force::LoadSeries;
-use super::messages::Header;
 use super::storage::{Channel, Visitor, Written};
 use super::visit::visit;
 use super::{
     ImuKey, MOST_FRAMES, addresses, described, feet, hidden_imus, is_imu, is_wanted, order,
 };
+use crate::ros::Header;
 
 /// Loads, and the IMUs of their feet.
 #[derive(Default)]
@@ -174,13 +174,13 @@ impl Visitor for LoadReader<'_> {
         if self.is_foot(channel)
             && let Ok(Header { frame_id, .. }) = decode_start(payload)
         {
-            add(&mut self.feet, &channel.topic, frame_id.0);
+            add(&mut self.feet, &channel.topic, frame_id);
         }
         for (address, fields) in &self.parts {
             if fields.topic == channel.topic
                 && let Ok(imu) = fields.imu(payload)
             {
-                add(&mut self.feet, address, imu.header.frame_id.0);
+                add(&mut self.feet, address, imu.header.frame_id);
             }
         }
         let wanted = |series: &&mut LoadSeries| series.topic.topic == channel.topic;

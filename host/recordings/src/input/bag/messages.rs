@@ -1,16 +1,6 @@
-//! Supported messages of ROS 2, field by field as in their definitions. Source:
-//! <https://github.com/ros2/common_interfaces>.
+//! Supported messages of ROS 2: their types, and what their fields say.
 
-use serde::Deserialize;
-
-use super::cdr::Text;
-
-/// `builtin_interfaces/msg/Time`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub(super) struct Time {
-    pub(super) sec: i32,
-    pub(super) nanosec: u32,
-}
+use crate::ros::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
 
 impl Time {
     /// Time of the numbers at the paths of a stamp; zero without them, which means that it is missing.
@@ -20,7 +10,7 @@ impl Time {
                 sec: *seconds as i32,
                 nanosec: *nanoseconds as u32,
             },
-            _ => Self { sec: 0, nanosec: 0 },
+            _ => Self::default(),
         }
     }
 
@@ -34,25 +24,6 @@ impl Time {
     }
 }
 
-/// `std_msgs/msg/Header`.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct Header {
-    pub(super) stamp: Time,
-    pub(super) frame_id: Text,
-}
-
-/// `sensor_msgs/msg/Imu`.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct Imu {
-    pub(super) header: Header,
-    orientation: [f64; 4],
-    orientation_covariance: [f64; 9],
-    pub(super) angular_velocity: [f64; 3],
-    angular_velocity_covariance: [f64; 9],
-    pub(super) linear_acceleration: [f64; 3],
-    linear_acceleration_covariance: [f64; 9],
-}
-
 impl Imu {
     /// Name of its type.
     pub(super) const TYPE: &'static str = "sensor_msgs/msg/Imu";
@@ -61,19 +32,19 @@ impl Imu {
     /// accelerations, without orientation.
     pub(super) fn of(
         header: Header,
-        accelerations: [f64; 3],
-        rates: [f64; 3],
+        linear_acceleration: [f64; 3],
+        angular_velocity: [f64; 3],
         covariances: [f64; 2],
     ) -> Self {
         let of_first = |first| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         Self {
             header,
-            orientation: [0.0; 4],
             orientation_covariance: of_first(-1.0),
-            angular_velocity: rates,
+            angular_velocity,
             angular_velocity_covariance: of_first(covariances[0]),
-            linear_acceleration: accelerations,
+            linear_acceleration,
             linear_acceleration_covariance: of_first(covariances[1]),
+            ..Self::default()
         }
     }
 
@@ -93,35 +64,9 @@ impl Imu {
     }
 }
 
-/// `footfall_msgs/msg/Contact`.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct Contact {
-    pub(super) header: Header,
-    _foot: Text,
-    _node: u8,
-    pub(super) p_stable: f32,
-    pub(super) p_tangential: f32,
-    pub(super) p_vertical: f32,
-    pub(super) p_axes: [f32; 6],
-    pub(super) decision: bool,
-    pub(super) state: u8,
-    pub(super) valid: bool,
-    pub(super) flags: u8,
-    _sequence: u16,
-}
-
-impl Contact {
+impl RosContact {
     /// Name of its type.
     pub(super) const TYPE: &'static str = "footfall_msgs/msg/Contact";
-}
-
-/// `geometry_msgs/msg/TwistWithCovarianceStamped`.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct TwistWithCovarianceStamped {
-    pub(super) header: Header,
-    _twist: [f64; 6],
-    /// Of x, y, z and the rates about them, (m/s)² and (rad/s)².
-    pub(super) covariance: [[f64; 6]; 6],
 }
 
 impl TwistWithCovarianceStamped {

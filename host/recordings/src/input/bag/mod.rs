@@ -44,10 +44,10 @@ use super::open::Container;
 use super::refusal::{ContainerError, ImuTopic, STREAM_ADVICE};
 use super::store::stored::Stored;
 use super::topics::{BagOptions, Topics};
+use crate::ros::Imu;
 use contacts::ContactFeeds;
 use feed::Feed;
 use forces::loads;
-use messages::Imu;
 use reader::Reader;
 use visit::visit;
 

@@ -13,10 +13,10 @@ use super::contacts::{ContactFeeds, is_contact};
 use super::feed::Feed;
 use super::fields::{Fields, TRUNK};
 use super::forces::Loads;
-use super::messages::Imu;
 use super::sidecar::{Known, Sidecar, is_sidecar};
 use super::storage::{Channel, Visitor, Written};
 use super::{ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order};
+use crate::ros::Imu;
 
 /// Visitor that reads the samples.
 pub(super) struct Reader<'a> {
@@ -162,7 +162,7 @@ impl<'a> Reader<'a> {
         (log_ns, known): (i64, Known),
         imu: Result<Imu, String>,
     ) -> Result<(), InputError> {
-        let decoded = imu.and_then(|imu| Ok((self.place(topic, &imu.header.frame_id.0)?, imu)));
+        let decoded = imu.and_then(|imu| Ok((self.place(topic, &imu.header.frame_id)?, imu)));
         let (at, imu) = decoded.map_err(|what| {
             if let Some(first) = self.feeds.iter_mut().find(|feed| feed.topic == topic) {
                 first.count(log_ns);
@@ -176,10 +176,10 @@ impl<'a> Reader<'a> {
             }
         })?;
         self.feeds[at].count(log_ns);
-        if !is_wanted(&imu.header.frame_id.0, self.hints) {
+        if !is_wanted(&imu.header.frame_id, self.hints) {
             return Ok(());
         }
-        let is_foot = |(foot, frame): &ImuKey| *foot == topic && *frame == imu.header.frame_id.0;
+        let is_foot = |(foot, frame): &ImuKey| *foot == topic && *frame == imu.header.frame_id;
         let foot = self.loads.feet.iter().position(is_foot);
         let load = foot.and_then(|foot| self.loads.series.get(foot));
         if self.reads_contacts() {

@@ -1,0 +1,109 @@
+//! Messages of ROS 2 that feet send and recordings have, with fields in the order of their definitions.
+//!
+//! Source of those that are not of footfall: <https://github.com/ros2/common_interfaces>.
+
+use std::fmt;
+
+use estimator_core::Timestamp;
+use serde::de::{Deserializer, Visitor};
+use serde::{Deserialize, Serialize};
+
+/// `builtin_interfaces/msg/Time`: since 1970.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
+pub struct Time {
+    /// s.
+    pub sec: i32,
+    /// ns of a second.
+    pub nanosec: u32,
+}
+
+impl From<Timestamp> for Time {
+    fn from(time: Timestamp) -> Self {
+        let micros = time.as_micros();
+        Self {
+            sec: i32::try_from(micros / 1_000_000).unwrap_or(i32::MAX),
+            nanosec: (micros % 1_000_000) as u32 * 1000,
+        }
+    }
+}
+
+/// `std_msgs/msg/Header`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Header {
+    /// When.
+    pub stamp: Time,
+    /// In which frame.
+    #[serde(deserialize_with = "text")]
+    pub frame_id: String,
+}
+
+/// `sensor_msgs/msg/Imu`. A covariance whose first number is −1 says that there is no such value; one
+/// of zeros, that it is not known.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Imu {
+    /// When the sample was acquired.
+    pub header: Header,
+    /// Foot → world: x, y, z, w.
+    pub orientation: [f64; 4],
+    /// Of the orientation.
+    pub orientation_covariance: [f64; 9],
+    /// rad/s.
+    pub angular_velocity: [f64; 3],
+    /// Of the angular velocity.
+    pub angular_velocity_covariance: [f64; 9],
+    /// m/s², gravity included.
+    pub linear_acceleration: [f64; 3],
+    /// Of the acceleration.
+    pub linear_acceleration_covariance: [f64; 9],
+}
+
+/// `geometry_msgs/msg/TwistWithCovarianceStamped`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct TwistWithCovarianceStamped {
+    /// When the sample was acquired.
+    pub header: Header,
+    /// Velocity, m/s, and rates, rad/s.
+    pub twist: [f64; 6],
+    /// Of x, y, z and the rates about them, row by row, (m/s)² and (rad/s)².
+    pub covariance: [[f64; 6]; 6],
+}
+
+/// `footfall_msgs/msg/Contact`; `ros2/footfall_msgs/msg/Contact.msg` says what its fields mean.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[expect(missing_docs, reason = "the definition has them")]
+pub struct RosContact {
+    pub header: Header,
+    #[serde(deserialize_with = "text")]
+    pub foot: String,
+    pub node: u8,
+    pub p_stable: f32,
+    pub p_tangential: f32,
+    pub p_vertical: f32,
+    pub p_axes: [f32; 6],
+    pub decision: bool,
+    pub state: u8,
+    pub valid: bool,
+    pub flags: u8,
+    pub sequence: u16,
+}
+
+/// Reads a text, whatever its content: in CDR it is a byte count followed by the bytes. Bytes that are not UTF-8 are
+/// replaced.
+fn text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    deserializer.deserialize_bytes(TextVisitor)
+}
+
+struct TextVisitor;
+
+impl Visitor<'_> for TextVisitor {
+    type Value = String;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("bytes")
+    }
+
+    fn visit_bytes<E>(self, bytes: &[u8]) -> Result<String, E> {
+        let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);
+        Ok(String::from_utf8_lossy(text).into_owned())
+    }
+}
