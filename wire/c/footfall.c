@@ -1,5 +1,5 @@
 /*
- * The decoder of footfall.h. Generated: that file says from what.
+ * The decoder of footfall.h.
  *
  * SPDX-License-Identifier: MIT OR Apache-2.0
  */

@@ -10,8 +10,7 @@
  * Units are in the names: `_us` microseconds, `_m_s2` m/s^2, `_rad_s` rad/s, `_deg_c` degrees
  * Celsius. A quantity that the foot does not know is NaN. Probabilities are 0 to 1.
  *
- * Generated from the tables of the crate `wire`, whose README.md describes the formats: change
- * those, not this.
+ * README.md of the crate `wire` describes the formats; tests/c compares this decoder with the crate's.
  *
  * SPDX-License-Identifier: MIT OR Apache-2.0
  */

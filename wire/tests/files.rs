@@ -1,9 +1,7 @@
 //! The files generated from the tables in the code are up to date: `footfall.eds`,
-//! `footfall.dbc`, the decoder in C and the tables of `README.md`. `FOOTFALL_UPDATE=1` writes them
-//! again.
+//! `footfall.dbc` and the tables of `README.md`. `FOOTFALL_UPDATE=1` writes them again.
 
 mod files {
-    pub mod c;
     pub mod dbc;
     pub mod eds;
     pub mod tables;
@@ -40,18 +38,6 @@ fn the_dbc_matches_the_signals() {
     let dbc = files::dbc::generate();
     assert!(dbc.is_ascii(), "some readers take a DBC for CP1252");
     check("footfall.dbc", &dbc);
-}
-
-#[test]
-fn the_decoder_in_c_matches_the_signals() {
-    for (name, text) in [
-        ("c/footfall.h", files::c::header()),
-        ("c/footfall.c", files::c::source()),
-        ("tests/c/print.c", files::c::printer::generate()),
-    ] {
-        assert!(text.is_ascii(), "some compilers take a file for CP1252");
-        check(name, &text);
-    }
 }
 
 #[test]

@@ -222,6 +222,8 @@ fn process_data(line: &mut Line, pdo: Pdo, data: &[u8; 8]) {
             line.value("clock_us", clock);
         }
     }
+    let printed = line.0.matches('=').count() - 1;
+    assert_eq!(printed, pdo.signals().count(), "signals of {pdo:?}");
 }
 
 /// Expected output at the end of a frame of the serial line.

@@ -1,7 +1,7 @@
 /*
  * Prints every member of what footfall.h decodes, for the tests: `print can` reads lines of
  * identifier and data in hexadecimal, `print serial` the bytes of a serial line. Real numbers are
- * printed as their bits. Generated, so that no member is left out.
+ * printed as their bits.
  */
 #include "footfall.h"
 

@@ -11,7 +11,7 @@ use wire::{Fault, Foot, Pdo, Settings};
 const NO_VALUE: i16 = Quantity::NONE.0;
 
 /// States in a heartbeat.
-pub const NODE_STATES: [(State, &str); 4] = [
+const NODE_STATES: [(State, &str); 4] = [
     (State::Initialising, "boot_up"),
     (State::Stopped, "stopped"),
     (State::Operational, "operational"),

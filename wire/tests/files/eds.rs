@@ -205,7 +205,7 @@ fn number(value: Value) -> String {
     }
 }
 
-pub fn ascii(text: &str) -> String {
+fn ascii(text: &str) -> String {
     [
         ('²', "^2"),
         ('µ', "u"),

@@ -116,18 +116,6 @@ fn every_setting_takes_its_limits_and_refuses_values_beyond() {
 }
 
 #[test]
-fn settings_are_written_in_pre_operational_only() {
-    let mut node = node();
-    node.command(Command::StartRemoteNode);
-    let before = node.settings().clone();
-    for (address, entry) in dictionary::settings() {
-        let code = refused(&mut node, address, entry.default);
-        assert_eq!(code, AbortCode::DeviceState, "{address:?}");
-    }
-    assert_eq!(node.settings(), &before);
-}
-
-#[test]
 fn the_lock_refuses_all_other_settings_and_the_defaults() {
     let mut node = node();
     let lock = Address::new(index::LOCK, 0);

@@ -3,7 +3,7 @@
 use canopen_rs::lss;
 use canopen_rs::time::TimeOfDay;
 use estimator_core::ContactEstimate;
-use wire::dictionary::{self, index};
+use wire::dictionary::index;
 use wire::node::{Command, State};
 use wire::{Address, BootCause, CanFrame, Event, Node, Outcome, Pdo, Settings, Value};
 
@@ -173,23 +173,4 @@ fn nothing_is_sent_before_the_boot_up() {
     for _ in 0..2000 {
         assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     }
-}
-
-#[test]
-fn a_node_uses_a_tenth_of_the_memory_of_the_peer() {
-    const VALUES: usize = 264;
-    let ours = size_of::<Node>();
-    let counts = dictionary::OBJECTS
-        .iter()
-        .filter(|object| object.entries.iter().all(|entry| entry.subindex != 0))
-        .count();
-    assert_eq!(
-        dictionary::entries().count() + counts,
-        VALUES,
-        "the size below"
-    );
-    let theirs = size_of::<canopen_rs::Node<VALUES>>();
-    println!("a node takes {ours} bytes, the peer's {theirs}");
-    assert!(ours < 1024, "a node takes {ours} bytes");
-    assert!(theirs > 11 * 1024, "the peer's node takes {theirs} bytes");
 }
