@@ -1,17 +1,9 @@
-//! The documents: their links are valid, the code that they name exists, and the README and the source files are
-//! short.
+//! The documents: their links are valid, and the code that they name exists.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_tests::committed::workspace;
-
-const README_LINES: usize = 120;
-
-/// Characters of a line of the README, also of a row of a table.
-const README_COLUMNS: usize = 120;
-
-const SOURCE_LINES: usize = 500;
 
 /// Folders without documents of this project.
 const SKIPPED: [&str; 3] = ["target", ".git", "node_modules"];
@@ -125,60 +117,4 @@ fn links_of_documents_lead_to_files_headings_or_named_code() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
-#[test]
-fn the_readme_is_short() {
-    let readme = fs::read_to_string(workspace().join("README.md")).expect("it can be read");
-    let lines = readme.lines().count();
-    assert!(lines <= README_LINES, "{lines} lines");
-    let long = readme
-        .lines()
-        .find(|line| line.chars().count() > README_COLUMNS);
-    assert_eq!(long, None);
-}
-
-/// Number of lines of a source file without its tests.
-fn lines_without_tests(text: &str) -> usize {
-    let is_code = |line: &&str| !line.starts_with("#[cfg(test)]");
-    text.lines().take_while(is_code).count()
-}
-
-/// All Rust sources below a `src` folder; separate test files are left out.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("the folder can be read") {
-        let path = entry.expect("the entry can be read").path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let is_tests = name == "tests" || name == "tests.rs" || name == "benches";
-        if path.is_dir() && !is_tests && !SKIPPED.contains(&name.as_ref()) {
-            sources(&path, found);
-        } else if name.ends_with(".rs") && !is_tests {
-            found.push(path);
-        }
-    }
-}
-
-#[test]
-fn no_source_file_exceeds_500_lines_without_its_tests() {
-    let mut found = Vec::new();
-    sources(&workspace(), &mut found);
-    assert!(found.len() > 200, "{} files", found.len());
-    let long: Vec<String> = found
-        .iter()
-        .map(|path| (path, fs::read_to_string(path).expect("it can be read")))
-        .filter(|(_, text)| lines_without_tests(text) > SOURCE_LINES)
-        .map(|(path, text)| format!("{}: {}", path.display(), lines_without_tests(&text)))
-        .collect();
-    assert!(long.is_empty(), "{long:#?}");
-}
-
-#[test]
-fn modules_of_host_crates_begin_in_mod_rs() {
-    let mut found = Vec::new();
-    for folder in ["host", "host-tests/src", "python/src"] {
-        sources(&workspace().join(folder), &mut found);
-    }
-    let is_beside_its_folder = |path: &&PathBuf| path.with_extension("").is_dir();
-    let others: Vec<_> = found.iter().filter(is_beside_its_folder).collect();
-    assert!(others.is_empty(), "{others:#?}");
 }
