@@ -78,12 +78,3 @@ fn both_drivers_initialise_alike_and_read_the_same_sample() {
     assert_eq!(sample, blocking.sample());
     assert!(sample.unwrap().is_fresh());
 }
-
-#[test]
-fn self_test_runs_on_the_asynchronous_driver() {
-    let part = part(QUIET);
-    let mut late = asynch::Lsm6dsox::new(Late(part.spi()), Config::FRESH_KILOHERTZ);
-    part.advance_by(10_000_000);
-    let (result, _) = run(late.self_test(&mut Late(part.delay())));
-    assert!(result.unwrap().passed());
-}

@@ -2,10 +2,8 @@
 
 use crate::common::{QUIET, part, sensor};
 use embedded_hal::spi::SpiDevice;
-use lsm6dsox::sim::{Axis, Part, PartFault, PartOptions, SharedPart};
-use lsm6dsox::{
-    Config, Error, FrozenDetector, Lsm6dsox, Pin, Sensor, SetSpiClock, SpiClock, register,
-};
+use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart};
+use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Pin, SetSpiClock, SpiClock, register};
 
 const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
@@ -46,21 +44,6 @@ fn data_line_stuck_high_reads_identity_0xff_and_no_samples() {
 }
 
 #[test]
-fn rare_bit_flips_show_in_the_status_of_some_samples() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    part.inject(PartFault::BitFlips { per_million: 1_000 });
-    let refused = (0..10_000)
-        .filter(|_| {
-            part.advance_by(MILLISECOND);
-            sensor.sample().is_err()
-        })
-        .count();
-    // Five reserved bits, each flipped with a probability of one in a thousand.
-    assert!((25..=75).contains(&refused), "{refused}");
-}
-
-#[test]
 fn reset_in_mid_run_gives_stale_samples_and_fails_verify() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
@@ -98,57 +81,6 @@ fn frozen_outputs_are_detected_although_marked_fresh() {
         detector.update(&sample) == FrozenDetector::EVERY_AXIS
     });
     assert_eq!(noticed, Some(usize::from(FrozenDetector::REPEATS) - 1));
-}
-
-#[test]
-fn an_axis_sticks_at_its_code_while_the_others_go_on() {
-    let noisy = PartOptions {
-        noise: true,
-        ..QUIET
-    };
-    let part = part(noisy);
-    let mut sensor = sensor(&part, PRESET);
-    for (sensor, axis, code) in [
-        (Sensor::Accel, Axis::Y, 77),
-        (Sensor::Gyro, Axis::Z, -5),
-        (Sensor::Gyro, Axis::X, 1),
-    ] {
-        part.inject(PartFault::AxisStuck { sensor, axis, code });
-    }
-    let mut changed = [false; 6];
-    let mut last = None;
-    for _ in 0..100 {
-        part.advance_by(MILLISECOND);
-        let raw = sensor.sample().unwrap();
-        let ([ax, ay, az], [wx, wy, wz]) = (raw.specific_force.codes, raw.angular_rate.codes);
-        assert_eq!((raw.is_fresh(), ay, wz, wx), (true, 77, -5, 1));
-        let codes = [ax, ay, az, wx, wy, wz];
-        let last = last.replace(codes).unwrap_or(codes);
-        changed = core::array::from_fn(|axis| changed[axis] || codes[axis] != last[axis]);
-    }
-    assert_eq!(changed, [true, false, true, false, true, false]);
-}
-
-#[test]
-fn a_flipped_register_acts_as_if_it_had_been_written() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, PRESET);
-    // The full scale of the accelerometer: 16 g to 4 g.
-    part.inject(PartFault::RegisterFlipped {
-        address: register::CTRL1_XL.address,
-        bits: 0x0C,
-    });
-    part.advance_by(MILLISECOND);
-    assert_eq!(sensor.sample().unwrap().specific_force.codes[2], 8197);
-    assert!(matches!(
-        sensor.verify(),
-        Err(Error::ReadBack {
-            register: register::CTRL1_XL,
-            written: 0xA6,
-            read: 0xAA,
-        })
-    ));
-    assert_eq!(sensor.init(&mut part.delay()), Ok(()));
 }
 
 #[test]

@@ -3,16 +3,13 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use crate::common::{QUIET, at_rest, part, sensor};
-use embedded_hal::spi::SpiDevice as _;
+use crate::common::{QUIET, part, sensor};
 use estimator_core::{Timestamp, Validity};
 use lsm6dsox::imu::Conversion;
-use lsm6dsox::register::Register;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
-use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, SimSpi, Stimulus};
+use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
 use lsm6dsox::{
-    AccelFilter, AccelFullScale, Config, DataReady, DataReadyMode, GyroFilter, GyroFullScale,
-    Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor, register,
+    AccelFilter, Config, DataReady, DataReadyMode, GyroFilter, Odr, Params, Pin, SelfTest, Sensor,
 };
 
 const MILLISECOND: u64 = 1_000_000;
@@ -25,37 +22,6 @@ fn init_violates_no_register() {
     sensor.self_test(&mut part.delay()).unwrap();
     sensor.power_down().unwrap();
     assert_eq!(part.with(|part| part.violations().to_vec()), []);
-}
-
-#[test]
-fn readings_match_the_motion_at_every_full_scale() {
-    let truth = Stimulus {
-        specific_force: [1.0, -2.0, 9.5],
-        angular_rate: [0.5, -1.0, 2.0],
-        temperature: 31.5,
-    };
-    for accel in AccelFullScale::ALL {
-        for gyro in GyroFullScale::ALL {
-            let part = Part::with_options(move |_: f64| truth, QUIET).shared();
-            let mut params = Params::FRESH_KILOHERTZ;
-            params.accel.full_scale = accel;
-            params.gyro.full_scale = gyro;
-            let sample = sensor(&part, params.validate().unwrap())
-                .sample()
-                .unwrap()
-                .to_si();
-            let accel_step = accel.milli_g_per_code() * 1e-3 * STANDARD_GRAVITY;
-            let gyro_step = gyro.milli_dps_per_code() * 1e-3 * DEGREE;
-            for axis in 0..3 {
-                let force = sample.specific_force[axis] - truth.specific_force[axis] as f32;
-                let rate = sample.angular_rate[axis] - truth.angular_rate[axis] as f32;
-                assert!(force.abs() <= 0.51 * accel_step, "{accel:?} {axis}");
-                assert!(rate.abs() <= 0.51 * gyro_step, "{gyro:?} {axis}");
-            }
-            assert_eq!(sample.temperature, 31.5);
-            assert!(!sample.accel_saturated && !sample.gyro_saturated);
-        }
-    }
 }
 
 #[test]
@@ -79,28 +45,6 @@ fn each_millisecond_gets_a_fresh_sample_within_one_period() {
             assert!(sensor.sample().unwrap().is_fresh(), "tick {tick}");
         }
     }
-}
-
-#[test]
-fn a_simulated_mcu_drives_the_bus_byte_by_byte() {
-    let part = part(QUIET);
-    part.advance_by(10 * MILLISECOND);
-    part.with(|part| {
-        // The part does not drive the line, which the board pulls down.
-        assert_eq!(part.exchange(0x8F), 0x00);
-        part.select();
-        part.exchange(0x8F);
-        // WHO_AM_I and, the address having moved on, CTRL1_XL.
-        assert_eq!([part.exchange(0), part.exchange(0)], [0x6C, 0x00]);
-        part.deselect();
-        part.select();
-        part.exchange(0x12);
-        part.exchange(0x40); // IF_INC off
-        part.select();
-        part.exchange(0x8F);
-        assert_eq!([part.exchange(0), part.exchange(0)], [0x6C, 0x6C]);
-        part.deselect();
-    });
 }
 
 #[test]
@@ -227,20 +171,6 @@ fn a_latched_pin_stays_high_until_the_sample_is_read() {
         sensor.sample().unwrap();
         assert!(!part.pin_is_high(Pin::Int2));
         part.advance_to(part.next_rising_edge_ns(Pin::Int2).unwrap());
-    }
-}
-
-#[test]
-fn a_pulsed_pin_is_high_for_75_microseconds_whether_read_or_not() {
-    let part = part(QUIET);
-    let _sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    for _ in 0..10 {
-        part.advance_to(part.next_rising_edge_ns(Pin::Int1).unwrap());
-        assert!(part.pin_is_high(Pin::Int1));
-        part.advance_by(74_999);
-        assert!(part.pin_is_high(Pin::Int1));
-        part.advance_by(1);
-        assert!(!part.pin_is_high(Pin::Int1));
     }
 }
 
@@ -400,15 +330,6 @@ fn shock_that_the_filter_smooths_counts_as_saturated() {
 }
 
 #[test]
-fn part_does_not_answer_before_it_has_booted() {
-    let part = Part::with_options(at_rest, QUIET).shared();
-    let mut sensor = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
-    assert!(sensor.check_identity().is_err());
-    part.advance_by(10 * MILLISECOND);
-    assert!(sensor.check_identity().is_ok());
-}
-
-#[test]
 fn offsets_drift_with_the_distance_from_25_degrees() {
     let options = PartOptions {
         accel_bias: [0.2, 0.0, -0.1],
@@ -442,210 +363,4 @@ fn offsets_drift_with_the_distance_from_25_degrees() {
             assert!((rate[axis] - gyro[axis]).abs() < 0.000_65, "{at}");
         }
     }
-}
-
-/// Reads a register over the bus.
-fn register(part: &SharedPart, register: Register) -> u8 {
-    let mut frame = [register.read_address(), 0];
-    part.spi().transfer_in_place(&mut frame).unwrap();
-    frame[1]
-}
-
-fn write(part: &SharedPart, register: Register, value: u8) {
-    part.spi().write(&[register.address, value]).unwrap();
-}
-
-#[test]
-fn first_samples_follow_the_turn_on_times() {
-    for (ctrl, odr, fresh, turn_on) in [
-        (register::CTRL2_G, 0xA0, 0x02, 35 * MILLISECOND),
-        (register::CTRL1_XL, 0xA0, 0x01, 5 * MILLISECOND),
-    ] {
-        let part = part(QUIET);
-        part.advance_by(10 * MILLISECOND);
-        write(&part, ctrl, odr);
-        part.advance_by(turn_on - 1);
-        assert_eq!(register(&part, register::STATUS_REG) & 0x03, 0);
-        // Within the time of a sample.
-        part.advance_by(150_001);
-        assert_eq!(register(&part, register::STATUS_REG) & 0x03, fresh);
-    }
-}
-
-#[test]
-fn each_kind_of_reset_stops_the_sensors() {
-    let resets: [fn(&SharedPart); 3] = [
-        |part| write(part, register::CTRL3_C, 0x05),
-        |part| write(part, register::CTRL3_C, 0x84),
-        |part| part.inject(PartFault::Reset),
-    ];
-    for reset in resets {
-        let part = part(QUIET);
-        let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-        assert!(sensor.status().unwrap().gyro_fresh());
-        reset(&part);
-        part.advance_by(100 * MILLISECOND);
-        assert_eq!(sensor.status().unwrap().bits(), 0);
-        assert_eq!(register(&part, register::CTRL2_G), 0);
-    }
-}
-
-#[test]
-fn reset_bit_reads_one_until_the_reset_is_over() {
-    let part = part(QUIET);
-    part.advance_by(10 * MILLISECOND);
-    let read = || [register::CTRL3_C, register::WHO_AM_I].map(|r| register(&part, r));
-    write(&part, register::CTRL3_C, 0x05);
-    assert_eq!(read(), [0x05, 0x6C]);
-    part.advance_by(MILLISECOND);
-    assert_eq!(read(), [0x04, 0x6C]);
-}
-
-/// A part that the driver has initialised, with some bits of a register set afterwards.
-fn with_bits(register: Register, bits: u8) -> (SharedPart, Lsm6dsox<SimSpi>) {
-    let part = part(QUIET);
-    let sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    part.with(|part| {
-        part.select();
-        part.exchange(register.read_address());
-        let value = part.exchange(0);
-        part.deselect();
-        part.select();
-        part.exchange(register.address);
-        part.exchange(value | bits);
-        part.deselect();
-    });
-    (part, sensor)
-}
-
-#[test]
-fn a_sleeping_gyroscope_gives_no_samples() {
-    let (part, mut sensor) = with_bits(register::CTRL4_C, 0x40);
-    sensor.sample().unwrap();
-    part.advance_by(MILLISECOND);
-    let status = sensor.sample().unwrap().status;
-    assert!(status.accel_fresh() && !status.gyro_fresh());
-}
-
-#[test]
-fn pins_that_are_active_low_rise_at_the_end_of_a_pulse() {
-    let (part, _) = with_bits(register::CTRL3_C, 0x20);
-    let edge = part.next_rising_edge_ns(Pin::Int1).unwrap();
-    part.advance_to(edge - 1);
-    assert!(!part.pin_is_high(Pin::Int1));
-    part.advance_to(edge);
-    assert!(part.pin_is_high(Pin::Int1));
-    assert_eq!(part.next_rising_edge_ns(Pin::Int1), Some(edge + 150_000));
-}
-
-#[test]
-fn the_second_pins_signals_appear_on_the_first() {
-    let (part, _) = with_bits(register::CTRL4_C, 0x20);
-    part.with(|part| {
-        for (address, value) in [(register::INT1_CTRL, 0), (register::INT2_CTRL, 0x02)] {
-            part.select();
-            part.exchange(address.address);
-            part.exchange(value);
-            part.deselect();
-        }
-    });
-    assert!(part.next_rising_edge_ns(Pin::Int1).is_some());
-    assert_eq!(part.next_rising_edge_ns(Pin::Int2), None);
-}
-
-#[test]
-fn rounding_brings_a_burst_back_to_the_first_output() {
-    for (rounding, first) in [(0b01, 0x28), (0b10, 0x22), (0b11, 0x22)] {
-        let (part, _) = with_bits(register::CTRL5_C, rounding << 5);
-        part.with(|part| {
-            part.select();
-            part.exchange(0x80 | first);
-            let length = if rounding == 0b11 { 12 } else { 6 };
-            let once: Vec<u8> = (0..length).map(|_| part.exchange(0)).collect();
-            let again: Vec<u8> = (0..length).map(|_| part.exchange(0)).collect();
-            part.deselect();
-            assert_eq!(once, again, "{rounding:#b}");
-        });
-    }
-}
-
-#[test]
-fn mode_ending_at_8_g_maps_16_g_to_2_g() {
-    let (part, mut sensor) = with_bits(register::CTRL8_XL, 0x02);
-    part.advance_by(20 * MILLISECOND);
-    // 1 g at 0.061 mg per code.
-    assert_eq!(sensor.sample().unwrap().specific_force.codes[2], 16_393);
-}
-
-#[test]
-fn other_banks_hold_their_values_without_affecting_the_first() {
-    const EMBEDDED_FUNCTIONS: u8 = 0x80;
-    const SENSOR_HUB: u8 = 0x40;
-    let part = part(QUIET);
-    part.advance_by(10 * MILLISECOND);
-    let read = |address: u8| {
-        let mut frame = [0x80 | address, 0];
-        part.spi().transfer_in_place(&mut frame).unwrap();
-        frame[1]
-    };
-    let banks = [(EMBEDDED_FUNCTIONS, 0x5A), (SENSOR_HUB, 0xC3)];
-    for (bank, value) in banks {
-        write(&part, register::FUNC_CFG_ACCESS, bank);
-        part.spi().write(&[0x15, value]).unwrap();
-    }
-    for (bank, value) in banks {
-        write(&part, register::FUNC_CFG_ACCESS, bank);
-        assert_eq!((read(0x15), read(0x6A)), (value, 0), "{bank:#x}");
-    }
-    write(&part, register::FUNC_CFG_ACCESS, 0);
-    assert_eq!(read(register::WHO_AM_I.address), 0x6C);
-    assert_eq!(read(0x15), 0);
-}
-
-#[test]
-fn clock_rate_change_does_not_repeat_a_sample() {
-    let part = part(QUIET);
-    sensor(&part, Config::FRESH_KILOHERTZ);
-    let before = edges(&part, 10 * MILLISECOND);
-    part.inject(PartFault::ClockRatio(1.0));
-    assert!(edges(&part, 10 * MILLISECOND).abs_diff(before) <= 1);
-    part.inject(PartFault::ClockRatio(0.5));
-    assert!(edges(&part, 10 * MILLISECOND).abs_diff(before / 2) <= 1);
-}
-
-#[test]
-fn a_byte_takes_as_long_as_eight_clocks_and_a_reset_its_time() {
-    let part = part(PartOptions {
-        byte_time_ns: 800,
-        ..QUIET
-    });
-    part.advance_by(10 * MILLISECOND);
-    let takes = || {
-        let begin = part.now_ns();
-        let value = register(&part, register::WHO_AM_I);
-        (part.now_ns() - begin, value)
-    };
-    assert_eq!(takes(), (2 * 800, 0x6C));
-    for (hertz, byte_ns) in [(5_000_000, 1_600), (0, 1_600), (10_000_000, 800)] {
-        part.with(|part| part.set_bus_clock(hertz));
-        assert_eq!(takes().0, 2 * byte_ns, "{hertz}");
-    }
-    // Until the reset is over, the part does not answer.
-    write(&part, register::CTRL3_C, 0x84);
-    assert_eq!(takes().1, 0);
-    part.advance_by(10 * MILLISECOND);
-    assert_eq!(takes().1, 0x6C);
-}
-
-#[test]
-fn a_storm_of_edges_lifts_the_pin_for_half_of_its_period() {
-    let part = part(QUIET);
-    sensor(&part, Config::FRESH_KILOHERTZ);
-    part.inject(PartFault::DataReadyStorm { period_ns: 10_000 });
-    let high = (0..1_000).filter(|_| {
-        part.advance_by(100);
-        part.pin_is_high(Pin::Int1)
-    });
-    let high = high.count();
-    assert!(high.abs_diff(500) <= 5, "{high}");
 }

@@ -106,14 +106,3 @@ fn the_data_ready_pin_is_driven_by_the_chosen_sensor_alone() {
     assert_eq!(value_of(&params, register::INT2_CTRL), 0x01);
     assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x00);
 }
-
-#[test]
-fn each_write_is_found_by_its_index() {
-    let config = Config::GYRO_SELF_TEST;
-    for (index, write) in config.writes().enumerate() {
-        assert_eq!(config.write(index), Some(write));
-    }
-    assert_eq!(config.writes().count(), Config::WRITES);
-    assert_eq!(config.write(Config::WRITES), None);
-    assert!(config.writes().eq(config.params.writes()));
-}
