@@ -95,53 +95,50 @@ fn null_and_misaligned_pointers_are_errors() {
         (uninitialised, CEstimate::default())
     );
     let this = init(at, size_of::<Estimator>(), &params).expect("enough memory");
-    let mut estimate = CEstimate::default();
-    let mut learnt = CLearnt::default();
+    let (mut estimate, mut learnt) = (CEstimate::default(), CLearnt::default());
+    let (estimate, learnt) = (&raw mut estimate, &raw mut learnt);
     let mut numbers = [0.0_f32; 64];
     let odd = numbers.as_mut_ptr().wrapping_byte_add(1);
+    let (mut other, sample, no_load) = (ptr::null_mut(), &raw const sample, ptr::null());
+    let (other, params) = (&raw mut other, &raw const params);
     // SAFETY: Each pointer is NULL, misaligned, or to an object of its type.
-    unsafe {
-        let mut other = ptr::null_mut();
-        assert_eq!(footfall_default_params(ptr::null_mut()), null);
-        assert_eq!(footfall_default_params(odd.cast()), misaligned);
-        assert_eq!(
-            footfall_estimator_init(at, SIZE, &params, ptr::null_mut()),
-            null
-        );
-        assert_eq!(
-            footfall_estimator_init(at, SIZE, odd.cast(), &raw mut other),
-            misaligned
-        );
-        assert_eq!(
-            footfall_estimator_learnt(this, &raw mut learnt),
-            uninitialised
-        );
-        assert_eq!(
-            footfall_estimator_init(at, SIZE, ptr::null(), &raw mut other),
-            null
-        );
-        assert_eq!(
-            footfall_estimator_init(at, SIZE, &params, &raw mut other),
-            0
-        );
-        assert_eq!(
-            footfall_estimator_update(this, &sample, ptr::null(), ptr::null_mut()),
-            null
-        );
-        assert_eq!(
-            footfall_estimator_update(this, &sample, odd, &raw mut estimate),
-            misaligned
-        );
-        assert_eq!(
-            footfall_estimator_update(this, ptr::null(), ptr::null(), &raw mut estimate),
-            null
-        );
-        assert_eq!(
-            footfall_estimator_update(ptr::null_mut(), &sample, ptr::null(), &raw mut estimate),
-            null
-        );
-        assert_eq!(footfall_estimator_learnt(this, ptr::null_mut()), null);
-        assert_eq!(footfall_estimator_learnt(this, &raw mut learnt), 0);
+    let errors = unsafe {
+        [
+            (footfall_default_params(ptr::null_mut()), null),
+            (footfall_default_params(odd.cast()), misaligned),
+            (
+                footfall_estimator_init(at, SIZE, params, ptr::null_mut()),
+                null,
+            ),
+            (
+                footfall_estimator_init(at, SIZE, odd.cast(), other),
+                misaligned,
+            ),
+            (footfall_estimator_learnt(this, learnt), uninitialised),
+            (footfall_estimator_init(at, SIZE, ptr::null(), other), null),
+            (footfall_estimator_init(at, SIZE, params, other), 0),
+            (
+                footfall_estimator_update(this, sample, no_load, ptr::null_mut()),
+                null,
+            ),
+            (
+                footfall_estimator_update(this, sample, odd, estimate),
+                misaligned,
+            ),
+            (
+                footfall_estimator_update(this, ptr::null(), no_load, estimate),
+                null,
+            ),
+            (
+                footfall_estimator_update(ptr::null_mut(), sample, no_load, estimate),
+                null,
+            ),
+            (footfall_estimator_learnt(this, ptr::null_mut()), null),
+            (footfall_estimator_learnt(this, learnt), 0),
+        ]
+    };
+    for (number, (error, expected)) in errors.into_iter().enumerate() {
+        assert_eq!(error, expected, "call {number}");
     }
 }
 
@@ -236,22 +233,11 @@ fn any_bits_give_an_error_or_a_number_from_0_to_1() {
             sample.validity %= 8;
             let load = f32::from_bits(random.next() as u32);
             let (error, estimate) = update(this, &sample, (load > 0.0).then_some(load));
-            assert_eq!(
-                error,
-                if sample.validity < 6 {
-                    0
-                } else {
-                    Error::Choice as i32
-                }
-            );
-            assert!(
-                (0.0..=1.0).contains(&estimate.stable),
-                "{sample:?}: {estimate:?}"
-            );
-            assert!(
-                estimate.velocity_sigma_m_s.is_finite(),
-                "{sample:?}: {estimate:?}"
-            );
+            assert_eq!(error == Error::Choice as i32, sample.validity >= 6);
+            assert!(error == 0 || sample.validity >= 6, "{error}");
+            let is_finite = estimate.velocity_sigma_m_s.is_finite();
+            let is_right = (0.0..=1.0).contains(&estimate.stable) && is_finite;
+            assert!(is_right, "{sample:?}: {estimate:?}");
         }
     }
     assert!(accepted > 200 && rejected > 200, "{accepted} {rejected}");

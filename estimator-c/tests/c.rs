@@ -128,18 +128,10 @@ fn run(command: &mut Command) -> Output {
 /// Builds the static library for this machine as the archive has it.
 fn library() -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(folder()).args([
-        "rustc",
-        "--lib",
-        "--profile",
-        "firmware",
-        "--crate-type",
-        "staticlib",
-        "--features",
-        "alone",
-        "--config",
-        "profile.firmware.panic='abort'",
-    ]);
+    let arguments =
+        "rustc --lib --profile firmware --crate-type staticlib --features alone --config";
+    cargo.current_dir(folder()).args(arguments.split(' '));
+    cargo.arg("profile.firmware.panic='abort'");
     let built = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .parent()
         .expect("a target directory");
@@ -216,46 +208,21 @@ fn bits(values: &[f32]) -> String {
 fn line(estimate: &ContactEstimate, to: &mut String) {
     let (p, q) = (&estimate.probabilities, estimate.orientation);
     let (a, w, b) = (
-        estimate.linear_acceleration.0,
-        estimate.angular_rate.0,
-        estimate.gyro_bias.0,
+        &estimate.linear_acceleration,
+        &estimate.angular_rate,
+        &estimate.gyro_bias,
     );
-    let values = bits(&[
-        p.stable,
-        p.tangential,
-        p.vertical,
-        p.axes.ax,
-        p.axes.ay,
-        p.axes.az,
-        p.axes.wx,
-        p.axes.wy,
-        p.axes.wz,
-        q.w,
-        q.x,
-        q.y,
-        q.z,
-        a.x,
-        a.y,
-        a.z,
-        w.x,
-        w.y,
-        w.z,
-        b.x,
-        b.y,
-        b.z,
-        estimate.velocity_sigma.0,
-    ]);
-    let (time, decision, phase) = (
-        estimate.timestamp.as_micros(),
+    let values = [p.stable, p.tangential, p.vertical].into_iter();
+    let values = values.chain(p.axes.to_array()).chain([q.w, q.x, q.y, q.z]);
+    let values = values.chain([a.0, w.0, b.0].into_iter().flat_map(|v| [v.x, v.y, v.z]));
+    let values: Vec<f32> = values.chain([estimate.velocity_sigma.0]).collect();
+    let (time, values) = (estimate.timestamp.as_micros(), bits(&values));
+    let (decision, phase, flags) = (
         estimate.decision as u8,
         estimate.phase as u8,
+        estimate.flags,
     );
-    writeln!(
-        to,
-        "{time}{values} {decision} {phase} {}",
-        estimate.flags.bits()
-    )
-    .expect("memory");
+    writeln!(to, "{time}{values} {decision} {phase} {}", flags.bits()).expect("memory");
 }
 
 /// Compares the example's output with that of the Rust estimator; each walk starts `program` again.
