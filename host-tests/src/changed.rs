@@ -137,15 +137,6 @@ pub fn with_rate_drifts(recording: &Recording) -> [Recording; 3] {
     })
 }
 
-/// Leaves the first seconds out.
-#[must_use]
-pub fn starting_later(recording: &Recording, seconds: f64) -> Recording {
-    let mut later = recording.clone();
-    let start = recording.samples[0].time_s();
-    (later.samples).retain(|sample| sample.time_s() >= start + seconds);
-    later
-}
-
 /// Applies a change to every sample.
 #[must_use]
 pub fn changed(recording: &Recording, change: impl FnMut(&mut RecordedSample)) -> Recording {

@@ -8,6 +8,10 @@ use estimator_core::{
 use gait::plan::{GaitName, Ground, Plan};
 use gait::sensor::{self, AxisErrors};
 use gait::{Activity, SensorParams, Simulation, Track, simulate};
+use host_tests::changed::{
+    jittering, losing_bursts, losing_single, with_force_bias, with_rate_bias,
+};
+use recordings::samples::recording::Recording;
 use recordings::samples::space::{Rotation, Vector};
 use recordings::scoring::inclination::inclination_error_degrees;
 
@@ -130,77 +134,6 @@ proptest! {
     }
 }
 
-/// An error of the sensor or of the transmission of its samples.
-#[derive(Clone, Copy, Debug)]
-enum Degradation {
-    None,
-    /// Additional bias of the gyroscope on every axis, °/s.
-    GyroscopeBias(f32),
-    /// Bias of the accelerometer on every axis, m/s².
-    AccelerometerBias(f32),
-    /// Loss of 5 % of the samples, in bursts of this number.
-    Lost(usize),
-    /// Jitter of timestamps of up to this number of periods.
-    Jitter(f64),
-}
-
-impl Degradation {
-    /// Input of the filter, with the index of each sample.
-    fn apply(self, simulation: &Simulation) -> Vec<(usize, ImuSample)> {
-        let mut random = Xorshift(88_172_645_463_325_252);
-        let samples = simulation.recording.samples.iter().map(|sample| sample.imu);
-        let mut samples: Vec<(usize, ImuSample)> = samples.enumerate().collect();
-        match self {
-            Self::None => {}
-            Self::GyroscopeBias(degrees) => {
-                let bias = Vec3::new(1.0, 1.0, 1.0) * degrees.to_radians();
-                for (_, imu) in &mut samples {
-                    imu.angular_rate.0 += bias;
-                }
-            }
-            Self::AccelerometerBias(bias) => {
-                for (_, imu) in &mut samples {
-                    imu.specific_force.0 += Vec3::new(bias, bias, bias);
-                }
-            }
-            Self::Lost(burst) => {
-                let mut left = 0;
-                samples.retain(|_| {
-                    if left == 0 && random.uniform() < 0.05 / burst as f64 {
-                        left = burst;
-                    }
-                    let kept = left == 0;
-                    left = left.saturating_sub(1);
-                    kept
-                });
-            }
-            Self::Jitter(periods) => {
-                let mut newest = 0;
-                for (_, imu) in &mut samples {
-                    let error = 1000.0 * periods * (2.0 * random.uniform() - 1.0);
-                    let jittered = imu.timestamp.as_micros() as f64 + error;
-                    newest = (jittered.max(0.0) as u64).max(newest + 1);
-                    imu.timestamp = Timestamp::from_micros(newest);
-                }
-            }
-        }
-        samples
-    }
-}
-
-/// Marsaglia's generator.
-struct Xorshift(u64);
-
-impl Xorshift {
-    /// Uniformly distributed number, 0 to 1.
-    fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
 /// Errors of the filter while the foot stands, from two seconds after the start on.
 #[derive(Debug)]
 struct InStance {
@@ -214,13 +147,23 @@ struct InStance {
     always_aligned: bool,
 }
 
+/// A change of a recording: an error of the sensor, or of the transmission of its samples.
+type Degradation = fn(&Recording) -> Recording;
+
 fn in_stance(simulation: &Simulation, degradation: Degradation) -> InStance {
     let mut filter = filter(&Params::DEFAULT);
     let mut always_aligned = true;
     let (mut count, mut tilt, mut acceleration, mut rate) = (0_u32, 0.0, 0.0, 0.0);
-    for (index, imu) in degradation.apply(simulation) {
+    for sample in degradation(&simulation.recording).samples {
+        let imu = sample.imu;
         filter.update(&imu);
-        let truth = &simulation.truth[index];
+        // The truth of this millisecond.
+        let Some(truth) = simulation
+            .truth
+            .get((1.0e3 * sample.time_s()).round() as usize)
+        else {
+            continue;
+        };
         if truth.activity != Activity::Standing || imu.timestamp.as_micros() < 2_000_000 {
             continue;
         }
@@ -246,30 +189,50 @@ fn in_stance(simulation: &Simulation, degradation: Degradation) -> InStance {
 
 #[test]
 fn a_poor_sensor_or_lost_samples_keep_stance_errors_bounded() {
-    use Degradation::{AccelerometerBias, GyroscopeBias, Jitter, Lost, None};
+    const ALL: Vec3 = Vec3::new(1.0, 1.0, 1.0);
     // Limits: tilt in degrees, for the walk and the trot; residual of gravity in m/s².
-    let cases = [
-        (None, 0.15, 0.06),
-        (GyroscopeBias(2.0), 0.15, 0.06),
-        (GyroscopeBias(5.0), 0.25, 0.08),
-        (AccelerometerBias(0.3), 2.7, 0.33),
-        (Lost(1), 0.15, 0.06),
-        (Lost(10), 0.3, 0.08),
-        (Lost(20), 1.0, 0.2),
-        (Jitter(0.5), 0.2, 0.06),
-        (Jitter(1.0), 0.3, 0.08),
+    let cases: [(&str, Degradation, f64, f64); 9] = [
+        ("none", Recording::clone, 0.15, 0.06),
+        (
+            "2 °/s",
+            |walk| with_rate_bias(walk, ALL * 2_f32.to_radians()),
+            0.15,
+            0.06,
+        ),
+        (
+            "5 °/s",
+            |walk| with_rate_bias(walk, ALL * 5_f32.to_radians()),
+            0.25,
+            0.08,
+        ),
+        (
+            "0.3 m/s²",
+            |walk| with_force_bias(walk, ALL * 0.3),
+            2.7,
+            0.33,
+        ),
+        ("5 % lost", |walk| losing_single(walk, 0.05, 1), 0.15, 0.06),
+        (
+            "10 lost",
+            |walk| losing_bursts(walk, 0.05, 10, 1),
+            0.3,
+            0.08,
+        ),
+        ("20 lost", |walk| losing_bursts(walk, 0.05, 20, 1), 1.0, 0.2),
+        ("half a period", |walk| jittering(walk, 0.5, 1), 0.2, 0.06),
+        ("a period", |walk| jittering(walk, 1.0, 1), 0.3, 0.08),
     ];
     let [walk, trot, run] = [GaitName::Walk, GaitName::Trot, GaitName::Run]
         .map(|gait| simulate(&Plan::steady(gait, Ground::Hard, 30.0, 1), &CALIBRATED, 1));
-    for (degradation, tilt, acceleration) in cases {
+    for (name, degradation, tilt, acceleration) in cases {
         let [walk, trot, run] = [&walk, &trot, &run].map(|walk| in_stance(walk, degradation));
         for stances in [&walk, &trot] {
-            let context = format!("{degradation:?}: {stances:?}");
+            let context = format!("{name}: {stances:?}");
             assert!(stances.tilt < tilt, "{context}");
             assert!(stances.acceleration < acceleration, "{context}");
             assert!(stances.rate < 0.01, "{context}");
             assert!(stances.always_aligned, "{context}");
         }
-        assert!(run.always_aligned, "{degradation:?}");
+        assert!(run.always_aligned, "{name}");
     }
 }

@@ -1,9 +1,10 @@
 //! Copies of bags with contacts keep all that a bag has of the messages of others: times, numbers, definitions and
 //! qualities of service, as third-party libraries write and read them.
 
+use std::ffi::OsStr;
 use std::fs;
+use std::iter;
 use std::path::Path;
-use std::process::Command;
 
 use crate::packages;
 use clap::Parser;
@@ -19,15 +20,11 @@ const SAMPLES: usize = 400;
 
 /// Runs the script and returns what it prints.
 fn script(packages: &packages::Packages, what: &str, paths: &[&Path]) -> String {
-    let output = Command::new(&packages.interpreter)
-        .args([SCRIPT, what])
-        .args(paths)
-        .env("PYTHONPATH", &packages.folder)
-        .output()
-        .expect("Python runs");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{what} {paths:?}: {stderr}");
-    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    let paths = paths.iter().map(|path| path as &dyn AsRef<OsStr>);
+    let arguments: Vec<_> = iter::once(&what as &dyn AsRef<OsStr>)
+        .chain(paths)
+        .collect();
+    packages.run(SCRIPT, &arguments)
 }
 
 #[test]

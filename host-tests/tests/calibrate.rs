@@ -6,10 +6,9 @@ use std::ops::Range;
 use crate::labelled;
 use estimator_core::{ContactEstimator, Learnt, Params, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
-use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
+use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::sets::Labelled;
 use labelled::{averaged, rmse};
-use recordings::analysis::calibrate::learnt::LearntCalibration;
 use recordings::analysis::calibrate::sensor::{RestsError, SensorCalibration};
 use recordings::samples::recording::Recording;
 use recordings::samples::space::Vector;
@@ -29,19 +28,6 @@ const WARM_COSTS: f64 = 0.02;
 /// Maximum increase of the mean RMSE over the recordings; less is noise.
 const WARM_COSTS_IN_THE_MEAN: f64 = 0.002;
 
-fn walk(seconds: f64, seed: u64) -> Recording {
-    let plan = Plan::steady(GaitName::Walk, Ground::Hard, seconds, seed);
-    record(&plan, &SensorParams::LSM6DSOX, seed)
-}
-
-fn learnt_by_the_program(recordings: &[&Recording]) -> Learnt {
-    let mut calibration = LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
-    for recording in recordings {
-        calibration.add(recording, || ()).expect("valid parameters");
-    }
-    calibration.finish().expect("a walk").learnt
-}
-
 /// Values learnt by the estimator of the foot, with its capacity, from the same samples.
 fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Learnt {
     let params = Params {
@@ -55,16 +41,6 @@ fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Lea
         estimator.update(&sample.imu, None);
     }
     estimator.learnt()
-}
-
-#[test]
-fn the_program_learns_the_same_bits_as_the_estimator() {
-    let (one, other) = (walk(12.0, 1), walk(9.0, 2));
-    let first = learnt_by_the_estimator(&one, None);
-    assert_eq!(learnt_by_the_program(&[&one]), first);
-    let both = learnt_by_the_estimator(&other, Some(first));
-    assert_eq!(learnt_by_the_program(&[&one, &other]), both);
-    assert!(both != first && both.is_settled());
 }
 
 /// Samples of a part of a recording.

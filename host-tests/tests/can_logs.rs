@@ -276,25 +276,3 @@ fn every_format_counts_the_same_frames_with_any_line_ending() {
         }
     }
 }
-
-#[test]
-fn a_truncated_log_loses_only_the_cut_line() {
-    for (name, log) in small() {
-        for log in [log.clone(), log.replace('\n', "\r\n")] {
-            for length in 1..log.len() {
-                let cut = &log.as_bytes()[..length];
-                let whole_lines = log[..length].lines().count() - 1;
-                match decode(cut, "file", &Feet::default()) {
-                    Ok(Decoded { report, .. }) => {
-                        let counted: u64 = report.frames.values().sum();
-                        assert!(counted >= whole_lines as u64, "{name}, {length}");
-                    }
-                    Err(DecodeError::Unrecognised { .. }) => {
-                        assert_eq!(whole_lines, 0, "{name}, {length}");
-                    }
-                    Err(other) => panic!("{name}, {length}: {other}"),
-                }
-            }
-        }
-    }
-}

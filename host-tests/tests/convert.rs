@@ -2,7 +2,6 @@
 
 use std::fs::{self, File};
 use std::path::Path;
-use std::process::Command;
 
 use crate::packages;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
@@ -209,15 +208,6 @@ fn third_party_libraries_find_every_value() {
     }
     let same = |name: &str| fs::read(folder.path().join(name)).expect("a file");
     assert!(same("again.csv") == same("walk.csv"));
-    let output = Command::new(packages.interpreter)
-        .arg(SCRIPT)
-        .arg(&walk)
-        .arg(folder.path())
-        .env("PYTHONPATH", packages.folder)
-        .output()
-        .expect("Python runs");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    let count = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(count.trim(), samples.len().to_string());
+    let count = packages.run(SCRIPT, &[&walk, &folder.path()]);
+    assert_eq!(count, samples.len().to_string());
 }

@@ -1,25 +1,20 @@
 //! Output of the demo's foot, decoded: by this program, and by Python with the DBC.
 
 use std::collections::BTreeMap;
-use std::process::Command;
 use std::sync::LazyLock;
 
-use crate::environment;
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
 use feet::decode::{ContactRow, Decoded, Feet, decode};
 use feet::robot::board::settings;
 use feet::robot::walk::{Transmission, walk_with};
 use firmware::foot::SOUND_TICKS;
 use firmware::sampling::{Measurement, SensorFault};
-use footfall::files::write_file;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, Simulation, simulate};
-use host_tests::committed::{assert_block, workspace};
-use host_tests::requirements::unmet;
+use host_tests::committed::assert_block;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
-use recordings::output::write_samples;
 use wire::pdo::{ACCELERATION_STEP, BIAS_STEP, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP};
 use wire::{Fault, Foot};
 
@@ -331,45 +326,6 @@ fn other_versions_and_types_are_distinguished_from_damage() {
     assert_eq!(problems, expected);
 }
 
-#[test]
-fn can_log_damage_costs_only_the_hit_lines_and_is_counted() {
-    let log = demo().can_log();
-    let contacts: Vec<usize> = log
-        .lines()
-        .enumerate()
-        .filter(|(_, line)| line.contains(" 191#"))
-        .map(|(index, _)| index)
-        .collect();
-    let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
-    // A line cut in the middle, as on a full disk, and lines lost for two seconds.
-    lines[contacts[500]].truncate(30);
-    let lost = contacts[3000]..contacts[5000];
-    let times = decoded(log.as_bytes()).rows;
-    lines.drain(lost);
-    let damaged = lines.join("\n");
-    let Decoded {
-        rows,
-        report,
-        notices,
-    } = decoded(damaged.as_bytes());
-    assert_eq!(report.problems, counts(&[("malformed_lines", 1)]));
-    assert_eq!(notices.len(), 1);
-    let number = format!("file, line {}: ", contacts[500] + 1);
-    assert!(notices[0].starts_with(&number), "{}", notices[0]);
-    assert_eq!(rows.len(), times.len() - 2001);
-    // 2000 frames are 7 periods of the sequence number and 208: the clock gives the full periods.
-    assert_eq!((report.gaps, report.missing), (2, 2001));
-    assert!(
-        (2.0..2.002).contains(&report.longest_step_s.expect("rows")),
-        "{report}"
-    );
-    // The short time was extended by the log's: the remaining rows are unchanged.
-    assert_eq!(
-        rows.last().map(|row| row.timestamp),
-        times.last().map(|row| row.timestamp)
-    );
-}
-
 /// A tenth of a second of either format.
 fn excerpts() -> [Vec<u8>; 2] {
     let sent = demo();
@@ -412,31 +368,4 @@ proptest! {
             }
         }
     }
-}
-
-#[test]
-fn cantools_reads_the_values_of_the_samples_from_the_log() {
-    let python = match environment::make() {
-        Ok(python) => python,
-        Err(missing) => return unmet(&missing),
-    };
-    let (walk, demo) = (demo_walk(), demo());
-    let folder = tempfile::tempdir().expect("a temporary directory");
-    let (log, samples) = (
-        folder.path().join("can.log"),
-        folder.path().join("samples.csv"),
-    );
-    write_file(&log, |to| to.write_all(demo.can_log().as_bytes())).expect("a file");
-    let recorded = &walk.recording.samples;
-    write_file(&samples, |to| write_samples(recorded, &demo.estimates, to)).expect("a file");
-    let output = Command::new(python)
-        .arg(workspace().join("host-tests/tests/python/demo.py"))
-        .arg(workspace().join("wire/footfall.dbc"))
-        .args([&log, &samples])
-        .output()
-        .expect("the interpreter starts");
-    let said = String::from_utf8_lossy(&output.stdout);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}{error}");
-    println!("{said}");
 }

@@ -1,6 +1,7 @@
 //! Interfaces for other programs, on the output of the demo's foot: the decoder in C, `wire/c`, and the example of
 //! a consumer in Rust, `wire/examples/listen.rs`.
 
+#[allow(dead_code, reason = "the tests of `wire` compare frames")]
 #[path = "../../wire/tests/c/compare.rs"]
 mod compare;
 #[allow(dead_code, reason = "its `main` calls what is called here")]
@@ -11,43 +12,10 @@ use compare::{Language, Program, Sanitizers, committed, readme_program};
 use feet::robot::walk::{Transmission, walk};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
-use wire::{Foot, Pdo};
 
 fn demo() -> Transmission {
     let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
     walk(&simulation).expect("the default settings")
-}
-
-#[test]
-fn c_and_cpp_decode_the_demo_as_rust_does() {
-    let sent = demo();
-    let frames: Vec<(u32, Vec<u8>)> = sent
-        .can
-        .iter()
-        .map(|logged| (logged.frame.id().into(), logged.frame.data().to_vec()))
-        .collect();
-    for (name, language) in [("demo_c11", Language::C11), ("demo_cpp17", Language::Cpp17)] {
-        let program = Program::build(name, &committed(), language, Sanitizers::Off);
-        let program = program.expect("it compiles without a warning");
-        let can = program.compare_can(&frames).expect("the same of the log");
-        for pdo in Pdo::ALL {
-            let kind = pdo.name().to_lowercase();
-            let id = pdo.cob_id(Foot::default().default_node_id());
-            let sent = frames.iter().filter(|(of, _)| *of == u32::from(id)).count();
-            assert_eq!(can.get(&kind), Some(&sent), "{kind}: {can:?}");
-        }
-        let serial = program.compare_serial(&sent.uart);
-        let serial = serial.expect("the same of the serial line");
-        assert_eq!(
-            serial.get("contact"),
-            Some(&sent.estimates.len()),
-            "{serial:?}"
-        );
-        assert!(
-            !serial.keys().any(|kind| kind.starts_with("result")),
-            "{serial:?}"
-        );
-    }
 }
 
 /// Checks lines of P and phase against the estimates of the foot; `foot` is the prefix of a line.

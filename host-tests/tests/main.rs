@@ -51,4 +51,3 @@ mod roads;
 mod robustness;
 mod self_check;
 mod slip;
-mod talos;

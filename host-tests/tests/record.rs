@@ -1,7 +1,5 @@
 //! A recording of streaming feet, read by third-party libraries.
 
-use std::process::Command;
-
 use crate::packages;
 use clap::Parser;
 use footfall::commands::Arguments;
@@ -30,18 +28,8 @@ fn two_foreign_readers_find_every_value_sent_by_the_foot() {
     footfall(&["decode", &log, "--output", &path("rows.csv")]);
     let source = format!("file:{log}");
     footfall(&["record", &source, "-o", &path("rec.mcap")]);
-    let output = Command::new(packages.interpreter)
-        .args([SCRIPT, &path("rec.mcap"), &path("rows.csv")])
-        .env("PYTHONPATH", packages.folder)
-        .output()
-        .expect("Python runs");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    let rows: usize = String::from_utf8_lossy(&output.stdout)
-        .trim()
-        .parse()
-        .expect("a count");
-    assert_eq!(rows, 14_010);
+    let rows = packages.run(SCRIPT, &[&path("rec.mcap"), &path("rows.csv")]);
+    assert_eq!(rows, "14010");
 }
 
 #[test]
@@ -62,11 +50,5 @@ fn consumers_conclude_the_decisions_of_the_feet() {
         ]
         .concat(),
     );
-    let output = Command::new(packages.interpreter)
-        .args([CONSUMERS, &recording])
-        .env("PYTHONPATH", packages.folder)
-        .output()
-        .expect("Python runs");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
+    packages.run(CONSUMERS, &[&recording]);
 }

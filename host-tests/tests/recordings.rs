@@ -3,8 +3,6 @@
 //!
 //! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test recordings` writes them again.
 
-use std::fs;
-
 use estimator_core::{ContactEstimate, Flag, ImuSample, Phase, Timestamp};
 use footfall::files::write_file;
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Simulation, record, simulate};
@@ -126,23 +124,4 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
     };
     // Numbers are written so that different bits give different text.
     assert!(table(&replayed, loaded.start_us) == table(&live, 0));
-}
-
-#[test]
-fn every_recording_has_a_generator() {
-    let folder = simulated("");
-    let mut files: Vec<String> = fs::read_dir(&folder)
-        .expect("the folder of recordings")
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
-        .collect();
-    files.sort();
-    let mut known = WALKS.map(|walk| walk.file.to_owned()).to_vec();
-    known.sort();
-    assert_eq!(files, known);
 }

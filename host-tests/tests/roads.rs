@@ -4,7 +4,6 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::LazyLock;
 
 use crate::packages;
@@ -32,6 +31,10 @@ const RECORDED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/record
 
 const ESTIMATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/estimates.py");
 
+/// Loads of the feet, whose places are in Unitree's order.
+const LOADS_OF_A_ROBOT: &str = "--load-topic=/lowstate.foot_force[1] --load-topic=/lowstate.foot_force[0] \
+    --load-topic=/lowstate.foot_force[3] --load-topic=/lowstate.foot_force[2]";
+
 /// Number of rows of the walk: five seconds with steps on firm ground.
 const ROWS: usize = 5000;
 
@@ -52,16 +55,7 @@ static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
     }
     write_recording(&samples, &mut table).expect("a table");
     fs::write(&walk, table).expect("a file");
-    let output = Command::new(packages.interpreter)
-        .arg(SCRIPT)
-        .arg(&walk)
-        .arg(folder.path())
-        .env("PYTHONPATH", packages.folder)
-        .output()
-        .map_err(|error| error.to_string())?;
-    // A failure after this point is not caused by missing packages.
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
+    packages.run(SCRIPT, &[&walk, &folder.path()]);
     Ok(folder)
 });
 
@@ -131,6 +125,21 @@ fn read(path: &Path, hints: &Hints) -> Vec<Foot> {
     feet.into_iter().map(foot).collect()
 }
 
+/// The walk of `walk.csv` as far as the bags of two feet have it.
+fn left(folder: &Path) -> Foot {
+    let mut left = read(&folder.join("walk.csv"), &Hints::default()).remove(0);
+    left.samples.truncate(ROWS_OF_FEET);
+    left.estimates.truncate(ROWS_OF_FEET);
+    left
+}
+
+/// Runs the program with arguments separated by white space.
+fn footfall(arguments: &str) -> Result<(), String> {
+    let arguments = ["footfall"].into_iter().chain(arguments.split_whitespace());
+    let arguments = Arguments::try_parse_from(arguments).expect("arguments");
+    arguments.run().map_err(|error| error.to_string())
+}
+
 /// Asserts that a foot equals that of the table except for labels, which bags do not have.
 fn assert_same(foot: &Foot, expected: &Foot, path: &Path) {
     let named = path.display();
@@ -176,10 +185,7 @@ fn every_format_gives_the_same_probabilities() {
 #[test]
 fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
     let Some(folder) = roads() else { return };
-    let table = read(&folder.join("walk.csv"), &Hints::default());
-    let mut left = table.into_iter().next().expect("a foot");
-    left.samples.truncate(ROWS_OF_FEET);
-    left.estimates.truncate(ROWS_OF_FEET);
+    let left = left(folder);
     for path in entries(&folder.join("feet")) {
         let feet = read(&path, &hints(&["all"], &["/ft/fl", "/ft/fr"]));
         let names: Vec<_> = feet
@@ -232,9 +238,7 @@ fn frames_of_one_topic_are_separate_feet() {
     const FRAMES: [&str; 4] = ["fl_foot", "fr_foot", "rl_foot", "rr_foot"];
     let Some(folder) = roads() else { return };
     let packages = packages::install("python-roads", REQUIREMENTS).expect("as for the bags");
-    let table = read(&folder.join("walk.csv"), &Hints::default());
-    let mut left = table.into_iter().next().expect("a foot");
-    left.samples.truncate(ROWS_OF_FEET);
+    let left = left(folder);
     for path in entries(&folder.join("frames")) {
         let said = Opened::new(&path, None)
             .and_then(|opened| opened.store_all(&Hints::default()))
@@ -261,65 +265,20 @@ fn frames_of_one_topic_are_separate_feet() {
         // Recording of the bag as a source of streaming feet.
         let recording = folder.join("recorded.mcap");
         let source = format!("file:{}", path.display());
-        let paths = [
-            "--output".as_ref(),
-            recording.as_os_str(),
-            "--overwrite".as_ref(),
-        ];
-        let options = ["footfall", "record", &source, "--topic", "all"].map(AsRef::as_ref);
-        let arguments = Arguments::parse_from(options.into_iter().chain(paths));
-        arguments.run().expect("a recording");
-        let output = Command::new(&packages.interpreter)
-            .args([RECORDED.as_ref(), path.as_os_str()])
-            .args(["/foot_imus".as_ref(), recording.as_os_str()])
-            .env("PYTHONPATH", &packages.folder)
-            .output()
-            .expect("Python runs");
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{stderr}");
-        let equal = String::from_utf8_lossy(&output.stdout);
-        assert_eq!(equal.trim(), (4 * ROWS_OF_FEET).to_string());
-    }
-}
-
-#[test]
-fn mapping_that_the_error_suggests_reads_a_foot_with_its_load() {
-    let Some(folder) = roads() else { return };
-    let table = read(&folder.join("walk.csv"), &Hints::default());
-    let mut expected = table.into_iter().next().expect("a foot");
-    expected.samples.truncate(ROWS_OF_FEET);
-    expected.estimates.truncate(ROWS_OF_FEET);
-    let path = folder.join("tables/plotjuggler.csv");
-    let refused = Opened::new(&path, None).and_then(|opened| opened.store_all(&Hints::default()));
-    let said = refused.err().expect("two sensors").to_string();
-    let (_, mappings) = said.split_once("choose one, --map ").expect("mappings");
-    let mappings: Vec<&str> = mappings.split(" or --map ").collect();
-    assert_eq!(mappings.len(), 2, "{said}");
-    let read_with = |mapping: &str| {
-        let mut hints = Hints::default();
-        let with_load = format!("{mapping},force=/ft/fl/wrench/force/z");
-        hints.table.mapping = with_load.parse().expect("a mapping");
-        read(&path, &hints)
-    };
-    assert_same(&read_with(mappings[0])[0], &expected, &path);
-    for (right, left) in read_with(mappings[1])[0]
-        .samples
-        .iter()
-        .zip(&expected.samples)
-    {
-        assert_eq!(right.imu.angular_rate, left.imu.angular_rate);
-        let [right, left] = [right, left].map(|sample| sample.imu.specific_force.0);
-        assert_eq!((right.x, right.y, right.z), (-left.x, -left.y, left.z));
+        let output = recording.display();
+        footfall(&format!(
+            "record {source} --topic all --output {output} --overwrite"
+        ))
+        .expect("a recording");
+        let equal = packages.run(RECORDED, &[&path, &"/foot_imus", &recording]);
+        assert_eq!(equal, (4 * ROWS_OF_FEET).to_string());
     }
 }
 
 #[test]
 fn axes_and_loads_are_read_from_fields_of_any_message() {
     let Some(folder) = roads() else { return };
-    let table = read(&folder.join("walk.csv"), &Hints::default());
-    let mut expected = table.into_iter().next().expect("a foot");
-    expected.samples.truncate(ROWS_OF_FEET);
-    expected.estimates.truncate(ROWS_OF_FEET);
+    let expected = left(folder);
     let bags = entries(&folder.join("states"));
     assert_eq!(bags.len(), 3);
     for path in bags {
@@ -384,10 +343,11 @@ fn robot_states_are_played_and_estimated() {
     let load = "/lowstate.foot_force[1]";
     for path in entries(&folder.join("states")) {
         let run = |command: &[&str]| {
-            let options = ["--topic", "/lowstate.imu_state", "--load-topic", load];
-            let arguments = ["footfall"].iter().chain(command).chain(&options);
-            let arguments = Arguments::try_parse_from(arguments).expect("arguments");
-            arguments.run().unwrap_or_else(|error| panic!("{error}"));
+            let command = command.join(" ");
+            footfall(&format!(
+                "{command} --topic /lowstate.imu_state --load-topic {load}"
+            ))
+            .unwrap_or_else(|error| panic!("{error}"));
         };
         let name = path.file_name().expect("a name").to_string_lossy();
         let played = out.path().join(format!("{name}.mcap"));
@@ -408,25 +368,15 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     let packages = packages::install("python-roads", REQUIREMENTS).expect("installed before");
     let out = tempfile::tempdir().expect("a folder");
     let events = out.path().join("events.csv");
-    let loads = |bag: &Path| match bag.starts_with(folder.join("robots")) {
-        true => [1, 0, 3, 2]
-            .map(|foot| format!("--load-topic=/lowstate.foot_force[{foot}]"))
-            .to_vec(),
-        false => vec!["--load-topic=/ft/{foot}".to_owned()],
-    };
     let run = |bag: &Path, output: &Path| {
-        let loads = loads(bag);
-        let options = ["--topic", "all"].into_iter();
-        let options = options.chain(loads.iter().map(String::as_str));
-        let command = ["footfall", "replay"]
-            .into_iter()
-            .chain(options)
-            .map(OsStr::new);
-        let paths = [bag.as_os_str(), "--output".as_ref(), output.as_os_str()];
-        let events = ["--events".as_ref(), events.as_os_str()];
-        let arguments = command.chain(paths).chain(events);
-        let arguments = Arguments::try_parse_from(arguments).expect("arguments");
-        arguments.run().map_err(|error| error.to_string())
+        let loads = match bag.starts_with(folder.join("robots")) {
+            true => LOADS_OF_A_ROBOT,
+            false => "--load-topic=/ft/{foot}",
+        };
+        let [bag, output, events] = [bag, output, &events].map(Path::display);
+        footfall(&format!(
+            "replay --topic all {loads} {bag} --output {output} --events {events}"
+        ))
     };
     let [copy, table] = ["copy.mcap", "table.csv"].map(|name| out.path().join(name));
     for (name, feet, rows) in [
@@ -439,15 +389,7 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
         let bag = folder.join(name);
         run(&bag, &copy).expect("a copy");
         run(&bag, &table).expect("a table");
-        let compared = Command::new(&packages.interpreter)
-            .arg(COPIED)
-            .args([&bag, &copy, &table, &events])
-            .env("PYTHONPATH", &packages.folder)
-            .output()
-            .expect("Python runs");
-        let stderr = String::from_utf8_lossy(&compared.stderr);
-        assert!(compared.status.success(), "{name}: {stderr}");
-        let counts = String::from_utf8_lossy(&compared.stdout);
+        let counts = packages.run(COPIED, &[&bag, &copy, &table, &events]);
         let counts: Vec<usize> = counts
             .split_whitespace()
             .map(|count| count.parse().expect("a count"))
@@ -459,20 +401,12 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     }
     // Types without definitions keep their names.
     let bag = folder.join("states/sqlite3_8");
-    let arguments = [
-        "footfall",
-        "replay",
-        "--topic",
-        "/lowstate.imu_state",
-        "--output",
-    ]
-    .map(OsStr::new);
     let states = out.path().join("states.mcap");
-    let arguments = arguments
-        .into_iter()
-        .chain([states.as_os_str(), bag.as_os_str()]);
-    let arguments = Arguments::try_parse_from(arguments).expect("arguments");
-    arguments.run().expect("a copy");
+    let [from, to] = [&bag, &states].map(|path| path.display());
+    footfall(&format!(
+        "replay --topic /lowstate.imu_state --output {to} {from}"
+    ))
+    .expect("a copy");
     let [of_bag, of_copy] =
         [&bag, &states].map(|path| read(path, &hints(&["/lowstate.imu_state"], &[])));
     assert_same(&of_copy[0], &of_bag[0], &states);
@@ -498,15 +432,11 @@ fn states_of_a_robot_have_the_forces_of_the_estimates() {
     let packages = packages::install("python-roads", REQUIREMENTS).expect("installed before");
     let out = tempfile::tempdir().expect("a folder");
     let copy = out.path().join("copy.mcap");
-    // Places of the feet in Unitree's order, by their names.
-    let loads = [1, 0, 3, 2].map(|foot| format!("--load-topic=/lowstate.foot_force[{foot}]"));
     let run = |bag: &Path, options: &[&str]| {
-        let command = ["footfall", "--quiet", "replay", "--topic", "all"];
-        let command = command.into_iter().chain(loads.iter().map(String::as_str));
-        let command = command.chain(options.iter().copied()).map(OsStr::new);
-        let paths = [bag.as_os_str(), "--output".as_ref(), copy.as_os_str()];
-        let arguments = Arguments::try_parse_from(command.chain(paths)).expect("arguments");
-        arguments.run().map_err(|error| error.to_string())
+        let (bag, output, options) = (bag.display(), copy.display(), options.join(" "));
+        footfall(&format!(
+            "--quiet replay --topic all {LOADS_OF_A_ROBOT} {options} {bag} --output {output}"
+        ))
     };
     let bags = entries(&folder.join("robots"));
     assert_eq!(bags.len(), 3);
@@ -518,17 +448,10 @@ fn states_of_a_robot_have_the_forces_of_the_estimates() {
         let scaled = is_scaled.then_some((loads, Some("-0.5")));
         for (options, scale) in [(decisions, None)].into_iter().chain(scaled) {
             run(bag, options).expect("a copy");
-            let compared = Command::new(&packages.interpreter)
-                .args([LOW_STATE.as_ref(), copy.as_os_str()])
-                .args(scale)
-                .env("PYTHONPATH", &packages.folder)
-                .output()
-                .expect("Python runs");
-            let stderr = String::from_utf8_lossy(&compared.stderr);
-            let named = bag.display();
-            assert!(compared.status.success(), "{named}, {scale:?}: {stderr}");
-            let states = String::from_utf8_lossy(&compared.stdout);
-            assert_eq!(states.trim(), "1500", "{named}");
+            let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&copy];
+            arguments.extend(scale.iter().map(|scale| scale as &dyn AsRef<OsStr>));
+            let states = packages.run(LOW_STATE, &arguments);
+            assert_eq!(states, "1500", "{}", bag.display());
         }
     }
     fs::remove_file(&copy).expect("the copy");
@@ -553,36 +476,6 @@ fn states_of_a_robot_have_the_forces_of_the_estimates() {
 }
 
 #[test]
-fn the_command_takes_topics_and_loads() {
-    let Some(folder) = roads() else { return };
-    let bag = folder.join("feet/ros2_zstd.mcap");
-    let output = folder.join("command.csv");
-    let replayed = |arguments: &[&str]| {
-        let command = ["footfall", "replay"]
-            .into_iter()
-            .chain(arguments.iter().copied());
-        let paths = [bag.as_os_str(), "--output".as_ref(), output.as_os_str()];
-        let all = command.map(OsStr::new).chain(paths);
-        Arguments::try_parse_from(all)
-            .expect("arguments")
-            .run()
-            .map_err(|error| error.to_string())
-    };
-    let several = replayed(&[]).expect_err("two feet");
-    assert!(several.contains("choose with --topic"), "{several}");
-    replayed(&["--topic", "/imu/fl", "--load-topic", "/ft/fl:force.z"]).expect("one foot");
-    let table = fs::read_to_string(&output).expect("a table");
-    assert_eq!(table.lines().count(), ROWS_OF_FEET + 1);
-    assert!(
-        table
-            .lines()
-            .nth(1)
-            .is_some_and(|row| row.starts_with("1700000000.123485,"))
-    );
-    assert!(table.contains(",stance,"), "the load is there");
-}
-
-#[test]
 fn pandas_reads_the_table_estimates_from_parquet() {
     let Some(folder) = roads() else { return };
     let (csv, parquet) = (
@@ -592,23 +485,15 @@ fn pandas_reads_the_table_estimates_from_parquet() {
     let feet = [folder.join("walk.csv"), folder.join("again.csv")];
     fs::copy(&feet[0], &feet[1]).expect("a file");
     for output in [&csv, &parquet] {
-        let arguments =
-            ["footfall", "--quiet", "replay", "--jobs", "2", "--output"].map(OsStr::new);
-        let files = [output, &feet[0], &feet[1]].map(|path| path.as_os_str());
-        let arguments = Arguments::parse_from(arguments.into_iter().chain(files));
-        arguments.run().expect("a replay");
+        let [output, one, other] = [output, &feet[0], &feet[1]].map(|path| path.display());
+        footfall(&format!(
+            "--quiet replay --jobs 2 --output {output} {one} {other}"
+        ))
+        .expect("a replay");
     }
     let packages = packages::install("python-roads", REQUIREMENTS).expect("they are there");
-    let output = Command::new(packages.interpreter)
-        .arg(ESTIMATES)
-        .args([csv, parquet])
-        .env("PYTHONPATH", packages.folder)
-        .output()
-        .expect("Python");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    let rows = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(rows.trim(), (2 * ROWS).to_string());
+    let rows = packages.run(ESTIMATES, &[&csv, &parquet]);
+    assert_eq!(rows, (2 * ROWS).to_string());
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
 
 use embedded_hal_async::delay::DelayNs;
-use estimator_core::Timestamp;
+use estimator_core::{ImuSample, Timestamp};
 use firmware::commands::UartReceiver;
 use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks};
 use firmware::{Foot, Ports, Start};
@@ -305,15 +305,10 @@ impl Bench {
         bytes[4] = u8::from(scatter > 0);
         bytes[14..].copy_from_slice(&(2049 + scatter).to_le_bytes());
         let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
+        let sample = Conversion::default().imu_sample(&raw, time);
         let measurement = Measurement {
-            sample: Conversion::default().imu_sample(&raw, time),
             raw: Some(raw),
-            activity: Activity::Measuring,
-            fault: None,
-            read_at: ReadAt::Edge,
-            saturated_for_long: false,
-            restarts: 0,
-            misreads: 0,
+            ..measured(sample)
         };
         self.tick(&tick, &measurement, reading);
     }
@@ -342,4 +337,18 @@ pub fn run(
         bench.tick(tick, measurement, None);
         each(bench, tick, measurement);
     });
+}
+
+/// A sample read at its edge, without a fault or its codes.
+pub fn measured(sample: ImuSample) -> Measurement {
+    Measurement {
+        sample,
+        raw: None,
+        activity: Activity::Measuring,
+        fault: None,
+        read_at: ReadAt::Edge,
+        saturated_for_long: false,
+        restarts: 0,
+        misreads: 0,
+    }
 }

@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use crate::bench::{Bench, MS, Run, run, standing};
+use crate::bench::{Bench, MS, Run, run};
 use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
 use estimator_core::{Flag, Learning, Learnt, Method};
@@ -13,7 +13,7 @@ use lsm6dsox::sim::SharedPart;
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::node::{CalibrationState, Command};
 use wire::uart::{Answer, ConfigGet, Message};
-use wire::{AbortCode, Address, Settings, Value};
+use wire::{Address, Settings, Value};
 
 const COMMAND: Address = Address::new(index::CALIBRATION, 1);
 const STATE: Address = Address::new(index::CALIBRATION, 2);
@@ -214,31 +214,6 @@ fn cleared_values_are_learnt_again() {
     assert_eq!(done, Answer::Done);
     assert_eq!(settling, state(CalibrationState::Settling));
     assert_eq!(settled, state(CalibrationState::Settled));
-}
-
-#[test]
-fn a_foot_that_has_only_stood_has_nothing_to_keep() {
-    let mut bench = Bench::new(Settings::default());
-    let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
-    let keep = |bench: &mut Bench| bench.set(COMMAND, KEEP);
-    let ask_state = |bench: &mut Bench| ask(bench, STATE);
-    let script: [Act<'_>; 4] = [
-        (59_000, &ask_state),
-        (59_100, &keep),
-        (59_200, &open),
-        (59_300, &keep),
-    ];
-    let answers = scripted(&standing(), &mut bench, 60_000, &script);
-    assert_eq!(
-        answers,
-        [
-            state(CalibrationState::Settling),
-            Answer::Refused(AbortCode::DeviceState),
-            Answer::Refused(AbortCode::InvalidValue),
-        ]
-    );
-    assert_eq!(*bench.foot.settings(), Settings::default());
-    assert!(is_settling(&bench));
 }
 
 #[test]

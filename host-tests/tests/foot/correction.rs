@@ -6,7 +6,7 @@ use std::fs;
 use crate::bench::{Bench, MS, ORDINARY, Run, part, run};
 use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
-use estimator_core::{ContactEstimate, ImuSample, Mounting, Params, Timestamp, Validity, Vec3};
+use estimator_core::{ContactEstimate, ImuSample, Params, Timestamp, Validity, Vec3};
 use firmware::ports::Input;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
 use recordings::config::Overrides;
@@ -14,8 +14,7 @@ use recordings::input::{Format, Hints, read};
 use recordings::replay::replay;
 use wire::dictionary::index;
 use wire::node::Command;
-use wire::uart::Answer;
-use wire::{AbortCode, Address, CanFrame, Settings, Value};
+use wire::{Address, CanFrame, Settings, Value};
 
 /// Bias, m/s².
 const BIAS: [f64; 3] = [0.19, -0.12, 0.15];
@@ -208,33 +207,6 @@ fn the_foot_and_a_replay_correct_readings_identically() {
         let last = |estimates: &Vec<String>| estimates.last().cloned();
         assert!(last(&all[0]) != last(&all[1]) && last(&all[1]) != last(&all[2]));
     }
-}
-
-#[test]
-fn an_impossible_mounting_is_rejected() {
-    const LEFT_HANDED: Value = Value::U16(132);
-    const AXIS_TWICE: Value = Value::U16(113);
-    let axes = Address::new(index::MOUNTING, 1);
-    let mut bench = Bench::new(Settings::default()).running();
-    bench.command(Command::EnterPreOperational);
-    bench.still();
-    for wrong in [LEFT_HANDED, AXIS_TWICE] {
-        bench.set(axes, wrong);
-        bench.still();
-        let refused = [Answer::Refused(AbortCode::InvalidValue)];
-        assert_eq!(bench.answers(), refused);
-    }
-    // A quaternion of length 1.28.
-    for (subindex, part) in [(2, 0.8), (3, 1.0)] {
-        bench.set(Address::new(index::MOUNTING, subindex), Value::F32(part));
-        bench.still();
-        assert_eq!(bench.answers(), [Answer::Done]);
-    }
-    bench.set(axes, Value::U16(0));
-    bench.still();
-    let refused = [Answer::Refused(AbortCode::Incompatible)];
-    assert_eq!(bench.answers(), refused);
-    assert_eq!(bench.foot.settings().mounting(), Mounting::IDENTITY);
 }
 
 /// Up in the frame of the foot, in tenths.

@@ -1,5 +1,6 @@
 //! Python packages for one test, besides the environment of the wire's tests, which has others.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,6 +11,21 @@ use super::environment;
 pub struct Packages {
     pub interpreter: PathBuf,
     pub folder: PathBuf,
+}
+
+impl Packages {
+    /// Runs a script, and returns its trimmed output.
+    pub fn run(&self, script: &str, arguments: &[&dyn AsRef<OsStr>]) -> String {
+        let output = Command::new(&self.interpreter)
+            .arg(script)
+            .args(arguments)
+            .env("PYTHONPATH", &self.folder)
+            .output()
+            .expect("Python runs");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{script}: {error}");
+        String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    }
 }
 
 /// Installs `requirements`, one per line, in a folder of this name; an error is a single line.

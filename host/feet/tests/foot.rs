@@ -5,13 +5,11 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use estimator_core::Axis;
-use feet::decode::live::Listener;
 use feet::foot::Named;
 use feet::foot::client::{Client, RequestError};
 use feet::foot::position;
-use feet::foot::scan;
 use feet::foot::self_test::{self, SelfTestResult};
-use feet::foot::settings::{self, Lasting, SettingsError, Undone, Values};
+use feet::foot::settings::{self, Lasting, SettingsError, Undone};
 use feet::link::demo::SimulatedFeet;
 use feet::link::{Arrived, LineClock};
 use feet::robot::Robot;
@@ -37,15 +35,18 @@ fn client(line: &str) -> Client {
     Client::new(link, None).expect("one foot")
 }
 
-fn values(client: &Client, texts: &[(&str, &str)]) -> Values {
+/// Writes settings as texts, and returns the changes.
+fn write(
+    client: &mut Client,
+    texts: &[(&str, &str)],
+    lasting: Lasting,
+) -> Result<Vec<(Named, Value, Value)>, SettingsError> {
+    let node = client.node();
     let value = |(name, text): &(&str, &str)| {
         let named = Named::find(name).expect("a name");
-        (
-            named.address,
-            named.parse(text, client.node()).expect("a value"),
-        )
+        (named.address, named.parse(text, node).expect("a value"))
     };
-    texts.iter().map(value).collect()
+    settings::write(client, &texts.iter().map(value).collect(), lasting)
 }
 
 fn get(client: &mut Client, name: &str) -> String {
@@ -70,70 +71,6 @@ fn new_foot_has_default_settings() {
         let expected = &expected[usize::from(line == "can")..];
         assert_eq!(names, expected, "{line}");
     }
-}
-
-#[test]
-fn stored_settings_survive_a_reset() {
-    for line in LINES {
-        let mut client = client(line);
-        let wanted = values(
-            &client,
-            &[
-                ("decision.threshold", "0.625"),
-                ("half_width.acceleration_m_s2.ax", "0.5"),
-            ],
-        );
-        let changes = settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
-        assert_eq!(changes.len(), 2, "{line}");
-        assert_eq!(
-            client.state().expect("a state"),
-            State::Operational,
-            "{line}"
-        );
-        assert!(
-            settings::write(&mut client, &wanted, Lasting::UntilReset)
-                .expect("taken")
-                .is_empty()
-        );
-        // A reset discards settings unless they are stored.
-        for (stored, threshold) in [(false, "0.5"), (true, "0.625")] {
-            if stored {
-                settings::write(&mut client, &wanted, Lasting::Stored).expect("stored");
-            }
-            client.restart(None).expect("it is back");
-            assert_eq!(
-                client.state().expect("a state"),
-                State::Operational,
-                "{line}"
-            );
-            assert_eq!(get(&mut client, "decision.threshold"), threshold, "{line}");
-        }
-        settings::while_paused(&mut client, Client::restore).expect("forgotten");
-        client.restart(None).expect("it is back");
-        assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
-    }
-}
-
-#[test]
-fn foot_with_a_new_id_is_followed_and_found_by_a_scan() {
-    let line = shared("demo:feet=2");
-    let scanned = || -> Vec<_> {
-        let mut listener = Listener::default();
-        let feet = scan::feet(Changed::shared(&line).as_mut(), &mut listener, scan::SCAN);
-        let feet = feet.expect("a line").into_iter();
-        feet.filter_map(|foot| foot.node).collect()
-    };
-    assert_eq!(scanned(), [21, 22]);
-    let mut client = Client::new(Changed::shared(&line), NodeId::new(22)).expect("a foot");
-    let wanted = values(&client, &[("node_id", "34")]);
-    settings::write(&mut client, &wanted, Lasting::Stored).expect("stored");
-    client.restart(None).expect("it is back");
-    assert_eq!(client.node(), NodeId::new(34));
-    assert_eq!(client.state().expect("a state"), State::Operational);
-    assert_eq!(get(&mut client, "node_id"), "34");
-    assert_eq!(scanned(), [21, 34]);
-    let mut again = Client::new(Changed::shared(&line), NodeId::new(34)).expect("a foot");
-    assert_eq!(get(&mut again, "foot"), "6");
 }
 
 /// Line that several clients may share.
@@ -163,11 +100,6 @@ impl Changed {
             times: Box::new(times),
             again: None,
         })
-    }
-
-    /// The line as it is.
-    fn shared(link: &Shared) -> Box<Self> {
-        Self::new(link, |sending| Some(sending.clone()), || 1)
     }
 }
 
@@ -201,20 +133,15 @@ fn shared(source: &str) -> Shared {
 #[test]
 fn order_dependent_settings_are_accepted_in_any_order() {
     let mut client = client("can");
-    // Both exceed the foot's upper threshold, so the lower one is accepted only after the upper one.
-    let upper = Named::find("load.on_threshold").expect("a name");
-    let wanted = values(
-        &client,
-        &[("load.on_threshold", "90"), ("load.off_threshold", "80")],
-    );
-    settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
-    assert_eq!(get(&mut client, &upper.name()), "90");
-    let wanted = values(
-        &client,
-        &[("load.on_threshold", "12"), ("load.off_threshold", "6")],
-    );
-    settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
-    assert_eq!(get(&mut client, "load.off_threshold"), "6");
+    // 90 and 80 exceed the foot's upper threshold, so the lower one is accepted only after the upper one.
+    for [on, off] in [["90", "80"], ["12", "6"]] {
+        let wanted = [("load.on_threshold", on), ("load.off_threshold", off)];
+        write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
+        assert_eq!(get(&mut client, "load.on_threshold"), on);
+        assert_eq!(get(&mut client, "load.off_threshold"), off);
+        let again = write(&mut client, &wanted, Lasting::UntilReset);
+        assert!(again.expect("taken").is_empty());
+    }
 }
 
 #[test]
@@ -222,15 +149,12 @@ fn incompatible_settings_change_nothing() {
     for line in LINES {
         let mut client = client(line);
         let before = settings::read(&mut client).expect("answers");
-        let wanted = values(
-            &client,
-            &[
-                ("decision.threshold", "0.75"),
-                ("load.on_threshold", "5"),
-                ("load.off_threshold", "50"),
-            ],
-        );
-        match settings::write(&mut client, &wanted, Lasting::UntilReset) {
+        let wanted = [
+            ("decision.threshold", "0.75"),
+            ("load.on_threshold", "5"),
+            ("load.off_threshold", "50"),
+        ];
+        match write(&mut client, &wanted, Lasting::UntilReset) {
             Err(SettingsError::Incompatible(_)) => {}
             other => panic!("{line}: {other:?}"),
         }
@@ -322,8 +246,7 @@ fn foot_lost_during_a_write_is_reported_with_what_is_undone() {
             .iter()
             .map(|name| (name.as_str(), "0.5"))
             .collect();
-        let wanted = values(&client, &wanted);
-        let error = settings::write(&mut client, &wanted, lasting).expect_err("it vanished");
+        let error = write(&mut client, &wanted, lasting).expect_err("it vanished");
         let SettingsError::NotTaken { undone, .. } = &error else {
             panic!("{error}");
         };
@@ -332,22 +255,6 @@ fn foot_lost_during_a_write_is_reported_with_what_is_undone() {
             error.to_string().contains("node 17 does not answer"),
             "{error}"
         );
-    }
-}
-
-#[test]
-fn board_with_a_new_position_is_found_under_its_new_id() {
-    for line in LINES {
-        let mut client = client(line);
-        position::set(&mut client, Foot::RearLeft).expect("no other board is there");
-        assert_eq!(get(&mut client, "foot"), "3", "{line}");
-        assert_eq!(client.state().expect("a state"), State::Operational);
-        if line == "can" {
-            assert_eq!(client.node(), NodeId::new(0x13));
-        }
-        // The position is stored.
-        client.restart(None).expect("it is back");
-        assert_eq!(get(&mut client, "foot"), "3", "{line}");
     }
 }
 
@@ -361,9 +268,8 @@ fn id_of_another_board_is_rejected_by_all_commands() {
         "node 18 would become node 17, which is on the bus already"
     );
     for setting in [("node_id", "19"), ("foot", "3")] {
-        let wanted = values(&client, &[setting]);
         let before = get(&mut client, setting.0);
-        let error = settings::write(&mut client, &wanted, Lasting::Stored).expect_err("taken");
+        let error = write(&mut client, &[setting], Lasting::Stored).expect_err("taken");
         assert_eq!(
             error.to_string(),
             "node 18 would become node 19, which is on the bus already; all settings are as they were"
@@ -432,8 +338,8 @@ fn lost_reset_command_is_repeated() {
             resets += u32::from(is_reset(sending));
             (!is_reset(sending) || resets > 1).then(|| sending.clone())
         });
-        let wanted = values(&client, &[("decision.threshold", "0.625")]);
-        settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
+        let wanted = [("decision.threshold", "0.625")];
+        write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
         client.restart(None).expect("it is back");
         assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
     }
@@ -466,9 +372,8 @@ fn restart_before_a_store_is_reported_as_an_error() {
                 false => sending.clone(),
             })
         });
-        let wanted = values(&client, &[("decision.threshold", "0.625")]);
-        let error =
-            settings::write(&mut client, &wanted, Lasting::Stored).expect_err("it has started");
+        let wanted = [("decision.threshold", "0.625")];
+        let error = write(&mut client, &wanted, Lasting::Stored).expect_err("it has started");
         let SettingsError::NotTaken { cause, undone } = &error else {
             panic!("{line}: {error}");
         };
@@ -630,8 +535,8 @@ fn settings_text_parses_back_to_the_same_settings() {
 fn foot_without_heartbeats_is_configured() {
     let mut client = client("can");
     for time in ["0", "200"] {
-        let values = values(&client, &[("producer_heartbeat_time", time)]);
-        let written = settings::write(&mut client, &values, Lasting::Stored);
+        let wanted = [("producer_heartbeat_time", time)];
+        let written = write(&mut client, &wanted, Lasting::Stored);
         written.unwrap_or_else(|error| panic!("{time}: {error}"));
         assert_eq!(get(&mut client, "producer_heartbeat_time"), time);
     }

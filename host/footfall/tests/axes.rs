@@ -122,17 +122,14 @@ fn calibration_stores_axes_for_the_replay() {
     let differs = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-3;
     assert!(!level.iter().zip(&side).any(differs));
 
-    let json = |arguments: &str| -> serde_json::Value {
-        serde_json::from_str(&bench.stdout(arguments)).expect("JSON")
-    };
-    let report = json("calibrate side.csv --json");
+    let report = bench.json("calibrate side.csv");
     assert_eq!(report["mounting"]["axes"], "x,-z,y");
     assert_eq!(report["mounting"]["source"], "found");
     assert_eq!(report["mounting"]["object"][0], 162);
-    assert!(json("calibrate walk.csv --json")["mounting"].is_null());
+    assert!(bench.json("calibrate walk.csv")["mounting"].is_null());
 
     // Given axes are kept if they are right, and replaced if wrong.
-    let given = json("calibrate side.csv --axes -x,z,y --output given.toml --json");
+    let given = bench.json("calibrate side.csv --axes -x,z,y --output given.toml");
     assert_eq!(given["mounting"]["source"], "given");
     assert!(read(&bench.path("given.toml")).contains("axes = \"-x,z,y\"\n"));
     bench.stdout("calibrate side.csv --config given.toml --axes x,z,-y --output again.toml");
@@ -250,8 +247,7 @@ fn calibration_of_a_foot_keeps_those_of_others() {
     assert!(all.contains("[feet.walk]\naxes = \"x,y,z\"\n"), "{all}");
     // The axes and the warm start that were found are those of each foot.
     let summary = |file: &str| {
-        let json = bench.stdout(&format!("replay {file} --config robot.toml --json"));
-        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        let json = bench.json(&format!("replay {file} --config robot.toml"));
         json["recordings"][0]["estimation"].clone()
     };
     let [walk, side] = ["walk.csv", "side.csv"].map(summary);

@@ -35,8 +35,7 @@ fn learnt_values_are_reported_and_replayed() {
         .collect();
     let object = format!("\non the foot, 0x2018: {}\n", values.join(", "));
     assert!(report.contains(&object), "{report}");
-    let json: serde_json::Value =
-        serde_json::from_str(&bench.stdout("calibrate walk.csv --json")).expect("JSON");
+    let json = bench.json("calibrate walk.csv");
     assert_eq!(json["settled"], true);
     for (place, value) in found.to_array().into_iter().enumerate() {
         let reported = json["object"][place].as_f64().expect("a number");
@@ -49,8 +48,7 @@ fn learnt_values_are_reported_and_replayed() {
 
     // A warm start is settled from the first sample.
     let flags = |arguments: &str| {
-        let summary = bench.stdout(&format!("replay walk.csv --json {arguments}"));
-        let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+        let summary = bench.json(&format!("replay walk.csv {arguments}"));
         summary["recordings"][0]["flag_counts"]["settling"].clone()
     };
     assert!(flags("").is_number());

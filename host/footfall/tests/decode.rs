@@ -24,8 +24,7 @@ fn demo_output_is_decoded() {
         ));
         assert_eq!(table.lines().count(), rows + 1);
     }
-    let json = bench.stdout("decode walk/uart.bin --json");
-    let report: serde_json::Value = serde_json::from_str(&json).expect("one JSON object");
+    let report = bench.json("decode walk/uart.bin");
     assert_eq!(report["frames"]["contact"], rows);
     assert_eq!(report["format"], "uart");
 }

@@ -109,11 +109,10 @@ fn calibrate_json_has_findings_of_each_file() {
         fs::write(bench.path(&name), format!("t,{AXES}\n{rows}")).expect("a file");
         files.push(name);
     }
-    let json = bench.stdout(&format!("calibrate --rests --json {}", files.join(" ")));
-    let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let report = bench.json(&format!("calibrate --rests {}", files.join(" ")));
     for file in files {
         let findings = &report["inputs"][&file]["findings"];
-        assert_eq!(findings[0]["name"], "low_rate", "{json}");
-        assert!(findings[1].is_null(), "{json}");
+        assert_eq!(findings[0]["name"], "low_rate", "{report}");
+        assert!(findings[1].is_null(), "{report}");
     }
 }

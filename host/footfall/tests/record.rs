@@ -330,8 +330,7 @@ fn feet_of_a_bag_are_calibrated_each_by_itself() {
         let table = table.split_once("[feet").expect("a table").1;
         assert!(file.contains(&format!("[feet{table}")), "{file}{table}");
     }
-    let json = bench.stdout("calibrate feet.mcap --topic all --json --config robot.toml");
-    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let json = bench.json("calibrate feet.mcap --topic all --config robot.toml");
     let feet = json["feet"].as_object().expect("feet");
     assert_eq!(feet.keys().collect::<Vec<_>>(), ["L", "R"]);
     bench.stdout("replay feet.mcap --topic all --config robot.toml");

@@ -225,23 +225,12 @@ fn playback_repeats_recorded_contacts() {
     assert_eq!(samples("again.mcap"), samples("walk.mcap"));
     let shown = bench.stdout("monitor file:walk.mcap@max");
     assert!(shown.contains(USED), "{shown}");
+    let shown = bench.stdout("monitor file:walk.mcap@max --estimate-again");
+    assert!(shown.contains(AGAIN) && !shown.contains(USED), "{shown}");
     let output = bench.run("record file:walk.mcap --preset paper -o paper.mcap");
     let remark = "footfall: walk.mcap: --preset apply to estimates, not to contacts as they were recorded: --estimate-again\n";
     assert!(text(&output.stderr).contains(remark), "{output:?}");
     assert_eq!(rows("paper.mcap"), rows("walk.mcap"));
-}
-
-#[test]
-fn playback_estimates_again_with_the_option() {
-    let bench = Bench::new();
-    bag(&bench);
-    let output = bench.run("record file:walk.mcap --estimate-again -o again.mcap");
-    let said = text(&output.stderr);
-    assert!(said.contains(AGAIN) && !said.contains(USED), "{said}");
-    let contacts = format!("{:>9} /footfall/walk/contact\n", CONTACTS / 20);
-    assert!(text(&output.stdout).contains(&contacts), "{output:?}");
-    let shown = bench.stdout("monitor file:walk.mcap@max --estimate-again");
-    assert!(shown.contains(AGAIN) && !shown.contains(USED), "{shown}");
 }
 
 #[test]

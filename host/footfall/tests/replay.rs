@@ -95,9 +95,7 @@ fn options_override_configuration_and_preset() {
     )
     .expect("a file");
     let window = |arguments: &str| {
-        let arguments = format!("replay walk.csv --json {arguments}");
-        let summary: serde_json::Value =
-            serde_json::from_str(&bench.stdout(&arguments)).expect("JSON");
+        let summary = bench.json(&format!("replay walk.csv {arguments}"));
         summary["recordings"][0]["flag_counts"]["window_not_full"].clone()
     };
     assert_eq!(window("--gravity removed --preset paper"), 49);
@@ -210,17 +208,16 @@ fn default_preset_uses_load_threshold_of_the_format() {
         (go1(200), "pce-go1", "stance"),
     ] {
         let bench = Bench::with("x.csv", content);
-        let json = bench.stdout(&format!("replay x.csv --format {format} --json"));
-        let summary: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        let summary = bench.json(&format!("replay x.csv --format {format}"));
         let shares = &summary["recordings"][0]["state_shares"];
         let largest = |other: &str| shares[other].as_f64() <= shares[state].as_f64();
         assert!(
             ["stance", "quiet_swing", "swing", "slip"]
                 .into_iter()
                 .all(largest),
-            "{json}"
+            "{summary}"
         );
-        assert!(shares[state].as_f64() > Some(0.2), "{json}");
+        assert!(shares[state].as_f64() > Some(0.2), "{summary}");
     }
 }
 

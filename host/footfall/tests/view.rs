@@ -1,7 +1,7 @@
 //! Tests of `footfall view` as a program: a third-party client, and the layouts.
 
 use std::collections::BTreeMap;
-use std::process::Command;
+use std::ffi::OsStr;
 
 use crate::common::{Bench, text, unmet};
 use crate::packages;
@@ -25,14 +25,10 @@ fn client(arguments: &[&str]) -> Option<String> {
             return None;
         }
     };
-    let output = Command::new(packages.interpreter)
-        .arg(SCRIPT)
-        .args(arguments)
-        .env("PYTHONPATH", packages.folder)
-        .output()
-        .expect("Python runs");
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    Some(text(&output.stdout))
+    let arguments = arguments
+        .iter()
+        .map(|argument| argument as &dyn AsRef<OsStr>);
+    Some(packages.run(SCRIPT, &arguments.collect::<Vec<_>>()))
 }
 
 #[test]

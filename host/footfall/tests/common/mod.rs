@@ -82,6 +82,11 @@ impl Bench {
         text(&output.stdout)
     }
 
+    /// Returns the report that a command prints with `--json`.
+    pub fn json(&self, arguments: &str) -> serde_json::Value {
+        serde_json::from_str(&self.stdout(&format!("{arguments} --json"))).expect("JSON")
+    }
+
     /// Runs a command that must fail without writing to stdout, and returns its stderr.
     pub fn error(&self, arguments: &str) -> String {
         let output = self.run(arguments);
