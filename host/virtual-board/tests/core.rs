@@ -1,34 +1,14 @@
 //! Validation of the board's core: exceptions, masks, floats and faults, by the architecture.
 
-use crate::common::{boot, build, image};
+use crate::common::{boot, image};
 use board_proofs::{Misuse, Orbit, mailbox};
-use estimator_core::Params;
-use firmware::self_check;
-use host_tests::qemu;
-use virtual_board::emulator::core::cpu::{CoreState, Cpu};
+use virtual_board::emulator::core::cpu::Cpu;
 use virtual_board::emulator::elf::ElfImage;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::time;
 
-const MILLISECOND: u64 = time::PER_SECOND / 1000;
-
 fn printed(cpu: &mut Cpu) -> String {
     String::from_utf8_lossy(&cpu.machine().semihosting.output).into_owned()
-}
-
-#[test]
-fn the_self_check_prints_the_hosts_digests() {
-    let mut expected = String::new();
-    for (preset, params) in [("default", Params::DEFAULT), ("paper", Params::PAPER)] {
-        self_check::run(&params, |samples, digest| {
-            expected += &format!("{preset} {samples} {digest:016x}\n");
-        })
-        .expect("a preset is valid");
-    }
-    let mut cpu = boot(&image("firmware", "self-check"));
-    cpu.run_until(60 * time::PER_SECOND).expect("it runs");
-    assert_eq!(printed(&mut cpu), expected);
-    assert_eq!(cpu.machine().semihosting.exit, Some(true));
 }
 
 #[test]
@@ -70,28 +50,6 @@ fn nested_handlers_and_threads_keep_every_float_bit() {
         .parse()
         .expect("a number");
     assert!(nested > 1000, "hardly anything nested: {last}");
-}
-
-/// Counts, exceptions and output of a run in pieces of a duration.
-fn in_pieces(image: &ElfImage, piece: u64) -> impl PartialEq + core::fmt::Debug + use<> {
-    let mut cpu = boot(image);
-    let mut until = 0;
-    while cpu.machine().semihosting.exit.is_none() {
-        until += piece;
-        cpu.run_until(until).expect("it runs");
-    }
-    let machine = cpu.machine();
-    let output = machine.semihosting.output.clone();
-    (machine.counters(), machine.exceptions.clone(), output)
-}
-
-#[test]
-#[ignore = "full: proofs of the emulator"]
-fn runs_are_identical_wherever_they_are_stopped() {
-    let image = image("board-proofs", "stress");
-    let whole = in_pieces(&image, 10 * time::PER_SECOND);
-    assert_eq!(whole, in_pieces(&image, 10 * time::PER_SECOND));
-    assert_eq!(whole, in_pieces(&image, MILLISECOND / 7));
 }
 
 fn ready_to(image: &ElfImage, misuse: Misuse) -> Cpu {
@@ -142,84 +100,6 @@ fn a_fault_reports_its_exact_instruction_and_status() {
 
 #[test]
 #[ignore = "full: proofs of the emulator"]
-fn a_store_to_unmapped_memory_is_reported_late_without_address() {
-    let image = image("board-proofs", "faults");
-    let mut cpu = misbehave(&image, Misuse::Store);
-    assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 10);
-    assert_eq!(noted(&mut cpu, mailbox::HFSR), 1 << 30);
-    assert_ne!(noted(&mut cpu, mailbox::PC), 0);
-}
-
-#[test]
-#[ignore = "full: proofs of the emulator"]
-fn an_address_without_the_thumb_bit_raises_invstate() {
-    let image = image("board-proofs", "faults");
-    let mut cpu = misbehave(&image, Misuse::State);
-    assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 17);
-    assert_eq!(noted(&mut cpu, mailbox::PC), 0x0800_0400);
-}
-
-#[test]
-#[ignore = "full: proofs of the emulator"]
-fn a_fault_in_the_fault_handler_causes_lockup() {
-    let image = image("board-proofs", "faults");
-    let cpu = misbehave(&image, Misuse::LockUp);
-    let here = image.symbol("undefined_here").expect("a global symbol") & !1;
-    assert_eq!(cpu.state, CoreState::LockedUp { pc: here });
-}
-
-#[test]
-#[ignore = "full: proofs of the emulator"]
-fn a_stack_overflow_out_of_ram_causes_a_fault() {
-    let image = image("board-proofs", "faults");
-    let cpu = misbehave(&image, Misuse::Overflow);
-    assert!(!cpu.machine().faults.is_empty());
-    assert!(
-        matches!(cpu.state, CoreState::LockedUp { .. }),
-        "{:?}",
-        cpu.state
-    );
-}
-
-/// Counts instructions with stock QEMU: it writes a line for every block that it executes, configured for one
-/// instruction per block.
-#[test]
-#[ignore = "full: proofs of the emulator"]
-fn the_kernel_has_the_instruction_count_of_stock_qemu() {
-    let path = build("board-proofs", "kernel");
-    let log = path.with_extension("qemu-log");
-    let Some(mut qemu) = qemu::stock_board() else {
-        return;
-    };
-    let output = qemu
-        .arg("-singlestep")
-        .args(["-d", "exec,nochain", "-D"])
-        .arg(&log)
-        .arg("-kernel")
-        .arg(&path)
-        .output()
-        .expect("QEMU starts");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let executed = std::io::BufRead::lines(std::io::BufReader::new(
-        std::fs::File::open(&log).expect("QEMU wrote a log"),
-    ))
-    .map_while(Result::ok)
-    .filter(|line| line.starts_with("Trace "))
-    .count() as u64;
-    std::fs::remove_file(&log).expect("the log can go");
-
-    let mut cpu = boot(&image("board-proofs", "kernel"));
-    cpu.run_until(60 * time::PER_SECOND).expect("it runs");
-    assert_eq!(printed(&mut cpu), String::from_utf8_lossy(&output.stdout));
-    assert_eq!(cpu.machine().instructions, executed);
-}
-
-#[test]
-#[ignore = "full: proofs of the emulator"]
 fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Watchdog);
@@ -233,15 +113,6 @@ fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
     // 100 steps of 4 cycles of 32 kHz after its start.
     let micros = time::to_us(time);
     assert!((12_500.0..12_700.0).contains(&micros), "{micros} µs");
-}
-
-#[test]
-#[ignore = "full: proofs of the emulator"]
-fn a_requested_reset_sets_its_flag() {
-    let image = image("board-proofs", "faults");
-    let mut cpu = misbehave(&image, Misuse::Reset);
-    assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
-    assert_eq!(noted(&mut cpu, mailbox::RESET_FLAGS) >> 24, 0x14);
 }
 
 #[test]

@@ -65,56 +65,35 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     }
 }
 
+/// Rows of the table: name, and text with places in the report, whose numbers are whole but for the load.
+const ROWS: &str = "\
+ticks | /ticks
+late ticks | /late_ticks
+frames: serial line, CAN | /uart_frames, /can_frames
+drops: serial line, CAN | /drops/uart, /drops/can
+estimates compared with the host: serial line, CAN | /parity_compared/uart, /parity_compared/can
+of which differ in a bit | /parity_mismatches
+instructions in a tick | /instructions_per_tick/median median, /instructions_per_tick/max at most
+estimated cycles in a tick | /estimated_cycles_per_tick/median median, /estimated_cycles_per_tick/max at most
+estimated load of the processor | /cpu_load_percent %
+data-ready edge to CAN mailbox | /drdy_to_can_us/median median, /drdy_to_can_us/max at most µs
+deepest stack | /stack_high_water_bytes bytes
+";
+
 fn table(commit: &str, report: &Value, factor: f64) -> String {
-    let number = |place: &str| report.pointer(place).and_then(Value::as_f64).unwrap_or(0.0);
-    let spread = |name: &str, unit: &str| {
-        let [median, most] = ["median", "max"].map(|part| number(&format!("/{name}/{part}")));
-        format!("{median:.0} median, {most:.0} at most{unit}")
+    let with_numbers = |word: &str| {
+        let place = word.trim_end_matches(',');
+        let decimals = usize::from(place == "/cpu_load_percent");
+        match report.pointer(place).and_then(Value::as_f64) {
+            Some(number) => word.replace(place, &format!("{number:.decimals$}")),
+            None => word.to_owned(),
+        }
     };
-    let pair = |of: [&str; 2]| of.map(|place| number(place).to_string()).join(", ");
-    let rows = [
-        ("when", said_by("date", &["+%F"])),
-        ("commit", commit.to_owned()),
-        ("ticks", number("/ticks").to_string()),
-        ("late ticks", number("/late_ticks").to_string()),
-        (
-            "frames: serial line, CAN",
-            pair(["/uart_frames", "/can_frames"]),
-        ),
-        (
-            "drops: serial line, CAN",
-            pair(["/drops/uart", "/drops/can"]),
-        ),
-        (
-            "estimates compared with the host: serial line, CAN",
-            pair(["/parity_compared/uart", "/parity_compared/can"]),
-        ),
-        (
-            "of which differ in a bit",
-            number("/parity_mismatches").to_string(),
-        ),
-        (
-            "instructions in a tick",
-            spread("instructions_per_tick", ""),
-        ),
-        (
-            "estimated cycles in a tick",
-            spread("estimated_cycles_per_tick", ""),
-        ),
-        (
-            "estimated load of the processor",
-            format!("{:.1} %", number("/cpu_load_percent")),
-        ),
-        (
-            "data-ready edge to CAN mailbox",
-            spread("drdy_to_can_us", " µs"),
-        ),
-        (
-            "deepest stack",
-            format!("{} bytes", number("/stack_high_water_bytes")),
-        ),
-        ("speed on one core", format!("{factor:.1} times real time")),
-    ];
-    let rows = rows.map(|(name, value)| format!("| {name} | {value} |\n"));
-    format!("| | |\n|---|---|\n{}", rows.concat())
+    let date = said_by("date", &["+%F"]);
+    let mut table = format!("| | |\n|---|---|\n| when | {date} |\n| commit | {commit} |\n");
+    for row in ROWS.lines() {
+        let words: Vec<String> = row.split(' ').map(with_numbers).collect();
+        table += &format!("| {} |\n", words.join(" "));
+    }
+    format!("{table}| speed on one core | {factor:.1} times real time |\n")
 }

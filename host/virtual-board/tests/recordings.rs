@@ -11,83 +11,42 @@ use virtual_board::product::cores::on_all_cores;
 use virtual_board::product::recorded;
 use virtual_board::product::report::{self, RunOptions};
 
-/// A recording, and the start of its playback, s: those of `broad` rest for half a minute.
-struct Recorded {
-    file: &'static str,
-    format: Format,
-    skip: f64,
-}
+/// Recordings, each with its format and the start of its playback, s: those of `broad` rest for half a minute.
+const RECORDINGS: &str = "\
+pce/ATLAS_01ground.csv pce-atlas 0
+pce/ATLAS_01ground_3steps.csv pce-atlas 0
+pce/ATLAS_01ground_003slip.csv pce-atlas 0
+pce/GO1_matress.csv pce-go1 0
+pce/GO1_normal_surface.csv pce-go1 0
+pce/GO1_slippery_surface.csv pce-go1 0
+lcd/ATLAS_7k_04ground.csv lcd 0
+lcd/NAO_05ground.csv lcd 0
+broad/02_undisturbed_slow_rotation_B.csv csv 32
+broad/07_undisturbed_fast_rotation_B.csv csv 18
+broad/11_undisturbed_slow_translation_B.csv csv 24
+broad/15_undisturbed_fast_translation_A.csv csv 32
+broad/24_disturbed_tapping_A.csv csv 36
+broad/27_disturbed_phone_vibration_B.csv csv 37
+";
 
-const fn all_of(file: &'static str, format: Format) -> Recorded {
-    from(file, format, 0.0)
-}
-
-const fn from(file: &'static str, format: Format, skip: f64) -> Recorded {
-    Recorded { file, format, skip }
-}
-
-const RECORDINGS: [Recorded; 14] = [
-    all_of("pce/ATLAS_01ground.csv", Format::PceAtlas),
-    all_of("pce/ATLAS_01ground_3steps.csv", Format::PceAtlas),
-    all_of("pce/ATLAS_01ground_003slip.csv", Format::PceAtlas),
-    all_of("pce/GO1_matress.csv", Format::PceGo1),
-    all_of("pce/GO1_normal_surface.csv", Format::PceGo1),
-    all_of("pce/GO1_slippery_surface.csv", Format::PceGo1),
-    all_of("lcd/ATLAS_7k_04ground.csv", Format::Lcd),
-    all_of("lcd/NAO_05ground.csv", Format::Lcd),
-    from(
-        "broad/02_undisturbed_slow_rotation_B.csv",
-        Format::Csv,
-        32.0,
-    ),
-    from(
-        "broad/07_undisturbed_fast_rotation_B.csv",
-        Format::Csv,
-        18.0,
-    ),
-    from(
-        "broad/11_undisturbed_slow_translation_B.csv",
-        Format::Csv,
-        24.0,
-    ),
-    from(
-        "broad/15_undisturbed_fast_translation_A.csv",
-        Format::Csv,
-        32.0,
-    ),
-    from("broad/24_disturbed_tapping_A.csv", Format::Csv, 36.0),
-    from(
-        "broad/27_disturbed_phone_vibration_B.csv",
-        Format::Csv,
-        37.0,
-    ),
-];
-
-/// Maximum duration of each recording in the table, s.
+/// Maximum duration of a playback, s.
 const LONGEST: f64 = 20.0;
 
 /// Estimates before the first sample, while board and sensor start, are compared as well.
 const START_MS: u64 = 100;
 
-/// Part of a recording that is played.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
-    /// [`LONGEST`], from the recording's own start of its playback on.
-    Excerpt,
-    /// All of it.
-    Whole,
-}
-
 /// Plays a recording and returns a row of the table; `None` if the file is absent.
-fn play(elf: &[u8], which: &Recorded, part: Part) -> Option<String> {
-    let path = recorded(which.file)?;
-    let skip = if part == Part::Whole { 0.0 } else { which.skip };
-    let motion = recorded::read(&path, Some(which.format), skip).expect("a recording");
-    let whole = motion.duration();
-    let seconds = match part {
-        Part::Whole => whole,
-        Part::Excerpt => whole.min(LONGEST),
+fn play(elf: &[u8], which: &str) -> Option<String> {
+    let [name, format, skip] = which.split(' ').collect::<Vec<_>>()[..] else {
+        panic!("{which}");
     };
+    let (format, skip): (Format, f64) = (
+        format.parse().expect("a format"),
+        skip.parse().expect("a number"),
+    );
+    let path = recorded(name)?;
+    let motion = recorded::read(&path, Some(format), skip).expect("a recording");
+    let seconds = motion.duration().min(LONGEST);
     let run = RunOptions {
         milliseconds: (seconds * 1000.0) as u64,
         ..RunOptions::default()
@@ -95,7 +54,6 @@ fn play(elf: &[u8], which: &Recorded, part: Part) -> Option<String> {
     let mut board =
         Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");
     let report = report::run(&mut board, &run).expect("it runs");
-    let name = which.file;
     assert_eq!(report["parity_mismatches"], 0, "{name}: {report:#}");
     let compared = ["uart", "can"].map(|line| {
         let compared = report["parity_compared"][line].as_u64().unwrap_or(0);
@@ -112,15 +70,15 @@ fn play(elf: &[u8], which: &Recorded, part: Part) -> Option<String> {
 #[test]
 fn every_estimate_of_a_recording_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
-    let which = all_of("pce/GO1_matress.csv", Format::PceGo1);
-    play(&elf, &which, Part::Excerpt);
+    play(&elf, "pce/GO1_matress.csv pce-go1 0");
 }
 
 #[test]
 #[ignore = "full: 14 recordings, 4 minutes of virtual time"]
 fn every_estimate_of_every_recording_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
-    let rows = on_all_cores(&RECORDINGS, |which| play(&elf, which, Part::Excerpt));
+    let all: Vec<&str> = RECORDINGS.lines().collect();
+    let rows = on_all_cores(&all, |which| play(&elf, which));
     let Some(rows) = rows.into_iter().collect::<Option<String>>() else {
         return;
     };
@@ -130,11 +88,4 @@ fn every_estimate_of_every_recording_has_the_bits_of_the_host() {
 ";
     let table = format!("{head}{rows}");
     assert_block_of(&[Wiring::reference().program], "recordings", &table);
-}
-
-#[test]
-#[ignore = "full: all of each recording, many minutes of virtual time"]
-fn every_estimate_of_whole_recordings_has_the_bits_of_the_host() {
-    let Some(elf) = product() else { return };
-    on_all_cores(&RECORDINGS, |which| play(&elf, which, Part::Whole));
 }

@@ -2,11 +2,8 @@
 
 use crate::common::rig::Rig;
 use crate::common::{MILLISECOND, boot_product, product};
-use virtual_board::emulator::board::{Board, Injection};
-use virtual_board::emulator::part::can::{BusFault, BusFrame};
-use wire::Fault;
-use wire::node::Command;
-use wire::uart::{Message, NmtRequest};
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::part::can::BusFrame;
 
 /// Offset of `RCC_PLLCFGR`, and its PLLQ.
 const PLLCFGR: u32 = 0x04;
@@ -41,28 +38,6 @@ fn no_register_holds_a_value_that_the_manual_forbids() {
     assert!((2..=15).contains(&divider), "PLLQ = {divider}");
     let control = machine.chip.can.read(CAN_MCR, now).expect("a register");
     assert_eq!(control & TTCM, 0, "CAN_MCR = {control:#x}");
-}
-
-#[test]
-fn a_never_idle_bus_is_reported_and_joined_once_idle() {
-    let Some(elf) = product() else { return };
-    let mut rig = Rig::new(&elf);
-    rig.inject(Injection::Bus(BusFault::Shorted));
-    rig.run(500);
-    let name = Fault::CanBusOff.name();
-    let is_named = |sent: &Message| matches!(sent, Message::Log(line) if line.text() == name);
-    assert!(rig.messages.iter().any(|(_, sent)| is_named(sent)));
-    assert_eq!(rig.contacts(), 0);
-    // A communication reset leaves the bus and joins it again, or tries to.
-    for command in [Command::ResetCommunication, Command::StartRemoteNode] {
-        rig.send(&Message::Nmt(NmtRequest(command)));
-        rig.run(250);
-    }
-    assert_eq!(rig.resets(), []);
-    rig.inject(Injection::Clear);
-    let (_, contacts) = rig.watch(500);
-    assert!(contacts > 400, "{contacts} contacts");
-    assert_eq!(rig.resets(), []);
 }
 
 #[test]

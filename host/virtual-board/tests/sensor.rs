@@ -1,9 +1,8 @@
 //! The sensor beyond the rows of the fault matrix: details of its faults, another part, the rate of its bus.
 
-use crate::common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
+use crate::common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig, sdo};
 use crate::common::{options, product, products};
 use estimator_core::Validity;
-use lsm6dsox::setting::Pin;
 use lsm6dsox::sim::{PartFault as SensorFault, Stimulus};
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::to_us;
@@ -93,8 +92,7 @@ fn other_part_is_a_setting_and_measures_twice_the_range() {
         (index::SELF_TEST, 0, 0x2F, 1),
         (index::UART_STREAMS, 2, 0x2B, 1),
     ] {
-        let [low, high] = index.to_le_bytes();
-        rig.can(0x611, &[command, low, high, subindex, value, 0, 0, 0]);
+        rig.can(0x611, &sdo(command, index, subindex, value));
         rig.run(3);
     }
     rig.store();
@@ -187,28 +185,4 @@ fn misreads_slow_the_bus_down() {
     let reported = rig.emergency_messages();
     let is_misread = |emergency: &Emergency| emergency.fault == Some(Fault::Misread);
     assert!(reported.iter().all(is_misread), "{reported:?}");
-}
-
-fn int1_is_high(rig: &mut Rig) -> bool {
-    let now = rig.board.now();
-    let chip = &mut rig.board.cpu().machine().chip;
-    let level = chip.with_sensor(now, |sensor| sensor.pin_is_high(Pin::Int1));
-    level.expect("there is a sensor")
-}
-
-#[test]
-fn board_starts_a_sensor_in_i3c_mode() {
-    let Some(elf) = product() else { return };
-    let mut rig = Rig::new(&elf);
-    rig.inject(Injection::Sensor(SensorFault::Int1High));
-    rig.run(1_000);
-    assert!(!rig.stable().is_empty(), "INT1 was high at power-up");
-    while !int1_is_high(&mut rig) {
-        rig.run_us(10);
-    }
-    rig.inject(Injection::Reset);
-    rig.forget();
-    rig.run(1_000);
-    assert!(!rig.stable().is_empty(), "reset in mid-pulse");
-    assert_eq!(rig.emergencies(), Vec::<u16>::new());
 }

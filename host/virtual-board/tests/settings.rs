@@ -1,16 +1,11 @@
-//! Settings in the flash of the running board: stores that erase, cuts, garbage, unusable values. Row for row the same is in
+//! Settings in the flash of the running board: stores that erase, cuts, garbage, unusable values. Cuts and garbage are rows of
 //! the fault matrix; byte for byte it is tested on a simulated flash.
 
-use std::ops::Range;
 use std::sync::OnceLock;
 
 use crate::common::rig::{RESET_NODE, Rig};
-use crate::common::{MILLISECOND, options, product};
-use lsm6dsox::sim::Stimulus;
+use crate::common::{MILLISECOND, product};
 use virtual_board::emulator::board::Injection;
-use virtual_board::emulator::corner::Corner;
-use virtual_board::product::cores::on_all_cores;
-use virtual_board::product::scenario::{Scenario, ScenarioStep};
 use wire::Fault;
 use wire::dictionary::{SIGNATURE_RESTORE, index};
 
@@ -40,13 +35,7 @@ fn pages(rig: &mut Rig) -> Vec<u8> {
 
 /// A board with these settings pages, just powered up.
 fn with_pages(elf: &[u8], bytes: &[u8]) -> Rig {
-    in_corner(elf, bytes, Corner::Typical)
-}
-
-fn in_corner(elf: &[u8], bytes: &[u8], corner: Corner) -> Rig {
-    let mut options = options();
-    options.set_corner(corner);
-    let mut rig = Rig::with_motion(elf, options, |_| Stimulus::REST);
+    let mut rig = Rig::new(elf);
     rig.board.cpu().memory().write(PAGES, bytes);
     rig
 }
@@ -152,104 +141,17 @@ fn an_erasing_store_is_refused_while_data_are_sent() {
 
 #[test]
 fn ticks_lost_to_an_erase_are_counted_and_ticks_resume() {
-    assert_ticks_resume(&[Corner::Typical]);
-}
-
-#[test]
-#[ignore = "full: every corner of the chip"]
-fn ticks_lost_to_an_erase_are_counted_in_every_corner() {
-    assert_ticks_resume(&Corner::ALL);
-}
-
-fn assert_ticks_resume(corners: &[Corner]) {
     let Some(elf) = product() else { return };
-    let (full, _) = full_pages(&elf);
-    for &corner in corners {
-        let mut rig = in_corner(&elf, &full, corner);
-        rig.run(1_000);
-        rig.pre_operational();
-        rig.store();
-        let (codes, _) = rig.watch(1_000);
-        assert_eq!(codes, [Fault::LateTick.code()], "{corner:?}");
-        rig.operational();
-        let (_, contacts) = rig.watch(2_000);
-        assert!(
-            (1_995..=2_005).contains(&contacts),
-            "{corner:?}: {contacts}"
-        );
-        assert_eq!(rig.resets(), [], "{corner:?}");
-    }
-}
-
-#[test]
-fn a_cut_erasing_store_leaves_the_old_or_new_settings() {
-    // The erase, the marks, the header, data, and the last.
-    assert_cut_stores(|whole| [1, 2, 5, whole / 2, whole].to_vec());
-}
-
-#[test]
-#[ignore = "full: power cuts at every operation of a store"]
-fn a_store_cut_at_any_operation_leaves_the_old_or_new_settings() {
-    assert_cut_stores(|whole| (1..=whole).collect());
-}
-
-/// Cuts the supply in operations of the store that erases, of which there are as many as `operations` gets.
-fn assert_cut_stores(operations: impl Fn(u64) -> Vec<u64>) {
-    let Some(elf) = product() else { return };
-    let row = Scenario::named("power-cut-erasing").expect("a row");
-    let whole = row.erasing_operations(&elf).expect("a store erases");
-    let wrong = on_all_cores(&operations(whole), |&operation| {
-        let cut = ScenarioStep::Inject(Injection::CutInFlash(operation));
-        match row.run_steps(&elf, &[cut, ScenarioStep::StoreStopped], 0, Corner::Typical) {
-            Ok(outcome) => outcome.violations,
-            Err(problem) => vec![problem.to_string()],
-        }
-    });
-    assert!(wrong.iter().all(Vec::is_empty), "{wrong:#?}");
-}
-
-#[test]
-fn arbitrary_pages_are_reported_until_settings_are_stored() {
-    assert_pages_reported(0..2);
-}
-
-#[test]
-#[ignore = "full: 40 arbitrary pages"]
-fn any_arbitrary_pages_are_reported_until_settings_are_stored() {
-    assert_pages_reported(0..40);
-}
-
-fn assert_pages_reported(seeds: Range<u32>) {
-    let Some(elf) = product() else { return };
-    let corrupted = Fault::ConfigCorrupted.code();
-    for seed in seeds {
-        let mut state = seed.wrapping_mul(0x9E37_79B9) | 1;
-        let mut garbage = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        };
-        let bytes: Vec<u8> = match seed {
-            0 => vec![0; PAGES_LENGTH],
-            _ => (0..PAGES_LENGTH).map(|_| garbage()).collect(),
-        };
-        let mut rig = with_pages(&elf, &bytes);
-        for start in 0..2 {
-            let (codes, contacts) = rig.watch(500);
-            assert!(codes.contains(&corrupted), "seed {seed}, start {start}");
-            assert!(contacts > 300, "seed {seed}: {contacts} contacts");
-            assert!(pages(&mut rig) == bytes, "a start writes no flash");
-            assert_eq!(rig.resets().len(), start, "seed {seed}");
-            rig.inject(Injection::Reset);
-        }
-        rig.run(300);
-        rig.pre_operational();
-        set_scale(&mut rig, 9.0);
-        assert_eq!(rig.stored()[0], WRITTEN, "seed {seed}");
-        rig.inject(Injection::Reset);
-        let (codes, _) = rig.watch(500);
-        assert!(!codes.contains(&corrupted), "seed {seed}: {codes:x?}");
-        assert_eq!(scale(&mut rig), 9.0, "seed {seed}");
-    }
+    let mut rig = with_pages(&elf, &full_pages(&elf).0);
+    rig.run(1_000);
+    rig.pre_operational();
+    rig.store();
+    let (codes, _) = rig.watch(1_000);
+    assert_eq!(codes, [Fault::LateTick.code()]);
+    rig.operational();
+    let (_, contacts) = rig.watch(1_000);
+    assert!((995..=1_005).contains(&contacts), "{contacts}");
+    assert_eq!(rig.resets(), []);
 }
 
 /// Pages of a board that has stored a scale of 2.
@@ -348,27 +250,6 @@ fn assert_replaced(kinds: usize) {
         rig.inject(Injection::Reset);
         let (codes, _) = rig.watch(500);
         assert_eq!((codes, rig.resets().len()), (vec![], 3), "{case}");
-    }
-}
-
-/// A valid length over and over, whose data would be checked at each word.
-#[test]
-fn pages_full_of_valid_lengths_delay_no_start() {
-    let Some(elf) = product() else { return };
-    for (length, check) in [(512_u16, 0xFAA2_u16), (8192, 0xFEA6), (12_000, 0xE85E)] {
-        let [l0, l1] = length.to_le_bytes();
-        let [k0, k1] = check.to_le_bytes();
-        let mut bytes = [0, 1, 2, 3, l0, l1, k0, k1].repeat(PAGES_LENGTH / 8);
-        // Each page is marked as in use.
-        for page in bytes.chunks_mut(PAGES_LENGTH / 2) {
-            page.copy_within(..PAGES_LENGTH / 2 - 4, 4);
-            page[..4].fill(0);
-        }
-        let mut rig = with_pages(&elf, &bytes);
-        let (codes, contacts) = rig.watch(600);
-        assert!(codes.contains(&Fault::ConfigCorrupted.code()), "{length}");
-        assert!(contacts > 300, "{length}: {contacts} contacts");
-        assert_eq!(rig.resets(), [], "{length}");
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::common::rig::Rig;
 use crate::common::{MILLISECOND, product};
-use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::PER_SECOND;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
@@ -47,24 +46,5 @@ fn assert_ticks_continue(phases_us: &[u64]) {
             assert!((19..=21).contains(&contacts), "{what}: {contacts}");
             assert_eq!(rig.resets(), [], "{what}");
         }
-    }
-}
-
-#[test]
-fn a_debugger_halt_resets_nothing_and_loses_no_tick() {
-    let Some(elf) = product() else { return };
-    let mut rig = Rig::new(&elf);
-    rig.watch(500);
-    for halted_ms in [1, 3, 100, 5_000] {
-        rig.inject(Injection::DebuggerHalt(halted_ms));
-        let (codes, _) = rig.watch(u64::from(halted_ms) + 200);
-        let late = wire::Fault::LateTick.code();
-        assert!(!codes.contains(&late), "{halted_ms} ms: {codes:x?}");
-        let (_, contacts) = rig.watch(1_000);
-        assert!(
-            (999..=1001).contains(&contacts),
-            "{halted_ms} ms: {contacts}"
-        );
-        assert_eq!(rig.resets(), [], "{halted_ms} ms");
     }
 }

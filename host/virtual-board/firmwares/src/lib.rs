@@ -77,20 +77,10 @@ pub enum Misuse {
     Undefined = 1,
     /// Loads from an unmapped address, at `load_here`.
     Load = 2,
-    /// Stores to an unmapped address, at `store_here`.
-    Store = 3,
     /// Uses the floating-point unit while it is off, at `float_here`, usage faults enabled.
     Float = 4,
-    /// Faults in the fault handler.
-    LockUp = 5,
     /// Starts the watchdog and never feeds it.
     Watchdog = 6,
-    /// Requests a reset.
-    Reset = 7,
-    /// Calls itself until the stack leaves RAM.
-    Overflow = 8,
-    /// Jumps to an address without the Thumb bit.
-    State = 9,
     /// Stores to a peripheral without a clock, at `store_here`.
     Unclocked = 10,
     /// Loads from a peripheral that is not modelled, at `load_here`.
@@ -103,16 +93,11 @@ pub enum Misuse {
 
 impl Misuse {
     /// All variants.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 8] = [
         Self::Undefined,
         Self::Load,
-        Self::Store,
         Self::Float,
-        Self::LockUp,
         Self::Watchdog,
-        Self::Reset,
-        Self::Overflow,
-        Self::State,
         Self::Unclocked,
         Self::Unmodelled,
         Self::Null,

@@ -13,7 +13,7 @@ use super::{build_bootloader, is_built_here, product, products};
 pub const README: &str = "host/virtual-board/README.md";
 
 /// Page with the generated blocks of faults.
-pub const FAULTS: &str = "host/virtual-board/faults.md";
+const FAULTS: &str = "host/virtual-board/faults.md";
 
 /// Page of a generated block.
 pub fn page_of(block: &str) -> &'static str {

@@ -18,6 +18,12 @@ pub const STOP: u8 = 0x02;
 pub const RESET_NODE: u8 = 0x81;
 pub const RESET_COMMUNICATION: u8 = 0x82;
 
+/// SDO request with a command, and a value of up to four bytes.
+pub fn sdo(command: u8, index: u16, subindex: u8, value: u32) -> [u8; 8] {
+    let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+    [command, low, high, subindex, a, b, c, d]
+}
+
 /// A board with a record of all it has sent.
 pub struct Rig {
     pub board: Board,
@@ -96,14 +102,11 @@ impl Rig {
     }
 
     pub fn sdo_write(&mut self, index: u16, subindex: u8, value: u32) {
-        let [i0, i1] = index.to_le_bytes();
-        let [a, b, c, d] = value.to_le_bytes();
-        self.can(0x611, &[0x22, i0, i1, subindex, a, b, c, d]);
+        self.can(0x611, &sdo(0x22, index, subindex, value));
     }
 
     pub fn sdo_read(&mut self, index: u16, subindex: u8) {
-        let [i0, i1] = index.to_le_bytes();
-        self.can(0x611, &[0x40, i0, i1, subindex, 0, 0, 0, 0]);
+        self.can(0x611, &sdo(0x40, index, subindex, 0));
     }
 
     /// Sends an SDO request. Returns its answer, if it arrives within `ms`.
@@ -118,15 +121,13 @@ impl Rig {
 
     /// Writes a value of four bytes. Returns the answer.
     pub fn write(&mut self, index: u16, subindex: u8, value: u32) -> [u8; 8] {
-        let ([i0, i1], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
-        let answer = self.ask([0x23, i0, i1, subindex, a, b, c, d], 2_000);
+        let answer = self.ask(sdo(0x23, index, subindex, value), 2_000);
         answer.expect("an answer")
     }
 
     /// Reads a value of up to four bytes.
     pub fn read(&mut self, index: u16, subindex: u8) -> u32 {
-        let [i0, i1] = index.to_le_bytes();
-        let answer = self.ask([0x40, i0, i1, subindex, 0, 0, 0, 0], 2_000);
+        let answer = self.ask(sdo(0x40, index, subindex, 0), 2_000);
         let [.., a, b, c, d] = answer.expect("an answer");
         u32::from_le_bytes([a, b, c, d])
     }

@@ -138,8 +138,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
     // The raw samples are off again.
     let streams = server.foot(&serial, &["diff"]);
     assert!(!streams.contains("uart"), "{streams}");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
+    server.end();
 }
 
 #[test]

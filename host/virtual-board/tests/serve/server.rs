@@ -7,7 +7,7 @@ use std::fs;
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdin, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, Command, Stdio};
 use std::sync::OnceLock;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread;
@@ -228,11 +228,13 @@ impl Server {
         all.wait_until(words, |said| said[before..].contains(words))
     }
 
-    /// Ends the server. Returns all of its output and its exit status.
-    pub fn end(mut self) -> (String, ExitStatus) {
+    /// Ends the server, which has to succeed. Returns all of its output.
+    pub fn end(mut self) -> String {
         self.say("quit");
         let status = self.child.wait().expect("it ends");
-        (self.said(), status)
+        let said = self.said();
+        assert!(status.success(), "{said}");
+        said
     }
 }
 

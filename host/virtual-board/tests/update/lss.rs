@@ -6,16 +6,16 @@ use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::wiring::Wiring;
-use wire::dictionary::{PRODUCT_CODE, REVISION, SIGNATURE_STORE, VENDOR_ID, index};
+use wire::dictionary::{PRODUCT_CODE, REVISION, VENDOR_ID, index};
 
-use super::master::{CLEAR, INSTALLED_MS, Master, NEW, START, boot, new_image};
+use super::master::{INSTALLED_MS, Master, NEW, START, new_image, sdo};
 use crate::common::{MILLISECOND, products};
 
 /// Id that the master assigns.
 const ASSIGNED: u8 = 0x2B;
 
 /// Setting of a foot whose id is to come from LSS.
-const UNCONFIGURED: u8 = 0xFF;
+const UNCONFIGURED: u32 = 0xFF;
 
 const REQUEST: u16 = 0x7E5;
 const RESPONSE: u32 = 0x7E4;
@@ -92,17 +92,12 @@ fn configure(master: &mut Master) {
 
 /// Foot of a board that has stored that LSS gives it its id, and whose program has then been lost.
 fn dead_foot(wiring: &'static Wiring, corner: Corner, elf: &[u8]) -> Master {
-    let mut master = Master::new(boot(wiring, corner, elf));
+    let mut master = Master::with(wiring, Some(elf), |options| options.set_corner(corner));
     master.run(500);
     master.pause();
-    let [low, high] = index::NODE_ID.to_le_bytes();
-    assert_eq!(
-        master.ask(&[0x2F, low, high, 0, UNCONFIGURED, 0, 0, 0])[0],
-        0x60
-    );
-    let [a, b, c, d] = SIGNATURE_STORE.to_le_bytes();
-    let stored = master.ask_within(&[0x23, 0x10, 0x10, 1, a, b, c, d], 2_000);
-    assert_eq!(stored.map(|answer| answer[0]), Some(0x60));
+    let set = sdo(0x2F, index::NODE_ID, 0, UNCONFIGURED);
+    assert_eq!(master.ask(&set)[0], 0x60);
+    master.store();
     let header = Slot::Running.start();
     master.board.cpu().memory().write(header, &[0; 8]);
     master.board.inject(Injection::Reset);
@@ -128,14 +123,8 @@ fn dead_foot_without_a_node_id_is_found_and_updated() {
             assert_eq!(identity[..3], expected, "{} {corner:?}", wiring.name);
             configure(&mut master);
             assert_eq!(fastscan(&mut master), None, "it has an id");
-            let [a, b, c, d] = identity[3].to_le_bytes();
-            assert_eq!(
-                master.ask(&[0x40, 0x18, 0x10, 4, 0, 0, 0, 0])[4..],
-                [a, b, c, d]
-            );
-            assert_eq!(master.control(CLEAR)[0], 0x60);
-            assert_eq!(master.send(&new_image(&elf))[0], 0xA1);
-            assert_eq!(master.control(START)[0], 0x60);
+            assert_eq!(master.number_at(index::IDENTITY, 4), identity[3]);
+            master.install(&new_image(&elf));
             master.run(INSTALLED_MS);
             // The program has no id either: its settings are as they were.
             assert_eq!(fastscan(&mut master), Some(identity));

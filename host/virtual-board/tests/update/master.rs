@@ -2,12 +2,11 @@
 
 use bootloader::image::Refusal;
 use lsm6dsox::sim::Stimulus;
-use virtual_board::emulator::board::Board;
-use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
 use virtual_board::emulator::time::PER_SECOND;
 use virtual_board::emulator::wiring::Wiring;
-use wire::dictionary::{Address, index};
+use wire::dictionary::{Address, SIGNATURE_STORE, index};
 use wire::node::Command;
 use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
 use wire::value::Value;
@@ -15,10 +14,10 @@ use wire::value::Value;
 pub use crate::common::image::{
     NEW, OLD, changed_image, image_beginning_with, new_image, number_of, origin,
 };
+pub use crate::common::rig::sdo;
+use crate::common::rig::{OPERATIONAL, PRE_OPERATIONAL};
 use crate::common::{build_bootloader, options, run};
 
-const PRE_OPERATIONAL: u8 = 0x80;
-const OPERATIONAL: u8 = 0x01;
 const NODE: u8 = 0x11;
 
 /// Commands of object 0x1F51.
@@ -37,24 +36,6 @@ const ANSWER_MS: u32 = 100;
 
 pub fn bootloader(wiring: &Wiring) -> Vec<u8> {
     std::fs::read(build_bootloader(wiring)).expect("it was built")
-}
-
-/// Board with bootloader and program, at rest.
-pub fn boot(wiring: &'static Wiring, corner: Corner, program: &[u8]) -> Board {
-    let at_rest = |_| Stimulus::REST;
-    let mut options = options();
-    options.wiring = Some(wiring);
-    options.set_corner(corner);
-    Board::with_bootloader(Some(&bootloader(wiring)), program, options, at_rest).expect("it fits")
-}
-
-/// Board with a bootloader alone.
-pub fn boot_without_program(wiring: &'static Wiring, corner: Corner) -> Board {
-    let at_rest = |_| Stimulus::REST;
-    let mut options = options();
-    options.wiring = Some(wiring);
-    options.set_corner(corner);
-    Board::with_bootloader(None, &bootloader(wiring), options, at_rest).expect("it fits")
 }
 
 /// Segment of a block.
@@ -83,6 +64,29 @@ pub struct Master {
 }
 
 impl Master {
+    /// Master of the reference board with this program.
+    pub fn of(program: &[u8]) -> Self {
+        Self::with(Wiring::reference(), Some(program), |_| ())
+    }
+
+    /// Master of a board with its bootloader, at rest, and with a program or without.
+    pub fn with(
+        wiring: &'static Wiring,
+        program: Option<&[u8]>,
+        change: impl FnOnce(&mut BoardOptions),
+    ) -> Self {
+        let mut options = options();
+        options.wiring = Some(wiring);
+        change(&mut options);
+        let (bootloader, at_rest) = (bootloader(wiring), |_| Stimulus::REST);
+        let (first, second) = match program {
+            Some(program) => (Some(&bootloader[..]), program),
+            None => (None, &bootloader[..]),
+        };
+        let board = Board::with_bootloader(first, second, options, at_rest);
+        Self::new(board.expect("it fits"))
+    }
+
     pub fn new(board: Board) -> Self {
         Self {
             board,
@@ -204,23 +208,24 @@ impl Master {
     }
 
     pub fn control(&mut self, command: u8) -> [u8; 8] {
-        self.ask(&[0x2F, 0x51, 0x1F, 1, command, 0, 0, 0])
+        self.ask(&sdo(0x2F, index::PROGRAM_CONTROL, 1, command.into()))
     }
 
     pub fn number(&mut self, index: u16) -> u32 {
         self.number_at(index, 1)
     }
 
-    /// Number of the program before the last update; 0 without one.
-    pub fn previous(&mut self) -> u32 {
-        self.number_at(index::PROGRAM_ID, 2)
-    }
-
-    fn number_at(&mut self, index: u16, subindex: u8) -> u32 {
-        let [low, high] = index.to_le_bytes();
-        let [kind, .., a, b, c, d] = self.ask(&[0x40, low, high, subindex, 0, 0, 0, 0]);
+    pub fn number_at(&mut self, index: u16, subindex: u8) -> u32 {
+        let [kind, .., a, b, c, d] = self.ask(&sdo(0x40, index, subindex, 0));
         assert_eq!(kind, 0x43, "{index:#06x}:{subindex}");
         u32::from_le_bytes([a, b, c, d])
+    }
+
+    /// Stores the settings.
+    pub fn store(&mut self) {
+        let request = sdo(0x23, index::STORE, 1, SIGNATURE_STORE);
+        let answer = self.ask_within(&request, 2_000).expect("an answer");
+        assert_eq!(answer[0], 0x60);
     }
 
     pub fn status(&mut self) -> Option<Refusal> {
@@ -275,6 +280,25 @@ impl Master {
         assert_eq!(self.control(STOP)[0], 0x60);
     }
 
+    /// Clears the slot, and sends an image that is accepted.
+    pub fn load(&mut self, image: &[u8]) {
+        assert_eq!(self.control(CLEAR)[0], 0x60);
+        assert_eq!(self.send(image)[0], 0xA1);
+        assert_eq!(self.status(), None);
+    }
+
+    /// Loads an image, and starts its install.
+    pub fn install(&mut self, image: &[u8]) {
+        self.load(image);
+        assert_eq!(self.control(START)[0], 0x60);
+    }
+
+    /// Waits until the new version has been installed.
+    pub fn updated(&mut self) {
+        self.boot_up(INSTALLED_MS);
+        assert_eq!(self.version(), NEW);
+    }
+
     /// Begins a block download of this many bytes. Returns the number of segments in a block, or an abort.
     pub fn begin(&mut self, size: usize) -> Result<usize, [u8; 8]> {
         let [a, b, c, d] = (size as u32).to_le_bytes();
@@ -285,20 +309,13 @@ impl Master {
         }
     }
 
-    /// Sends the segments of a block, the last of which may be the last of all.
-    pub fn block<'a>(&mut self, segments: impl Iterator<Item = (&'a [u8], bool)>) -> [u8; 8] {
-        self.take();
-        for (k, (bytes, is_last)) in segments.enumerate() {
-            self.push(&segment(k as u8 + 1, bytes, is_last));
-        }
-        self.answer(500).expect("an answer to a block")
-    }
-
     /// Begins a block download, of which the first block is sent.
     pub fn begin_with_a_block(&mut self, image: &[u8]) {
         let size = self.begin(image.len()).expect("a block");
-        let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
-        assert_eq!(self.block(block)[0], 0xA2);
+        let block: Vec<&[u8]> = image.chunks(7).take(size).collect();
+        self.push_segments(&block);
+        let answer = self.answer(500).expect("an answer to a block");
+        assert_eq!(answer[0], 0xA2);
     }
 
     /// Sends segments of which none is the last of all.
@@ -311,28 +328,44 @@ impl Master {
 
     /// Sends an image by block download.
     pub fn send(&mut self, image: &[u8]) -> [u8; 8] {
+        self.send_with(image, |master, _, _, request| {
+            master.push(request);
+            true
+        })
+    }
+
+    /// Sends an image, each segment by `push`, which also gets the numbers of the block and of the segment in it, and
+    /// returns whether it has sent it.
+    pub fn send_with(
+        &mut self,
+        image: &[u8],
+        mut push: impl FnMut(&mut Self, usize, usize, &[u8; 8]) -> bool,
+    ) -> [u8; 8] {
         let size = match self.begin(image.len()) {
             Ok(size) => size,
             Err(abort) => return abort,
         };
         let segments: Vec<&[u8]> = image.chunks(7).collect();
-        let mut done = 0;
+        let (mut done, mut number) = (0, 0);
         while done < segments.len() {
-            let until = segments.len().min(done + size);
-            let block = (done..until).map(|k| (segments[k], k + 1 == segments.len()));
-            let answer = self.block(block);
+            self.take();
+            let block = &segments[done..segments.len().min(done + size)];
+            let mut is_whole = true;
+            for (k, bytes) in block.iter().enumerate() {
+                let is_last = done + k + 1 == segments.len();
+                is_whole &= push(self, number, k, &segment(k as u8 + 1, bytes, is_last));
+            }
+            let answer = self.answer(1_000).expect("an answer to a block");
             if answer[0] == 0x80 {
                 return answer;
             }
-            assert_eq!((answer[0], usize::from(answer[1])), (0xA2, until - done));
-            done = until;
+            let received = usize::from(answer[1]);
+            assert_eq!((answer[0], received == block.len()), (0xA2, is_whole));
+            // Segments behind a lost one are sent again.
+            done += received;
+            number += 1;
         }
-        self.end(segments.last().map_or(7, |bytes| bytes.len()))
-    }
-
-    /// Ends a block download whose last segment has this many bytes.
-    pub fn end(&mut self, last: usize) -> [u8; 8] {
-        let unused = (7 - last) as u8;
+        let unused = (7 - segments.last().map_or(7, |bytes| bytes.len())) as u8;
         // The program is hashed before the answer.
         self.ask_within(&[0xC1 | unused << 2, 0, 0, 0, 0, 0, 0, 0], 500)
             .expect("an answer to the end")

@@ -1,16 +1,12 @@
 //! Write protection of the bootloader's sectors by option bytes, which the program writes.
 
-use lsm6dsox::sim::Stimulus;
-use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::part::flash::Protection;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::wiring::Wiring;
 
-use super::master::{
-    CLEAR, Master, START, boot, bootloader, image_beginning_with, new_image, number_of,
-};
-use super::matrix::WRITES_BOOTLOADER;
-use crate::common::{options, product, products};
+use super::master::{Master, new_image, number_of};
+use crate::common::{product, products};
 use virtual_board::emulator::corner::Corner;
 use wire::dictionary::index;
 
@@ -22,14 +18,11 @@ const OFF: u8 = 0;
 
 /// Board whose program has not run for long enough to write the option bytes.
 fn new_board(wiring: &'static Wiring, corner: Corner, level: u8, elf: &[u8]) -> Master {
-    let mut options = options();
-    options.wiring = Some(wiring);
-    options.set_corner(corner);
-    options.chip.brown_out_level = level;
-    options.chip.protection = Protection::None;
-    let bootloader = bootloader(wiring);
-    let at_rest = |_| Stimulus::REST;
-    Master::new(Board::with_bootloader(Some(&bootloader), elf, options, at_rest).expect("it fits"))
+    Master::with(wiring, Some(elf), |options| {
+        options.set_corner(corner);
+        options.chip.brown_out_level = level;
+        options.chip.protection = Protection::None;
+    })
 }
 
 /// Time in which a board starts that writes its option bytes first, after two seconds of supply, ms.
@@ -122,33 +115,14 @@ fn foot_survives_a_power_cut_in_its_protection() {
     assert_eq!(master.number(index::PROGRAM_ID), number_of(&elf));
     // Another program comes as ever.
     master.stop();
-    assert_eq!(master.control(CLEAR)[0], 0x60);
-    assert_eq!(master.send(&new_image(&elf))[0], 0xA1);
-}
-
-/// The row `writes-bootloader` of the table of disturbances, without the protection.
-#[test]
-#[ignore = "full: an update that erases the bootloader"]
-fn unprotected_bootloader_is_lost_to_a_program() {
-    let Some(elf) = product() else { return };
-    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
-    master.run(1_000);
-    lift_protection(&mut master);
-    master.stop();
-    assert_eq!(master.control(CLEAR)[0], 0x60);
-    let image = image_beginning_with(&elf, &WRITES_BOOTLOADER);
-    assert_eq!(master.send(&image)[0], 0xA1);
-    assert_eq!(master.control(START)[0], 0x60);
-    master.run(8_000);
-    let found = master.board.memory(0x0800_0000, 8).expect("flash");
-    assert_eq!(found, [0, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF]);
+    master.load(&new_image(&elf));
 }
 
 /// The boards of the other tests are past their first power-up.
 #[test]
 fn protected_board_keeps_its_option_bytes() {
     let Some(elf) = product() else { return };
-    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
+    let mut master = Master::of(&elf);
     master.run(500);
     assert_eq!(protection(&mut master), (OWN, 2_830, 0xAA));
     assert_eq!(master.board.cpu().machine().chip.flash.operations, 0);

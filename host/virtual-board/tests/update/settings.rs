@@ -1,12 +1,9 @@
 //! Settings of every kind over an update, over CAN and over the serial line.
 
-use virtual_board::emulator::board::Board;
-use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFrame;
-use virtual_board::emulator::wiring::Wiring;
-use wire::dictionary::{SIGNATURE_STORE, index};
+use wire::dictionary::index;
 
-use super::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image};
+use super::master::{CONFIRM, INSTALLED_MS, Master, new_image, sdo};
 use crate::common::product;
 
 /// Node id that is not the default of any foot.
@@ -36,8 +33,7 @@ fn settings() -> Vec<(u16, u8, Vec<u8>)> {
 fn assert_kept(master: &mut Master, when: &str) {
     assert_eq!(master.board.can_bit_rate(), Some(500_000), "{when}");
     for (index, subindex, bytes) in settings() {
-        let [low, high] = index.to_le_bytes();
-        let answer = master.ask(&[0x40, low, high, subindex, 0, 0, 0, 0]);
+        let answer = master.ask(&sdo(0x40, index, subindex, 0));
         // Zeros of what was learnt are written before its values.
         let is_overwritten = index == index::LEARNT && bytes == [0; 4];
         assert!(
@@ -51,47 +47,30 @@ fn assert_kept(master: &mut Master, when: &str) {
 #[ignore = "full: updates over both lines"]
 fn settings_of_every_kind_survive_updates() {
     let Some(elf) = product() else { return };
-    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
+    let mut master = Master::of(&elf);
     master.run(500);
     master.pause();
     for (index, subindex, bytes) in settings() {
         let command = [0x2F, 0x2B, 0, 0x23][bytes.len() - 1];
-        let [low, high] = index.to_le_bytes();
-        let mut request = [command, low, high, subindex, 0, 0, 0, 0];
+        let mut request = sdo(command, index, subindex, 0);
         request[4..4 + bytes.len()].copy_from_slice(&bytes);
         let answer = master.ask(&request);
         assert_eq!(answer[0], 0x60, "{index:#06x}:{subindex}: {answer:02x?}");
     }
-    let [a, b, c, d] = SIGNATURE_STORE.to_le_bytes();
-    let stored = master.ask_within(&[0x23, 0x10, 0x10, 1, a, b, c, d], 2_000);
-    assert_eq!(stored.map(|answer| answer[0]), Some(0x60));
-    reset(&mut master.board);
+    master.store();
+    master.board.push_can(BusFrame::new(0, &[0x81, 0]));
     master.node = NODE;
     master.boot_up(1_000);
     assert_kept(&mut master, "before");
     let image = new_image(&elf);
     master.stop();
-    send(&mut master, &image);
-    master.boot_up(INSTALLED_MS);
-    assert_eq!(master.version(), NEW);
+    master.install(&image);
+    master.updated();
     assert_kept(&mut master, "after an update over CAN");
     assert_eq!(master.control(CONFIRM)[0], 0x60);
     master.stop_over_serial_line();
-    send(&mut master, &image);
+    master.install(&image);
     master.turn_to_bus();
     master.boot_up(INSTALLED_MS);
     assert_kept(&mut master, "after an update over the serial line");
-}
-
-/// Resets the node.
-fn reset(board: &mut Board) {
-    board.push_can(BusFrame::new(0, &[0x81, 0]));
-}
-
-/// Sends an image to the bootloader, and starts it.
-fn send(master: &mut Master, image: &[u8]) {
-    assert_eq!(master.control(CLEAR)[0], 0x60);
-    assert_eq!(master.send(image)[0], 0xA1);
-    assert_eq!(master.status(), None);
-    assert_eq!(master.control(START)[0], 0x60);
 }

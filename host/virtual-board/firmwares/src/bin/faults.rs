@@ -64,7 +64,7 @@ const IWDG: u32 = 0x4000_3000;
 fn main() -> ! {
     put(mailbox::STARTS, get(mailbox::STARTS).wrapping_add(1));
     let misuse = get(mailbox::MISUSE);
-    if misuse == Misuse::Watchdog as u32 || misuse == Misuse::Reset as u32 {
+    if misuse == Misuse::Watchdog as u32 {
         put(mailbox::RESET_FLAGS, get(RCC_CSR));
         // RMVF: the flags of this start are not those of the next.
         put(RCC_CSR, 1 << 24);
@@ -76,11 +76,9 @@ fn main() -> ! {
     let mut core = unsafe { cortex_m::Peripherals::steal() };
     match Misuse::ALL.into_iter().find(|&one| one as u32 == misuse) {
         // SAFETY: each of these is meant to fault.
-        Some(Misuse::Undefined | Misuse::LockUp) => unsafe { do_undefined() },
+        Some(Misuse::Undefined) => unsafe { do_undefined() },
         // SAFETY: as above.
         Some(Misuse::Load) => unsafe { do_load(0x6000_0000) },
-        // SAFETY: as above.
-        Some(Misuse::Store) => unsafe { do_store(0x6000_0000, 1) },
         Some(Misuse::Float) => {
             core.SCB
                 .enable(cortex_m::peripheral::scb::Exception::UsageFault);
@@ -96,14 +94,6 @@ fn main() -> ! {
             put(IWDG + 4, 0);
             put(IWDG + 8, 99);
             put(IWDG, 0xCCCC);
-        }
-        Some(Misuse::Reset) => SCB::sys_reset(),
-        Some(Misuse::Overflow) => {
-            core::hint::black_box(deeper(core::hint::black_box(1)));
-        }
-        Some(Misuse::State) => {
-            // SAFETY: meant to fault: an address without the Thumb bit.
-            unsafe { core::arch::asm!("bx {}", in(reg) 0x0800_0400_u32) };
         }
         // SAFETY: the board stops here.
         Some(Misuse::Unclocked) => unsafe { do_store(0x4002_0000, 1) },
@@ -126,16 +116,6 @@ fn main() -> ! {
     }
 }
 
-#[inline(never)]
-fn deeper(depth: u32) -> u32 {
-    let mut room = [depth; 200];
-    core::hint::black_box(&mut room);
-    if depth == 0 {
-        return 0;
-    }
-    deeper(depth + 1) + room[depth as usize % 200]
-}
-
 fn end() -> ! {
     debug::exit(debug::EXIT_SUCCESS);
     loop {
@@ -155,10 +135,6 @@ fn note(handler: u32, pc: u32) {
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     note(3, frame.pc());
-    if get(mailbox::MISUSE) == Misuse::LockUp as u32 {
-        // SAFETY: meant to fault, in the handler of faults.
-        unsafe { do_undefined() };
-    }
     end()
 }
 
