@@ -8,37 +8,21 @@ use estimator_c::boundary::*;
 use estimator_c::error::Error;
 use estimator_c::estimator::{Estimator, SIZE};
 use estimator_c::types::{CEstimate, CLearnt, CParams, CSample};
+use host_tests::changed::Chance;
 
 #[repr(align(8))]
 struct Memory([u8; SIZE + 8]);
 
-/// Marsaglia's xorshift, from a fixed seed.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
+/// A struct of random bytes, of which every bit pattern is a value.
+fn fill<T: Copy>(chance: &mut Chance) -> T {
+    let mut value = MaybeUninit::<T>::zeroed();
+    let start = value.as_mut_ptr().cast::<u8>();
+    for at in 0..size_of::<T>() {
+        // SAFETY: Within the value.
+        unsafe { start.add(at).write(chance.bits() as u8) };
     }
-
-    /// A struct of random bytes, of which every bit pattern is a value.
-    fn fill<T: Copy>(&mut self) -> T {
-        let mut value = MaybeUninit::<T>::zeroed();
-        for at in 0..size_of::<T>() {
-            // SAFETY: Within the value.
-            unsafe {
-                value
-                    .as_mut_ptr()
-                    .cast::<u8>()
-                    .add(at)
-                    .write(self.next() as u8);
-            };
-        }
-        // SAFETY: The structs of the header have floats and integers alone.
-        unsafe { value.assume_init() }
-    }
+    // SAFETY: The structs of the header have floats and integers alone.
+    unsafe { value.assume_init() }
 }
 
 fn init(memory: *mut c_void, size: usize, params: &CParams) -> Result<*mut Estimator, i32> {
@@ -205,21 +189,21 @@ fn learnt_state_survives_a_warm_start() {
 
 #[test]
 fn any_bits_give_an_error_or_a_number_from_0_to_1() {
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut random = Chance::new(1);
     let mut memory = memory();
     let at = start(&mut memory);
     let (mut accepted, mut rejected) = (0, 0);
     for _ in 0..2_000 {
         // Bits of one to three fields; of all fields, none would be accepted.
-        let (mut params, bits) = (CParams::default(), random.fill::<CParams>());
-        for _ in 0..=random.next() % 3 {
-            match random.next() % 6 {
-                0 => params.sample_rate_hz = (random.next() % 12_000) as f32,
+        let (mut params, bits) = (CParams::default(), fill::<CParams>(&mut random));
+        for _ in 0..=random.bits() % 3 {
+            match random.bits() % 6 {
+                0 => params.sample_rate_hz = (random.bits() % 12_000) as f32,
                 1 => params.decision_threshold = bits.decision_threshold,
                 2 => params.load_off = bits.load_off,
                 3 => params.velocity_lever_m = bits.velocity_lever_m,
-                4 => (params.has_learnt, params.learnt) = ((random.next() % 3) as u8, bits.learnt),
-                _ => params.gravity = (random.next() % 3) as u8,
+                4 => (params.has_learnt, params.learnt) = ((random.bits() % 3) as u8, bits.learnt),
+                _ => params.gravity = (random.bits() % 3) as u8,
             }
         }
         let _ = init(at, SIZE, &bits);
@@ -229,9 +213,9 @@ fn any_bits_give_an_error_or_a_number_from_0_to_1() {
         };
         accepted += 1;
         for _ in 0..50 {
-            let mut sample = random.fill::<CSample>();
+            let mut sample = fill::<CSample>(&mut random);
             sample.validity %= 8;
-            let load = f32::from_bits(random.next() as u32);
+            let load = f32::from_bits(random.bits() as u32);
             let (error, estimate) = update(this, &sample, (load > 0.0).then_some(load));
             assert_eq!(error == Error::Choice as i32, sample.validity >= 6);
             assert!(error == 0 || sample.validity >= 6, "{error}");

@@ -41,25 +41,14 @@ struct Programs {
 fn programs() -> &'static Programs {
     static BUILT: OnceLock<Programs> = OnceLock::new();
     BUILT.get_or_init(|| {
-        let cargo =
-            |arguments: &[&str]| run(Command::new("cargo").args(arguments).current_dir(ROOT));
-        cargo(&[
-            "run",
-            "--locked",
-            "--quiet",
-            "--package",
-            "xtask",
-            "--",
-            "uf2",
-        ]);
-        cargo(&[
-            "build",
-            "--locked",
-            "--package",
-            "gait",
-            "--example",
-            "part",
-        ]);
+        for line in [
+            "run --locked --quiet --package xtask -- uf2",
+            "build --locked --package gait --example part",
+        ] {
+            run(Command::new("cargo")
+                .args(line.split(' '))
+                .current_dir(ROOT));
+        }
         run(Command::new("npm")
             .args(["ci", "--silent"])
             .current_dir(emulator()));

@@ -67,7 +67,7 @@ const CASES: [Case; 7] = [
 const TICK: u64 = MS + 300_000;
 
 /// Observations of one fault; times in ns.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Seen {
     /// Time from the fault to the first invalid frame.
     doubted: Option<u64>,
@@ -164,23 +164,11 @@ fn every_sensor_fault_is_flagged_within_5_ms_and_recovers() {
             let seen = watch(fault, begin, edges_counted);
             let at = format!("{fault:?} at {begin} ns");
             let within = |time: Option<u64>, limit: u64| time.is_some_and(|ns| ns <= limit);
-            assert!(
-                within(seen.doubted, doubted_within),
-                "{at}: {:?}",
-                seen.doubted
-            );
+            assert!(within(seen.doubted, doubted_within), "{at}: {seen:?}");
             assert!(within(seen.flagged, LIMIT), "{at}: {:?}", seen.flagged);
-            assert!(
-                seen.last_stable.unwrap_or(0) < LIMIT,
-                "{at}: {:?}",
-                seen.last_stable
-            );
+            assert!(seen.last_stable.unwrap_or(0) < LIMIT, "{at}: {seen:?}");
             assert!(seen.recovered.is_some() && seen.stable_again, "{at}");
-            assert!(
-                seen.reported.starts_with(reported),
-                "{at}: {:?}",
-                seen.reported
-            );
+            assert!(seen.reported.starts_with(reported), "{at}: {seen:?}");
             assert!(seen.restarts > 0, "{at}");
         }
     }
@@ -396,22 +384,13 @@ fn ordinary_sensor_irregularities_are_not_faults() {
 fn a_sensor_beyond_its_range_is_doubted_from_the_first_sample() {
     for phase in 0..10 {
         let seen = watch(PartFault::Saturation, BEGIN + phase * 113_313, false);
-        assert!(
-            seen.doubted.is_some_and(|ns| ns <= 2 * MS),
-            "{:?}",
-            seen.doubted
-        );
-        assert!(
-            seen.last_stable.unwrap_or(0) <= 2 * MS,
-            "{:?}",
-            seen.last_stable
-        );
+        assert!(seen.doubted.is_some_and(|ns| ns <= 2 * MS), "{seen:?}");
+        assert!(seen.last_stable.unwrap_or(0) <= 2 * MS, "{seen:?}");
         // An impact lasts milliseconds; saturation of fifty is a fault.
         assert!(
             seen.flagged
                 .is_some_and(|ns| (48 * MS..52 * MS).contains(&ns)),
-            "{:?}",
-            seen.flagged
+            "{seen:?}"
         );
         assert_eq!(
             (seen.reported, seen.restarts),
@@ -428,16 +407,8 @@ fn a_noisy_line_is_doubted_and_reported_without_a_checksum() {
     };
     for phase in 0..10 {
         let seen = watch(flips, BEGIN + phase * 113_313, false);
-        assert!(
-            seen.flagged.is_some_and(|ns| ns <= 30 * MS),
-            "{:?}",
-            seen.flagged
-        );
-        assert!(
-            seen.last_stable.unwrap_or(0) <= LIMIT,
-            "{:?}",
-            seen.last_stable
-        );
+        assert!(seen.flagged.is_some_and(|ns| ns <= 30 * MS), "{seen:?}");
+        assert!(seen.last_stable.unwrap_or(0) <= LIMIT, "{seen:?}");
         assert!(seen.recovered.is_some());
     }
 }

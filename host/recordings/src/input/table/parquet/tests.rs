@@ -112,46 +112,26 @@ fn time_is_the_same_in_every_type() {
     let expected: Vec<u64> = (0..ROWS as u64).map(|k| 1_000_000 * k).collect();
     let start = 1_700_000_000;
     let since_1970 = |per_second: i64| wholes(per_second).map(move |t| t + start * per_second);
-    let utc = |array: TimestampMicrosecondArray| array.with_timezone("+02:00");
+    let floats = Float32Array::from_iter_values((0..ROWS).map(|k| k as f32));
+    let shorts = Int16Array::from_iter_values((0..ROWS as i16).map(|k| k + 7));
+    let nanos = Int64Array::from_iter_values(since_1970(1_000_000_000));
+    let stamps = TimestampSecondArray::from_iter_values(since_1970(1));
+    let utc = TimestampMicrosecondArray::from_iter_values(since_1970(1_000_000));
+    let elapsed = DurationMillisecondArray::from_iter_values(wholes(1000));
+    let text = |k| format!("2024-05-01T12:00:{k:02}.000000+02:00");
+    let texts = StringArray::from_iter_values((0..ROWS).map(text));
     let columns: [(&str, ArrayRef); 8] = [
-        (
-            "t",
-            Arc::new(Float32Array::from_iter_values((0..ROWS).map(|k| k as f32))),
-        ),
-        (
-            "t",
-            Arc::new(Int16Array::from_iter_values(
-                (0..ROWS as i16).map(|k| k + 7),
-            )),
-        ),
+        ("t", Arc::new(floats)),
+        ("t", Arc::new(shorts)),
         (
             "time_ms",
             Arc::new(Int64Array::from_iter_values(wholes(1000))),
         ),
-        (
-            "t_ns",
-            Arc::new(Int64Array::from_iter_values(since_1970(1_000_000_000))),
-        ),
-        (
-            "t",
-            Arc::new(TimestampSecondArray::from_iter_values(since_1970(1))),
-        ),
-        (
-            "__index_level_0__",
-            Arc::new(utc(TimestampMicrosecondArray::from_iter_values(
-                since_1970(1_000_000),
-            ))),
-        ),
-        (
-            "elapsed",
-            Arc::new(DurationMillisecondArray::from_iter_values(wholes(1000))),
-        ),
-        (
-            "t",
-            Arc::new(StringArray::from_iter_values(
-                (0..ROWS).map(|k| format!("2024-05-01T12:00:{k:02}.000000+02:00")),
-            )),
-        ),
+        ("t_ns", Arc::new(nanos)),
+        ("t", Arc::new(stamps)),
+        ("__index_level_0__", Arc::new(utc.with_timezone("+02:00"))),
+        ("elapsed", Arc::new(elapsed)),
+        ("t", Arc::new(texts)),
     ];
     for (name, column) in columns {
         let named = format!("{name}: {}", column.data_type());
