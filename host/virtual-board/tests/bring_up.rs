@@ -80,35 +80,31 @@ fn any_byte_starts_the_measurements_again() {
     assert_eq!(causes, [ResetCause::Software]);
 }
 
+/// A chip from the factory has no brown-out level.
 #[test]
-fn chip_from_the_factory_has_no_brown_out_level() {
-    let mut options = options();
-    options.chip.brown_out_level = 0;
-    let lines = lines(&mut boot(Wiring::reference(), options));
-    assert_troubles(&lines, &[["brown-out level", "not tested"]]);
-}
-
-#[test]
-fn wrong_and_missing_crystals_are_named() {
+fn missing_crystal_and_brown_out_level_are_named() {
     for (crystal, part) in [
         (Crystal::Hertz(12_000_000), "FAIL: another crystal"),
         (Crystal::Missing, "FAIL: it does not start"),
     ] {
         let mut options = options();
-        options.chip.crystal = crystal;
+        (options.chip.crystal, options.chip.brown_out_level) = (crystal, 0);
         let mut board = boot(Wiring::reference(), options);
         let lines = lines(&mut board);
+        let level = ["brown-out level", "not tested"];
         let can = ["CAN", "not tested: it needs the crystal"];
-        assert_troubles(&lines, &[["crystal", part], can]);
+        assert_troubles(&lines, &[["crystal", part], level, can]);
     }
 }
 
 #[test]
 fn faults_of_sensor_and_bus_are_named() {
-    let inject = |injection: Injection| move |board: &mut Board| board.inject(injection);
-    let sensor = |fault| inject(Injection::Sensor(fault));
-    let wiring = Wiring::reference();
-    let dead = report(wiring, sensor(PartFault::MisoStuckLow));
+    let report = |injections: &[Injection]| {
+        report(Wiring::reference(), |board| {
+            injections.iter().for_each(|one| board.inject(*one));
+        })
+    };
+    let dead = report(&[Injection::Sensor(PartFault::MisoStuckLow)]);
     assert_troubles(
         &dead,
         &[
@@ -120,9 +116,9 @@ fn faults_of_sensor_and_bus_are_named() {
             ["sensor ", "FAIL: see the lines of the bus"],
         ],
     );
-    let late = report(wiring, sensor(PartFault::SdoDelay { ns: 60 }));
-    assert_troubles(&late, &[["sensor's bus, 10 MHz", "1000 of 1000 wrong"]]);
-    let no_edges = report(wiring, sensor(PartFault::DataReadyLost));
+    // The loop inside the chip disregards the bus, even one that is never idle.
+    let lost = Injection::Sensor(PartFault::DataReadyLost);
+    let no_edges = report(&[lost, Injection::Bus(BusFault::Shorted)]);
     assert_troubles(
         &no_edges,
         &[
@@ -130,32 +126,33 @@ fn faults_of_sensor_and_bus_are_named() {
             ["jitter of INT1", "FAIL"],
             ["ticks without INT1", "1000 of 1000"],
             ["polarity of INT1", "not tested: no edge came"],
+            ALONE,
         ],
     );
-    let weak = report(wiring, |board| {
-        board.inject(Injection::Supply(2_900));
-        board.inject(Injection::Sensor(PartFault::PinsInverted));
-    });
+    let weak = report(&[
+        Injection::Supply(2_900),
+        Injection::Sensor(PartFault::SdoDelay { ns: 60 }),
+        Injection::Sensor(PartFault::PinsInverted),
+    ]);
+    let late = ["sensor's bus, 10 MHz", "1000 of 1000 wrong"];
     let inverted = ["polarity of INT1", "FAIL: INT1 is inverted"];
-    assert_troubles(&weak, &[["supply", "2.90 V"], inverted]);
-    // The loop inside the chip disregards the bus, even one that is never idle.
-    for fault in [BusFault::NoAcknowledge, BusFault::Shorted] {
-        let alone = report(wiring, inject(Injection::Bus(fault)));
-        let expected = ["CAN with another node", "FAIL: one node at 1 Mbit/s"];
-        assert_troubles(&alone, &[expected]);
-    }
+    assert_troubles(&weak, &[["supply", "2.90 V"], late, inverted]);
 }
 
+/// Line of a bus without another node.
+const ALONE: [&str; 2] = ["CAN with another node", "FAIL: one node at 1 Mbit/s"];
+
 #[test]
-fn part_with_another_scale_is_named() {
+fn part_with_another_scale_and_a_bus_without_nodes_are_named() {
     let elf = std::fs::read(build_bring_up(Wiring::reference())).expect("it was built");
     let half = Stimulus {
         specific_force: Stimulus::REST.specific_force.map(|force| force / 2.0),
         ..Stimulus::REST
     };
     let mut board = Board::with_motion(&elf, options(), move |_| half).expect("it fits");
-    let expected = ["force at rest", " 4.9"];
-    assert_troubles(&lines(&mut board), &[expected]);
+    board.inject(Injection::Bus(BusFault::NoAcknowledge));
+    let force = ["force at rest", " 4.9"];
+    assert_troubles(&lines(&mut board), &[force, ALONE]);
 }
 
 /// Misreads at 5 MHz alone: the reference board starts there, the Feather at half of it.

@@ -1,8 +1,7 @@
 //! The start: nothing is dropped, and a crystal of another board is measured.
 
+use crate::common::products;
 use crate::common::rig::Rig;
-use crate::common::{options, products};
-use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::chip::Crystal;
 use virtual_board::emulator::corner::Corner;
@@ -18,9 +17,7 @@ fn no_message_is_dropped_at_the_start() {
         for corner in [Corner::Fast, Corner::Typical, Corner::Slow] {
             for fault in [BusFault::None, BusFault::Shorted] {
                 let case = format!("{}, {corner:?}, {fault:?}", board.name);
-                let mut options = options();
-                options.set_corner(corner);
-                let mut rig = Rig::with_motion(&elf, options, |_| Stimulus::REST);
+                let mut rig = Rig::with(&elf, |options| options.set_corner(corner));
                 rig.inject(Injection::Bus(fault));
                 rig.run(300);
                 let counters = rig.health().expect("a health message").counters;
@@ -62,13 +59,13 @@ fn any_wrong_crystal_is_measured_reported_and_not_used() {
 /// reports the frequency. 0 is none at all.
 fn assert_crystal(board: &Wiring, elf: &[u8], corner: Corner, khz: u32) {
     let case = format!("{}, {khz} kHz, {corner:?}", board.name);
-    let mut options = options();
-    options.set_corner(corner);
-    options.chip.crystal = match khz {
-        0 => Crystal::Missing,
-        _ => Crystal::Hertz(khz * 1000),
-    };
-    let mut rig = Rig::with_motion(elf, options, |_| Stimulus::REST);
+    let mut rig = Rig::with(elf, |options| {
+        options.set_corner(corner);
+        options.chip.crystal = match khz {
+            0 => Crystal::Missing,
+            _ => Crystal::Hertz(khz * 1000),
+        };
+    });
     rig.run(400);
     assert_eq!(rig.resets(), [], "{case}");
     let frames = rig.messages.iter();

@@ -1,8 +1,7 @@
 //! The supply: the brown-out level in the option bytes, and flash that is not written below 2.7 V.
 
+use crate::common::product;
 use crate::common::rig::Rig;
-use crate::common::{options, product};
-use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
 use wire::Fault;
@@ -20,9 +19,7 @@ fn level(rig: &mut Rig) -> u8 {
 
 /// A board with this brown-out level in its option bytes.
 fn board(elf: &[u8], level: u8) -> Rig {
-    let mut options = options();
-    options.chip.brown_out_level = level;
-    Rig::with_motion(elf, options, |_| Stimulus::REST)
+    Rig::with(elf, |options| options.chip.brown_out_level = level)
 }
 
 /// As delivered, the level is off.
@@ -47,10 +44,9 @@ fn the_first_start_sets_the_brown_out_level() {
 #[ignore = "full: option bytes that take 4 s"]
 fn slow_option_bytes_end_before_the_watchdog() {
     let Some(elf) = product() else { return };
-    let mut options = options();
-    options.chip.brown_out_level = 0;
-    options.chip.corner = Corner::Fast;
-    let mut rig = Rig::with_motion(&elf, options, |_| Stimulus::REST);
+    let mut rig = Rig::with(&elf, |options| {
+        (options.chip.brown_out_level, options.chip.corner) = (0, Corner::Fast);
+    });
     rig.board.cpu().machine().chip.flash.option_bytes_ms = Some(4_000);
     rig.run(6_500);
     let (codes, contacts) = rig.watch(500);

@@ -1,7 +1,7 @@
 //! A board with a master on both of its lines: requests, answers and frames.
 
 use estimator_core::Decision;
-use lsm6dsox::sim::Motion;
+use lsm6dsox::sim::{Motion, Stimulus};
 use virtual_board::emulator::board::{Board, BoardOptions, Injection};
 use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::part::rcc::ResetCause;
@@ -10,7 +10,7 @@ use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::uart::{Answer, ConfigGet, ConfigSet, Decoder, HealthMessage, Message, encode};
 use wire::{Address, Emergency, Value, pdo};
 
-use super::{MILLISECOND, boot_product};
+use super::{MILLISECOND, boot_product, options};
 
 pub const PRE_OPERATIONAL: u8 = 0x80;
 pub const OPERATIONAL: u8 = 0x01;
@@ -37,9 +37,17 @@ impl Rig {
         Self::of(boot_product(elf))
     }
 
-    /// A board with these options, moved by `motion`.
-    pub fn with_motion(elf: &[u8], options: BoardOptions, motion: impl Motion + 'static) -> Self {
-        Self::of(Board::with_motion(elf, options, motion).expect("it fits the flash"))
+    /// A board at rest, with changed options.
+    pub fn with(elf: &[u8], change: impl FnOnce(&mut BoardOptions)) -> Self {
+        let mut options = options();
+        change(&mut options);
+        let at_rest = |_| Stimulus::REST;
+        Self::of(Board::with_motion(elf, options, at_rest).expect("it fits the flash"))
+    }
+
+    /// A board moved by `motion`.
+    pub fn moved(elf: &[u8], motion: impl Motion + 'static) -> Self {
+        Self::of(Board::with_motion(elf, options(), motion).expect("it fits the flash"))
     }
 
     pub fn of(board: Board) -> Self {

@@ -12,15 +12,15 @@ use super::server::{LONGEST, Server, footfall, program};
 
 #[test]
 fn a_foot_is_read_and_set_over_serial_line_and_bus() {
-    let Some(server) = Server::start("set", &["--feet", "2", "--gait", "stand"]) else {
+    let Some(server) = Server::start("set", &["--gait", "stand"]) else {
         return;
     };
-    // Two feet are those of a biped.
-    let scan = server.foot(&server.bus(), &["scan"]);
+    let (serial, bus) = (server.serial("FL"), server.bus());
+    server.foot(&serial, &["id", "R"]);
+    server.foot(&serial, &["reset"]);
+    let scan = server.foot(&bus, &["scan"]);
     let path = server.path("bus.slcan");
-    let path = path.display();
-    assert_eq!(scan, format!("{path}  node 21  L\n{path}  node 22  R\n"));
-    let (serial, bus) = (server.serial("R"), server.bus());
+    assert_eq!(scan, format!("{}  node 22  R\n", path.display()));
     for (source, node, file) in [
         (&serial, &[][..], "serial.txt"),
         (&bus, &["--node", "22"], "bus.txt"),
@@ -61,7 +61,7 @@ fn a_foot_is_read_and_set_over_serial_line_and_bus() {
         server.foot(&serial, &["reset"]);
     }
     let said = server.end();
-    assert!(said.contains("R: reset by its program"), "{said}");
+    assert!(said.contains("FL: reset by its program"), "{said}");
 }
 
 /// Objects that the monitor prints within some seconds.
@@ -86,7 +86,7 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
         return;
     };
     for source in [server.serial("FL"), server.bus()] {
-        let objects = monitored(&server.folder, &source, "4");
+        let objects = monitored(&server.folder, &source, "3");
         let foot = newest(&objects, "FL");
         assert_eq!(
             (&foot["missing"], &foot["dropped"]),
@@ -104,9 +104,9 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     let of_bus = monitored(&server.folder, &server.bus(), "2");
     assert!(newest(&of_bus, "FL")["load_n"].is_number(), "{of_bus:#?}");
 
-    server.plan(3000, "FL: fault miso-low");
-    server.plan(5000, "FL: fault clear");
-    let plain = ["monitor", &server.bus(), "--seconds", "8"];
+    server.plan(1000, "FL: fault miso-low");
+    server.plan(2500, "FL: fault clear");
+    let plain = ["monitor", &server.bus(), "--seconds", "5"];
     let (lines, _) = footfall(&server.folder, &plain);
     let at = |words: &str| {
         lines
