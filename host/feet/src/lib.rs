@@ -27,7 +27,7 @@ pub mod robot;
 pub mod session;
 pub mod silence;
 pub mod source;
-mod usb;
+pub mod usb;
 
 pub use feed::Feed;
 pub use link::{Arrival, Link, LinkError, Sending};

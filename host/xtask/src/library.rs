@@ -16,13 +16,17 @@ use crate::command::{Step, root};
 /// Targets, each with the folders of `src` that have its library. Their names are those that the Arduino IDE looks for:
 /// the processor, then FPU and calling convention.
 const TARGETS: [(&str, &[&str]); 7] = [
-    ("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus"]),
+    (
+        "thumbv6m-none-eabi",
+        &["cortex-m0", "cortex-m0plus", "cortex-m3"],
+    ),
     (
         "thumbv7em-none-eabi",
         &[
             "cortex-m4",
             "cortex-m4/fpv4-sp-d16-softfp",
             "cortex-m7/fpv5-d16-softfp",
+            "cortex-m7/fpv5-sp-d16-softfp",
         ],
     ),
     (
@@ -30,6 +34,7 @@ const TARGETS: [(&str, &[&str]); 7] = [
         &[
             "cortex-m4/fpv4-sp-d16-hard",
             "cortex-m7/fpv5-d16-hard",
+            "cortex-m7/fpv5-sp-d16-hard",
             "imxrt1062/fpv5-d16-hard",
         ],
     ),

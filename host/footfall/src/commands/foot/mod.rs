@@ -121,7 +121,7 @@ pub enum FootAction {
     /// Replace the foot's program over CAN or the serial line, check that it runs, and wait until it has confirmed itself; the foot is
     /// silent for some seconds
     Update {
-        /// The image, .img
+        /// The image, .img; for a foot on USB its .uf2, which is copied to its drive
         image: PathBuf,
         /// Update all feet of the bus
         #[arg(long, conflicts_with = "node")]
@@ -173,6 +173,11 @@ impl FootArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         if let FootAction::Export { file } = &self.action {
             targets::check(&[], &[Target::Settings(file)])?;
+        }
+        if let FootAction::Update { image, .. } = &self.action
+            && let Some(text) = self.copy(image)?
+        {
+            return print_text(&text).map_err(Error::Print);
         }
         let mut link = link::open(&self.source)?;
         let text = match &self.action {

@@ -11,6 +11,7 @@ use feet::foot::scan;
 use feet::foot::serial_number;
 use feet::foot::update::{self, FootProgram, Image, UpdateError, UpdateStage, Updated};
 use feet::link::Link;
+use feet::usb;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use wire::NodeId;
@@ -55,6 +56,25 @@ struct FootUpdate {
 }
 
 impl FootArguments {
+    /// Copies a program for a foot on USB, and says so; `None` for an image that is sent.
+    pub(super) fn copy(&self, file: &Path) -> Result<Option<String>, FootError> {
+        let error = |message: String| FootError::File {
+            file: file.display().to_string(),
+            message,
+        };
+        let bytes = fs::read(file).map_err(|e| error(e.to_string()))?;
+        if !usb::is_program(&bytes) {
+            return Ok(None);
+        }
+        let Source::Uart { port, .. } = &self.source else {
+            return Err(error(
+                "a program for a foot on USB: name it as usb or uart:PORT".to_owned(),
+            ));
+        };
+        usb::update(port, &bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;
+        Ok(Some(format!("{port}: the program is copied and runs\n")))
+    }
+
     /// Updates the feet, and returns what changed.
     pub(super) fn update(
         &self,
