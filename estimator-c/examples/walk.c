@@ -1,5 +1,5 @@
-/* Reads samples, one a line: µs, m/s² three times, rad/s three times, N, validity; an empty line is the end. Prints the
- * bits of each estimate. */
+/* Reads the sample rate in Hz, and then samples, one a line: µs, m/s² three times, rad/s three times, N, validity; an
+ * empty line is the end. Prints the probability of each, or with BITS the bits of all that is estimated. */
 #include <stdio.h>
 #include <string.h>
 
@@ -7,6 +7,7 @@
 
 static footfall_memory memory;
 
+#ifdef BITS
 static uint32_t bits(float value) {
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
@@ -17,6 +18,7 @@ static uint32_t bits(float value) {
 static void print(const float *values, int count) {
     for (int i = 0; i < count; i++) printf(" %08lx", (unsigned long)bits(values[i]));
 }
+#endif
 
 static int failed(footfall_error error) {
     if (error != FOOTFALL_OK) printf("error: %s\n", footfall_error_text(error));
@@ -43,6 +45,7 @@ int main(void) {
         sample.timestamp_us = timestamp_us;
         sample.validity = (uint8_t)validity;
         if (failed(footfall_estimator_update(estimator, &sample, &load, &e))) return 1;
+#ifdef BITS
         printf("%lu", (unsigned long)e.timestamp_us);
         print(&e.stable, 1);
         print(&e.tangential, 1);
@@ -54,10 +57,16 @@ int main(void) {
         print(e.gyro_bias_rad_s, 3);
         print(&e.velocity_sigma_m_s, 1);
         printf(" %u %u %u\n", e.decision, e.phase, e.flags);
+#else
+        printf("%.3f s  P %.3f  %s\n", (double)e.timestamp_us / 1e6, (double)e.stable,
+               e.decision == FOOTFALL_STABLE ? "stable" : "");
+#endif
     }
     if (failed(footfall_estimator_learnt(estimator, &learnt))) return 1;
+#ifdef BITS
     printf("learnt");
     print(learnt.values, 6);
     printf("\n");
+#endif
     return 0;
 }

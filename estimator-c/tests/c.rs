@@ -264,12 +264,18 @@ fn programs_in_c_and_cpp_have_the_bits_of_rust() {
     for (compiler, package) in [(&C[..], "gcc"), (&CPP[..], "g++")] {
         if installed(compiler[0], package) {
             let program = temporary.path().join(compiler[0]);
-            compile(
-                compiler,
-                &folder().join("examples/walk.c"),
-                &library,
-                &program,
-            );
+            let source = folder().join("examples/walk.c");
+            compile(compiler, &source, &library, &program);
+            let (lines, _) = walk("walk.csv");
+            let input = temporary.path().join("input");
+            fs::write(&input, &lines).expect("a file");
+            let mut shown = Command::new(&program);
+            let shown = run(shown.stdin(File::open(&input).expect("a file")));
+            let shown = String::from_utf8(shown.stdout).expect("text");
+            assert_eq!(shown.lines().count(), lines.lines().count() - 2);
+            assert!(shown.lines().any(|line| line.ends_with("  stable")));
+            let with_bits = [compiler, &["-DBITS"]].concat();
+            compile(&with_bits, &source, &library, &program);
             assert_same_bits(temporary.path(), || Command::new(&program));
         }
     }
@@ -280,7 +286,7 @@ fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) 
     let board = folder().join("examples/board");
     let is_arm = processor.compiler.starts_with("arm");
     let mut command = Command::new(processor.compiler);
-    command.args(["-std=gnu99", "-Os"]).args(WARNINGS);
+    command.args(["-std=gnu99", "-Os", "-DBITS"]).args(WARNINGS);
     command.args(processor.options.split_whitespace());
     command.arg("-I").arg(archive.join("src"));
     command.arg(archive.join("examples/walk.c"));
@@ -396,7 +402,8 @@ fn cmake_and_pkg_config_find_the_archive() {
         source.join("CMakeLists.txt"),
         format!(
             "cmake_minimum_required(VERSION 3.18)\nproject(foot C)\nfind_package(footfall_estimator REQUIRED)\n\
-             add_executable(walk \"{}\")\ntarget_link_libraries(walk footfall::estimator)\n",
+             add_executable(walk \"{}\")\ntarget_link_libraries(walk footfall::estimator)\n\
+             target_compile_definitions(walk PRIVATE BITS)\n",
             archive.join("examples/walk.c").display()
         ),
     )
@@ -416,6 +423,7 @@ fn cmake_and_pkg_config_find_the_archive() {
     let flags = String::from_utf8(flags.stdout).expect("text");
     let program = source.join("walk");
     run(Command::new("cc")
+        .arg("-DBITS")
         .arg(archive.join("examples/walk.c"))
         .args(flags.split_whitespace())
         .arg("-o")
