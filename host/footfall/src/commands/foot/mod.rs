@@ -38,7 +38,7 @@ use crate::targets::{self, Target};
 pub(super) use show::Identity;
 pub use show::{FootChanges, FootInfo, FootScan, FootValues, to_json};
 pub use update::FootUpdates;
-use update::Which;
+use update::{ImageFile, Which};
 
 /// Arguments of `footfall foot`.
 #[derive(Debug, Args)]
@@ -174,15 +174,15 @@ impl FootArguments {
         if let FootAction::Export { file } = &self.action {
             targets::check(&[], &[Target::Settings(file)])?;
         }
-        if let FootAction::Update { image, .. } = &self.action
-            && let Some(text) = self.copy(image)?
-        {
-            return print_text(&text).map_err(Error::Print);
-        }
-        let mut link = link::open(&self.source)?;
+        let open = || link::open(&self.source);
         let text = match &self.action {
-            FootAction::Scan => self.scan(link.as_mut())?,
+            FootAction::Scan => self.scan(open()?.as_mut())?,
             FootAction::Update { image, all, serial } => {
+                let file = ImageFile::read(image)?;
+                if file.is_for_usb() {
+                    return print_text(&self.copy(&file)?).map_err(Error::Print);
+                }
+                let link = open()?;
                 // A foot that is left in its bootloader is silent.
                 finish_when_interrupted();
                 let which = match (all, serial.as_slice()) {
@@ -190,9 +190,9 @@ impl FootArguments {
                     (false, []) => Which::One,
                     (false, numbers) => Which::Numbered(numbers),
                 };
-                self.update(link, image, which)?
+                self.update(link, file, which)?
             }
-            action => self.act(action, link)?,
+            action => self.act(action, open()?)?,
         };
         print_text(&text).map_err(Error::Print)
     }

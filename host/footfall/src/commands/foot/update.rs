@@ -31,6 +31,31 @@ pub(super) enum Which<'a> {
     Numbered(&'a [u32]),
 }
 
+/// File with a program.
+pub(super) struct ImageFile<'a> {
+    name: &'a Path,
+    bytes: Vec<u8>,
+}
+
+impl<'a> ImageFile<'a> {
+    pub(super) fn read(name: &'a Path) -> Result<Self, FootError> {
+        let bytes = fs::read(name).map_err(|error| refused(name, &error.to_string()))?;
+        Ok(Self { name, bytes })
+    }
+
+    /// Returns whether a foot on USB takes it as a copy; all others are sent theirs.
+    pub(super) fn is_for_usb(&self) -> bool {
+        usb::is_program(&self.bytes)
+    }
+}
+
+fn refused(file: &Path, message: &str) -> FootError {
+    FootError::File {
+        file: file.display().to_string(),
+        message: message.to_owned(),
+    }
+}
+
 /// Results of an update, for each foot.
 #[derive(Debug, Serialize)]
 #[serde(transparent)]
@@ -56,38 +81,26 @@ struct FootUpdate {
 }
 
 impl FootArguments {
-    /// Copies a program for a foot on USB, and says so; `None` for an image that is sent.
-    pub(super) fn copy(&self, file: &Path) -> Result<Option<String>, FootError> {
-        let error = |message: String| FootError::File {
-            file: file.display().to_string(),
-            message,
-        };
-        let bytes = fs::read(file).map_err(|e| error(e.to_string()))?;
-        if !usb::is_program(&bytes) {
-            return Ok(None);
-        }
+    /// Copies a program for a foot on USB, and says so.
+    pub(super) fn copy(&self, file: &ImageFile<'_>) -> Result<String, FootError> {
         let Source::Uart { port, .. } = &self.source else {
-            return Err(error(
-                "a program for a foot on USB: name it as usb or uart:PORT".to_owned(),
+            return Err(refused(
+                file.name,
+                "a program for a foot on USB: name it as usb or uart:PORT",
             ));
         };
-        usb::update(port, &bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;
-        Ok(Some(format!("{port}: the program is copied and runs\n")))
+        usb::update(port, &file.bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;
+        Ok(format!("{port}: the program is copied and runs\n"))
     }
 
     /// Updates the feet, and returns what changed.
     pub(super) fn update(
         &self,
         mut link: Box<dyn Link>,
-        file: &Path,
+        ImageFile { name, bytes }: ImageFile<'_>,
         which: Which<'_>,
     ) -> Result<String, FootError> {
-        let error = |message: String| FootError::File {
-            file: file.display().to_string(),
-            message,
-        };
-        let bytes = fs::read(file).map_err(|e| error(e.to_string()))?;
-        let image = Image::new(bytes).map_err(|why| error(why.words().to_owned()))?;
+        let image = Image::new(bytes).map_err(|why| refused(name, why.words()))?;
         let (mut client, mut feet) = match which {
             // There is one foot on a serial line.
             Which::All | Which::Numbered(_) if link.as_serial_line().is_none() => {
