@@ -8,9 +8,10 @@ use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
 
 use embedded_hal_async::delay::DelayNs;
-use estimator_core::{ImuSample, Timestamp};
+use estimator_core::Timestamp;
+use feet::robot::board::measurement;
 use firmware::commands::UartReceiver;
-use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks};
+use firmware::sampling::{self, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
 use firmware::{Foot, Ports, Start};
 use lsm6dsox::imu::Conversion;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
@@ -308,7 +309,7 @@ impl Bench {
         let sample = Conversion::default().imu_sample(&raw, time);
         let measurement = Measurement {
             raw: Some(raw),
-            ..measured(sample)
+            ..measurement(sample, None)
         };
         self.tick(&tick, &measurement, reading);
     }
@@ -337,18 +338,4 @@ pub fn run(
         bench.tick(tick, measurement, None);
         each(bench, tick, measurement);
     });
-}
-
-/// A sample read at its edge, without a fault or its codes.
-pub fn measured(sample: ImuSample) -> Measurement {
-    Measurement {
-        sample,
-        raw: None,
-        activity: Activity::Measuring,
-        fault: None,
-        read_at: ReadAt::Edge,
-        saturated_for_long: false,
-        restarts: 0,
-        misreads: 0,
-    }
 }

@@ -1,8 +1,9 @@
 //! CAN and UART: requests, settings, floods, and missing receivers.
 
-use crate::bench::{Bench, measured};
+use crate::bench::Bench;
 use ::storage::{Erase, StoreFailed};
 use estimator_core::{Flag, ImuSample, Phase, Timestamp, Validity};
+use feet::robot::board::measurement;
 use firmware::ports::{Input, Request};
 use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
 use firmware::supervision::Worker;
@@ -258,7 +259,7 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
         let measurement = Measurement {
             activity,
             fault,
-            ..measured(missing_sample(time))
+            ..measurement(missing_sample(time), None)
         };
         bench.tick(&tick, &measurement, None);
         assert_eq!(is_alive(&bench), alive, "{activity:?}, {fault:?}");
@@ -283,7 +284,7 @@ fn slow_ticks_without_can_are_no_gaps() {
             validity: Validity::Valid,
             ..missing_sample(time)
         };
-        foot.tick(&tick, &measured(sample), None, &ports);
+        foot.tick(&tick, &measurement(sample, None), None, &ports);
         assert!(!foot.estimate().flags.contains(Flag::TimeGap), "{number}");
         assert_eq!(ports.try_next_can(), None);
         let mut decoder = Decoder::new();
