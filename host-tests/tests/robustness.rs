@@ -5,10 +5,12 @@ use crate::labelled;
 use estimator_core::{Params, Vec3};
 use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
-    jittering, losing_bursts, losing_single, stood, with_force_bias, with_gaps, with_rate_bias,
+    Chance, changed, jittering, losing_bursts, losing_single, stood, with_force_bias, with_gaps,
+    with_rate_bias,
 };
+use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
-use labelled::{averaged, of_sets, pooled, rmse};
+use labelled::{averaged, of_sets, pooled, rmse, rmse_from};
 use recordings::samples::recording::Recording;
 
 const SEED: u64 = 1;
@@ -68,6 +70,56 @@ fn gaps_in_a_recording_cost_little() {
             assert!(
                 after - before < most,
                 "{} {gap} s: {before:.4} → {after:.4}",
+                set.name()
+            );
+        }
+    }
+}
+
+/// Rate of a foot, Hz.
+const RATE: f32 = 1000.0;
+
+#[test]
+fn noise_of_the_rate_keeps_no_bias_from_being_learnt() {
+    let mut chance = Chance::new(SEED);
+    for set in [Set::Talos, Set::RealNao, Set::Go1] {
+        let Some(files) = of_sets(&[set]) else { return };
+        let stood = files.iter().map(|file| {
+            let stood = stood(&resample(&file.recording, RATE), 10.0, SEED);
+            with_rate_bias(&stood, Vec3::new(0.03, -0.03, 0.03))
+        });
+        let quiet: Vec<Recording> = stood.collect();
+        let noisy = quiet.iter().map(|recording| {
+            changed(recording, |sample| {
+                sample.imu.angular_rate.0 += chance.vector(0.01);
+            })
+        });
+        let noisy: Vec<Recording> = noisy.collect();
+        let [before, after] = [&quiet, &noisy].map(|of| pooled(of, &Params::DEFAULT));
+        println!("{}: {before:.4} → {after:.4}", set.name());
+        assert!(
+            after - before < 0.01,
+            "{}: {before:.4} → {after:.4}",
+            set.name()
+        );
+    }
+}
+
+#[test]
+fn a_start_in_mid_walk_is_forgotten_after_ten_seconds() {
+    for set in [Set::Talos, Set::RealNao, Set::PushedNao] {
+        let Some(files) = of_sets(&[set]) else { return };
+        let whole = resample(&files[0].recording, RATE);
+        for late in [2, 5, 10, 16, 20_usize] {
+            let from = |second: usize| second * RATE as usize;
+            let mut cut = whole.clone();
+            cut.samples.drain(..from(late));
+            let [before, after] = [(late + 10, &whole), (10, &cut)]
+                .map(|(second, of)| rmse_from(from(second), of, &Params::DEFAULT));
+            println!("{} {late} s: {before:.4} → {after:.4}", set.name());
+            assert!(
+                after - before < 0.03,
+                "{} {late} s: {before:.4} → {after:.4}",
                 set.name()
             );
         }

@@ -158,6 +158,10 @@ impl AttitudeFilter {
                 self.correcting += step.seconds;
             }
         }
+        // The end of the range is nearer to the force of an impact than none.
+        if self.alignment == Alignment::Aligned && step.continuity == Continuity::Continuous {
+            self.bias.weigh(force_world.z, step.seconds);
+        }
         match self.inclination.has_settled(step.seconds) {
             true => self.alignment = Alignment::Aligned,
             false => self.bias.excuse(),

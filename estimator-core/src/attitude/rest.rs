@@ -34,6 +34,10 @@ use crate::vector::Vec3;
 /// Time constant of the means that deviations are measured from, s.
 const MEAN_TIME_CONSTANT: f32 = 0.5;
 
+/// Time constant of the means whose deviations are measured, s: the noise of a sensor and the hum of a motor are no
+/// motion of the foot.
+const SHORT_TIME_CONSTANT: f32 = 0.025;
+
 /// Largest motion of gravity through the sensor in a rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in
 /// the last second of a rest's least duration. Far above the noise of the mean.
 const LARGEST_SWAY: f32 = 0.03;
@@ -100,6 +104,10 @@ const EXCUSED: f32 = 5.0;
 /// Least and largest reading of gravity by an accelerometer at rest, m/s². A NAO's reads 9.06; readings
 /// outside this range are limited to it.
 const GRAVITY: (f32, f32) = (0.9 * STANDARD_GRAVITY, 1.1 * STANDARD_GRAVITY);
+
+/// Time constant, s, with which gravity follows the force along up before the first rest: a foot that walks gains no
+/// speed in it.
+const GRAVITY_MOTION_TIME_CONSTANT: f32 = 5.0;
 
 /// Time constant of the gravity estimate at rest, s.
 const GRAVITY_TIME_CONSTANT: f32 = 0.5;
@@ -198,6 +206,9 @@ pub(crate) struct BiasEstimator {
     coefficients: RestCoefficients,
     mean_force: Vec3,
     mean_rate: Vec3,
+    /// Means over [`SHORT_TIME_CONSTANT`].
+    short_force: Vec3,
+    short_rate: Vec3,
     /// The mean force when this stillness began and the mean had settled.
     first_force: Vec3,
     /// Duration of stillness so far, s.
@@ -225,6 +236,8 @@ pub(crate) struct BiasEstimator {
     excused: f32,
     /// Length of the specific force at rest, m/s²: gravity as this accelerometer reads it.
     gravity: f32,
+    /// Whether gravity was read at rest.
+    weighed: bool,
     beginning: Beginning,
 }
 
@@ -234,6 +247,8 @@ impl BiasEstimator {
             coefficients,
             mean_force: Vec3::ZERO,
             mean_rate: Vec3::ZERO,
+            short_force: Vec3::ZERO,
+            short_rate: Vec3::ZERO,
             first_force: Vec3::ZERO,
             still: 0.0,
             learnt: 0.0,
@@ -248,14 +263,15 @@ impl BiasEstimator {
             error: Vec3::ZERO,
             excused: 0.0,
             gravity: STANDARD_GRAVITY,
+            weighed: false,
             beginning: Beginning::Still,
         }
     }
 
     /// Starts with the first sample's values as means.
     pub(crate) const fn start(&mut self, force: Vec3, rate: Vec3) {
-        self.mean_force = force;
-        self.mean_rate = rate;
+        (self.mean_force, self.short_force) = (force, force);
+        (self.mean_rate, self.short_rate) = (rate, rate);
     }
 
     /// Processes a sample: specific force in m/s² and angular rate in rad/s, sensor frame.
@@ -266,10 +282,14 @@ impl BiasEstimator {
             ..
         } = self.coefficients;
         let dt = step.seconds;
-        let (force_deviation, rate_deviation) = (force - self.mean_force, rate - self.mean_rate);
         let gain = dt / (MEAN_TIME_CONSTANT + dt);
-        self.mean_force += force_deviation * gain;
-        self.mean_rate += rate_deviation * gain;
+        self.mean_force += (force - self.mean_force) * gain;
+        self.mean_rate += (rate - self.mean_rate) * gain;
+        let gain = dt / (SHORT_TIME_CONSTANT + dt);
+        self.short_force += (force - self.short_force) * gain;
+        self.short_rate += (rate - self.short_rate) * gain;
+        let force_deviation = self.short_force - self.mean_force;
+        let rate_deviation = self.short_rate - self.mean_rate;
 
         self.opening = (self.opening + GATE_GROWTH * dt).lesser(LARGEST_OPENING);
         let still = step.continuity == Continuity::Continuous
@@ -291,11 +311,25 @@ impl BiasEstimator {
             Beginning::Over => duration,
         };
         if self.still >= least {
-            let (lightest, heaviest) = GRAVITY;
-            let read = self.mean_force.length().greater(lightest).lesser(heaviest);
-            self.gravity += (read - self.gravity) * (dt / (GRAVITY_TIME_CONSTANT + dt));
+            self.weighed = true;
+            let read = self.mean_force.length();
+            self.read_gravity(read, dt / (GRAVITY_TIME_CONSTANT + dt));
             self.learn(dt);
         }
+    }
+
+    /// Processes the specific force along up of a foot that moves, m/s²: before the first rest its mean is gravity.
+    pub(crate) fn weigh(&mut self, upward: f32, dt: f32) {
+        if !self.weighed {
+            self.read_gravity(upward, dt / GRAVITY_MOTION_TIME_CONSTANT);
+        }
+    }
+
+    /// Moves gravity by a share of the way to a reading of it.
+    fn read_gravity(&mut self, read: f32, share: f32) {
+        let (lightest, heaviest) = GRAVITY;
+        let moved = self.gravity + (read - self.gravity) * share;
+        self.gravity = moved.greater(lightest).lesser(heaviest);
     }
 
     /// Returns whether gravity has moved through the sensor since the stillness began.
@@ -470,13 +504,52 @@ mod tests {
         assert_near(feed(&mut estimator, 5.0, 0.55), 5.0, 0.1);
     }
 
-    /// Feeds a sample of a foot that is moved.
+    /// Feeds 50 ms of a foot that is moved.
     fn jolt(estimator: &mut BiasEstimator) {
         let step = Step {
             seconds: DT,
             continuity: Continuity::Continuous,
         };
-        estimator.update(UP * 1.5, Vec3::new(0.5 * DEGREE, 0.0, 0.0), step);
+        for _ in 0..50 {
+            estimator.update(UP * 1.5, Vec3::new(0.5 * DEGREE, 0.0, 0.0), step);
+        }
+    }
+
+    #[test]
+    fn noise_of_a_rate_and_hum_of_a_motor_are_rest() {
+        let mut estimator = estimator();
+        let step = Step {
+            seconds: DT,
+            continuity: Continuity::Continuous,
+        };
+        jolt(&mut estimator);
+        for k in 0..10_000 {
+            // At 90 Hz, and a rate that jumps by eight degrees a second from sample to sample.
+            let hum = 0.7 * libm::sinf(565.5 * k as f32 * DT);
+            let noise = [4.0, -4.0][k % 2];
+            let rate = Vec3::new((1.5 + noise) * DEGREE, 0.0, 0.0);
+            estimator.update(UP + Vec3::new(0.0, hum, 0.0), rate, step);
+        }
+        assert!(estimator.is_known());
+        assert_near(estimator.bias().x / DEGREE, 1.5, 0.02);
+    }
+
+    #[test]
+    fn gravity_is_the_mean_force_of_a_walk_until_the_first_rest() {
+        let mut estimator = estimator();
+        estimator.start(UP, Vec3::ZERO);
+        let walk = |estimator: &mut BiasEstimator, read: f32| {
+            for k in 0..20_000 {
+                let swing = 5.0 * libm::sinf(10.0 * k as f32 * DT);
+                estimator.weigh(read + swing, DT);
+            }
+        };
+        walk(&mut estimator, 9.06);
+        assert_near(estimator.gravity(), 9.06, 0.15);
+        feed(&mut estimator, 0.0, 4.0);
+        assert_near(estimator.gravity(), 9.81, 0.01);
+        walk(&mut estimator, 9.06);
+        assert_near(estimator.gravity(), 9.81, 0.01);
     }
 
     #[test]
@@ -663,9 +736,9 @@ mod tests {
         for (rate, expected) in [(0.1, 0.1), (1.4, 1.4), (4.1, 1.39)] {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 10.0);
+            jolt(&mut estimator);
             (0..10_000).for_each(|_| estimator.follow(turn, DT));
             assert_near(estimator.bias().x / DEGREE, 1.39, 0.01);
-            jolt(&mut estimator);
             feed(&mut estimator, rate, 6.0);
             assert_near(estimator.bias().x / DEGREE, expected, 0.03);
         }
@@ -711,7 +784,7 @@ mod tests {
         for (minutes, expected) in [(0, 0.1), (11, 0.6)] {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 10.0);
-            (0..minutes * 60_000).for_each(|_| jolt(&mut estimator));
+            (0..minutes * 1_200).for_each(|_| jolt(&mut estimator));
             assert_near(feed(&mut estimator, 0.6, 25.0), expected, 0.03);
         }
     }

@@ -36,6 +36,17 @@ pub fn rmse(recording: &Recording, params: &Params) -> f64 {
     pooled([recording], params)
 }
 
+/// RMSE of P over the labelled samples of a recording from sample number `first` on.
+///
+/// # Panics
+/// As [`rmse`].
+#[must_use]
+pub fn rmse_from(first: usize, recording: &Recording, params: &Params) -> f64 {
+    let estimates = replay(recording, params).expect("valid parameters");
+    let scored = Scored::collect(&recording.samples[first..], &estimates[first..]);
+    libm::sqrt(brier_score(&scored).expect("labels"))
+}
+
 /// RMSE of P over the labelled samples of all recordings together.
 ///
 /// # Panics
