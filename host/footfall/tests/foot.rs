@@ -12,20 +12,20 @@ fn foot(bench: &Bench, arguments: &str) -> (String, String) {
 #[test]
 fn foot_is_scanned_described_and_read() {
     let bench = Bench::new();
-    let (scan, _) = foot(&bench, "demo:feet=4,speed=2 scan");
+    let (scan, _) = foot(&bench, "demo:feet=4,speed=max scan");
     assert_eq!(
         scan,
         "can0  node 17  FL\ncan0  node 18  FR\ncan0  node 19  RL\ncan0  node 20  RR\n"
     );
-    let (info, error) = foot(&bench, "demo:speed=2 info");
+    let (info, error) = foot(&bench, "demo:speed=max info");
     assert!(info.starts_with("foot     FL, node 17\n"), "{info}{error}");
     assert!(info.contains("faults   none\n"), "{info}");
-    let (info, _) = foot(&bench, "demo:feet=4,speed=2 --node 0x13 info --json");
+    let (info, _) = foot(&bench, "demo:feet=4,speed=max --node 0x13 info --json");
     let json: serde_json::Value = serde_json::from_str(&info).expect("JSON");
     assert_eq!((&json["foot"], &json["node"]), (&"RL".into(), &19.into()));
-    let (one, _) = foot(&bench, "demo:speed=2,line=uart get decision.threshold");
+    let (one, _) = foot(&bench, "demo:speed=max,line=uart get decision.threshold");
     assert!(one.starts_with("decision.threshold = 0.5   # "), "{one}");
-    let (all, _) = foot(&bench, "demo:speed=2 get --json");
+    let (all, _) = foot(&bench, "demo:speed=max get --json");
     let all: serde_json::Value = serde_json::from_str(&all).expect("JSON");
     assert!(all.as_object().expect("an object").len() > 60);
 }
@@ -44,10 +44,10 @@ fn invalid_setting_error_gives_name_and_range() {
         export settings.csv => .txt
         "#,
     ) {
-        let (_, error) = foot(&bench, &format!("demo:speed=2 {arguments}"));
+        let (_, error) = foot(&bench, &format!("demo:speed=max {arguments}"));
         assert!(error.contains(expected), "{arguments}: {error}");
     }
-    let (set, _) = foot(&bench, "demo:speed=2 set decision.threshold=0.75 --save");
+    let (set, _) = foot(&bench, "demo:speed=max set decision.threshold=0.75 --save");
     assert_eq!(set, "decision.threshold: 0.5 → 0.75\nstored\n");
 }
 
@@ -56,8 +56,8 @@ fn id_command_refuses_an_id_in_use_and_an_unknown_foot() {
     let bench = Bench::new();
     for (arguments, expected) in cases(
         "
-        demo:feet=4,speed=2 --node 17 id FR => would become node 18, which is on the bus already
-        demo:speed=2 id XY => write one of FL, FR, RL, RR, L, R
+        demo:feet=4,speed=max --node 17 id FR => would become node 18, which is on the bus already
+        demo:speed=max id XY => write one of FL, FR, RL, RR, L, R
         ",
     ) {
         let (_, error) = foot(&bench, arguments);
@@ -68,7 +68,7 @@ fn id_command_refuses_an_id_in_use_and_an_unknown_foot() {
 #[test]
 fn calibration_needs_a_walking_and_learning_foot() {
     let bench = Bench::new();
-    let (text, error) = foot(&bench, "demo:speed=5 --node 17 calibrate");
+    let (text, error) = foot(&bench, "demo:speed=max --node 17 calibrate");
     for expected in [
         "kept and stored\n",
         "still ",
@@ -79,9 +79,9 @@ fn calibration_needs_a_walking_and_learning_foot() {
         assert!(text.contains(expected), "{expected}: {text}{error}");
     }
     assert!(error.contains("let the foot walk: "), "{error}");
-    let (_, error) = foot(&bench, "demo:speed=1 calibrate --seconds 0.001");
+    let (_, error) = foot(&bench, "demo:speed=max calibrate --seconds 0.001");
     assert_has(&error, "has not learnt enough in 0.001 s (");
-    let (forgotten, _) = foot(&bench, "demo:speed=2 calibrate --forget");
+    let (forgotten, _) = foot(&bench, "demo:speed=max calibrate --forget");
     assert_eq!(forgotten, "what was learnt is forgotten\n");
 }
 
@@ -119,11 +119,11 @@ fn interrupted_id_change_is_completed() {
 fn empty_file_and_duplicate_setting_are_rejected() {
     let bench = Bench::with("foot.txt", "# settings of a foot\n");
     for action in ["import", "diff"] {
-        let (output, error) = foot(&bench, &format!("demo:speed=2 {action} foot.txt"));
+        let (output, error) = foot(&bench, &format!("demo:speed=max {action} foot.txt"));
         assert_eq!(output, "");
         assert!(error.contains("foot.txt: it holds no setting"), "{error}");
     }
-    let (output, error) = foot(&bench, "demo:speed=2 set window=40ms window=50ms");
+    let (output, error) = foot(&bench, "demo:speed=max set window=40ms window=50ms");
     assert_eq!(output, "");
     assert!(error.contains("is named twice"), "{error}");
 }
@@ -131,12 +131,15 @@ fn empty_file_and_duplicate_setting_are_rejected() {
 #[test]
 fn settings_are_read_from_stdin_with_a_size_limit() {
     let bench = Bench::with("zeros.txt", vec![0; 2 << 20]);
-    let output = bench.piped("foot demo:speed=2 import -", "decision.threshold = 0.625\n");
+    let output = bench.piped(
+        "foot demo:speed=max import -",
+        "decision.threshold = 0.625\n",
+    );
     assert_eq!(
         text(&output.stdout),
         "decision.threshold: 0.5 → 0.625\nstored\n"
     );
-    let (output, error) = foot(&bench, "demo:speed=2 import zeros.txt");
+    let (output, error) = foot(&bench, "demo:speed=max import zeros.txt");
     assert_eq!(output, "");
     assert_eq!(
         error,
@@ -157,24 +160,24 @@ fn images_are_checked_before_anything_is_sent() {
         ("short.img", &image[..600], "the image is shorter"),
     ] {
         std::fs::write(bench.path(name), bytes).expect("a file");
-        let (_, error) = foot(&bench, &format!("demo:speed=2 update {name}"));
+        let (_, error) = foot(&bench, &format!("demo:speed=max update {name}"));
         assert_has(&error, &format!("{name}: {expected}"));
     }
     std::fs::write(bench.path("foot.img"), &image).expect("a file");
-    let (same, error) = foot(&bench, "demo:speed=2,line=uart update foot.img");
+    let (same, error) = foot(&bench, "demo:speed=max,line=uart update foot.img");
     assert_eq!(same, "the foot: 0.1.0 runs already, confirmed\n", "{error}");
     let mut other = image.clone();
     // The first byte of the hash.
     other[44] = 1;
     std::fs::write(bench.path("other.img"), &other).expect("a file");
-    let (_, error) = foot(&bench, "demo:speed=2 update other.img");
+    let (_, error) = foot(&bench, "demo:speed=max update other.img");
     assert!(error.contains("demo feet have no bootloader"), "{error}");
-    let (same, error) = foot(&bench, "demo:speed=2,feet=2 update foot.img --all");
+    let (same, error) = foot(&bench, "demo:speed=max,feet=2 update foot.img --all");
     let line = |node| format!("node {node}: 0.1.0 runs already, confirmed\n");
     assert_eq!(same, line(21) + &line(22), "{error}");
     let (same, error) = foot(
         &bench,
-        "demo:speed=2,feet=2 update foot.img --serial 0xF0070006,0xF0070006",
+        "demo:speed=max,feet=2 update foot.img --serial 0xF0070006,0xF0070006",
     );
     assert_eq!(same, line(22), "{error}");
     for (line, number, heard) in [
@@ -185,7 +188,7 @@ fn images_are_checked_before_anything_is_sent() {
         ),
         ("line=uart", "0xF0070006", "0xF0070001"),
     ] {
-        let arguments = format!("demo:speed=2,{line} update foot.img --serial 0xF0070006,4");
+        let arguments = format!("demo:speed=max,{line} update foot.img --serial 0xF0070006,4");
         let (_, error) = foot(&bench, &arguments);
         let expected = format!(
             "no foot with the serial number {number} is heard on this line; those heard: {heard}."
@@ -197,14 +200,14 @@ fn images_are_checked_before_anything_is_sent() {
 #[test]
 fn acceptance_ends_with_what_was_not_seen_or_is_out() {
     let bench = Bench::new();
-    let accept = |speed: f32, options: &str| {
+    let accept = |options: &str| {
         let output = bench.run(&format!(
-            "accept demo:speed={speed} --seconds 1 --json {options}"
+            "accept demo:speed=max --seconds 1 --json {options}"
         ));
         let report: serde_json::Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
         (report, text(&output.stderr), output.status.code())
     };
-    let (report, said, code) = accept(2.0, "--only board,unplug");
+    let (report, said, code) = accept("--only board,unplug");
     assert_eq!((code, &report["foot"]), (Some(0), &"FL".into()), "{said}");
     assert_eq!(report["schema"], "urn:footfall:accept:1");
     assert_eq!(
@@ -213,8 +216,8 @@ fn acceptance_ends_with_what_was_not_seen_or_is_out() {
         "{said}"
     );
     assert!(said.contains("not tested: no fault within 1 s"), "{said}");
-    // The simulated foot walks too slowly for ten steps, also where it has to catch up with the time.
-    let (report, said, code) = accept(0.5, "--only steps");
+    // Nobody takes ten steps in a second.
+    let (report, said, code) = accept("--only steps");
     assert_eq!(
         (code, &report["accepted"]),
         (Some(1), &false.into()),

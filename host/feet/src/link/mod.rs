@@ -211,6 +211,20 @@ pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
     })
 }
 
+/// Opens a line for requests. The time of a demo at the speed `max` passes only while answers are awaited, and timeouts are
+/// measured in it.
+///
+/// # Errors
+/// The device or file cannot be used.
+pub fn open_for_requests(source: &Source) -> Result<Box<dyn Link>, LinkError> {
+    match source {
+        Source::Demo(demo) if demo.speed == Some(Speed::Max) => {
+            Ok(Box::new(demo::SimulatedFeet::in_steps(demo)))
+        }
+        source => open(source),
+    }
+}
+
 /// Current time on the clock of this machine, µs since 1970.
 #[must_use]
 pub fn now() -> Timestamp {

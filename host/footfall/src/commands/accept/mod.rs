@@ -54,7 +54,7 @@ fn parse_step(text: &str) -> Result<AcceptStep, String> {
 
 impl AcceptArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let link = link::open(&self.source)?;
+        let link = link::open_for_requests(&self.source)?;
         let mut client = Client::new(link, self.node).map_err(FootError::from)?;
         // The self-test changes a setting meanwhile, and so do the streams of a serial line.
         finish_when_interrupted();

@@ -174,7 +174,7 @@ impl FootArguments {
         if let FootAction::Export { file } = &self.action {
             targets::check(&[], &[Target::Settings(file)])?;
         }
-        let open = || link::open(&self.source);
+        let open = || link::open_for_requests(&self.source);
         let text = match &self.action {
             FootAction::Scan => self.scan(open()?.as_mut())?,
             FootAction::Update { image, all, serial } => {
