@@ -163,6 +163,22 @@ fn images_are_checked_before_anything_is_sent() {
         let (_, error) = foot(&bench, &format!("demo:speed=max update {name}"));
         assert_has(&error, &format!("{name}: {expected}"));
     }
+    // The beginning of a UF2 file for an RP2040.
+    let mut copied = [0; 32];
+    copied[..8].copy_from_slice(b"UF2\nWQ]\x9E");
+    copied[28..].copy_from_slice(&0xE48B_FF56_u32.to_le_bytes());
+    std::fs::write(bench.path("foot.uf2"), copied).expect("a file");
+    let name_usb = "a program for a foot on USB: name it as usb or uart:PORT";
+    let one = "a program for the one foot on a USB port: no --all, --node, --serial or --json";
+    for (options, expected) in [
+        ("", name_usb),
+        ("--all", one),
+        ("--serial 4", one),
+        ("--json", one),
+    ] {
+        let (_, error) = foot(&bench, &format!("demo:speed=max update foot.uf2 {options}"));
+        assert_has(&error, &format!("foot.uf2: {expected}"));
+    }
     std::fs::write(bench.path("foot.img"), &image).expect("a file");
     let (same, error) = foot(&bench, "demo:speed=max,line=uart update foot.img");
     assert_eq!(same, "the foot: 0.1.0 runs already, confirmed\n", "{error}");

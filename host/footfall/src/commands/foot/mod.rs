@@ -179,17 +179,17 @@ impl FootArguments {
             FootAction::Scan => self.scan(open()?.as_mut())?,
             FootAction::Update { image, all, serial } => {
                 let file = ImageFile::read(image)?;
-                if file.is_for_usb() {
-                    return print_text(&self.copy(&file)?).map_err(Error::Print);
-                }
-                let link = open()?;
-                // A foot that is left in its bootloader is silent.
-                finish_when_interrupted();
                 let which = match (all, serial.as_slice()) {
                     (true, _) => Which::All,
                     (false, []) => Which::One,
                     (false, numbers) => Which::Numbered(numbers),
                 };
+                if file.is_for_usb() {
+                    return print_text(&self.copy(&file, which)?).map_err(Error::Print);
+                }
+                let link = open()?;
+                // A foot that is left in its bootloader is silent.
+                finish_when_interrupted();
                 self.update(link, file, which)?
             }
             action => self.act(action, open()?)?,

@@ -82,7 +82,13 @@ struct FootUpdate {
 
 impl FootArguments {
     /// Copies a program for a foot on USB, and says so.
-    pub(super) fn copy(&self, file: &ImageFile<'_>) -> Result<String, FootError> {
+    pub(super) fn copy(&self, file: &ImageFile<'_>, which: Which<'_>) -> Result<String, FootError> {
+        if self.json || self.node.is_some() || which != Which::One {
+            return Err(refused(
+                file.name,
+                "a program for the one foot on a USB port: no --all, --node, --serial or --json",
+            ));
+        }
         let Source::Uart { port, .. } = &self.source else {
             return Err(refused(
                 file.name,
