@@ -79,6 +79,11 @@ impl Event {
     }
 }
 
+/// Event of a record; `None` for one that was interrupted.
+fn event(word: u32, complement: u32) -> Option<Event> {
+    (complement == !word).then(|| Event::decode(word)).flatten()
+}
+
 /// Progress of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Progress {
@@ -128,9 +133,7 @@ impl State {
                 break;
             }
             state.used = index + 1;
-            if complement == !word
-                && let Some(event) = Event::decode(word)
-            {
+            if let Some(event) = event(word, complement) {
                 state.apply(event);
             }
         }
@@ -171,16 +174,19 @@ impl State {
         }
     }
 
-    /// Appends an event. Programs two words, and erases nothing.
+    /// Appends an event in the next record that is blank. Programs two words, and erases nothing.
     ///
     /// # Errors
     /// The journal is full, or the flash failed.
     pub fn append(&mut self, event: Event, flash: &mut impl Flash) -> Result<(), FlashFailed> {
-        let at = JOURNAL + self.used * RECORD;
-        if self.used >= RECORDS {
-            return Err(FlashFailed);
-        }
-        self.used += 1;
+        // A bad cell is never blank.
+        let blank = (self.used..RECORDS).find(|index| {
+            let at = JOURNAL + index * RECORD;
+            (flash.read(at), flash.read(at + 4)) == (u32::MAX, u32::MAX)
+        });
+        let index = blank.ok_or(FlashFailed)?;
+        let at = JOURNAL + index * RECORD;
+        self.used = index + 1;
         let word = event.encode();
         flash.program(at, word)?;
         flash.program(at + 4, !word)?;
@@ -194,8 +200,9 @@ impl State {
     /// # Errors
     /// The flash failed.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
-        let behind = (JOURNAL + self.used * RECORD..JOURNAL + JOURNAL_SIZE).step_by(4);
-        let is_torn = behind.into_iter().any(|at| flash.read(at) != u32::MAX);
+        // What an erase has left; a bad cell is no record, and another erase does not mend it.
+        let mut behind = (JOURNAL + self.used * RECORD..JOURNAL + JOURNAL_SIZE).step_by(8);
+        let is_torn = behind.any(|at| event(flash.read(at), flash.read(at + 4)).is_some());
         let is_due = match self.progress {
             Progress::Settled => self.used + RESERVE > RECORDS,
             Progress::Trial(_) => self.used + LEAST > RECORDS,

@@ -2,7 +2,7 @@
 //!
 //! | in the journal | done at the start |
 //! |---|---|
-//! | nothing in progress | the running program is checked and started; if it has decayed, the previous one is restored |
+//! | nothing in progress | the running program is checked and started, also where the flash takes no record; if it has decayed, the previous one is restored |
 //! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that has worked ends it, and so does a failure of the flash |
 //! | [`Replacing`](Progress::Replacing) | the new program is checked, copied to `Running` and started, and its slot is cleared; where it is lost or the flash fails, the previous one is restored |
 //! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none; one that a probe has written since then is started |
@@ -29,10 +29,35 @@ pub enum Start {
 /// Does the steps that the journal asks for, and says what to start.
 ///
 /// # Errors
-/// The flash has failed, and takes no record of that. The next start tries again.
+/// The flash has failed, takes no record of that, and the running slot may hold a part of a program or one that is to be
+/// tried. The next start tries again.
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
     let mut state = State::read(flash);
-    state.tidy(flash)?;
+    let settled = state
+        .tidy(flash)
+        .and_then(|()| proceed(&mut state, flash, key));
+    match settled {
+        Err(FlashFailed) if is_unchanged(&state) && is_whole(flash) => Ok(Start::Program),
+        settled => settled,
+    }
+}
+
+/// Returns whether the running slot holds what it did before an update, if anything, and no trial of it is to be counted:
+/// with a supply too low for the flash a foot goes on with its program.
+const fn is_unchanged(state: &State) -> bool {
+    match state.progress {
+        Progress::Settled | Progress::Trial(0) => true,
+        Progress::Installing => state.trial.is_none(),
+        Progress::Trial(_) | Progress::Replacing | Progress::Restoring(_) => false,
+    }
+}
+
+/// Does the steps, from a journal with room.
+fn proceed(
+    state: &mut State,
+    flash: &mut impl Flash,
+    key: &[u8; 32],
+) -> Result<Start, FlashFailed> {
     // Installing, replacing, a trial that is over, and restoring follow each other at most once.
     let mut checked = None;
     for _ in 0..5 {
@@ -40,7 +65,7 @@ pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFail
             Progress::Installing => match check_new(flash, key) {
                 Ok(()) => {
                     checked = Some(());
-                    keep(flash, &state).unwrap_or(Event::Ended(Refusal::FlashFailed))
+                    keep(flash, state).unwrap_or(Event::Ended(Refusal::FlashFailed))
                 }
                 Err(why) => Event::Ended(why),
             },

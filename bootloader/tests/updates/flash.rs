@@ -158,6 +158,9 @@ impl Flash for Chip {
         };
         let words = |at: u32| ((at - JOURNAL) / 4) as usize;
         self.words[words(erased.start)..words(erased.end)].fill(u32::MAX);
+        if let Some((at, bit)) = self.bad_cell {
+            *self.word(at) &= !bit;
+        }
         match cut {
             None => Ok(()),
             Some(_) => Err(FlashFailed),

@@ -360,7 +360,7 @@ fn own_image_after_a_failed_start_keeps_the_confirmed_program() {
     let (old, new) = (image(2, 2), image(3, 3));
     let mut chip = received(&old, None, &new);
     chip.cut = Some((1, Cut::Before));
-    assert!(settle(&mut chip, KEY).is_err());
+    chip.runs(&old);
     chip.power_up();
     bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
     let mut chip = chip.with(Slot::New, &old);
@@ -446,4 +446,42 @@ fn install_that_the_flash_does_not_take_ends_with_the_reason() {
             assert_eq!(state.refusal, Some(Refusal::FlashFailed), "{slot:?}");
         }
     }
+}
+
+#[test]
+fn bad_cell_of_the_journal_costs_a_record_and_no_erase() {
+    let mut chip = Chip::running(&image(2, 2));
+    let at = JOURNAL + 10 * 8;
+    chip.bad_cell = Some((at, 1));
+    chip.program(at, !1).expect("a blank word");
+    for _ in 0..20 {
+        chip.runs(&image(2, 2));
+        chip.log(Event::Ended(Refusal::WrongHash));
+    }
+    assert_eq!(chip.erases.get(), 0);
+    assert_eq!(State::read(&chip).refusal, Some(Refusal::WrongHash));
+}
+
+#[test]
+fn flash_that_takes_nothing_keeps_no_whole_program_from_running() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    let mut full = Chip::running(&old);
+    for _ in 0..8_180 {
+        full.log(Event::Confirmed);
+    }
+    let unrecorded = Chip::blank().with(Slot::Running, &old);
+    let received = received(&old, None, &new);
+    for mut chip in [full, unrecorded, received] {
+        chip.operations = 0;
+        chip.cut = Some((1, Cut::Before));
+        for _ in 0..2 {
+            chip.runs(&old);
+        }
+    }
+    // A trial that is not counted would never end.
+    let mut tried = Chip::running(&old).with(Slot::Running, &new);
+    tried.log(Event::Started);
+    tried.operations = 0;
+    tried.cut = Some((1, Cut::Before));
+    assert!(settle(&mut tried, KEY).is_err());
 }
