@@ -2,6 +2,7 @@
 
 /// One of the six axes of an IMU, in the frame of the foot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Axis {
     /// Acceleration along x.
     Ax,
@@ -37,6 +38,7 @@ impl Axis {
 
 /// A value for each of the six axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PerAxis<T> {
     /// Acceleration along x.
     pub ax: T,

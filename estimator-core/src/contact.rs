@@ -16,6 +16,7 @@ use crate::velocity::{VelocityCoefficients, VelocitySigma};
 /// Estimate of the foot's contact after one sample. The frame of the foot is that of the samples,
 /// to which a [mounting](crate::mounting) has rotated them; without one it is the sensor's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ContactEstimate {
     /// Timestamp of the sample that produced this estimate.
     pub timestamp: Timestamp,

@@ -2,6 +2,7 @@
 
 /// A reason to doubt an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Flag {
     /// Fewer samples than the window's length have been received: means cover the available ones.
     WindowNotFull,
@@ -62,6 +63,7 @@ impl Flag {
 
 /// A set of [`Flag`]s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Flags(u8);
 
 impl Flags {

@@ -9,10 +9,12 @@ use crate::sample::Timestamp;
 ///
 /// [`LoadParams`]: crate::params::LoadParams
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Load(pub f32);
 
 /// Debounced answer to "may the robot lean on this foot?".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Decision {
     /// No, or not known.
     #[default]
@@ -23,6 +25,7 @@ pub enum Decision {
 
 /// The paper's four cases (section IV-B), and a value for the case that they cannot be distinguished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase {
     /// There is no load signal, or the estimate rests on doubtful data.
     #[default]

@@ -6,6 +6,7 @@ use crate::order::Order;
 /// Probability that the foot is in stable contact, in total and by direction. Every value is
 /// a number in [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Probabilities {
     /// Probability per axis that the foot does not move along or about it: with half-widths that its
     /// true value lies within ±half-width (the paper's P(|m| < δ)), otherwise the result of the classes for

@@ -6,6 +6,7 @@ use crate::units::Unit;
 
 /// Row of the parameter table: name, meaning, unit, range and default of one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Row {
     /// Name in files, in messages and on a foot: the path in [`Params`](crate::Params) with the suffix of the unit.
     pub name: &'static str,
@@ -43,6 +44,7 @@ pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
 
 /// Reason for which parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ParamsError {
     /// A number is outside its range, or not a number.
     OutOfRange {

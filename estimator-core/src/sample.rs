@@ -10,20 +10,24 @@ use crate::vector::Vec3;
 ///
 /// The name follows Wahlström and Skog, *Fifteen years of progress at zero velocity* (2021).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SpecificForce(pub Vec3);
 
 /// Acceleration of the foot in m/s², gravity removed: at rest it is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinearAcceleration(pub Vec3);
 
 /// Gyroscope output in rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AngularRate(pub Vec3);
 
 /// Time at which a sample was acquired: microseconds since the clock's own start.
 ///
 /// 64 bits suffice for half a million years, so it never wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Timestamp(u64);
 
 impl Timestamp {
@@ -50,6 +54,7 @@ impl Timestamp {
 ///
 /// Any value except [`Validity::Valid`] counts as "not stable": doubt never turns into contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Validity {
     /// A fresh reading inside the sensor's range.
     #[default]
@@ -64,6 +69,7 @@ pub enum Validity {
 
 /// Sensor that is at the end of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Saturation {
     /// The accelerometer alone: the rotation is known, the force is not.
     Accelerometer,
@@ -89,6 +95,7 @@ impl Saturation {
 
 /// Measurement of an IMU on a foot at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ImuSample {
     /// Time at which the sample was acquired.
     pub timestamp: Timestamp,

@@ -8,6 +8,7 @@ pub(crate) const DEGREE: f32 = core::f32::consts::PI / 180.0;
 
 /// Unit of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Unit {
     /// A ratio, a probability or a factor.
     One,

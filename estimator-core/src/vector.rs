@@ -7,6 +7,7 @@ use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// Three components along the axes of some frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Vec3 {
     /// Component along x.
     pub x: f32,
@@ -112,6 +113,7 @@ impl Mul<f32> for Vec3 {
 /// A unit quaternion in Hamilton's convention, sensor → world unless stated otherwise: it rotates a
 /// vector's sensor-frame components into world-frame components. World z points up; heading is arbitrary.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Quaternion {
     /// Scalar part.
     pub w: f32,

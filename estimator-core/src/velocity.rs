@@ -49,6 +49,7 @@ impl VelocityParams {
 /// Standard deviation of the velocity of a foot, each axis, m/s: above 0 and at most
 /// [`Self::MOST`].
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct VelocitySigma(pub f32);
 
 impl VelocitySigma {

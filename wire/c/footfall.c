@@ -543,7 +543,7 @@ const char *footfall_fault_detail(enum footfall_fault fault)
     case FOOTFALL_FAULT_CONFIG_CORRUPTED:
         return "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row";
     case FOOTFALL_FAULT_CONFIG_STORE:
-        return "0 the flash did not hold it, 1 the supply is below 2.7 V";
+        return "0 the flash did not hold it, 1 the supply is too low for it";
     case FOOTFALL_FAULT_PANIC:
         return "program counter";
     case FOOTFALL_FAULT_HARD_FAULT:

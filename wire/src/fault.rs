@@ -23,6 +23,7 @@ macro_rules! faults {
     )*) => {
         /// A fault of the board.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub enum Fault {
             $($(#[$doc])* $variant = $number,)*
         }
@@ -103,7 +104,7 @@ faults! {
     /// The stored configuration was unreadable, or only partly readable: an older one or defaults are in use.
     ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row";
     /// The configuration could not be stored.
-    ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is below 2.7 V";
+    ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is too low for it";
     /// The program panicked and was restarted.
     Panic = 12, 0x6101, "program panicked", MANUFACTURER, unaffected, "program counter";
     /// The processor took a fault exception and was restarted.

@@ -82,6 +82,7 @@ pub mod cob_id {
 
 /// A CANopen node id, 1 to 127.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NodeId(u8);
 
 impl NodeId {

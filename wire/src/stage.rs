@@ -2,6 +2,7 @@
 
 /// Stage of the board, as reported in health messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
     /// Finding and configuring the sensor.
     #[default]

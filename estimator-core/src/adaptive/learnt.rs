@@ -24,6 +24,7 @@ pub const MOST_SECONDS: f32 = 1.0e3;
 
 /// Learnt state of a foot, and the amount of observation behind it. It can be stored and restored: a warm start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Learnt {
     /// Mean of the logarithm of the acceleration in stances, ln(m/s²).
     pub still: f32,

@@ -48,6 +48,7 @@ const FOLLOWS_EVERY: f32 = 0.02;
 
 /// Whether up is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Alignment {
     /// Not yet: hold still. A fifth of a second of quiet is enough; without quiet it takes some
     /// seconds of averaging.

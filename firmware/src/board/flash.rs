@@ -49,9 +49,9 @@ const FIRST_SECTOR: u32 = 2;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
-/// Option bytes in memory: the lowest has `BOR_LEV` in bits 2 and 3 (RM0090, 3.6.1). `FLASH_OPTCR` holds what was last
-/// written to it, programmed or not.
-const OPTION_BYTES: usize = 0x1FFF_C000;
+/// Option bytes in memory: a word with `BOR_LEV` in bits 2 and 3, and one with `nWRP` (RM0090, 3.6.1). `FLASH_OPTCR` holds
+/// what was last written to it, programmed or not.
+const OPTION_BYTES: [usize; 2] = [0x1FFF_C000, 0x1FFF_C008];
 
 /// Bits of `FLASH_SR`: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
 const ERRORS: u32 = 0xF2;
@@ -155,9 +155,9 @@ impl ConfigFlash {
         lock();
         done?;
         // SAFETY: the option bytes can be read at any time, and hold no variable of the program.
-        let stored =
-            unsafe { core::ptr::with_exposed_provenance::<u8>(OPTION_BYTES).read_volatile() };
-        if stored >> 2 & 3 == LEVEL_3 {
+        let [level, unprotected] = OPTION_BYTES
+            .map(|at| unsafe { core::ptr::with_exposed_provenance::<u16>(at).read_volatile() });
+        if level >> 2 & 3 == LEVEL_3.into() && unprotected & BOOTLOADER == 0 {
             Ok(())
         } else {
             Err(StoreFailed::Flash)

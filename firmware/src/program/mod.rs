@@ -21,9 +21,11 @@ use bootloader::image::{self, Header};
 use bootloader::supply;
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
+use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
+use embassy_time::Duration;
 use firmware::sampling::Sensor;
 use firmware::{Ports, Start};
 use lsm6dsox::Config;
@@ -38,7 +40,7 @@ use crate::board::crash::Reset;
 use crate::board::flash::ConfigFlash;
 use communication::{receive_can, receive_uart, send_can, send_uart};
 use start::{halt, log_boot, make_foot, once, reason_for_start};
-use thread::{FEEDING, blink, feed_watchdog, serve_requests};
+use thread::{blink, feed_watchdog, serve_requests};
 
 /// Header in front of the program, as a debug probe writes it. An image for an update gets one with hash and signature.
 #[used]
@@ -64,13 +66,17 @@ static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 /// Flash with the settings.
 type Store = Storage<ConfigFlash>;
 
-/// Returns whether the supply suffices for two seconds, which a connector that bounces is not expected to do.
-fn supply_holds() -> bool {
-    (0..2_000 / FEEDING.as_millis()).all(|_| {
-        embassy_time::block_for(FEEDING);
+/// Returns whether the supply suffices at each millisecond of two seconds, which a connector that bounces is not expected to
+/// do. The LED flickers as in a start.
+fn supply_holds(led: &mut Output<'static>) -> bool {
+    let holds = (0..2_000).all(|ms| {
+        led.set_level((ms / 50 % 2 == 0).into());
+        embassy_time::block_for(Duration::from_millis(1));
         board::watchdog::feed();
         !supply::is_low()
-    })
+    });
+    led.set_low();
+    holds
 }
 
 #[cortex_m_rt::entry]
@@ -85,7 +91,7 @@ fn main() -> ! {
     // As delivered, brown-out reset and write protection are off. Not after another reset: an attempt that ends in one is
     // not repeated, and a probe can lift the protection to write another bootloader.
     let is_open = board::flash::brown_out_level() == 0 || !board::flash::is_bootloader_protected();
-    if board.reset == Reset::Power && is_open && supply_holds() {
+    if board.reset == Reset::Power && is_open && supply_holds(&mut led) {
         let is_protected = storage.flash().protect().is_ok();
         defmt::warn!("option bytes written: {=bool}", is_protected);
     }

@@ -12,7 +12,7 @@ use super::{FAULT, LIGHT, PORTS, REQUESTED, Store, UART_RATE};
 use crate::board;
 
 /// Interval of feeding the watchdog.
-pub(super) const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
+const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
 
 /// Time in which the answer to a stop leaves: some frames at 125 kbit/s.
 const ANSWERING: Duration = Duration::from_millis(20);
