@@ -7,13 +7,13 @@
 //! | a tick, a data-ready edge, one burst; is the sensor healthy? | [`sampling`] |
 //! | the sensor's units and issues become the estimator's | [`lsm6dsox::imu`] |
 //! | sample → estimate → frames, and all that is decided on the way | [`foot`] |
-//! | frames go to the bus at once, or are queued; the newest win | [`telemetry`], behind [`ports`] |
+//! | frames go to the bus at once, or are queued; the newest win | [`outlet`], behind [`ports`] |
 //!
 //! And in the other direction, and in parallel:
 //!
 //! | what | module |
 //! |---|---|
-//! | bytes of the UART become requests, requests become answers | [`commands`] |
+//! | bytes of the UART become requests, requests become answers | [`uart_requests`] |
 //! | settings in flash | the crate [`storage`] |
 //! | faults that come and go, liveness for the watchdog, the record of a crash | [`supervision`] |
 //! | the estimator's bits on the target | [`self_check`] |
@@ -34,7 +34,7 @@
 //! | an `embedded_hal_async` `SpiDevice` and `DelayNs` | [`sampling::Sensor`] |
 //! | [`sampling::Ticks`]: a timer and the captured edges | [`sampling::run`] |
 //! | a function for [`Ports::connect_can`](ports::Ports::connect_can) that sends a frame at once, a task that calls [`Ports::send_can`](ports::Ports::send_can) for queued frames, one that puts received frames into [`Ports::put`](ports::Ports::put) | CAN |
-//! | a task that takes [`Ports::take_uart`](ports::Ports::take_uart) to the line, one with a [`commands::UartReceiver`] | UART |
+//! | a task that takes [`Ports::take_uart`](ports::Ports::take_uart) to the line, one with a [`uart_requests::UartReceiver`] | UART |
 //! | a task that serves [`Ports::next_request`](ports::Ports::next_request), with an `embedded_storage` `NorFlash` in [`storage::Storage`] | settings |
 //! | a task that feeds the watchdog if [`supervision::Liveness::all_alive`] | supervision |
 //!
@@ -55,14 +55,14 @@
 )]
 
 pub mod bring_up;
-pub mod commands;
 pub mod costs;
 pub mod foot;
+pub mod outlet;
 pub mod ports;
 pub mod sampling;
 pub mod self_check;
 pub mod supervision;
-pub mod telemetry;
+pub mod uart_requests;
 
 pub use foot::{Foot, STORES_AT_ONCE, Start};
 pub use ports::Ports;

@@ -7,9 +7,9 @@ use embassy_rp::usb::Driver;
 use embassy_time::{Duration, Timer, with_timeout};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
 use embassy_usb::{Builder, Config};
-use firmware::commands::UartReceiver;
 use firmware::ports::{Input, UartBatch};
 use firmware::supervision::Worker;
+use firmware::uart_requests::UartReceiver;
 use static_cell::StaticCell;
 
 use crate::{Irqs, PORTS, crash};

@@ -9,10 +9,10 @@ use wire::{Counter, Fault};
 
 use super::Foot;
 use super::output::Level;
+use crate::outlet::Lane;
 use crate::ports::{BusState, Ports};
 use crate::sampling::{Measurement, ReadAt, SATURATED_TICKS, SensorFault};
 use crate::supervision::{FaultLatch, Hysteresis};
-use crate::telemetry::Lane;
 
 /// Consecutive good samples after which a fault of the sensor is cleared.
 pub const SOUND_TICKS: u16 = 20;

@@ -29,10 +29,10 @@ use wire::settings::WINDOW_CAPACITY;
 use wire::uart::LogMessage;
 use wire::{Counter, Counters, Fault, Node, NodeId, Settings, Stage};
 
+use crate::outlet::Lane;
 use crate::ports::Ports;
 use crate::sampling::{Activity, Measurement, Tick};
 use crate::supervision::Worker;
-use crate::telemetry::Lane;
 use storage::Origin;
 
 use faults::FaultState;

@@ -8,9 +8,9 @@ use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
 use wire::{CanFrame, Counter};
 
 use super::Foot;
+use crate::outlet::Lane;
 use crate::ports::Ports;
 use crate::sampling::Measurement;
-use crate::telemetry::Lane;
 
 /// Severity of a line of text; the log level of the settings is compared with these numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

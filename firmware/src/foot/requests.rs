@@ -7,9 +7,9 @@ use wire::{AbortCode, Address, Counter, Event, Fault};
 
 use super::Foot;
 use super::renewal::Renewal;
-use crate::commands;
+use crate::outlet::Lane;
 use crate::ports::{Input, Ports, Reloaded, Request};
-use crate::telemetry::Lane;
+use crate::uart_requests;
 use storage::{Erase, Origin, StoreFailed};
 
 /// Maximum number of requests handled per tick; more wait for the next.
@@ -117,7 +117,7 @@ impl Foot {
                 }
             }
             Input::Uart(request) => {
-                let outcome = commands::answer(&mut self.node, request);
+                let outcome = uart_requests::answer(&mut self.node, request);
                 if let Some(response) = outcome.response {
                     self.push_uart(Lane::Answer, &Message::ConfigResponse(response), ports);
                 }
@@ -236,7 +236,7 @@ impl Foot {
                 }
             }
             Requester::Uart(address) => {
-                let response = commands::finished(address, result);
+                let response = uart_requests::finished(address, result);
                 self.push_uart(Lane::Answer, &Message::ConfigResponse(response), ports);
             }
         }

@@ -5,10 +5,10 @@
 //! | what | file |
 //! |---|---|
 //! | what passes through the queues | `message` |
-//! | UART frames that share a transfer | `batch` |
+//! | UART frames that share a transfer | `uart_batch` |
 
-mod batch;
 mod message;
+mod uart_batch;
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -16,11 +16,11 @@ use wire::CanFrame;
 use wire::uart::{self, Encoded, Message};
 
 use crate::costs::Costs;
+use crate::outlet::{Lane, Outlet, Sink};
 use crate::supervision::Liveness;
-use crate::telemetry::{Lane, Outlet, Sink};
 
-pub use batch::UartBatch;
 pub use message::{BusState, Input, Reloaded, Request, UartRequest};
+pub use uart_batch::UartBatch;
 
 /// With room for one contact, which the next one replaces: so a contact is never older than a tick when it is sent.
 type UartQueue = Outlet<Encoded, 1, 8>;

@@ -5,9 +5,9 @@ use core::sync::atomic::Ordering;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Timer, with_timeout};
-use firmware::commands::UartReceiver;
 use firmware::ports::{Input, UartBatch};
 use firmware::supervision::Worker;
+use firmware::uart_requests::UartReceiver;
 
 use super::{PORTS, REQUESTED, UART_RATE};
 use crate::board;

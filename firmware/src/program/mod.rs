@@ -8,12 +8,12 @@
 //! |---|---|
 //! | sampling, an executor at interrupt priority 2 | [`sample`](sampling::sample) |
 //! | communication, an executor at interrupt priority 5 | the tasks of [`communication`] |
-//! | thread | the tasks of [`thread`] |
+//! | thread | the tasks of [`background`] |
 
+mod background;
 mod communication;
 mod sampling;
 mod start;
-mod thread;
 
 use core::sync::atomic::{AtomicBool, AtomicU8};
 
@@ -38,9 +38,9 @@ use crate::board;
 use crate::board::clocks::Source;
 use crate::board::crash::Reset;
 use crate::board::flash::ConfigFlash;
+use background::{blink, feed_watchdog, serve_requests};
 use communication::{receive_can, receive_uart, send_can, send_uart};
 use start::{halt, log_boot, make_foot, once, reason_for_start};
-use thread::{blink, feed_watchdog, serve_requests};
 
 /// Header in front of the program, as a debug probe writes it. An image for an update gets one with hash and signature.
 #[used]

@@ -15,7 +15,7 @@
 //! | what | module |
 //! |---|---|
 //! | objects that are read and written, and the rules for it | `device` |
-//! | what the application publishes | `published` |
+//! | what the application publishes | `values` |
 //! | process data as of a tick | `snapshot` |
 //! | emergency messages | `faults` |
 //! | the node id, by LSS | `lss` |
@@ -25,8 +25,8 @@ mod device;
 mod event;
 mod faults;
 mod lss;
-mod published;
 mod snapshot;
+mod values;
 
 use canopen_rs::lss::{LSS_SLAVE_COB_ID, LssSlave};
 use canopen_rs::nmt;

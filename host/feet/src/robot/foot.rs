@@ -2,7 +2,7 @@
 
 use estimator_core::{Timestamp, Validity};
 use firmware::Start;
-use firmware::commands::UartReceiver;
+use firmware::uart_requests::UartReceiver;
 use firmware::ports::{Input, Reloaded, Request};
 use firmware::sampling::{Activity, Measurement, SensorFault};
 use gait::control::MOST_FEET;

@@ -4,7 +4,7 @@ use heapless::Vec;
 use wire::uart;
 
 use super::UartQueue;
-use crate::telemetry::Lane;
+use crate::outlet::Lane;
 
 /// Frames sent to the serial line in one transfer: faults first, the contact, then others, not more
 /// than [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when it is sent:
