@@ -68,11 +68,7 @@ fn measure() -> u32 {
     RCC.apb2rstr().modify(|w| w.set_tim11rst(false));
     RCC.apb2enr().modify(|w| w.set_tim11en(false));
     RCC.cfgr().modify(|w| w.set_rtcpre(0));
-    let counts = first
-        .zip(last)
-        .map(|(first, last)| last.wrapping_sub(first));
+    let counts = first.zip(last).map(|(first, last)| last.wrapping_sub(first));
     let edges = CAPTURES * EDGES * u32::from(DIVIDER);
-    (HSI_MHZ * 1000 * edges)
-        .checked_div(u32::from(counts.unwrap_or(0)))
-        .unwrap_or(0)
+    (HSI_MHZ * 1000 * edges).checked_div(u32::from(counts.unwrap_or(0))).unwrap_or(0)
 }

@@ -134,9 +134,7 @@ impl<F: Flash> Device<F> {
                         && program::same(&self.flash, Slot::New, Slot::Running);
                     if !is_confirmed {
                         // The starts that follow need room for their records.
-                        state
-                            .tidy(&mut self.flash)
-                            .map_err(|_| AbortCode::Hardware)?;
+                        state.tidy(&mut self.flash).map_err(|_| AbortCode::Hardware)?;
                         state
                             .append(Event::Install, &mut self.flash)
                             .map_err(|_| AbortCode::Hardware)?;
@@ -265,9 +263,7 @@ impl<F: Flash> Domains for Device<F> {
 
     fn append(&mut self, bytes: &[u8]) -> Result<(), AbortCode> {
         self.is_used = true;
-        self.buffer
-            .extend_from_slice(bytes)
-            .map_err(|_| AbortCode::Hardware)
+        self.buffer.extend_from_slice(bytes).map_err(|_| AbortCode::Hardware)
     }
 
     fn flush(&mut self) -> Result<(), AbortCode> {

@@ -277,11 +277,7 @@ impl Header {
             length,
             sequence,
             version,
-            sources: if changed == 0 {
-                Sources::Committed
-            } else {
-                Sources::Changed
-            },
+            sources: if changed == 0 { Sources::Committed } else { Sources::Changed },
             commit: take(&mut rest),
             hash: take(&mut rest),
             signature: take(&mut rest),
@@ -292,11 +288,7 @@ impl Header {
             return Err(Refusal::NotAnImage);
         }
         let whole = length.is_multiple_of(4) && (SHORTEST..=LONGEST).contains(&length);
-        if whole || kind == Kind::Probed {
-            Ok(header)
-        } else {
-            Err(Refusal::WrongLength)
-        }
+        if whole || kind == Kind::Probed { Ok(header) } else { Err(Refusal::WrongLength) }
     }
 
     /// Bytes of the header.
@@ -436,11 +428,9 @@ mod tests {
 
     #[test]
     fn header_of_a_probe_decodes() {
-        for (commit, number) in [
-            ("37048bdeaf0f5f4d2a9c1b7e3d5566778899aabb", 0x3704_8BDE),
-            ("", 0),
-            ("37048bde", 0),
-        ] {
+        for (commit, number) in
+            [("37048bdeaf0f5f4d2a9c1b7e3d5566778899aabb", 0x3704_8BDE), ("", 0), ("37048bde", 0)]
+        {
             for board in Board::ALL {
                 let mut bytes = [0xFF; HEADER];
                 bytes[..USED].copy_from_slice(&Header::probed(board, commit));
@@ -472,22 +462,13 @@ mod tests {
     #[test]
     fn program_of_another_board_or_age_is_refused() {
         let new = header();
-        let running = Header {
-            sequence: new.sequence + 1,
-            ..new
-        };
+        let running = Header { sequence: new.sequence + 1, ..new };
         assert_eq!(new.check(Board::Feather, None), Ok(()));
         assert_eq!(new.check(Board::Feather, Some(&new)), Ok(()));
-        let probed = Header {
-            kind: Kind::Probed,
-            ..running
-        };
+        let probed = Header { kind: Kind::Probed, ..running };
         assert_eq!(new.check(Board::Feather, Some(&probed)), Ok(()));
         assert_eq!(new.check(Board::Reference, None), Err(Refusal::OtherBoard));
-        assert_eq!(
-            new.check(Board::Feather, Some(&running)),
-            Err(Refusal::Older)
-        );
+        assert_eq!(new.check(Board::Feather, Some(&running)), Err(Refusal::Older));
         assert_eq!(probed.check(Board::Feather, None), Err(Refusal::Unsigned));
     }
 

@@ -58,11 +58,7 @@ pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
             rest -= length;
         }
     }
-    if hash.finish() == header.hash {
-        Ok(header)
-    } else {
-        Err(Refusal::WrongHash)
-    }
+    if hash.finish() == header.hash { Ok(header) } else { Err(Refusal::WrongHash) }
 }
 
 /// Number of words of a program with its header.

@@ -33,9 +33,7 @@ pub enum Start {
 /// tried. The next start tries again.
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
     let mut state = State::read(flash);
-    let settled = state
-        .tidy(flash)
-        .and_then(|()| proceed(&mut state, flash, key));
+    let settled = state.tidy(flash).and_then(|()| proceed(&mut state, flash, key));
     match settled {
         Err(FlashFailed) if is_unchanged(&state) && is_whole(flash) => Ok(Start::Program),
         settled => settled,
@@ -170,12 +168,7 @@ pub struct Download {
 
 impl Default for Download {
     fn default() -> Self {
-        Self {
-            header: [0xFF; HEADER],
-            decoded: None,
-            received: 0,
-            word: [0xFF; 4],
-        }
+        Self { header: [0xFF; HEADER], decoded: None, received: 0, word: [0xFF; 4] }
     }
 }
 
@@ -229,10 +222,7 @@ impl Download {
         if self.received != HEADER as u32 + header.length {
             return Err(Refusal::WrongLength);
         }
-        for (at, bytes) in (Slot::New.start()..)
-            .step_by(4)
-            .zip(self.header.as_chunks::<4>().0)
-        {
+        for (at, bytes) in (Slot::New.start()..).step_by(4).zip(self.header.as_chunks::<4>().0) {
             let word = u32::from_le_bytes(*bytes);
             if word != u32::MAX && flash.program(at, word).is_err() {
                 return Err(Refusal::FlashFailed);

@@ -42,6 +42,5 @@ pub fn signature(bytes: &[u8; HEADER], key: &[u8; 32]) -> Result<(), Refusal> {
     };
     let signature = salty::Signature::from(&header.signature);
     let signed = bytes.get(..SIGNED).unwrap_or(&[]);
-    key.verify(signed, &signature)
-        .map_err(|_| Refusal::WrongSignature)
+    key.verify(signed, &signature).map_err(|_| Refusal::WrongSignature)
 }

@@ -28,10 +28,7 @@ impl Estimator {
     /// A parameter is out of its range.
     pub fn new(params: &CParams) -> Result<Self, Error> {
         let config = params.checked()?.validate().map_err(|_| Error::Learnt)?;
-        Ok(Self {
-            ready: READY,
-            core: ContactEstimator::new(&config),
-        })
+        Ok(Self { ready: READY, core: ContactEstimator::new(&config) })
     }
 
     /// Processes the next sample, and the load if it is known.
@@ -46,8 +43,6 @@ impl Estimator {
     /// State learnt so far.
     #[must_use]
     pub fn learnt(&self) -> CLearnt {
-        CLearnt {
-            values: self.core.learnt().to_array(),
-        }
+        CLearnt { values: self.core.learnt().to_array() }
     }
 }

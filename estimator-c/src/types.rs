@@ -50,13 +50,7 @@ pub struct CParams {
 
 impl Default for CParams {
     fn default() -> Self {
-        let Params {
-            sample_rate,
-            decision,
-            load,
-            velocity,
-            ..
-        } = Params::DEFAULT;
+        let Params { sample_rate, decision, load, velocity, .. } = Params::DEFAULT;
         Self {
             sample_rate_hz: sample_rate,
             decision_threshold: decision.threshold,
@@ -77,10 +71,7 @@ impl Default for CParams {
 
 /// Returns the value of a constant; `Err` if there is none with this number.
 fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Error> {
-    values
-        .get(usize::from(number))
-        .copied()
-        .ok_or(Error::Choice)
+    values.get(usize::from(number)).copied().ok_or(Error::Choice)
 }
 
 /// Copies a group of numbers.
@@ -99,15 +90,9 @@ impl CParams {
             learning: choice(self.learning, [Learning::On, Learning::Frozen])?,
             ..Params::DEFAULT
         };
-        let learnt = choice(
-            self.has_learnt,
-            [None, Some(Learnt::from_array(self.learnt.values))],
-        )?;
+        let learnt = choice(self.has_learnt, [None, Some(Learnt::from_array(self.learnt.values))])?;
         let groups: [(SetGroup, Error); 5] = [
-            (
-                |params, from, _| params.sample_rate = from.sample_rate_hz,
-                Error::SampleRate,
-            ),
+            (|params, from, _| params.sample_rate = from.sample_rate_hz, Error::SampleRate),
             (
                 |params, from, _| {
                     params.decision = DecisionParams {
@@ -120,10 +105,8 @@ impl CParams {
             ),
             (
                 |params, from, _| {
-                    params.load = LoadParams {
-                        on_threshold: from.load_on,
-                        off_threshold: from.load_off,
-                    };
+                    params.load =
+                        LoadParams { on_threshold: from.load_on, off_threshold: from.load_off };
                 },
                 Error::Load,
             ),

@@ -30,19 +30,11 @@ fn init(memory: *mut c_void, size: usize, params: &CParams) -> Result<*mut Estim
     // SAFETY: NULL, or memory of at least `size` bytes.
     let error = unsafe { footfall_estimator_init(memory, size, params, &raw mut estimator) };
     assert_eq!(error == 0, !estimator.is_null());
-    if error == 0 {
-        Ok(estimator)
-    } else {
-        Err(error)
-    }
+    if error == 0 { Ok(estimator) } else { Err(error) }
 }
 
 fn update(estimator: *mut Estimator, sample: &CSample, load: Option<f32>) -> (i32, CEstimate) {
-    let mut estimate = CEstimate {
-        stable: 1.0,
-        decision: 1,
-        ..CEstimate::default()
-    };
+    let mut estimate = CEstimate { stable: 1.0, decision: 1, ..CEstimate::default() };
     let load = load.as_ref().map_or(ptr::null(), ptr::from_ref);
     // SAFETY: NULL, or an estimator's size of memory.
     let error = unsafe { footfall_estimator_update(estimator, sample, load, &raw mut estimate) };
@@ -66,18 +58,9 @@ fn null_and_misaligned_pointers_are_errors() {
     let [null, misaligned, uninitialised] =
         [Error::Null, Error::Misaligned, Error::NotInitialised].map(|e| e as i32);
     assert_eq!(init(ptr::null_mut(), SIZE, &params), Err(null));
-    assert_eq!(
-        init(at.wrapping_byte_add(1), SIZE, &params),
-        Err(misaligned)
-    );
-    assert_eq!(
-        init(at, size_of::<Estimator>() - 1, &params),
-        Err(Error::TooSmall as i32)
-    );
-    assert_eq!(
-        update(at.cast(), &sample, None),
-        (uninitialised, CEstimate::default())
-    );
+    assert_eq!(init(at.wrapping_byte_add(1), SIZE, &params), Err(misaligned));
+    assert_eq!(init(at, size_of::<Estimator>() - 1, &params), Err(Error::TooSmall as i32));
+    assert_eq!(update(at.cast(), &sample, None), (uninitialised, CEstimate::default()));
     let this = init(at, size_of::<Estimator>(), &params).expect("enough memory");
     let (mut estimate, mut learnt) = (CEstimate::default(), CLearnt::default());
     let (estimate, learnt) = (&raw mut estimate, &raw mut learnt);
@@ -90,33 +73,15 @@ fn null_and_misaligned_pointers_are_errors() {
         [
             (footfall_default_params(ptr::null_mut()), null),
             (footfall_default_params(odd.cast()), misaligned),
-            (
-                footfall_estimator_init(at, SIZE, params, ptr::null_mut()),
-                null,
-            ),
-            (
-                footfall_estimator_init(at, SIZE, odd.cast(), other),
-                misaligned,
-            ),
+            (footfall_estimator_init(at, SIZE, params, ptr::null_mut()), null),
+            (footfall_estimator_init(at, SIZE, odd.cast(), other), misaligned),
             (footfall_estimator_learnt(this, learnt), uninitialised),
             (footfall_estimator_init(at, SIZE, ptr::null(), other), null),
             (footfall_estimator_init(at, SIZE, params, other), 0),
-            (
-                footfall_estimator_update(this, sample, no_load, ptr::null_mut()),
-                null,
-            ),
-            (
-                footfall_estimator_update(this, sample, odd, estimate),
-                misaligned,
-            ),
-            (
-                footfall_estimator_update(this, ptr::null(), no_load, estimate),
-                null,
-            ),
-            (
-                footfall_estimator_update(ptr::null_mut(), sample, no_load, estimate),
-                null,
-            ),
+            (footfall_estimator_update(this, sample, no_load, ptr::null_mut()), null),
+            (footfall_estimator_update(this, sample, odd, estimate), misaligned),
+            (footfall_estimator_update(this, ptr::null(), no_load, estimate), null),
+            (footfall_estimator_update(ptr::null_mut(), sample, no_load, estimate), null),
             (footfall_estimator_learnt(this, ptr::null_mut()), null),
             (footfall_estimator_learnt(this, learnt), 0),
         ]
@@ -136,10 +101,7 @@ fn invalid_group_of_parameters_has_its_error() {
         (|p| p.decision_on_delay_s = f32::NAN, Error::Decision),
         (|p| p.load_off = p.load_on + 1.0, Error::Load),
         (|p| p.velocity_lever_m = f32::INFINITY, Error::Velocity),
-        (
-            |p| (p.has_learnt, p.learnt.values) = (1, [f32::NAN; 6]),
-            Error::Learnt,
-        ),
+        (|p| (p.has_learnt, p.learnt.values) = (1, [f32::NAN; 6]), Error::Learnt),
         (|p| p.has_learnt = 2, Error::Choice),
         (|p| p.gravity = 255, Error::Choice),
         (|p| p.learning = 2, Error::Choice),
@@ -158,11 +120,7 @@ fn learnt_state_survives_a_warm_start() {
     let (mut first, mut second) = (memory(), memory());
     let this = init(start(&mut first), SIZE, &CParams::default()).expect("valid");
     for ms in 0..4_000_u64 {
-        let push = if ms % 500 < 250 {
-            8.0 * (ms % 7) as f32
-        } else {
-            0.0
-        };
+        let push = if ms % 500 < 250 { 8.0 * (ms % 7) as f32 } else { 0.0 };
         let sample = CSample {
             timestamp_us: 1_000 * ms,
             specific_force_m_s2: [push, 0.0, 9.81],
@@ -173,11 +131,7 @@ fn learnt_state_survives_a_warm_start() {
     let [mut learnt, mut restored] = [CLearnt::default(); 2];
     // SAFETY: Objects of their types.
     let first_error = unsafe { footfall_estimator_learnt(this, &raw mut learnt) };
-    let params = CParams {
-        learnt,
-        has_learnt: 1,
-        ..CParams::default()
-    };
+    let params = CParams { learnt, has_learnt: 1, ..CParams::default() };
     let this = init(start(&mut second), SIZE, &params).expect("what was learnt is valid");
     // SAFETY: As above.
     let second_error = unsafe { footfall_estimator_learnt(this, &raw mut restored) };
@@ -231,22 +185,11 @@ fn any_bits_give_an_error_or_a_number_from_0_to_1() {
 fn every_error_has_its_own_text() {
     let text = |error| {
         // SAFETY: A string of the library.
-        unsafe { CStr::from_ptr(footfall_error_text(error)) }
-            .to_str()
-            .expect("ASCII")
+        unsafe { CStr::from_ptr(footfall_error_text(error)) }.to_str().expect("ASCII")
     };
     let mut texts: Vec<_> = (0..=Error::ALL.len() as i32).map(text).collect();
-    assert!(
-        Error::ALL
-            .into_iter()
-            .zip(1..)
-            .all(|(error, number)| error as i32 == number)
-    );
-    assert!(
-        [i32::MIN, -1, 11, i32::MAX]
-            .into_iter()
-            .all(|error| text(error) == "unknown error")
-    );
+    assert!(Error::ALL.into_iter().zip(1..).all(|(error, number)| error as i32 == number));
+    assert!([i32::MIN, -1, 11, i32::MAX].into_iter().all(|error| text(error) == "unknown error"));
     texts.push("unknown error");
     texts.sort_unstable();
     texts.dedup();

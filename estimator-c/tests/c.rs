@@ -36,12 +36,7 @@ const ARM: &str = "-mthumb --specs=rdimon.specs";
 const QEMU_ARM: &str = "qemu-system-arm -nographic -monitor none -serial none -semihosting-config enable=on,target=native";
 
 const fn cortex_m(folder: &'static str, options: &'static str, run: &'static str) -> Processor {
-    Processor {
-        folder,
-        compiler: "arm-none-eabi-gcc",
-        options,
-        run,
-    }
+    Processor { folder, compiler: "arm-none-eabi-gcc", options, run }
 }
 
 /// Largest size of a library, bytes of code and constants.
@@ -75,16 +70,8 @@ const PROCESSORS: [Processor; 10] = [
         "-mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard",
         M4,
     ),
-    cortex_m(
-        "cortex-m7/fpv5-d16-softfp",
-        "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=softfp",
-        M7,
-    ),
-    cortex_m(
-        "cortex-m7/fpv5-d16-hard",
-        "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard",
-        M7,
-    ),
+    cortex_m("cortex-m7/fpv5-d16-softfp", "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=softfp", M7),
+    cortex_m("cortex-m7/fpv5-d16-hard", "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard", M7),
     cortex_m(
         "cortex-m33/fpv5-sp-d16-hard",
         "-mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard",
@@ -104,12 +91,7 @@ const PROCESSORS: [Processor; 10] = [
         options: "-static",
         run: "qemu-aarch64",
     },
-    Processor {
-        folder: "x86_64",
-        compiler: "cc",
-        options: "",
-        run: "",
-    },
+    Processor { folder: "x86_64", compiler: "cc", options: "", run: "" },
 ];
 
 fn folder() -> &'static Path {
@@ -132,9 +114,7 @@ fn library() -> PathBuf {
         "rustc --lib --profile firmware --crate-type staticlib --features alone --config";
     cargo.current_dir(folder()).args(arguments.split(' '));
     cargo.arg("profile.firmware.panic='abort'");
-    let built = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .parent()
-        .expect("a target directory");
+    let built = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a target directory");
     run(cargo.env("CARGO_TARGET_DIR", built));
     built.join("firmware/libestimator_c.a")
 }
@@ -142,16 +122,11 @@ fn library() -> PathBuf {
 /// The unpacked archive for all processors, packed once for all tests.
 static ARCHIVE: LazyLock<PathBuf> = LazyLock::new(|| {
     let root = folder().join("..");
-    run(Command::new(env!("CARGO"))
-        .current_dir(&root)
-        .args(["xtask", "library"]));
+    run(Command::new(env!("CARGO")).current_dir(&root).args(["xtask", "library"]));
     let name = format!("footfall-estimator-{}", env!("CARGO_PKG_VERSION"));
     let temporary = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let packed = root.join("dist").join(format!("{name}.zip"));
-    run(Command::new("python3")
-        .args(["-m", "zipfile", "-e"])
-        .arg(packed)
-        .arg(temporary));
+    run(Command::new("python3").args(["-m", "zipfile", "-e"]).arg(packed).arg(temporary));
     temporary.join(name)
 });
 
@@ -159,9 +134,7 @@ static ARCHIVE: LazyLock<PathBuf> = LazyLock::new(|| {
 fn installed(compiler: &str, package: &str) -> bool {
     let found = Command::new(compiler).arg("--version").output().is_ok();
     if !found {
-        unmet(&format!(
-            "{compiler} is not installed (Debian: apt-get install {package})"
-        ));
+        unmet(&format!("{compiler} is not installed (Debian: apt-get install {package})"));
     }
     found
 }
@@ -175,21 +148,12 @@ fn walk(file: &str) -> (String, String) {
     let (mut lines, mut answer) = (format!("{}\n", recording.sample_rate), String::new());
     for (sample, estimate) in recording.samples.iter().zip(&estimates) {
         let imu = &sample.imu;
-        let ([f, w], Load(load)) = (
-            [imu.specific_force.0, imu.angular_rate.0],
-            sample.load.unwrap_or(Load(f32::NAN)),
-        );
-        let validity = VALIDITIES
-            .iter()
-            .position(|v| *v == imu.validity)
-            .expect("a constant");
+        let ([f, w], Load(load)) =
+            ([imu.specific_force.0, imu.angular_rate.0], sample.load.unwrap_or(Load(f32::NAN)));
+        let validity = VALIDITIES.iter().position(|v| *v == imu.validity).expect("a constant");
         let time = imu.timestamp.as_micros();
-        writeln!(
-            lines,
-            "{time} {} {} {} {} {} {} {load} {validity}",
-            f.x, f.y, f.z, w.x, w.y, w.z
-        )
-        .expect("memory");
+        writeln!(lines, "{time} {} {} {} {} {} {} {load} {validity}", f.x, f.y, f.z, w.x, w.y, w.z)
+            .expect("memory");
         line(estimate, &mut answer);
     }
     lines.push('\n');
@@ -198,30 +162,19 @@ fn walk(file: &str) -> (String, String) {
 }
 
 fn bits(values: &[f32]) -> String {
-    values
-        .iter()
-        .map(|value| format!(" {:08x}", value.to_bits()))
-        .collect()
+    values.iter().map(|value| format!(" {:08x}", value.to_bits())).collect()
 }
 
 /// The example's line of an estimate, without the conversion under test.
 fn line(estimate: &ContactEstimate, to: &mut String) {
     let (p, q) = (&estimate.probabilities, estimate.orientation);
-    let (a, w, b) = (
-        &estimate.linear_acceleration,
-        &estimate.angular_rate,
-        &estimate.gyro_bias,
-    );
+    let (a, w, b) = (&estimate.linear_acceleration, &estimate.angular_rate, &estimate.gyro_bias);
     let values = [p.stable, p.tangential, p.vertical].into_iter();
     let values = values.chain(p.axes.to_array()).chain([q.w, q.x, q.y, q.z]);
     let values = values.chain([a.0, w.0, b.0].into_iter().flat_map(|v| [v.x, v.y, v.z]));
     let values: Vec<f32> = values.chain([estimate.velocity_sigma.0]).collect();
     let (time, values) = (estimate.timestamp.as_micros(), bits(&values));
-    let (decision, phase, flags) = (
-        estimate.decision as u8,
-        estimate.phase as u8,
-        estimate.flags,
-    );
+    let (decision, phase, flags) = (estimate.decision as u8, estimate.phase as u8, estimate.flags);
     writeln!(to, "{time}{values} {decision} {phase} {}", flags.bits()).expect("memory");
 }
 
@@ -231,9 +184,7 @@ fn assert_same_bits(folder: &Path, mut program: impl FnMut() -> Command) {
         let (lines, answer) = walk(file);
         let path = folder.join("input");
         fs::write(&path, lines).expect("a file");
-        let output = run(program()
-            .current_dir(folder)
-            .stdin(File::open(&path).expect("a file")));
+        let output = run(program().current_dir(folder).stdin(File::open(&path).expect("a file")));
         let printed = String::from_utf8(output.stdout).expect("text");
         assert_eq!(printed.lines().count(), answer.lines().count(), "{file}");
         for (printed, expected) in printed.lines().zip(answer.lines()) {
@@ -244,17 +195,11 @@ fn assert_same_bits(folder: &Path, mut program: impl FnMut() -> Command) {
 
 /// Compiles a program for this machine with warnings as errors and sanitizers, and links it.
 fn compile(compiler: &[&str], source: &Path, library: &Path, program: &Path) {
-    let [name, options @ ..] = compiler else {
-        unreachable!("a compiler")
-    };
+    let [name, options @ ..] = compiler else { unreachable!("a compiler") };
     let mut command = Command::new(name);
     command.args(options).args(WARNINGS).args(SANITIZERS);
     command.arg("-I").arg(folder().join("include")).arg(source);
-    run(command
-        .args(["-x", "none"])
-        .arg(library)
-        .args(["-lm", "-o"])
-        .arg(program));
+    run(command.args(["-x", "none"]).arg(library).args(["-lm", "-o"]).arg(program));
 }
 
 #[test]
@@ -298,13 +243,8 @@ fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) 
     if processor.compiler.starts_with("riscv") {
         command.arg(board.join("input.c"));
     }
-    command
-        .args(more)
-        .arg("-L")
-        .arg(archive.join("src").join(processor.folder));
-    run(command
-        .args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"])
-        .arg(to));
+    command.args(more).arg("-L").arg(archive.join("src").join(processor.folder));
+    run(command.args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"]).arg(to));
     let line = match is_arm {
         true => format!("{QEMU_ARM} {} -kernel", processor.run),
         false => processor.run.to_owned(),
@@ -323,9 +263,7 @@ fn every_library_of_the_archive_has_the_bits_of_rust() {
     let temporary = tempfile::tempdir().expect("a temporary directory");
     for processor in &PROCESSORS {
         let program = temporary.path().join("walk");
-        assert_same_bits(temporary.path(), || {
-            program_for(processor, archive, &program, &[])
-        });
+        assert_same_bits(temporary.path(), || program_for(processor, archive, &program, &[]));
     }
 }
 
@@ -340,36 +278,19 @@ fn instructions_of_an_update_are_in_the_document() {
     let counter = folder().join("examples/board/count.c");
     let wrapped = "-Wl,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt";
     let mut table = "| processor | library, bytes | instructions of an update, mean | largest |\n|---|---|---|---|\n".to_owned();
-    for processor in PROCESSORS
-        .iter()
-        .filter(|other| other.run.contains("-machine"))
-    {
+    for processor in PROCESSORS.iter().filter(|other| other.run.contains("-machine")) {
         let more = [counter.to_str().expect("text"), wrapped];
         let program = temporary.path().join("walk");
         let mut command = program_for(processor, archive, &program, &more);
-        command
-            .args(["-icount", "shift=0"])
-            .current_dir(temporary.path());
+        command.args(["-icount", "shift=0"]).current_dir(temporary.path());
         let output = run(command.stdin(File::open(&input).expect("a file")));
         let printed = String::from_utf8(output.stdout).expect("text");
-        let counts = printed
-            .lines()
-            .find_map(|line| line.strip_prefix("instructions "));
-        let (mean, largest) = counts
-            .and_then(|both| both.split_once(' '))
-            .expect("two counts");
+        let counts = printed.lines().find_map(|line| line.strip_prefix("instructions "));
+        let (mean, largest) = counts.and_then(|both| both.split_once(' ')).expect("two counts");
         let [mean, largest] = [mean, largest].map(|count| count.parse::<u32>().expect("a count"));
-        let size = code_size(
-            &archive
-                .join("src")
-                .join(processor.folder)
-                .join("libfootfall_estimator.a"),
-        );
-        assert!(
-            size <= LARGEST_LIBRARY,
-            "{}: {size} bytes",
-            processor.folder
-        );
+        let size =
+            code_size(&archive.join("src").join(processor.folder).join("libfootfall_estimator.a"));
+        assert!(size <= LARGEST_LIBRARY, "{}: {size} bytes", processor.folder);
         let rounded = |count: u32| (count + 50) / 100 * 100;
         writeln!(
             table,
@@ -417,9 +338,11 @@ fn cmake_and_pkg_config_find_the_archive() {
         .arg(&build));
     run(Command::new("cmake").arg("--build").arg(&build));
     assert_same_bits(source, || Command::new(build.join("walk")));
-    let flags = run(Command::new("pkg-config")
-        .env("PKG_CONFIG_PATH", archive)
-        .args(["--cflags", "--libs", "footfall-estimator"]));
+    let flags = run(Command::new("pkg-config").env("PKG_CONFIG_PATH", archive).args([
+        "--cflags",
+        "--libs",
+        "footfall-estimator",
+    ]));
     let flags = String::from_utf8(flags.stdout).expect("text");
     let program = source.join("walk");
     run(Command::new("cc")
@@ -463,18 +386,9 @@ fn zephyr_and_esp_idf_get_libraries_that_exist() {
         ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M0PLUS"),
         ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4"),
         ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4 CONFIG_FPU"),
-        (
-            "zephyr/CMakeLists.txt",
-            "CONFIG_CPU_CORTEX_M4 CONFIG_FPU CONFIG_FP_HARDABI",
-        ),
-        (
-            "zephyr/CMakeLists.txt",
-            "CONFIG_CPU_CORTEX_M7 CONFIG_FPU CONFIG_FP_HARDABI",
-        ),
-        (
-            "zephyr/CMakeLists.txt",
-            "CONFIG_CPU_CORTEX_M33 CONFIG_FPU CONFIG_FP_HARDABI",
-        ),
+        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4 CONFIG_FPU CONFIG_FP_HARDABI"),
+        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M7 CONFIG_FPU CONFIG_FP_HARDABI"),
+        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M33 CONFIG_FPU CONFIG_FP_HARDABI"),
         ("zephyr/CMakeLists.txt", "CONFIG_SOC_SERIES_ESP32C3"),
         ("CMakeLists.txt", "ESP_PLATFORM"),
     ] {
@@ -482,9 +396,7 @@ fn zephyr_and_esp_idf_get_libraries_that_exist() {
         let include = format!("{BUILD_SYSTEMS}include(\"{}\")\n", file.display());
         fs::write(&script, include).expect("a file");
         let set = |name| format!("-D{name}=y");
-        let settings = ["CONFIG_FOOTFALL_ESTIMATOR"]
-            .into_iter()
-            .chain(settings.split(' '));
+        let settings = ["CONFIG_FOOTFALL_ESTIMATOR"].into_iter().chain(settings.split(' '));
         run(Command::new("cmake")
             .args(settings.map(set))
             .args(["-DIDF_TARGET=esp32c3", "-P"])
@@ -575,10 +487,7 @@ fn header_has_the_layout_of_the_library() {
         writeln!(source, "    printf(\"%zu\\n\", {expression});").expect("memory");
     }
     let temporary = tempfile::tempdir().expect("a temporary directory");
-    let (path, program) = (
-        temporary.path().join("layout.c"),
-        temporary.path().join("layout"),
-    );
+    let (path, program) = (temporary.path().join("layout.c"), temporary.path().join("layout"));
     fs::write(&path, source + "    return 0;\n}\n").expect("a file");
     compile(&C, &path, &library(), &program);
     let printed = String::from_utf8(run(&mut Command::new(program)).stdout).expect("text");

@@ -21,10 +21,7 @@ struct Case(&'static str, usize, Box<dyn FnMut()>);
 /// The kernel density estimate alone, with the paper's parameters.
 fn kde(name: &'static str, window: u32) -> Case {
     let motion = walk::motion();
-    let params = Params {
-        window: WindowLength::Samples(window),
-        ..Params::PAPER
-    };
+    let params = Params { window: WindowLength::Samples(window), ..Params::PAPER };
     let config = params.validate::<4096>().expect("a preset");
     let mut density = DensityEstimator::new(&config);
     let pass = move || {
@@ -67,12 +64,7 @@ fn error_function(name: &'static str, function: fn(f32) -> f32) -> Case {
     const ARGUMENTS: usize = 4000;
     let arguments: Vec<f32> = (0..ARGUMENTS).map(|i| i as f32 * 1.0e-3).collect();
     let pass = move || {
-        black_box(
-            arguments
-                .iter()
-                .map(|&x| function(black_box(x)))
-                .sum::<f32>(),
-        );
+        black_box(arguments.iter().map(|&x| function(black_box(x))).sum::<f32>());
     };
     Case(name, ARGUMENTS, Box::new(pass))
 }

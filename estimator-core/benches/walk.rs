@@ -22,17 +22,12 @@ pub fn motion() -> Vec<(LinearAcceleration, AngularRate)> {
     let config = Params::DEFAULT.validate::<256>().expect("a preset");
     let mut estimator = ContactEstimator::new(&config);
     let estimates = samples().into_iter().map(|s| estimator.update(&s, None));
-    estimates
-        .map(|e| (e.linear_acceleration, e.angular_rate))
-        .collect()
+    estimates.map(|e| (e.linear_acceleration, e.angular_rate)).collect()
 }
 
 fn sample(line: &str) -> ImuSample {
-    let columns: Vec<f64> = line
-        .split(',')
-        .take(7)
-        .map(|column| column.parse().expect("a number"))
-        .collect();
+    let columns: Vec<f64> =
+        line.split(',').take(7).map(|column| column.parse().expect("a number")).collect();
     let vector = |from: usize| {
         let [x, y, z] = [0, 1, 2].map(|i| columns[from + i] as f32);
         Vec3::new(x, y, z)

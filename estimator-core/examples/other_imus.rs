@@ -28,11 +28,8 @@ const RATE_HZ: f32 = 225.0;
 
 /// The self-calibrating method has no window, so a capacity of 1 is enough.
 fn estimator() -> Result<ContactEstimator<1>, ParamsError> {
-    let params = Params {
-        sample_rate: RATE_HZ,
-        window: WindowLength::Samples(1),
-        ..Params::DEFAULT
-    };
+    let params =
+        Params { sample_rate: RATE_HZ, window: WindowLength::Samples(1), ..Params::DEFAULT };
     Ok(ContactEstimator::new(&params.validate()?))
 }
 
@@ -92,10 +89,7 @@ fn sample_of_bmi270<I2C: I2c, D: embedded_hal::delay::DelayNs>(
             force.map(f32::from),
             16.0 * STANDARD_GRAVITY / 32_768.0,
         )),
-        angular_rate: AngularRate(vector(
-            rate.map(f32::from),
-            2000_f32.to_radians() / 32_768.0,
-        )),
+        angular_rate: AngularRate(vector(rate.map(f32::from), 2000_f32.to_radians() / 32_768.0)),
         validity: match (is_full(force), is_full(rate)) {
             (false, false) => Validity::Valid,
             (true, false) => Validity::Saturated(Saturation::Accelerometer),
@@ -107,11 +101,7 @@ fn sample_of_bmi270<I2C: I2c, D: embedded_hal::delay::DelayNs>(
 
 /// Sample of a read that failed: one that is left out would be a gap.
 fn invalid(timestamp: Timestamp) -> ImuSample {
-    ImuSample {
-        timestamp,
-        validity: Validity::Invalid,
-        ..ImuSample::default()
-    }
+    ImuSample { timestamp, validity: Validity::Invalid, ..ImuSample::default() }
 }
 
 /// A part at rest: 1 g along z at ±16 g, and the identity of an ICM-20948.
@@ -207,10 +197,7 @@ fn main() -> Result<(), ParamsError> {
     // Nothing here waits, so one poll is the whole run.
     let result = pin!(task).poll(&mut Context::from_waker(Waker::noop()));
     assert!(matches!(result, Poll::Ready(Ok(()))), "{result:?}");
-    println!(
-        "ICM-20948, after two seconds of rest: {:.2}",
-        last.probabilities.stable
-    );
+    println!("ICM-20948, after two seconds of rest: {:.2}", last.probabilities.stable);
     assert!(last.probabilities.stable > 0.95);
 
     ticks.set(0);
@@ -220,10 +207,7 @@ fn main() -> Result<(), ParamsError> {
         let sample = sample_of_bmi270(&mut imu, Timestamp::from_micros(now_us()));
         last = estimator.update(&sample, None);
     }
-    println!(
-        "BMI270, after two seconds of rest: {:.2}",
-        last.probabilities.stable
-    );
+    println!("BMI270, after two seconds of rest: {:.2}", last.probabilities.stable);
     assert!(last.probabilities.stable > 0.95);
     Ok(())
 }

@@ -77,14 +77,7 @@ impl<T: Copy> PerAxis<T> {
     /// Creates a value per axis from an array in the order of [`Axis::ALL`].
     #[must_use]
     pub const fn from_array([ax, ay, az, wx, wy, wz]: [T; 6]) -> Self {
-        Self {
-            ax,
-            ay,
-            az,
-            wx,
-            wy,
-            wz,
-        }
+        Self { ax, ay, az, wx, wy, wz }
     }
 
     /// Returns the values as an array in the order of [`Axis::ALL`].
@@ -151,9 +144,6 @@ mod tests {
     fn zipping_pairs_each_axis_with_itself() {
         let left = PerAxis::from_array([1, 2, 3, 4, 5, 6]);
         let pairs = left.zip_with(left.map(|v| v * 10), |a, b| (a, b));
-        assert_eq!(
-            pairs.to_array(),
-            [(1, 10), (2, 20), (3, 30), (4, 40), (5, 50), (6, 60)]
-        );
+        assert_eq!(pairs.to_array(), [(1, 10), (2, 20), (3, 30), (4, 40), (5, 50), (6, 60)]);
     }
 }

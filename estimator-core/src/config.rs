@@ -56,10 +56,7 @@ impl Params {
         if (1..=CAPACITY).contains(&(samples as usize)) {
             Ok(samples as usize)
         } else {
-            Err(ParamsError::WindowLength {
-                samples,
-                capacity: CAPACITY,
-            })
+            Err(ParamsError::WindowLength { samples, capacity: CAPACITY })
         }
     }
 }
@@ -117,19 +114,13 @@ mod tests {
     #[test]
     fn the_presets_are_valid() {
         for preset in [Params::DEFAULT, Params::PAPER, Params::PAPER_GO1] {
-            assert_eq!(
-                preset.validate::<256>().map(|config| config.window_length),
-                Ok(50)
-            );
+            assert_eq!(preset.validate::<256>().map(|config| config.window_length), Ok(50));
         }
     }
 
     #[test]
     fn a_window_is_a_duration_times_the_sample_rate() {
-        let params = Params {
-            sample_rate: 200.0,
-            ..Params::DEFAULT
-        };
+        let params = Params { sample_rate: 200.0, ..Params::DEFAULT };
         assert_eq!(params.validate::<256>().map(|c| c.window_length), Ok(10));
     }
 
@@ -156,73 +147,20 @@ mod tests {
         // Each field with a value just below its range and one just above it.
         let fields: [(&str, Set, f32, f32); 20] = [
             ("sample_rate_hz", |p, v| p.sample_rate = v, 19.9, 10_001.0),
-            (
-                "bandwidth.acceleration_m_s2.ax",
-                |p, v| p.bandwidth.ax = v,
-                0.9e-6,
-                1.1e3,
-            ),
-            (
-                "bandwidth.angular_rate_rad_s.wz",
-                |p, v| p.bandwidth.wz = v,
-                0.9e-6,
-                1.1e3,
-            ),
-            (
-                "half_width.acceleration_m_s2.ay",
-                |p, v| p.half_width.ay = v,
-                0.9e-6,
-                10.1,
-            ),
-            (
-                "half_width.angular_rate_rad_s.wx",
-                |p, v| p.half_width.wx = v,
-                -0.04,
-                3.1,
-            ),
-            (
-                "decision.threshold",
-                |p, v| p.decision.threshold = v,
-                0.0,
-                1.0,
-            ),
-            (
-                "decision.on_delay_s",
-                |p, v| p.decision.on_delay = v,
-                -0.1,
-                10.1,
-            ),
-            (
-                "decision.off_delay_s",
-                |p, v| p.decision.off_delay = v,
-                -0.1,
-                0.21,
-            ),
-            (
-                "load.on_threshold",
-                |p, v| p.load.on_threshold = v,
-                -2.0e9,
-                2.0e9,
-            ),
-            (
-                "load.off_threshold",
-                |p, v| p.load.off_threshold = v,
-                -2.0e9,
-                12.1,
-            ),
-            (
-                "learnt.width",
-                |p, v| p.learnt = Some(Learnt { width: v, ..LEARNT }),
-                -0.1,
-                10.0,
-            ),
+            ("bandwidth.acceleration_m_s2.ax", |p, v| p.bandwidth.ax = v, 0.9e-6, 1.1e3),
+            ("bandwidth.angular_rate_rad_s.wz", |p, v| p.bandwidth.wz = v, 0.9e-6, 1.1e3),
+            ("half_width.acceleration_m_s2.ay", |p, v| p.half_width.ay = v, 0.9e-6, 10.1),
+            ("half_width.angular_rate_rad_s.wx", |p, v| p.half_width.wx = v, -0.04, 3.1),
+            ("decision.threshold", |p, v| p.decision.threshold = v, 0.0, 1.0),
+            ("decision.on_delay_s", |p, v| p.decision.on_delay = v, -0.1, 10.1),
+            ("decision.off_delay_s", |p, v| p.decision.off_delay = v, -0.1, 0.21),
+            ("load.on_threshold", |p, v| p.load.on_threshold = v, -2.0e9, 2.0e9),
+            ("load.off_threshold", |p, v| p.load.off_threshold = v, -2.0e9, 12.1),
+            ("learnt.width", |p, v| p.learnt = Some(Learnt { width: v, ..LEARNT }), -0.1, 10.0),
             (
                 "learnt.moving_seconds",
                 |p, v| {
-                    p.learnt = Some(Learnt {
-                        moving_seconds: v,
-                        ..LEARNT
-                    });
+                    p.learnt = Some(Learnt { moving_seconds: v, ..LEARNT });
                 },
                 -0.1,
                 1.1e3,
@@ -239,36 +177,16 @@ mod tests {
                 0.09,
                 101.0,
             ),
-            (
-                "attitude.quiet_gain",
-                |p, v| p.attitude.quiet_gain = v,
-                0.9,
-                1.1e4,
-            ),
+            ("attitude.quiet_gain", |p, v| p.attitude.quiet_gain = v, 0.9, 1.1e4),
             (
                 "attitude.quiet_acceleration_m_s2",
                 |p, v| p.attitude.quiet_acceleration = v,
                 0.9e-3,
                 11.0,
             ),
-            (
-                "attitude.quiet_rate_rad_s",
-                |p, v| p.attitude.quiet_rate = v,
-                0.9e-4,
-                1.1,
-            ),
-            (
-                "attitude.rest.duration_s",
-                |p, v| p.attitude.rest.duration = v,
-                0.09,
-                101.0,
-            ),
-            (
-                "attitude.rest.bias_limit_rad_s",
-                |p, v| p.attitude.rest.bias_limit = v,
-                -0.1,
-                1.1,
-            ),
+            ("attitude.quiet_rate_rad_s", |p, v| p.attitude.quiet_rate = v, 0.9e-4, 1.1),
+            ("attitude.rest.duration_s", |p, v| p.attitude.rest.duration = v, 0.09, 101.0),
+            ("attitude.rest.bias_limit_rad_s", |p, v| p.attitude.rest.bias_limit = v, -0.1, 1.1),
             (
                 "attitude.rest.bias_time_constant_s",
                 |p, v| p.attitude.rest.bias_time_constant = v,
@@ -282,10 +200,7 @@ mod tests {
             }
         }
         for (field, set) in [
-            (
-                "attitude.rest.acceleration_m_s2",
-                (|p, v| p.attitude.rest.acceleration = v) as Set,
-            ),
+            ("attitude.rest.acceleration_m_s2", (|p, v| p.attitude.rest.acceleration = v) as Set),
             ("attitude.rest.rate_rad_s", |p, v| p.attitude.rest.rate = v),
         ] {
             assert_eq!(field_refused(|p| set(p, 0.0)), field);

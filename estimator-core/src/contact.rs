@@ -148,10 +148,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             _ => self.model.account_for(missing),
         };
 
-        let motion = self.motion(&ImuSample {
-            validity,
-            ..*sample
-        });
+        let motion = self.motion(&ImuSample { validity, ..*sample });
         let known = match (motion, validity) {
             (Some((acceleration, rate)), Validity::Valid) => Known::Motion(acceleration, rate),
             _ if self.alignment() == Alignment::Searching => {
@@ -181,12 +178,9 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             flags = flags.with(Flag::WindowNotFull);
         }
         let (decision, phase) =
-            self.phase
-                .update(sample.timestamp, probabilities.stable, flags, load);
+            self.phase.update(sample.timestamp, probabilities.stable, flags, load);
         let (linear_acceleration, angular_rate) = motion.unwrap_or_default();
-        self.velocity_sigma = self
-            .velocity
-            .sigma(probabilities.stable, angular_rate.0, flags);
+        self.velocity_sigma = self.velocity.sigma(probabilities.stable, angular_rate.0, flags);
         ContactEstimate {
             timestamp: sample.timestamp,
             probabilities,
@@ -244,10 +238,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             Gravity::Included => {
                 let gravity = self.attitude.orientation().up() * self.attitude.gravity();
                 let bias = self.attitude.gyro_bias();
-                (
-                    LinearAcceleration(force - gravity),
-                    AngularRate(sample.angular_rate.0 - bias.0),
-                )
+                (LinearAcceleration(force - gravity), AngularRate(sample.angular_rate.0 - bias.0))
             }
         })
     }
@@ -270,26 +261,17 @@ mod tests {
     use crate::vector::Vec3;
     use std::vec::Vec;
 
-    const GRAVITY_FREE: Params = Params {
-        gravity: Gravity::Removed,
-        ..Params::DEFAULT
-    };
+    const GRAVITY_FREE: Params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
 
     /// The same parameters with half-widths.
-    const HALF_WIDTHS: Params = Params {
-        method: Method::HalfWidths,
-        ..GRAVITY_FREE
-    };
+    const HALF_WIDTHS: Params = Params { method: Method::HalfWidths, ..GRAVITY_FREE };
 
     fn estimator(params: &Params) -> ContactEstimator<64> {
         ContactEstimator::new(&params.validate().expect("valid parameters"))
     }
 
     fn at_rest(micros: u64) -> ImuSample {
-        ImuSample {
-            timestamp: Timestamp::from_micros(micros),
-            ..ImuSample::default()
-        }
+        ImuSample { timestamp: Timestamp::from_micros(micros), ..ImuSample::default() }
     }
 
     /// Feeds a gravity-free foot at rest for `samples` ms, starting at 0.
@@ -309,9 +291,8 @@ mod tests {
     #[test]
     fn foot_at_rest_is_stable_after_window_and_on_delay() {
         let mut estimator = estimator(&HALF_WIDTHS);
-        let decisions: Vec<_> = (0..100)
-            .map(|ms| estimator.update(&at_rest(ms * 1000), None).decision)
-            .collect();
+        let decisions: Vec<_> =
+            (0..100).map(|ms| estimator.update(&at_rest(ms * 1000), None).decision).collect();
         let first = decisions.iter().position(|d| *d == Decision::Stable);
         // The window is full with its last sample; the decision follows 20 ms later.
         assert_eq!(first, Some(50 - 1 + 20));
@@ -334,10 +315,7 @@ mod tests {
             }
         }
         let rest = (1.0e3 * Constants::DEFAULT.stance) as u64;
-        assert!(
-            proven.is_some_and(|ms| (rest - 1..rest + 150).contains(&ms)),
-            "{proven:?}"
-        );
+        assert!(proven.is_some_and(|ms| (rest - 1..rest + 150).contains(&ms)), "{proven:?}");
     }
 
     #[test]
@@ -353,10 +331,7 @@ mod tests {
     #[test]
     fn doubtful_samples_count_as_mass_zero_with_half_widths() {
         let mut estimator = rested(&HALF_WIDTHS, 60);
-        let sample = ImuSample {
-            validity: Validity::Stale,
-            ..at_rest(60_000)
-        };
+        let sample = ImuSample { validity: Validity::Stale, ..at_rest(60_000) };
         let estimate = estimator.update(&sample, None);
         let axis = estimate.probabilities.axes.ax;
         assert!((axis - 49.0 / 50.0).abs() < 1.0e-6, "{axis}");
@@ -374,10 +349,7 @@ mod tests {
             // Each window of doubt leaves 1/e.
             let windows = (8.0e3 * Constants::DEFAULT.window) as u64;
             for ms in 600..600 + windows {
-                let sample = ImuSample {
-                    validity,
-                    ..at_rest(ms * 1000)
-                };
+                let sample = ImuSample { validity, ..at_rest(ms * 1000) };
                 let estimate = estimator.update(&sample, None);
                 assert_eq!(but_settling(estimate.flags), [flag]);
                 assert_eq!(estimate.decision, Decision::NotStable);
@@ -412,10 +384,7 @@ mod tests {
     fn gap_of_half_a_window_is_bridged_and_a_longer_one_lowers_p() {
         let resting = |gap_ms: u64| {
             let mut estimator = rested(&GRAVITY_FREE, 600);
-            let before = estimator
-                .update(&at_rest(600_000), None)
-                .probabilities
-                .stable;
+            let before = estimator.update(&at_rest(600_000), None).probabilities.stable;
             let after = estimator.update(&at_rest((600 + gap_ms) * 1000), None);
             assert!(after.flags.contains(Flag::TimeGap));
             (before, after.probabilities.stable)
@@ -462,12 +431,7 @@ mod tests {
 
     #[test]
     fn no_timestamp_overflows_anything() {
-        for (first, second) in [
-            (0, u64::MAX),
-            (0, 1 << 63),
-            (u64::MAX, 0),
-            (1, u64::MAX - 1),
-        ] {
+        for (first, second) in [(0, u64::MAX), (0, 1 << 63), (u64::MAX, 0), (1, u64::MAX - 1)] {
             for params in [GRAVITY_FREE, Params::DEFAULT] {
                 let mut estimator = estimator(&params);
                 estimator.update(&at_rest(first), None);
@@ -542,10 +506,7 @@ mod tests {
         let mut estimator = estimator(&Params::DEFAULT);
         lying(&mut estimator, 0, 1_000);
         let after = lying(&mut estimator, 1_600, 1);
-        assert!(
-            after.flags.contains(Flag::AttitudeNotInitialised),
-            "{after:?}"
-        );
+        assert!(after.flags.contains(Flag::AttitudeNotInitialised), "{after:?}");
         assert!(after.probabilities.stable <= 0.5);
         let settled = lying(&mut estimator, 1_601, 300);
         assert_eq!(but_settling(settled.flags), []);
@@ -554,10 +515,9 @@ mod tests {
 
     #[test]
     fn slow_slide_is_detected_by_its_speed() {
-        for (params, decision) in [
-            (GRAVITY_FREE, Decision::NotStable),
-            (HALF_WIDTHS, Decision::Stable),
-        ] {
+        for (params, decision) in
+            [(GRAVITY_FREE, Decision::NotStable), (HALF_WIDTHS, Decision::Stable)]
+        {
             let mut estimator = estimator(&params);
             let mut estimate = ContactEstimate::default();
             for ms in 0..700 {
@@ -620,10 +580,7 @@ mod tests {
 
     #[test]
     fn probability_is_zero_until_up_is_known() {
-        let half_widths = Params {
-            method: Method::HalfWidths,
-            ..Params::DEFAULT
-        };
+        let half_widths = Params { method: Method::HalfWidths, ..Params::DEFAULT };
         for params in [Params::DEFAULT, half_widths] {
             let mut estimator = estimator(&params);
             let sample = ImuSample {

@@ -16,10 +16,7 @@ pub struct AccelerometerCorrection {
 
 impl AccelerometerCorrection {
     /// A perfect accelerometer, whose readings keep their bits.
-    pub const NONE: Self = Self {
-        bias: Vec3::ZERO,
-        scale: Vec3::new(1.0, 1.0, 1.0),
-    };
+    pub const NONE: Self = Self { bias: Vec3::ZERO, scale: Vec3::new(1.0, 1.0, 1.0) };
 
     /// Returns the corrected reading: (reading − bias) × scale.
     #[inline]
@@ -58,10 +55,9 @@ mod tests {
     #[test]
     fn a_perfect_accelerometer_keeps_its_bits() {
         let bits = |Vec3 { x, y, z }| [x, y, z].map(f32::to_bits);
-        for reading in [
-            Vec3::new(0.0, -0.0, 9.80665),
-            Vec3::new(f32::MIN_POSITIVE / 2.0, -156.9, 1.0e4),
-        ] {
+        for reading in
+            [Vec3::new(0.0, -0.0, 9.80665), Vec3::new(f32::MIN_POSITIVE / 2.0, -156.9, 1.0e4)]
+        {
             let corrected = AccelerometerCorrection::NONE.apply(SpecificForce(reading));
             assert_eq!(bits(corrected.0), bits(reading));
         }

@@ -48,10 +48,7 @@ mod tests {
     fn the_error_stays_below_the_stated_bound_over_the_whole_range() {
         let (error, at) = sweep()
             .map(|x| ((f64::from(erf(x)) - libm::erf(f64::from(x))).abs(), x))
-            .fold(
-                (0.0, 0.0),
-                |worst, now| if now.0 > worst.0 { now } else { worst },
-            );
+            .fold((0.0, 0.0), |worst, now| if now.0 > worst.0 { now } else { worst });
         assert!(error <= f64::from(ERF_ERROR), "{error:e} at {at}");
         // The bound is tight: at most twice the largest error.
         assert!(error >= 0.5 * f64::from(ERF_ERROR), "{error:e} at {at}");
@@ -61,10 +58,7 @@ mod tests {
     fn erf_is_odd_and_stays_within_minus_one_to_one() {
         for x in sweep().chain([f32::MAX, f32::INFINITY]) {
             let y = erf(x);
-            assert!(
-                (0.0..=1.0).contains(&y) || y.abs() <= ERF_ERROR,
-                "erf({x}) = {y}"
-            );
+            assert!((0.0..=1.0).contains(&y) || y.abs() <= ERF_ERROR, "erf({x}) = {y}");
             assert!(y <= 1.0, "erf({x}) = {y}");
             assert_eq!(erf(-x), -y);
         }

@@ -99,9 +99,7 @@ impl Flags {
 
     /// Iterates over the flags in the set, in the order of their bits.
     pub fn iter(self) -> impl Iterator<Item = Flag> {
-        Flag::ALL
-            .into_iter()
-            .filter(move |flag| self.contains(*flag))
+        Flag::ALL.into_iter().filter(move |flag| self.contains(*flag))
     }
 
     /// Creates the set of these bits, as of [`bits`](Self::bits).

@@ -35,16 +35,8 @@ pub const fn ln(x: f32) -> f32 {
 #[inline(never)]
 #[must_use]
 pub const fn exp(x: f32) -> f32 {
-    let x = if x >= -LARGEST_EXPONENT {
-        x
-    } else {
-        -LARGEST_EXPONENT
-    };
-    let x = if x <= LARGEST_EXPONENT {
-        x
-    } else {
-        LARGEST_EXPONENT
-    };
+    let x = if x >= -LARGEST_EXPONENT { x } else { -LARGEST_EXPONENT };
+    let x = if x <= LARGEST_EXPONENT { x } else { LARGEST_EXPONENT };
     // x = n ln 2 + r with r up to half of ln 2 in magnitude. The shift makes the truncating cast
     // round.
     let n = (x * LOG2_E + 128.5) as i32 - 128;
@@ -63,9 +55,7 @@ mod tests {
 
     /// Every 97th f32 from `from` to `to`, both positive.
     fn floats(from: f32, to: f32) -> impl Iterator<Item = f32> {
-        (from.to_bits()..to.to_bits())
-            .step_by(97)
-            .map(f32::from_bits)
+        (from.to_bits()..to.to_bits()).step_by(97).map(f32::from_bits)
     }
 
     #[test]
@@ -79,9 +69,7 @@ mod tests {
     fn the_exponential_stays_within_its_stated_relative_error() {
         let error = |x: f32| (f64::from(exp(x)) / f64::from(x).exp() - 1.0).abs();
         let positive = floats(1.0e-6, 20.0);
-        let worst = positive
-            .flat_map(|x| [error(x), error(-x)])
-            .fold(0.0, f64::max);
+        let worst = positive.flat_map(|x| [error(x), error(-x)]).fold(0.0, f64::max);
         assert!(worst <= f64::from(EXP_ERROR), "{worst:e}");
     }
 

@@ -37,14 +37,8 @@ pub enum SensorAxis {
 
 impl SensorAxis {
     /// All axes, in the order of their numbers, which begin with 1.
-    pub const ALL: [Self; 6] = [
-        Self::X,
-        Self::Y,
-        Self::Z,
-        Self::MinusX,
-        Self::MinusY,
-        Self::MinusZ,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::X, Self::Y, Self::Z, Self::MinusX, Self::MinusY, Self::MinusZ];
 
     /// Returns the axis that points the other way.
     #[must_use]
@@ -131,13 +125,11 @@ impl MountingParams {
                 if x == 0.0 && y == 0.0 && z == 0.0 {
                     return Ok(Mounting::IDENTITY);
                 }
-                Ok(Mounting(Turn::Rotation(
-                    if (square - 1.0).abs() <= ROUNDED {
-                        quaternion
-                    } else {
-                        quaternion.normalised()
-                    },
-                )))
+                Ok(Mounting(Turn::Rotation(if (square - 1.0).abs() <= ROUNDED {
+                    quaternion
+                } else {
+                    quaternion.normalised()
+                })))
             }
         }
     }
@@ -188,11 +180,9 @@ impl Mounting {
     pub fn turn(&self, vector: Vec3) -> Vec3 {
         match self.0 {
             Turn::None => vector,
-            Turn::Axes([x, y, z]) => Vec3::new(
-                x.component(vector),
-                y.component(vector),
-                z.component(vector),
-            ),
+            Turn::Axes([x, y, z]) => {
+                Vec3::new(x.component(vector), y.component(vector), z.component(vector))
+            }
             Turn::Rotation(quaternion) => quaternion.rotate(vector),
         }
     }

@@ -164,11 +164,7 @@ pub const GYRO_DELAY: Row = Row {
 
 /// All rows.
 pub fn rows() -> impl Iterator<Item = Row> {
-    Parameter::ALL
-        .into_iter()
-        .map(Parameter::row)
-        .chain([WINDOW, GYRO_DELAY])
-        .chain(Learnt::ROWS)
+    Parameter::ALL.into_iter().map(Parameter::row).chain([WINDOW, GYRO_DELAY]).chain(Learnt::ROWS)
 }
 
 static RANGES: [(f32, f32); Parameter::ALL.len()] = ranges(&Parameter::ROWS);
@@ -217,9 +213,7 @@ mod tests {
     #[test]
     fn range_ends_are_accepted_and_values_beyond_are_rejected() {
         for parameter in Parameter::ALL {
-            let Row {
-                name, least, most, ..
-            } = parameter.row();
+            let Row { name, least, most, .. } = parameter.row();
             let check_with = |value: f32| {
                 let mut params = Params::DEFAULT;
                 // Keeps the load's off threshold below every tested value.

@@ -127,15 +127,8 @@ impl Params {
         bandwidth: PerAxis::by_sensor(2.0e-3 * STANDARD_GRAVITY, 0.070 * DEGREE),
         half_width: PerAxis::by_sensor(0.4, 0.04),
         attitude: AttitudeParams::DEFAULT,
-        decision: DecisionParams {
-            threshold: 0.5,
-            on_delay: 0.02,
-            off_delay: 0.0,
-        },
-        load: LoadParams {
-            on_threshold: 12.0,
-            off_threshold: 6.0,
-        },
+        decision: DecisionParams { threshold: 0.5, on_delay: 0.02, off_delay: 0.0 },
+        load: LoadParams { on_threshold: 12.0, off_threshold: 6.0 },
         velocity: VelocityParams::DEFAULT,
     };
 
@@ -149,10 +142,7 @@ impl Params {
         window: WindowLength::Samples(50),
         bandwidth: PerAxis::by_sensor(0.024_67, 0.016_53),
         half_width: PerAxis::by_sensor(0.4, 0.04),
-        load: LoadParams {
-            on_threshold: 160.0,
-            off_threshold: 80.0,
-        },
+        load: LoadParams { on_threshold: 160.0, off_threshold: 80.0 },
         ..Self::DEFAULT
     };
 
@@ -172,10 +162,7 @@ impl Params {
             wy: 50.0 * DEGREE,
             wz: 100.0 * DEGREE,
         },
-        load: LoadParams {
-            on_threshold: 150.0,
-            off_threshold: 90.0,
-        },
+        load: LoadParams { on_threshold: 150.0, off_threshold: 90.0 },
         ..Self::PAPER
     };
 }
@@ -187,9 +174,7 @@ mod tests {
     #[test]
     fn the_papers_go1_has_half_widths_in_si_units() {
         // 0.9, 0.5 and 0.3 g; 56, 50 and 100 °/s.
-        let expected = [
-            8.825_985, 4.903_325, 2.941_995, 0.977_384, 0.872_665, 1.745_329,
-        ];
+        let expected = [8.825_985, 4.903_325, 2.941_995, 0.977_384, 0.872_665, 1.745_329];
         let half_width = Params::PAPER_GO1.half_width;
         let found = [
             half_width.ax,
@@ -209,29 +194,20 @@ mod tests {
     fn paper_presets_differ_from_the_default_as_the_paper_does() {
         let (atlas, go1) = (Params::PAPER, Params::PAPER_GO1);
         assert_eq!([atlas.sample_rate, go1.sample_rate], [1000.0, 250.0]);
-        assert_eq!(
-            [atlas.gravity, go1.gravity],
-            [Gravity::Removed, Gravity::Included]
-        );
+        assert_eq!([atlas.gravity, go1.gravity], [Gravity::Removed, Gravity::Included]);
         assert_eq!(atlas.bandwidth, PerAxis::by_sensor(0.024_67, 0.016_53));
         assert_eq!(atlas.half_width, PerAxis::by_sensor(0.4, 0.04));
         for (preset, on, off) in [(atlas, 160.0, 80.0), (go1, 150.0, 90.0)] {
             assert_eq!(preset.method, Method::HalfWidths);
             assert_eq!(preset.window, WindowLength::Samples(50));
-            assert_eq!(
-                (preset.load.on_threshold, preset.load.off_threshold),
-                (on, off)
-            );
+            assert_eq!((preset.load.on_threshold, preset.load.off_threshold), (on, off));
         }
     }
 
     #[test]
     fn gravities_and_degrees_of_the_presets_are_in_si_units() {
         let near = |found: f32, expected: f32| {
-            assert!(
-                (found / expected - 1.0).abs() < 1.0e-5,
-                "{found} for {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1.0e-5, "{found} for {expected}");
         };
         // 2 mg and 0.07 °/s; 24.67 mg and 1 °/s.
         near(Params::DEFAULT.bandwidth.ax, 0.019_613_3);

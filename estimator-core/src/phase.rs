@@ -42,13 +42,8 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, [`Phase::Unknown`] first.
-    pub const ALL: [Self; 5] = [
-        Self::Unknown,
-        Self::Stance,
-        Self::Slip,
-        Self::Swing,
-        Self::QuietSwing,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Unknown, Self::Stance, Self::Slip, Self::Swing, Self::QuietSwing];
 
     /// The phase's name as written in files: `stance`, `quiet_swing` and so on.
     #[must_use]
@@ -221,9 +216,7 @@ mod tests {
     fn a_dip_below_the_threshold_restarts_the_on_delay() {
         let mut probabilities = [0.9; 60];
         probabilities[15] = 0.4;
-        let first = decisions(probabilities)
-            .iter()
-            .position(|d| *d == Decision::Stable);
+        let first = decisions(probabilities).iter().position(|d| *d == Decision::Stable);
         assert_eq!(first, Some(36));
     }
 

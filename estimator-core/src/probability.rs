@@ -48,23 +48,13 @@ impl Probabilities {
 
     const fn from_array(all: [f32; 9]) -> Self {
         let [ax, ay, az, wx, wy, wz, tangential, vertical, stable] = all;
-        Self {
-            axes: PerAxis::from_array([ax, ay, az, wx, wy, wz]),
-            tangential,
-            vertical,
-            stable,
-        }
+        Self { axes: PerAxis::from_array([ax, ay, az, wx, wy, wz]), tangential, vertical, stable }
     }
 
     pub(crate) fn from_axes(axes: PerAxis<f32>) -> Self {
         let tangential = axes.ax * axes.ay * axes.wz;
         let vertical = axes.az * axes.wx * axes.wy;
-        Self {
-            axes,
-            tangential,
-            vertical,
-            stable: tangential * vertical,
-        }
+        Self { axes, tangential, vertical, stable: tangential * vertical }
     }
 }
 

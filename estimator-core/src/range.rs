@@ -69,12 +69,9 @@ pub enum ParamsError {
 impl fmt::Display for ParamsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::OutOfRange {
-                field,
-                value,
-                min,
-                max,
-            } => write!(f, "{field} is {value}, allowed is {min} to {max}"),
+            Self::OutOfRange { field, value, min, max } => {
+                write!(f, "{field} is {value}, allowed is {min} to {max}")
+            }
             Self::WindowLength { samples, capacity } => write!(
                 f,
                 "window comes to {samples} samples at this sample rate, allowed is 1 to {capacity}"
@@ -101,12 +98,7 @@ pub(crate) const fn in_range(
     if value >= min && value <= max {
         Ok(())
     } else {
-        Err(ParamsError::OutOfRange {
-            field,
-            value,
-            min,
-            max,
-        })
+        Err(ParamsError::OutOfRange { field, value, min, max })
     }
 }
 
@@ -117,9 +109,6 @@ mod tests {
     #[test]
     fn the_message_names_field_value_and_range() {
         let error = in_range("half_width.ax", -0.5, 1.0e-6, 1.0e4).unwrap_err();
-        assert_eq!(
-            std::format!("{error}"),
-            "half_width.ax is -0.5, allowed is 0.000001 to 10000"
-        );
+        assert_eq!(std::format!("{error}"), "half_width.ax is -0.5, allowed is 0.000001 to 10000");
     }
 }

@@ -13,11 +13,7 @@ pub const SQRT_ERROR: f32 = 3.0e-7;
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
     // A NaN fails the comparison.
-    if x > f32::MIN_POSITIVE {
-        x * inverse(x)
-    } else {
-        0.0
-    }
+    if x > f32::MIN_POSITIVE { x * inverse(x) } else { 0.0 }
 }
 
 /// 1/√x of a normal positive number, with the relative error of [`sqrt`]; finite for any other positive number.
@@ -53,9 +49,7 @@ mod tests {
     fn the_root_stays_within_its_stated_relative_error() {
         let numbers = (f32::MIN_POSITIVE.to_bits() + 1..f32::MAX.to_bits()).step_by(997);
         let error = |x: f32| (f64::from(sqrt(x)) / f64::from(x).sqrt() - 1.0).abs();
-        let worst = numbers
-            .map(|bits| error(f32::from_bits(bits)))
-            .fold(0.0, f64::max);
+        let worst = numbers.map(|bits| error(f32::from_bits(bits))).fold(0.0, f64::max);
         assert!(worst <= f64::from(SQRT_ERROR), "{worst:e}");
     }
 

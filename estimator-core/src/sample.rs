@@ -125,11 +125,7 @@ impl ImuSample {
     pub fn checked_validity(&self) -> Validity {
         let measurable = self.specific_force.0.is_within(SPECIFIC_FORCE_LIMIT)
             && self.angular_rate.0.is_within(ANGULAR_RATE_LIMIT);
-        if measurable {
-            self.validity
-        } else {
-            Validity::Invalid
-        }
+        if measurable { self.validity } else { Validity::Invalid }
     }
 }
 
@@ -155,11 +151,7 @@ mod tests {
     #[test]
     fn implausible_number_makes_the_sample_invalid() {
         for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e30, -1.1e4] {
-            assert_eq!(
-                sample_with_ax(broken).checked_validity(),
-                Validity::Invalid,
-                "{broken}"
-            );
+            assert_eq!(sample_with_ax(broken).checked_validity(), Validity::Invalid, "{broken}");
         }
     }
 
@@ -176,15 +168,8 @@ mod tests {
 
     #[test]
     fn an_ordinary_sample_keeps_the_validity_its_source_gave_it() {
-        for validity in [
-            Validity::Valid,
-            Validity::Saturated(Saturation::Both),
-            Validity::Stale,
-        ] {
-            let sample = ImuSample {
-                validity,
-                ..sample_with_ax(157.0)
-            };
+        for validity in [Validity::Valid, Validity::Saturated(Saturation::Both), Validity::Stale] {
+            let sample = ImuSample { validity, ..sample_with_ax(157.0) };
             assert_eq!(sample.checked_validity(), validity);
         }
     }

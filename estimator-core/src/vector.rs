@@ -133,12 +133,7 @@ impl Default for Quaternion {
 
 impl Quaternion {
     /// No rotation.
-    pub const IDENTITY: Self = Self {
-        w: 1.0,
-        x: 0.0,
-        y: 0.0,
-        z: 0.0,
-    };
+    pub const IDENTITY: Self = Self { w: 1.0, x: 0.0, y: 0.0, z: 0.0 };
 
     /// The shortest rotation that takes the direction of `up` (a sensor-frame vector) to world z.
     /// `None` if `up` has no usable length.
@@ -152,32 +147,18 @@ impl Quaternion {
         let unit = up * (1.0 / length);
         let horizontal2 = unit.x * unit.x + unit.y * unit.y;
         // 1 + z, without the cancellation near upside down.
-        let one_plus_z = if unit.z >= 0.0 {
-            1.0 + unit.z
-        } else {
-            horizontal2 / (1.0 - unit.z)
-        };
+        let one_plus_z = if unit.z >= 0.0 { 1.0 + unit.z } else { horizontal2 / (1.0 - unit.z) };
         // Half-angle formula for the rotation from `unit` to +z.
         let twice_w = crate::root::sqrt(2.0 * one_plus_z);
         if twice_w > 1.0e-6 {
             let inverse = 1.0 / twice_w;
             Some(
-                Self {
-                    w: 0.5 * twice_w,
-                    x: unit.y * inverse,
-                    y: -unit.x * inverse,
-                    z: 0.0,
-                }
-                .normalised(),
+                Self { w: 0.5 * twice_w, x: unit.y * inverse, y: -unit.x * inverse, z: 0.0 }
+                    .normalised(),
             )
         } else {
             // Upside down, any horizontal axis will do.
-            Some(Self {
-                w: 0.0,
-                x: 1.0,
-                y: 0.0,
-                z: 0.0,
-            })
+            Some(Self { w: 0.0, x: 1.0, y: 0.0, z: 0.0 })
         }
     }
 
@@ -213,12 +194,7 @@ impl Quaternion {
     #[inline]
     #[must_use]
     pub fn conjugate(self) -> Self {
-        Self {
-            w: self.w,
-            x: -self.x,
-            y: -self.y,
-            z: -self.z,
-        }
+        Self { w: self.w, x: -self.x, y: -self.y, z: -self.z }
     }
 
     /// Returns the world-frame components of a vector given in the sensor frame.
@@ -266,12 +242,7 @@ impl Quaternion {
 
     #[inline]
     fn scaled(self, factor: f32) -> Self {
-        Self {
-            w: self.w * factor,
-            x: self.x * factor,
-            y: self.y * factor,
-            z: self.z * factor,
-        }
+        Self { w: self.w * factor, x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
 }
 
@@ -280,10 +251,7 @@ mod tests {
     use super::*;
 
     fn assert_close(actual: Vec3, expected: Vec3, tolerance: f32) {
-        assert!(
-            (actual - expected).length() <= tolerance,
-            "{actual:?} is not {expected:?}"
-        );
+        assert!((actual - expected).length() <= tolerance, "{actual:?} is not {expected:?}");
     }
 
     #[test]
@@ -305,11 +273,7 @@ mod tests {
 
     #[test]
     fn vector_without_length_gives_no_attitude() {
-        for up in [
-            Vec3::ZERO,
-            Vec3::new(f32::NAN, 0.0, 1.0),
-            Vec3::new(0.0, f32::INFINITY, 0.0),
-        ] {
+        for up in [Vec3::ZERO, Vec3::new(f32::NAN, 0.0, 1.0), Vec3::new(0.0, f32::INFINITY, 0.0)] {
             assert_eq!(Quaternion::from_up(up), None);
         }
     }
@@ -322,35 +286,22 @@ mod tests {
             0.0,
             core::f32::consts::FRAC_PI_2 / 1000.0,
         ));
-        let turned = (0..1000).fold(Quaternion::IDENTITY, |attitude, _| {
-            attitude.multiply(step).renormalised()
-        });
-        assert_close(
-            turned.rotate(Vec3::new(1.0, 0.0, 0.0)),
-            Vec3::new(0.0, 1.0, 0.0),
-            1e-5,
-        );
+        let turned = (0..1000)
+            .fold(Quaternion::IDENTITY, |attitude, _| attitude.multiply(step).renormalised());
+        assert_close(turned.rotate(Vec3::new(1.0, 0.0, 0.0)), Vec3::new(0.0, 1.0, 0.0), 1e-5);
     }
 
     #[test]
     fn a_rotation_and_its_conjugate_cancel() {
         let attitude = Quaternion::from_up(Vec3::new(1.0, 2.0, -0.5)).expect("a usable length");
         let vector = Vec3::new(0.3, -7.0, 2.0);
-        assert_close(
-            attitude.conjugate().rotate(attitude.rotate(vector)),
-            vector,
-            1e-5,
-        );
+        assert_close(attitude.conjugate().rotate(attitude.rotate(vector)), vector, 1e-5);
     }
 
     #[test]
     fn units_multiply_by_hamiltons_rules() {
         let unit = |x: f32, y: f32, z: f32| Quaternion { w: 0.0, x, y, z };
-        let (i, j, k) = (
-            unit(1.0, 0.0, 0.0),
-            unit(0.0, 1.0, 0.0),
-            unit(0.0, 0.0, 1.0),
-        );
+        let (i, j, k) = (unit(1.0, 0.0, 0.0), unit(0.0, 1.0, 0.0), unit(0.0, 0.0, 1.0));
         let negative = |q: Quaternion| q.scaled(-1.0);
         for (a, b, product) in [(i, j, k), (j, k, i), (k, i, j)] {
             assert_eq!(a.multiply(b), product);
@@ -363,12 +314,7 @@ mod tests {
 
     #[test]
     fn normalised_restores_unit_length_or_gives_identity() {
-        let long = Quaternion {
-            w: 1.0,
-            x: -2.0,
-            y: 3.0,
-            z: -4.0,
-        };
+        let long = Quaternion { w: 1.0, x: -2.0, y: 3.0, z: -4.0 };
         for factor in [1.0e-3, 1.0, 1.0e3] {
             let unit = long.scaled(factor).normalised();
             assert!((unit.norm_squared() - 1.0).abs() < 1.0e-6, "{unit:?}");

@@ -39,11 +39,7 @@ impl VelocityParams {
     /// | `speed` | 0.05 m/s | chosen on walks of a shoe: see `docs/evaluation.md` |
     /// | `lever` | 0.15 m | from the heel to the ball of a foot that rolls; a robot's point foot has its radius |
     /// | `floor` | 0.003 m/s | creep of a sole, and the error of an IMU at rest |
-    pub const DEFAULT: Self = Self {
-        speed: 0.05,
-        lever: 0.15,
-        floor: 0.003,
-    };
+    pub const DEFAULT: Self = Self { speed: 0.05, lever: 0.15, floor: 0.003 };
 }
 
 /// Standard deviation of the velocity of a foot, each axis, m/s: above 0 and at most
@@ -110,11 +106,8 @@ mod tests {
     use super::*;
     use crate::flag::Flag;
 
-    const COEFFICIENTS: VelocityCoefficients = VelocityCoefficients::new(&VelocityParams {
-        speed: 0.2,
-        lever: 0.1,
-        floor: 0.003,
-    });
+    const COEFFICIENTS: VelocityCoefficients =
+        VelocityCoefficients::new(&VelocityParams { speed: 0.2, lever: 0.1, floor: 0.003 });
 
     fn sigma(probability: f32, rate: f32) -> f32 {
         let rate = Vec3::new(0.0, 0.6 * rate, 0.8 * rate);

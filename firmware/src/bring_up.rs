@@ -81,11 +81,7 @@ impl Report {
     /// Last line of the report.
     #[must_use]
     pub fn summary(&self) -> Line {
-        let Self {
-            passed,
-            failed,
-            not_tested,
-        } = self;
+        let Self { passed, failed, not_tested } = self;
         let mut line = Line::new();
         let _ = write!(
             line,
@@ -157,11 +153,7 @@ impl Jitter {
     /// Starts with the mean interval of the edges.
     #[must_use]
     pub const fn new(interval_us: f32) -> Self {
-        Self {
-            interval_us,
-            last_us: None,
-            largest_us: f32::NAN,
-        }
+        Self { interval_us, last_us: None, largest_us: f32::NAN }
     }
 
     /// Takes the time of an edge: from the one before, it is whole intervals away.
@@ -244,29 +236,15 @@ mod tests {
     #[test]
     fn line_has_name_value_limit_verdict_and_remedy() {
         let mut report = Report::default();
-        let line = report.line(
-            "stack",
-            format_args!("{} B", 700),
-            "below 4096",
-            Verdict::Pass,
-        );
+        let line = report.line("stack", format_args!("{} B", 700), "below 4096", Verdict::Pass);
         assert_eq!(
             line.split_whitespace().collect::<Vec<_>>(),
             ["stack", "700", "B", "below", "4096", "pass"]
         );
-        let line = report.line(
-            "CAN",
-            format_args!("silent"),
-            "",
-            Verdict::Fail("add a node"),
-        );
+        let line = report.line("CAN", format_args!("silent"), "", Verdict::Fail("add a node"));
         assert!(line.ends_with("FAIL: add a node\r\n"), "{line}");
         report.line("", format_args!(""), "", Verdict::NotTested("no sensor"));
-        assert!(
-            report
-                .summary()
-                .starts_with("passed 1, failed 1, not tested 1;")
-        );
+        assert!(report.summary().starts_with("passed 1, failed 1, not tested 1;"));
     }
 
     #[test]
@@ -275,13 +253,7 @@ mod tests {
         let mut report = Report::default();
         let line = report.line(&long, format_args!("{long}"), &long, Verdict::Pass);
         assert!(line.len() <= LINE);
-        assert_eq!(
-            report,
-            Report {
-                passed: 1,
-                ..Report::default()
-            }
-        );
+        assert_eq!(report, Report { passed: 1, ..Report::default() });
     }
 
     #[test]
@@ -304,9 +276,7 @@ mod tests {
     #[test]
     fn jitter_is_the_largest_distance_from_whole_intervals() {
         let mut jitter = Jitter::new(150.0);
-        [1_000, 1_900, 2_953, 3_850]
-            .into_iter()
-            .for_each(|at| jitter.take(at));
+        [1_000, 1_900, 2_953, 3_850].into_iter().for_each(|at| jitter.take(at));
         assert!((jitter.largest_us() - 3.0).abs() < 1e-3, "{jitter:?}");
     }
 

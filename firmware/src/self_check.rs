@@ -96,12 +96,7 @@ impl Stimulus {
     const REST: [i32; 6] = [120, -75, 2045, 5, -3, 2];
 
     fn new() -> Self {
-        Self {
-            random: 0x2545_F491,
-            index: 0,
-            time_us: 0,
-            codes: Self::REST,
-        }
+        Self { random: 0x2545_F491, index: 0, time_us: 0, codes: Self::REST }
     }
 
     fn next(&mut self) -> (ImuSample, Option<Load>) {
@@ -315,10 +310,7 @@ mod tests {
             digest.add_learnt(learnt);
             digest.value()
         };
-        let other = Learnt {
-            speed: f32::from_bits(1),
-            ..Learnt::default()
-        };
+        let other = Learnt { speed: f32::from_bits(1), ..Learnt::default() };
         assert_ne!(digest(&Learnt::default()), digest(&other));
     }
 

@@ -49,10 +49,7 @@ impl Liveness {
     /// reports are kept.
     #[must_use]
     pub fn all_alive(&self) -> bool {
-        let alive = self
-            .0
-            .iter()
-            .all(|is_alive| is_alive.load(Ordering::Relaxed));
+        let alive = self.0.iter().all(|is_alive| is_alive.load(Ordering::Relaxed));
         if alive {
             for is_alive in &self.0 {
                 is_alive.store(false, Ordering::Relaxed);
@@ -76,26 +73,13 @@ impl Hysteresis {
     /// On after `on_after` consecutive times, off after `off_after` consecutive times without.
     #[must_use]
     pub const fn new(on_after: u16, off_after: u16) -> Self {
-        Self {
-            on_after,
-            off_after,
-            age: 0,
-            is_on: false,
-        }
+        Self { on_after, off_after, age: 0, is_on: false }
     }
 
     /// Updates the condition; returns whether it holds.
     pub fn update(&mut self, now: bool) -> bool {
-        self.age = if now == self.is_on {
-            0
-        } else {
-            self.age.saturating_add(1)
-        };
-        let after = if self.is_on {
-            self.off_after
-        } else {
-            self.on_after
-        };
+        self.age = if now == self.is_on { 0 } else { self.age.saturating_add(1) };
+        let after = if self.is_on { self.off_after } else { self.on_after };
         if self.age >= after.max(1) {
             self.is_on = now;
             self.age = 0;
@@ -113,9 +97,7 @@ pub struct FaultLatch {
 
 impl Default for FaultLatch {
     fn default() -> Self {
-        Self {
-            left: [0; Fault::ALL.len()],
-        }
+        Self { left: [0; Fault::ALL.len()] }
     }
 }
 
@@ -193,10 +175,7 @@ impl CrashRecord {
             2 => CrashReason::HardFault,
             _ => return None,
         };
-        Some(Self {
-            reason,
-            program_counter: counter,
-        })
+        Some(Self { reason, program_counter: counter })
     }
 }
 
@@ -214,13 +193,8 @@ impl From<CrashRecord> for Crash {
 
 /// FNV-1a over both words: short, and every single flipped bit changes it.
 fn check(reason: u32, counter: u32) -> u32 {
-    let bytes = reason
-        .to_le_bytes()
-        .into_iter()
-        .chain(counter.to_le_bytes());
-    bytes.fold(0x811C_9DC5, |hash, byte| {
-        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-    })
+    let bytes = reason.to_le_bytes().into_iter().chain(counter.to_le_bytes());
+    bytes.fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }
 
 #[cfg(test)]
@@ -290,21 +264,14 @@ mod tests {
         for tick in 1..10 {
             cleared.extend(latch.tick().iter().map(|fault| (tick, fault)));
         }
-        let expected = [
-            (1, Fault::LateTick),
-            (2, Fault::UartOverrun),
-            (4, Fault::CanOverrun),
-        ];
+        let expected = [(1, Fault::LateTick), (2, Fault::UartOverrun), (4, Fault::CanOverrun)];
         assert_eq!(cleared, expected);
     }
 
     #[test]
     fn a_crash_record_round_trips_and_damage_is_detected() {
         for reason in [CrashReason::Panic, CrashReason::HardFault] {
-            let record = CrashRecord {
-                reason,
-                program_counter: 0x0800_1234,
-            };
+            let record = CrashRecord { reason, program_counter: 0x0800_1234 };
             let words = record.to_words();
             assert_eq!(CrashRecord::from_words(words), Some(record));
             for bit in 0..128 {

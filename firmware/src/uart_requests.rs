@@ -87,11 +87,9 @@ pub fn answer(node: &mut Node, request: &UartRequest) -> UartReply {
                 address: Some(set.address),
             }
         }
-        UartRequest::Nmt(NmtRequest(command)) => UartReply {
-            response: None,
-            event: node.command(*command),
-            address: None,
-        },
+        UartRequest::Nmt(NmtRequest(command)) => {
+            UartReply { response: None, event: node.command(*command), address: None }
+        }
     }
 }
 
@@ -117,15 +115,10 @@ mod tests {
     use wire::node::Command;
     use wire::uart::{ConfigGet, ConfigSet, ContactMessage, encode};
 
-    const GET: ConfigGet = ConfigGet {
-        address: Address::new(0x2010, 0),
-    };
+    const GET: ConfigGet = ConfigGet { address: Address::new(0x2010, 0) };
 
     fn pushed(receiver: &mut UartReceiver, bytes: &[u8]) -> Vec<Input> {
-        bytes
-            .iter()
-            .filter_map(|byte| receiver.push(*byte))
-            .collect()
+        bytes.iter().filter_map(|byte| receiver.push(*byte)).collect()
     }
 
     #[test]
@@ -134,10 +127,7 @@ mod tests {
         let contact = Message::Contact(ContactMessage::default());
         let bytes = [encode(0, &contact), encode(1, &Message::ConfigGet(GET))];
         let bytes: Vec<u8> = bytes.iter().flat_map(|b| b.as_bytes().to_vec()).collect();
-        assert_eq!(
-            pushed(&mut receiver, &bytes),
-            [Input::Uart(UartRequest::Get(GET))]
-        );
+        assert_eq!(pushed(&mut receiver, &bytes), [Input::Uart(UartRequest::Get(GET))]);
         assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
         assert_eq!(receiver.refused(), None);
     }
@@ -150,18 +140,12 @@ mod tests {
         assert_eq!(pushed(&mut receiver, &damaged), []);
         assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
         let sound = encode(1, &Message::ConfigGet(GET));
-        assert_eq!(
-            pushed(&mut receiver, sound.as_bytes()),
-            [Input::Uart(UartRequest::Get(GET))]
-        );
+        assert_eq!(pushed(&mut receiver, sound.as_bytes()), [Input::Uart(UartRequest::Get(GET))]);
     }
 
     #[test]
     fn each_kind_of_request_passes_unchanged() {
-        let set = ConfigSet {
-            address: GET.address,
-            value: Value::U16(7).into(),
-        };
+        let set = ConfigSet { address: GET.address, value: Value::U16(7).into() };
         let nmt = NmtRequest(Command::StartRemoteNode);
         for (message, request) in [
             (Message::ConfigGet(GET), UartRequest::Get(GET)),

@@ -9,11 +9,8 @@ use recordings::samples::recording::{RecordedSample, Recording};
 const DRIFT: f32 = 2.0 * PI / 180.0;
 
 /// Unit vectors along x, y and z.
-pub const AXES: [Vec3; 3] = [
-    Vec3::new(1.0, 0.0, 0.0),
-    Vec3::new(0.0, 1.0, 0.0),
-    Vec3::new(0.0, 0.0, 1.0),
-];
+pub const AXES: [Vec3; 3] =
+    [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
 
 /// Noise of a sensor at rest, m/s² and rad/s: about that of an LSM6DSOX.
 const NOISE: (f32, f32) = (0.02, 0.0012);
@@ -89,10 +86,7 @@ pub fn losing_bursts(recording: &Recording, share: f64, length: u32, seed: u64) 
 #[must_use]
 pub fn with_gaps(recording: &Recording, every: f64, gap: f64) -> Recording {
     let mut changed = recording.clone();
-    let start = recording
-        .samples
-        .first()
-        .map_or(0.0, RecordedSample::time_s);
+    let start = recording.samples.first().map_or(0.0, RecordedSample::time_s);
     changed.samples.retain(|sample| {
         let time = sample.time_s() - start;
         time < 1.0 || time % every < every - gap
@@ -159,12 +153,8 @@ pub fn stood(recording: &Recording, seconds: f64, seed: u64) -> Recording {
         }
     }
     let samples = (seconds * f64::from(recording.sample_rate)) as usize;
-    let standing = (0..samples).map(|_| {
-        (
-            force + chance.vector(NOISE.0),
-            rate + chance.vector(NOISE.1),
-        )
-    });
+    let standing =
+        (0..samples).map(|_| (force + chance.vector(NOISE.0), rate + chance.vector(NOISE.1)));
     after(standing, recording)
 }
 
@@ -188,10 +178,7 @@ pub fn after_samples(
 ) -> Recording {
     let period = (1.0e6 / f64::from(recording.sample_rate)).round() as u64;
     let before = (0..).zip(before).map(|(k, imu)| RecordedSample {
-        imu: ImuSample {
-            timestamp: Timestamp::from_micros(k * period),
-            ..imu
-        },
+        imu: ImuSample { timestamp: Timestamp::from_micros(k * period), ..imu },
         load: None,
         label: None,
     });
@@ -203,8 +190,5 @@ pub fn after_samples(
         later.imu.timestamp = Timestamp::from_micros(micros);
         later
     }));
-    Recording {
-        samples,
-        ..recording.clone()
-    }
+    Recording { samples, ..recording.clone() }
 }

@@ -43,11 +43,7 @@ pub fn resample(recording: &Recording, sample_rate: f32) -> Recording {
             false => smoothed(&recording.samples, before, time, period),
         }
     });
-    Recording {
-        samples: samples.collect(),
-        sample_rate,
-        ..recording.clone()
-    }
+    Recording { samples: samples.collect(), sample_rate, ..recording.clone() }
 }
 
 fn micros(sample: &RecordedSample) -> f64 {

@@ -99,18 +99,13 @@ impl Set {
     /// If a recording cannot be read, or is absent where every check is required.
     #[must_use]
     pub fn read(self) -> Option<Vec<Labelled>> {
-        let labelled = |recording| Labelled {
-            set: self,
-            recording,
-        };
+        let labelled = |recording| Labelled { set: self, recording };
         if self == Self::Demo {
             let walk = gait::record(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
             return Some(vec![labelled(walk)]);
         }
         let files = self.files().iter();
-        files
-            .map(|file| Some(labelled(read(file, &recorded(file)?))))
-            .collect()
+        files.map(|file| Some(labelled(read(file, &recorded(file)?)))).collect()
     }
 }
 
@@ -125,10 +120,7 @@ fn read(file: &str, path: &Path) -> Recording {
             true => Gravity::Removed,
             false => Gravity::Included,
         });
-    let hints = Hints {
-        gravity,
-        ..Hints::default()
-    };
+    let hints = Hints { gravity, ..Hints::default() };
     let loaded = input::read(path, format, &hints).expect("a readable file");
     loaded.recording
 }

@@ -80,9 +80,6 @@ fn the_error_against_the_labels_matches_the_published_value() {
             continue;
         };
         let actual = metrics(&recording, &estimates).rmse;
-        assert!(
-            (actual - rmse).abs() <= RMSE_TOLERANCE,
-            "{file}: RMSE {actual} instead of {rmse}"
-        );
+        assert!((actual - rmse).abs() <= RMSE_TOLERANCE, "{file}: RMSE {actual} instead of {rmse}");
     }
 }

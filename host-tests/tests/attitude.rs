@@ -31,10 +31,7 @@ fn single(vector: Vector) -> Vec3 {
 /// An accelerometer without bias: a bias tilts the measured gravity, which no filter can detect and only
 /// calibration removes. The gyroscope keeps its bias.
 const CALIBRATED: SensorParams = SensorParams {
-    accelerometer: AxisErrors {
-        bias_limit: 0.0,
-        drift_limit: 0.0,
-    },
+    accelerometer: AxisErrors { bias_limit: 0.0, drift_limit: 0.0 },
     ..SensorParams::LSM6DSOX
 };
 
@@ -58,11 +55,7 @@ fn tilt_errors(plan: &Plan, seed: u64) -> Vec<(f64, f64)> {
 #[test]
 fn no_gait_tilts_the_estimate_far() {
     // A run lands beyond ±16 g and rests too briefly to settle: motion hidden by clipping is lost.
-    for (gait, limit) in [
-        (GaitName::Walk, 0.5),
-        (GaitName::Trot, 0.8),
-        (GaitName::Run, 1.5),
-    ] {
+    for (gait, limit) in [(GaitName::Walk, 0.5), (GaitName::Trot, 0.8), (GaitName::Run, 1.5)] {
         let plan = Plan::steady(gait, Ground::Hard, 60.0, 7);
         let worst = tilt_errors(&plan, 7)
             .into_iter()
@@ -77,10 +70,7 @@ fn no_gait_tilts_the_estimate_far() {
 fn orientations_at(motion: &Track, rate: f32, seconds: f64) -> Vec<Quaternion> {
     let params = Params {
         sample_rate: rate,
-        attitude: AttitudeParams {
-            gyro_timing: GyroTiming::Delay(0.0),
-            ..AttitudeParams::DEFAULT
-        },
+        attitude: AttitudeParams { gyro_timing: GyroTiming::Delay(0.0), ..AttitudeParams::DEFAULT },
         ..Params::DEFAULT
     };
     let mut filter = filter(&params);
@@ -106,10 +96,7 @@ fn orientations_at(motion: &Track, rate: f32, seconds: f64) -> Vec<Quaternion> {
 
 fn as_rotation(q: Quaternion) -> Rotation {
     let [x, y, z] = [q.x, q.y, q.z].map(f64::from);
-    Rotation {
-        w: f64::from(q.w),
-        v: Vector::new(x, y, z),
-    }
+    Rotation { w: f64::from(q.w), v: Vector::new(x, y, z) }
 }
 
 proptest! {
@@ -158,10 +145,7 @@ fn in_stance(simulation: &Simulation, degradation: Degradation) -> InStance {
         let imu = sample.imu;
         filter.update(&imu);
         // The truth of this millisecond.
-        let Some(truth) = simulation
-            .truth
-            .get((1.0e3 * sample.time_s()).round() as usize)
-        else {
+        let Some(truth) = simulation.truth.get((1.0e3 * sample.time_s()).round() as usize) else {
             continue;
         };
         if truth.activity != Activity::Standing || imu.timestamp.as_micros() < 2_000_000 {
@@ -179,12 +163,7 @@ fn in_stance(simulation: &Simulation, degradation: Degradation) -> InStance {
         always_aligned &= filter.alignment() == Alignment::Aligned;
     }
     let rms = |squares: f64| (squares / f64::from(count)).sqrt();
-    InStance {
-        tilt: rms(tilt),
-        acceleration: rms(acceleration),
-        rate: rms(rate),
-        always_aligned,
-    }
+    InStance { tilt: rms(tilt), acceleration: rms(acceleration), rate: rms(rate), always_aligned }
 }
 
 #[test]
@@ -193,31 +172,11 @@ fn a_poor_sensor_or_lost_samples_keep_stance_errors_bounded() {
     // Limits: tilt in degrees, for the walk and the trot; residual of gravity in m/s².
     let cases: [(&str, Degradation, f64, f64); 9] = [
         ("none", Recording::clone, 0.15, 0.06),
-        (
-            "2 °/s",
-            |walk| with_rate_bias(walk, ALL * 2_f32.to_radians()),
-            0.15,
-            0.06,
-        ),
-        (
-            "5 °/s",
-            |walk| with_rate_bias(walk, ALL * 5_f32.to_radians()),
-            0.25,
-            0.08,
-        ),
-        (
-            "0.3 m/s²",
-            |walk| with_force_bias(walk, ALL * 0.3),
-            2.7,
-            0.33,
-        ),
+        ("2 °/s", |walk| with_rate_bias(walk, ALL * 2_f32.to_radians()), 0.15, 0.06),
+        ("5 °/s", |walk| with_rate_bias(walk, ALL * 5_f32.to_radians()), 0.25, 0.08),
+        ("0.3 m/s²", |walk| with_force_bias(walk, ALL * 0.3), 2.7, 0.33),
         ("5 % lost", |walk| losing_single(walk, 0.05, 1), 0.15, 0.06),
-        (
-            "10 lost",
-            |walk| losing_bursts(walk, 0.05, 10, 1),
-            0.3,
-            0.08,
-        ),
+        ("10 lost", |walk| losing_bursts(walk, 0.05, 10, 1), 0.3, 0.08),
         ("20 lost", |walk| losing_bursts(walk, 0.05, 20, 1), 1.0, 0.2),
         ("half a period", |walk| jittering(walk, 0.5, 1), 0.2, 0.06),
         ("a period", |walk| jittering(walk, 1.0, 1), 0.3, 0.08),

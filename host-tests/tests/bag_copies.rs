@@ -21,9 +21,7 @@ const SAMPLES: usize = 400;
 /// Runs the script and returns what it prints.
 fn script(packages: &packages::Packages, what: &str, paths: &[&Path]) -> String {
     let paths = paths.iter().map(|path| path as &dyn AsRef<OsStr>);
-    let arguments: Vec<_> = iter::once(&what as &dyn AsRef<OsStr>)
-        .chain(paths)
-        .collect();
+    let arguments: Vec<_> = iter::once(&what as &dyn AsRef<OsStr>).chain(paths).collect();
     packages.run(SCRIPT, &arguments)
 }
 

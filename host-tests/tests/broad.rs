@@ -32,16 +32,9 @@ struct Trial {
 /// Orientation in the cells `qw,qx,qy,qz,movement` at the end of a row, from the sensor to the world; `None` where it is not
 /// known, or the sensor does not move.
 fn truth(row: &str) -> Option<Rotation> {
-    let cells: Vec<f64> = row
-        .split(',')
-        .skip(7)
-        .map_while(|cell| cell.parse().ok())
-        .collect();
+    let cells: Vec<f64> = row.split(',').skip(7).map_while(|cell| cell.parse().ok()).collect();
     match cells[..] {
-        [w, x, y, z, 1.0] => Some(Rotation {
-            w,
-            v: Vector::new(x, y, z),
-        }),
+        [w, x, y, z, 1.0] => Some(Rotation { w, v: Vector::new(x, y, z) }),
         _ => None,
     }
 }
@@ -54,20 +47,14 @@ fn trials() -> Option<Vec<Trial>> {
         let text = fs::read_to_string(&path).expect("a readable file");
         let truth: Vec<_> = text.lines().skip(1).map(truth).collect();
         assert_eq!(truth.len(), loaded.recording.samples.len());
-        Some(Trial {
-            recording: loaded.recording,
-            truth,
-        })
+        Some(Trial { recording: loaded.recording, truth })
     };
     TRIALS.into_iter().map(trial).collect()
 }
 
 /// RMS error of each trial, degrees.
 fn errors_deg(trials: &[Trial], attitude: AttitudeParams) -> Vec<f64> {
-    let params = Params {
-        attitude,
-        ..Params::DEFAULT
-    };
+    let params = Params { attitude, ..Params::DEFAULT };
     let error = |trial: &Trial| {
         let estimates = replay(&trial.recording, &params).expect("valid parameters");
         InclinationScore::of(&trial.recording, &estimates, &trial.truth).rms_deg
@@ -89,9 +76,6 @@ fn inclination_keeps_its_bounds_on_broad() {
     assert!(errors.iter().all(|error| *error <= WORST_DEG), "{errors:?}");
 
     // Most depends on when the gyroscope measured: a rate that counts for its own sample alone is late by half a period.
-    let late = AttitudeParams {
-        gyro_timing: GyroTiming::Delay(0.0),
-        ..AttitudeParams::DEFAULT
-    };
+    let late = AttitudeParams { gyro_timing: GyroTiming::Delay(0.0), ..AttitudeParams::DEFAULT };
     assert!(mean(&errors_deg(&trials, late)) > mean(&errors) + 0.1);
 }

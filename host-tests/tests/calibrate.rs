@@ -15,10 +15,7 @@ use recordings::samples::space::Vector;
 
 /// An accelerometer without errors of its own.
 const CALIBRATED: SensorParams = SensorParams {
-    accelerometer: AxisErrors {
-        bias_limit: 0.0,
-        drift_limit: 0.0,
-    },
+    accelerometer: AxisErrors { bias_limit: 0.0, drift_limit: 0.0 },
     ..SensorParams::LSM6DSOX
 };
 
@@ -45,10 +42,7 @@ fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Lea
 
 /// Samples of a part of a recording.
 fn part(recording: &Recording, samples: Range<usize>) -> Recording {
-    Recording {
-        samples: recording.samples[samples].to_vec(),
-        ..recording.clone()
-    }
+    Recording { samples: recording.samples[samples].to_vec(), ..recording.clone() }
 }
 
 #[test]
@@ -62,10 +56,8 @@ fn a_warm_start_from_the_first_half_does_not_harm_the_second() {
             let middle = recording.samples.len() / 2;
             let first = part(recording, 0..middle);
             let second = part(recording, middle..recording.samples.len());
-            let warm = Params {
-                learnt: Some(learnt_by_the_estimator(&first, None)),
-                ..Params::DEFAULT
-            };
+            let warm =
+                Params { learnt: Some(learnt_by_the_estimator(&first, None)), ..Params::DEFAULT };
             let [cold, warm] = [Params::DEFAULT, warm].map(|params| rmse(&second, &params));
             println!("{:24} cold {cold:.4}, warm {warm:.4}", recording.name);
             (recording.name.clone(), cold - warm)
@@ -84,13 +76,7 @@ fn a_warm_start_from_the_first_half_does_not_harm_the_second() {
 fn lying(sides: &[Vector], bias: Vector, scale: Vector, gyro_bias: Vector) -> Recording {
     let mut recording = simulate(
         &Plan::steady(GaitName::Stand, Ground::Hard, 2.5 * sides.len() as f64, 1),
-        &SensorParams {
-            gyroscope: AxisErrors {
-                bias_limit: 0.0,
-                drift_limit: 0.0,
-            },
-            ..CALIBRATED
-        },
+        &SensorParams { gyroscope: AxisErrors { bias_limit: 0.0, drift_limit: 0.0 }, ..CALIBRATED },
         1,
     )
     .recording;
@@ -142,16 +128,10 @@ fn six_rests_determine_bias_and_scale_of_each_axis() {
         assert!(milli_g(found, truth) < 0.5, "{found} is not {truth}");
     }
     for (found, truth) in found.accelerometer_scale.into_iter().zip(SCALE.to_array()) {
-        assert!(
-            (found * truth - 1.0).abs() < 5e-4,
-            "{found} is not 1/{truth}"
-        );
+        assert!((found * truth - 1.0).abs() < 5e-4, "{found} is not 1/{truth}");
     }
     for (found, truth) in found.gyroscope_bias.into_iter().zip(GYRO_BIAS.to_array()) {
-        assert!(
-            (found - truth).abs() < 5.0 * MILLI_DPS,
-            "{found} is not {truth}"
-        );
+        assert!((found - truth).abs() < 5.0 * MILLI_DPS, "{found} is not {truth}");
     }
     assert!(found.residual_before > 0.1 && found.residual_after < 0.01);
 }

@@ -30,12 +30,7 @@ fn decoded(bytes: &[u8]) -> Decoded {
 
 /// A row without the fields that other log formats name differently.
 fn bare(row: &ContactRow) -> String {
-    let row = ContactRow {
-        received: None,
-        common: None,
-        interface: None,
-        ..row.clone()
-    };
+    let row = ContactRow { received: None, common: None, interface: None, ..row.clone() };
     let mut cells = Vec::new();
     write_row(&row, &mut cells).expect("memory");
     String::from_utf8(cells).expect("a table")
@@ -55,9 +50,7 @@ fn assert_is_the_demo(bytes: &[u8], name: &str, resolution_us: i64) {
     for (got, expected) in got.rows.iter().zip(&expected.rows) {
         assert_eq!(bare(got), bare(expected), "{name}");
     }
-    let times = received(&got.rows)
-        .into_iter()
-        .zip(received(&expected.rows));
+    let times = received(&got.rows).into_iter().zip(received(&expected.rows));
     for (got, expected) in times {
         let error = (got - expected).abs();
         assert!(error <= resolution_us, "{name}: {got} for {expected}");
@@ -117,10 +110,7 @@ fn python_can_formats_are_decoded_or_named_with_an_alternative() {
         ("python_can.blf", "file is a BLF log of a CAN bus, which"),
         ("python_can.asc", "file is neither a log of candump"),
         ("python_can.csv", "file is neither a log of candump"),
-        (
-            "python_can.trc",
-            "file is a PEAK TRC log of a CAN bus, which",
-        ),
+        ("python_can.trc", "file is a PEAK TRC log of a CAN bus, which"),
     ] {
         let said = refusal(&contents(folder.path(), name));
         assert!(said.starts_with(what), "{said}");
@@ -163,15 +153,8 @@ fn printed(time: impl Fn(u64, u64) -> String, direction: &str) -> String {
         let (at, rest) = line.split_once(' ').expect("a time");
         let digits: String = at.chars().filter(char::is_ascii_digit).collect();
         let micros: u64 = digits.parse().expect("a time");
-        let (id, data) = rest
-            .split_once(' ')
-            .expect("a frame")
-            .1
-            .split_once('#')
-            .expect("a frame");
-        let bytes: Vec<_> = (0..data.len() / 2)
-            .map(|k| &data[2 * k..2 * k + 2])
-            .collect();
+        let (id, data) = rest.split_once(' ').expect("a frame").1.split_once('#').expect("a frame");
+        let bytes: Vec<_> = (0..data.len() / 2).map(|k| &data[2 * k..2 * k + 2]).collect();
         let before = before.replace(micros).unwrap_or(micros);
         text += &format!(
             "{}  can0{direction}  {id}   [{}]  {}\n",
@@ -246,20 +229,13 @@ fn small() -> Vec<(&'static str, String)> {
         \u{20}(000.000555)  can0  20000004   [8]  00 04 00 00 00 00 00 00   ERRORFRAME\n\
         \u{20}(000.001000)  can0  191   [8]  FF FF 80 80 70 00 08 D9\n\
         \u{20}(000.001111)  can0  7FF   [1]  00\n";
-    vec![
-        ("candump -l", candump.to_owned()),
-        ("candump", terminal.to_owned()),
-    ]
+    vec![("candump -l", candump.to_owned()), ("candump", terminal.to_owned())]
 }
 
 #[test]
 fn every_format_counts_the_same_frames_with_any_line_ending() {
     for (name, log) in small() {
-        for log in [
-            log.clone(),
-            log.replace('\n', "\r\n"),
-            log.trim_end().to_owned(),
-        ] {
+        for log in [log.clone(), log.replace('\n', "\r\n"), log.trim_end().to_owned()] {
             let Decoded { rows, report, .. } = decoded(log.as_bytes());
             assert_eq!(rows.len(), 3, "{name}");
             // The times are one millisecond apart, with a frame of another foot between them.
@@ -269,10 +245,7 @@ fn every_format_counts_the_same_frames_with_any_line_ending() {
                 assert_eq!(report.frames.get(kind), Some(&1), "{name}: {kind}");
             }
             assert_eq!(report.frames.values().sum::<u64>(), 8, "{name}");
-            assert!(
-                report.problems.is_empty() && report.missing == 0,
-                "{name}: {report}"
-            );
+            assert!(report.problems.is_empty() && report.missing == 0, "{name}: {report}");
         }
     }
 }

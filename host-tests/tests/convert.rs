@@ -62,30 +62,20 @@ fn read(path: &Path, has_load: bool) -> (i64, Vec<RecordedSample>) {
     let load = "/footfall/walk/load".parse().expect("a topic");
     let hints = Hints {
         bag: BagOptions {
-            loads: if is_bag && has_load {
-                vec![load]
-            } else {
-                Vec::new()
-            },
+            loads: if is_bag && has_load { vec![load] } else { Vec::new() },
             ..BagOptions::default()
         },
         ..Hints::default()
     };
     let opened = Opened::new(path, None).unwrap_or_else(|error| panic!("{error}"));
-    let loaded = opened
-        .read(&hints)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let loaded = opened.read(&hints).unwrap_or_else(|error| panic!("{error}"));
     (loaded.start_us, loaded.recording.samples)
 }
 
 /// Bits of a sample; all NaNs are equal.
 fn bits(sample: &RecordedSample) -> impl PartialEq + std::fmt::Debug + use<> {
     let number = |value: f32| {
-        if value.is_nan() {
-            f32::NAN.to_bits()
-        } else {
-            value.to_bits()
-        }
+        if value.is_nan() { f32::NAN.to_bits() } else { value.to_bits() }
     };
     let of = |Vec3 { x, y, z }: Vec3| [x, y, z].map(number);
     (

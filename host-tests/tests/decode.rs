@@ -59,9 +59,7 @@ fn assert_status(row: &ContactRow, estimate: &ContactEstimate) {
     let starting = [Flag::WindowNotFull, Flag::AttitudeNotInitialised];
     assert_eq!(
         status.is_starting(),
-        starting
-            .into_iter()
-            .any(|flag| estimate.flags.contains(flag))
+        starting.into_iter().any(|flag| estimate.flags.contains(flag))
     );
     assert!(!status.has_fault());
 }
@@ -79,9 +77,7 @@ const fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
 }
 
 fn counts(of: &[(&str, u64)]) -> BTreeMap<String, u64> {
-    of.iter()
-        .map(|(name, n)| ((*name).to_owned(), *n))
-        .collect()
+    of.iter().map(|(name, n)| ((*name).to_owned(), *n)).collect()
 }
 
 #[test]
@@ -92,9 +88,7 @@ fn the_serial_line_preserves_times_probabilities_and_states() {
     for (row, estimate) in rows.iter().zip(&demo.estimates) {
         assert_eq!(row.timestamp, estimate.timestamp);
         let p = estimate.probabilities;
-        let sent = [p.stable, p.tangential, p.vertical]
-            .into_iter()
-            .chain(p.axes.to_array());
+        let sent = [p.stable, p.tangential, p.vertical].into_iter().chain(p.axes.to_array());
         let axes = row.axes.expect("each message has them").to_array();
         for (got, sent) in probabilities(row).into_iter().chain(axes).zip(sent) {
             assert!((got - sent).abs() <= HALF_P16, "{got} for {sent}");
@@ -137,11 +131,7 @@ fn can_preserves_times_probabilities_and_states() {
         let raised = |estimate: &ContactEstimate| estimate.flags.contains(flag);
         assert!(demo.estimates.iter().any(raised), "{}", flag.name());
     }
-    let Decoded {
-        rows,
-        report,
-        notices,
-    } = decoded(demo.can_log().as_bytes());
+    let Decoded { rows, report, notices } = decoded(demo.can_log().as_bytes());
     assert_eq!(rows.len(), demo.estimates.len());
     let sent = demo.estimates.iter().zip(&temperatures);
     for (row, (estimate, temperature)) in rows.iter().zip(sent) {
@@ -157,13 +147,9 @@ fn can_preserves_times_probabilities_and_states() {
             }
         }
         // No value while the motion is unknown.
-        let known = ![
-            Flag::AttitudeNotInitialised,
-            Flag::Stale,
-            Flag::InvalidSample,
-        ]
-        .into_iter()
-        .any(|flag| estimate.flags.contains(flag));
+        let known = ![Flag::AttitudeNotInitialised, Flag::Stale, Flag::InvalidSample]
+            .into_iter()
+            .any(|flag| estimate.flags.contains(flag));
         if let Some(got) = row.orientation {
             let q = estimate.orientation;
             let got = [got.w, got.x, got.y, got.z];
@@ -174,11 +160,7 @@ fn can_preserves_times_probabilities_and_states() {
             }
         }
         for (got, sent, step) in [
-            (
-                row.acceleration,
-                estimate.linear_acceleration.0,
-                ACCELERATION_STEP,
-            ),
+            (row.acceleration, estimate.linear_acceleration.0, ACCELERATION_STEP),
             (row.rate, estimate.angular_rate.0, RATE_STEP),
             (row.bias, estimate.gyro_bias.0, BIAS_STEP),
         ] {
@@ -216,34 +198,22 @@ fn can_preserves_times_probabilities_and_states() {
 #[test]
 fn the_document_shows_the_output_of_the_demo() {
     let report = decoded(demo().can_log().as_bytes()).report;
-    assert_block(
-        "docs/formats.md",
-        "decode",
-        &format!("```text\n{report}\n```\n"),
-    );
+    assert_block("docs/formats.md", "decode", &format!("```text\n{report}\n```\n"));
 }
 
 #[test]
 fn faults_of_the_foot_have_their_time_name_and_detail() {
     let demo = sent_with(|k, measurement| {
         if (3000..3100).contains(&k) {
-            measurement.fault = Some(SensorFault {
-                fault: Fault::SensorSilent,
-                detail: 7,
-            });
+            measurement.fault = Some(SensorFault { fault: Fault::SensorSilent, detail: 7 });
         }
     });
     let Decoded { rows, report, .. } = decoded(demo.can_log().as_bytes());
-    let reported: Vec<_> = report
-        .emergencies
-        .iter()
-        .map(|e| (e.node, e.code, e.fault.as_str(), e.detail))
-        .collect();
+    let reported: Vec<_> =
+        report.emergencies.iter().map(|e| (e.node, e.code, e.fault.as_str(), e.detail)).collect();
     let name = Fault::SensorSilent.name();
     assert_eq!(reported, [(0x11, 0x7001, name, 7), (0x11, 0, name, 0)]);
-    let t = report.emergencies[0]
-        .t
-        .expect("there were contacts before it");
+    let t = report.emergencies[0].t.expect("there were contacts before it");
     assert!((2.99..=3.0).contains(&t), "{t}");
     let faulty: Vec<_> = rows.iter().filter(|row| row.status.has_fault()).collect();
     // It ends with the last of the required consecutive good samples.
@@ -254,23 +224,14 @@ fn faults_of_the_foot_have_their_time_name_and_detail() {
         assert_eq!(row.flag_names().last(), Some(&"fault"));
     }
     let on_the_line = decoded(&demo.uart).rows;
-    assert_eq!(
-        on_the_line
-            .iter()
-            .filter(|row| row.status.has_fault())
-            .count(),
-        lasts
-    );
+    assert_eq!(on_the_line.iter().filter(|row| row.status.has_fault()).count(), lasts);
 }
 
 /// Starts of the frames in a recording of the serial line, including a zero, and the end of the last.
 fn frames(uart: &[u8]) -> Vec<usize> {
     let between = uart.windows(2).enumerate();
     let begins = between.filter(|(_, pair)| **pair == [0, 0]);
-    std::iter::once(0)
-        .chain(begins.map(|(at, _)| at + 1))
-        .chain([uart.len()])
-        .collect()
+    std::iter::once(0).chain(begins.map(|(at, _)| at + 1)).chain([uart.len()]).collect()
 }
 
 #[test]
@@ -283,10 +244,7 @@ fn serial_damage_costs_only_the_hit_frames_and_is_counted() {
     damaged.truncate(damaged.len() - 3);
     // Garbage between two frames, with and without a terminator: neither damages a frame.
     let garbage: Vec<u8> = (1..=200).map(|k| (k * 37 % 255) as u8 + 1).collect();
-    damaged.splice(
-        starts[9000]..starts[9000],
-        garbage.iter().copied().chain([0]),
-    );
+    damaged.splice(starts[9000]..starts[9000], garbage.iter().copied().chain([0]));
     damaged.splice(starts[8000]..starts[8000], garbage);
     // A frame of another version: its CRC is not updated, so it counts as damaged.
     damaged[starts[7000] + 2] ^= 2;
@@ -309,10 +267,7 @@ fn serial_damage_costs_only_the_hit_frames_and_is_counted() {
     assert_eq!(report.problems["unfinished_frames"], 1);
     assert_eq!(wrong, 9, "{:?}", report.problems);
     // The remaining frames are correct.
-    assert!(
-        rows.windows(2)
-            .all(|pair| pair[0].timestamp < pair[1].timestamp)
-    );
+    assert!(rows.windows(2).all(|pair| pair[0].timestamp < pair[1].timestamp));
 }
 
 #[test]
@@ -329,12 +284,7 @@ fn other_versions_and_types_are_distinguished_from_damage() {
 /// A tenth of a second of either format.
 fn excerpts() -> [Vec<u8>; 2] {
     let sent = demo();
-    let log: String = sent
-        .can_log()
-        .lines()
-        .take(130)
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let log: String = sent.can_log().lines().take(130).map(|line| format!("{line}\n")).collect();
     [log.into_bytes(), sent.uart[..4000].to_vec()]
 }
 

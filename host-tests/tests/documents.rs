@@ -33,10 +33,7 @@ fn links(text: &str) -> Vec<Link<'_>> {
         let begin = text[..middle].rfind('[')?;
         let rest = &text[middle + 2..];
         let end = rest.find(')')?;
-        Some(Link {
-            text: &text[begin + 1..middle],
-            target: &rest[..end],
-        })
+        Some(Link { text: &text[begin + 1..middle], target: &rest[..end] })
     };
     ends.filter_map(link).collect()
 }
@@ -83,9 +80,7 @@ fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
     if to.is_dir() {
         return None;
     }
-    let is_text = to
-        .extension()
-        .is_some_and(|kind| kind == "md" || kind == "rs");
+    let is_text = to.extension().is_some_and(|kind| kind == "md" || kind == "rs");
     if !is_text {
         return None;
     }

@@ -85,10 +85,7 @@ fn stances_are_found_a_minute_after_a_step_of_the_bias() {
                 let step = with_step(&walk, axis * (degrees * PI / 180.0));
                 let (with, others) = found_from(&step, 130.0);
                 println!("{gait}, {degrees} °/s: {without:.3} → {with:.3}, others {others:.3}");
-                assert!(
-                    with > without - LOST,
-                    "{gait}, {axis:?}: {without} → {with}"
-                );
+                assert!(with > without - LOST, "{gait}, {axis:?}: {without} → {with}");
                 assert!(others < others_without + LOST, "{gait}, {axis:?}: {others}");
             }
         }
@@ -111,10 +108,7 @@ fn step_of_the_bias_beyond_the_limit_is_reported() {
         }
         println!("{degrees} °/s: reported at {first:?} s");
         // The step comes at 70 s.
-        assert_eq!(
-            first.is_some_and(|at_s| (70.0..130.0).contains(&at_s)),
-            reported
-        );
+        assert_eq!(first.is_some_and(|at_s| (70.0..130.0).contains(&at_s)), reported);
         assert_eq!(first.is_some(), reported, "{degrees} °/s: {first:?}");
     }
 }
@@ -169,10 +163,7 @@ fn walking_foot_turned_over_learns_the_true_bias() {
                 }
             });
             let error = farthest_from(bias, &biased, from_s);
-            println!(
-                "{gait}, {} times, {degrees} °/s: {error:.2} °/s",
-                times.len()
-            );
+            println!("{gait}, {} times, {degrees} °/s: {error:.2} °/s", times.len());
             assert!(error < 1.0, "{gait}, {times:?}, {degrees} °/s: {error}");
         }
     }

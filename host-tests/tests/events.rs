@@ -93,10 +93,7 @@ fn rests(plan: &Plan, simulation: &Simulation) -> Vec<f64> {
         let rest = after.find(|sample| sample.label == Some(Label::Stable))?;
         (rest.time_s() < impact + LANDING).then(|| rest.time_s())
     };
-    Track::new(plan)
-        .impacts()
-        .filter_map(stable_after)
-        .collect()
+    Track::new(plan).impacts().filter_map(stable_after).collect()
 }
 
 #[test]
@@ -117,10 +114,7 @@ fn every_touch_down_has_exactly_one_event_within_the_debounce() {
                     assert!((-0.01..DEBOUNCE).contains(&late), "{gait}, {rest}: {late}");
                 }
                 // In a run the decision ends once in a few hundred good stances (`tests/slip.rs`).
-                assert!(
-                    times(&events, EventKind::UnstableStart).is_empty(),
-                    "{gait}"
-                );
+                assert!(times(&events, EventKind::UnstableStart).is_empty(), "{gait}");
                 let false_slips = times(&events, EventKind::SlipStart).len();
                 let most = usize::from(gait == GaitName::Run);
                 assert!(false_slips <= most, "{gait}, seed {seed}: {false_slips}");
@@ -138,20 +132,15 @@ fn every_lift_off_has_one_event_while_the_foot_peels_off() {
             .filter(|(state, _)| state.activity == Activity::Peeling)
             .map(|(_, sample)| sample.time_s())
             .collect();
-        let peels: Vec<_> = peels
-            .chunk_by(|a, b| b - a < 0.01)
-            .filter(|peel| is_decided(peel[0], &plan))
-            .collect();
+        let peels: Vec<_> =
+            peels.chunk_by(|a, b| b - a < 0.01).filter(|peel| is_decided(peel[0], &plan)).collect();
         for recording in with_and_without_load(&simulation) {
             let mut found = times(&events(&recording), EventKind::LiftOff);
             drop_undecided(&mut found, peels.len(), &plan);
             assert_eq!(found.len(), peels.len(), "{gait}");
             for (peel, event) in peels.iter().zip(found) {
                 let (start, end) = (peel[0], peel[peel.len() - 1]);
-                assert!(
-                    (start - 0.03..end + 0.02).contains(&event),
-                    "{gait}: {event}, {start}"
-                );
+                assert!((start - 0.03..end + 0.02).contains(&event), "{gait}: {event}, {start}");
             }
         }
     }
@@ -166,11 +155,7 @@ fn yielding_soft_ground_is_not_a_slip() {
             assert!(times(&events, EventKind::SlipStart).is_empty(), "{gait}");
             let track = Track::new(&plan);
             let impacts = track.impacts().filter(|t| t + 0.2 < plan.duration);
-            assert_eq!(
-                times(&events, EventKind::TouchDown).len(),
-                impacts.count(),
-                "{gait}"
-            );
+            assert_eq!(times(&events, EventKind::TouchDown).len(), impacts.count(), "{gait}");
         }
     }
 }
@@ -216,9 +201,7 @@ struct Found {
 
 impl Found {
     fn add(&mut self, truth: &[TrueSlip], events: &[ContactEvent]) {
-        let starts = events
-            .iter()
-            .filter(|event| event.kind == EventKind::SlipStart);
+        let starts = events.iter().filter(|event| event.kind == EventKind::SlipStart);
         let found: Vec<_> = starts.collect();
         let overlap = |slip: &TrueSlip, event: &ContactEvent| {
             let start = seconds(event.time);
@@ -258,13 +241,7 @@ fn slip_distances_are_accurate_to_a_few_millimetres() {
             all.add(&truth, &events(&recording));
         }
     }
-    let Found {
-        slips,
-        once,
-        several,
-        false_events,
-        mut errors,
-    } = all;
+    let Found { slips, once, several, false_events, mut errors } = all;
     assert!(slips > 1000, "{slips}");
     let unseen = slips - once - several;
     assert!(unseen <= UNSEEN, "{unseen}");
@@ -288,9 +265,8 @@ const SHOE_SLIPS: usize = 32;
 
 /// Numbers of touch-downs and slips in recordings of feet that are not known to slip, from the IMU alone.
 fn touch_downs_and_slips(recordings: &[&Recording]) -> [usize; 2] {
-    let events: Vec<ContactEvent> = (recordings.iter())
-        .flat_map(|recording| events(&without_load(recording)))
-        .collect();
+    let events: Vec<ContactEvent> =
+        (recordings.iter()).flat_map(|recording| events(&without_load(recording))).collect();
     [EventKind::TouchDown, EventKind::SlipStart].map(|kind| times(&events, kind).len())
 }
 
@@ -324,9 +300,6 @@ fn stances_that_slide_throughout_are_events_of_a_go1() {
         let events = events_with(&Preset::Default.params(format), &stood);
         let stances = times(&events, EventKind::UnstableStart);
         println!("{file}: {stances:?}");
-        assert!(
-            (least..=most).contains(&stances.len()),
-            "{file}: {stances:?}"
-        );
+        assert!((least..=most).contains(&stances.len()), "{file}: {stances:?}");
     }
 }

@@ -50,11 +50,7 @@ fn table(kind: &str) -> String {
 
 #[test]
 fn the_document_lists_every_fault_flag_and_rejection() {
-    for (block, kind) in [
-        ("faults", "fault"),
-        ("flags", "flag"),
-        ("refusals", "refusal"),
-    ] {
+    for (block, kind) in [("faults", "fault"), ("flags", "flag"), ("refusals", "refusal")] {
         assert_block("docs/faults.md", block, &table(kind));
     }
 }
@@ -69,17 +65,9 @@ fn the_document_lists_every_limit_of_an_acceptance() {
     for limit in LIMITS {
         let row = predicted.next().unwrap_or_default();
         let (_, value) = row.rsplit_once(',').unwrap_or_default();
-        let Limit {
-            step,
-            name,
-            unit,
-            source,
-            ..
-        } = limit;
+        let Limit { step, name, unit, source, .. } = limit;
         let (step, range) = (step.name(), limit.range());
-        block.push_str(&format!(
-            "| {step} | {name} | {unit} | {range} | {value} | {source} |\n"
-        ));
+        block.push_str(&format!("| {step} | {name} | {unit} | {range} | {value} | {source} |\n"));
     }
     assert_block("docs/acceptance.md", "acceptance", &block);
 }

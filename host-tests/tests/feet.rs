@@ -10,15 +10,8 @@ use recordings::scoring::inclination::inclination_error_degrees;
 /// An accelerometer whose bias at 25 °C is calibrated, and which warms up by 30 °C: its bias and that of the
 /// gyroscope drift by up to the part's typical 0.1 mg and 0.01 °/s per °C.
 const WARMING: SensorParams = SensorParams {
-    accelerometer: AxisErrors {
-        bias_limit: 0.0,
-        ..SensorParams::LSM6DSOX.accelerometer
-    },
-    temperature: Temperature::Warming {
-        from: 25.0,
-        to: 55.0,
-        time_constant: 180.0,
-    },
+    accelerometer: AxisErrors { bias_limit: 0.0, ..SensorParams::LSM6DSOX.accelerometer },
+    temperature: Temperature::Warming { from: 25.0, to: 55.0, time_constant: 180.0 },
     ..SensorParams::LSM6DSOX
 };
 
@@ -47,11 +40,8 @@ fn follow(plan: &Plan, seed: u64) -> (Vec<Moment>, usize) {
         .map(|(sample, truth)| {
             filter.update(&sample.imu);
             let time = sample.time_s();
-            quiet_since = if truth.is_at_rest_under_load() {
-                quiet_since.or(Some(time))
-            } else {
-                None
-            };
+            quiet_since =
+                if truth.is_at_rest_under_load() { quiet_since.or(Some(time)) } else { None };
             let tilt = inclination_error_degrees(filter.orientation(), truth.orientation);
             Moment {
                 time,
@@ -101,15 +91,9 @@ fn quiet_after_clipping_brings_the_tilt_below_0_2_degrees() {
 #[test]
 fn a_warming_sensor_keeps_gravity_out_of_quiet_stances() {
     // The goal is 0.3 m/s² for every gait; measured were 0.025, 0.038 and 0.215.
-    for (gait, limit) in [
-        (GaitName::Walk, 0.04),
-        (GaitName::Trot, 0.06),
-        (GaitName::Run, 0.3),
-    ] {
+    for (gait, limit) in [(GaitName::Walk, 0.04), (GaitName::Trot, 0.06), (GaitName::Run, 0.3)] {
         let (moments, _) = follow(&Plan::steady(gait, Ground::Hard, 600.0, 1), 1);
-        let quiet = moments
-            .iter()
-            .filter(|moment| moment.time > 2.0 && moment.quiet.is_some());
+        let quiet = moments.iter().filter(|moment| moment.time > 2.0 && moment.quiet.is_some());
         let residual = largest(quiet.map(|moment| moment.residual));
         assert!(residual < limit, "{gait}: {residual} m/s²");
     }
@@ -127,10 +111,7 @@ fn a_sensor_warming_up_at_rest_keeps_its_bias_known() {
             continue;
         }
         let estimated = filter.gyro_bias().0;
-        for (axis, estimated) in [estimated.x, estimated.y, estimated.z]
-            .into_iter()
-            .enumerate()
-        {
+        for (axis, estimated) in [estimated.x, estimated.y, estimated.z].into_iter().enumerate() {
             let warmth = f64::from(raw.expect("a sound sensor").temperature.to_celsius()) - 25.0;
             let bias = specimen.gyro_bias[axis] + specimen.gyro_drift[axis] * warmth;
             let error = (f64::from(estimated) - bias).to_degrees();

@@ -28,10 +28,7 @@ const STANDING: f64 = 60.0;
 /// pressure sensor. Each recording starts on a foot that already stands, which is not a step and is left out.
 fn peaks(recording: &Recording, params: &Params) -> Vec<f32> {
     let estimates = replay(recording, params).expect("a preset");
-    stances(&recording.samples)
-        .into_iter()
-        .map(|stance| peak(&estimates[stance]))
-        .collect()
+    stances(&recording.samples).into_iter().map(|stance| peak(&estimates[stance])).collect()
 }
 
 fn recording(file: &str) -> Option<Recording> {
@@ -71,22 +68,16 @@ fn stances(samples: &[RecordedSample]) -> Vec<std::ops::Range<usize>> {
 #[test]
 fn only_stances_on_grease_are_improbable() {
     // The first stances on grease slide; on the mattress the default preset has seen 0.892.
-    for (file, sliding, good, least) in [
-        (SLIPPERY, 3, 8, 0.8),
-        (MATTRESS, 0, 6, 0.89),
-        (NORMAL, 0, 10, 0.9),
-    ] {
+    for (file, sliding, good, least) in
+        [(SLIPPERY, 3, 8, 0.8), (MATTRESS, 0, 6, 0.89), (NORMAL, 0, 10, 0.9)]
+    {
         let Some(recording) = recording(file) else {
             return;
         };
         let stood = stood(&recording, STANDING, 1);
         let firm = self::recording(NORMAL).expect("a recording of the same set");
         let warm = Params {
-            learnt: Some(
-                replay_and_learn(&firm, &Params::DEFAULT)
-                    .expect("a preset")
-                    .1,
-            ),
+            learnt: Some(replay_and_learn(&firm, &Params::DEFAULT).expect("a preset").1),
             ..Params::DEFAULT
         };
         // A foot that has stood is proven, and the second stance slides little: 0.763.
@@ -98,14 +89,8 @@ fn only_stances_on_grease_are_improbable() {
         ] {
             let peaks = peaks(walk, &params);
             assert_eq!(peaks.len(), sliding + good, "{file}");
-            assert!(
-                peaks[..sliding].iter().all(|p| *p < most),
-                "{file}: {peaks:?}"
-            );
-            assert!(
-                peaks[sliding..].iter().all(|p| *p > least),
-                "{file}: {peaks:?}"
-            );
+            assert!(peaks[..sliding].iter().all(|p| *p < most), "{file}: {peaks:?}");
+            assert!(peaks[sliding..].iter().all(|p| *p > least), "{file}: {peaks:?}");
         }
     }
 }

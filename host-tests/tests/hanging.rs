@@ -86,21 +86,11 @@ const SWAYING: [(&str, [Sum; 3], Sum); 5] = [
     ("platform at 1 Hz", [(&[1.0], 1.0), NONE, NONE], NONE),
     ("turning slowly", [NONE; 3], (&[0.5], 0.3 / (TAU * 0.5))),
 ];
-const CARRYING: [Sum; 3] = [
-    (&[0.9, 1.7, 2.3], 0.8),
-    (&[0.8, 1.3, 2.9], 0.6),
-    (&[1.1, 1.9, 2.7], 1.0),
-];
-const MATTRESS: [Sum; 3] = [
-    (&[2.0, 3.1, 4.7], 0.5),
-    (&[2.3, 3.7], 0.4),
-    (&[2.5, 3.5, 5.1], 1.2),
-];
-const VAN: [Sum; 3] = [
-    (&[0.11, 0.23, 0.51], 1.0),
-    (&[0.13, 0.31], 0.7),
-    (&[1.3, 12.1, 17.3, 24.7], 0.4),
-];
+const CARRYING: [Sum; 3] =
+    [(&[0.9, 1.7, 2.3], 0.8), (&[0.8, 1.3, 2.9], 0.6), (&[1.1, 1.9, 2.7], 1.0)];
+const MATTRESS: [Sum; 3] = [(&[2.0, 3.1, 4.7], 0.5), (&[2.3, 3.7], 0.4), (&[2.5, 3.5, 5.1], 1.2)];
+const VAN: [Sum; 3] =
+    [(&[0.11, 0.23, 0.51], 1.0), (&[0.13, 0.31], 0.7), (&[1.3, 12.1, 17.3, 24.7], 0.4)];
 const NONE: Sum = (&[1.0], 0.0);
 
 /// A motion along x, y and z and about y, each a sum of sines.
@@ -136,12 +126,7 @@ fn rod(t: f64, length: f64, amplitude: f64, omega: f64) -> Motion {
 fn shaker(t: f64, frequency: f64, amplitude: f64) -> Motion {
     let [shakes, ..] = sines(t, &[frequency], amplitude);
     let [angle, rate, _] = sines(t, &[frequency], 0.3 / (TAU * frequency));
-    Motion {
-        acceleration: [shakes, 0.4 * shakes, 0.6 * shakes],
-        angle,
-        rate,
-        speed: f64::INFINITY,
-    }
+    Motion { acceleration: [shakes, 0.4 * shakes, 0.6 * shakes], angle, rate, speed: f64::INFINITY }
 }
 
 type Named = (String, Box<dyn Fn(f64) -> Motion>);
@@ -156,10 +141,7 @@ fn motions() -> Vec<Named> {
             }
             let omega = (GRAVITY / length).sqrt();
             let swings = move |t| rod(t, length, degrees.to_radians(), omega);
-            motions.push((
-                format!("pendulum of {length} m, {degrees}°"),
-                Box::new(swings),
-            ));
+            motions.push((format!("pendulum of {length} m, {degrees}°"), Box::new(swings)));
         }
     }
     for (frequency, amplitude) in [(30.0, 5.0), (47.0, 10.0), (80.0, 5.0)] {
@@ -184,10 +166,7 @@ struct Foot {
 
 impl Foot {
     fn new(learnt: Option<Learnt>) -> Self {
-        let params = Params {
-            learnt,
-            ..Params::DEFAULT
-        };
+        let params = Params { learnt, ..Params::DEFAULT };
         Self {
             estimator: ContactEstimator::new(&params.validate().expect("the preset")),
             chance: Chance::new(1),

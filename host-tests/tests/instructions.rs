@@ -51,12 +51,9 @@ fn count_instructions() -> Option<Vec<f64>> {
             .expect("valgrind starts");
         let report = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{report}");
-        let counted = report
-            .lines()
-            .find_map(|line| line.split_once("Collected : "));
-        let counted: f64 = counted
-            .and_then(|(_, n)| n.parse().ok())
-            .unwrap_or_else(|| panic!("{report}"));
+        let counted = report.lines().find_map(|line| line.split_once("Collected : "));
+        let counted: f64 =
+            counted.and_then(|(_, n)| n.parse().ok()).unwrap_or_else(|| panic!("{report}"));
         counted / SAMPLES
     };
     Some(BUDGETS.map(count).to_vec())

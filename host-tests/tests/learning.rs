@@ -52,10 +52,7 @@ fn motion(
     (0..(1000.0 * seconds) as u32).map(move |k| {
         // In f32, minutes at 1 kHz have a resolution of some hundredths of a millisecond.
         let (force, rate) = at((f64::from(k) * 1e-3) as f32);
-        (
-            force + chance.vector(NOISE.0),
-            rate + chance.vector(NOISE.1),
-        )
+        (force + chance.vector(NOISE.0), rate + chance.vector(NOISE.1))
     })
 }
 
@@ -75,9 +72,7 @@ fn stretches<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<Range<usize>> {
 
 /// Errors of the estimates of a walk from the eleventh step on; the last stance or swing may be cut off.
 fn wrong(walk: &Simulation, estimates: &[ContactEstimate], steps: usize) -> Vec<String> {
-    let swings = stretches(&walk.truth, |state: &FootState| {
-        state.activity == Activity::Swinging
-    });
+    let swings = stretches(&walk.truth, |state: &FootState| state.activity == Activity::Swinging);
     let checked_from = swings[steps].start;
     let share = |range: &Range<usize>, holds: &dyn Fn(f32) -> bool| {
         let inside = &estimates[range.clone()];
@@ -88,10 +83,7 @@ fn wrong(walk: &Simulation, estimates: &[ContactEstimate], steps: usize) -> Vec<
     for swing in swings.iter().filter(|swing| swing.start >= checked_from) {
         let found = share(swing, &|p| p < 0.5);
         if found <= OF_A_SWING {
-            wrong.push(format!(
-                "swing at {} ms: P < 0.5 for {found:.2}",
-                swing.start
-            ));
+            wrong.push(format!("swing at {} ms: P < 0.5 for {found:.2}", swing.start));
         }
     }
     let samples = &walk.recording.samples;
@@ -100,10 +92,7 @@ fn wrong(walk: &Simulation, estimates: &[ContactEstimate], steps: usize) -> Vec<
     for stance in stances {
         let found = share(&stance, &|p| p > 0.5);
         if stance.start >= checked_from && stance.len() >= long && found <= OF_A_STANCE {
-            wrong.push(format!(
-                "stance at {} ms: P > 0.5 for {found:.2}",
-                stance.start
-            ));
+            wrong.push(format!("stance at {} ms: P > 0.5 for {found:.2}", stance.start));
         }
     }
     wrong
@@ -116,10 +105,7 @@ fn assert_no_doubt_is_stable(name: &str, estimates: &[ContactEstimate]) {
 }
 
 fn assert_can_be_learnt(name: &str, learnt: Learnt) {
-    let params = Params {
-        learnt: Some(learnt),
-        ..Params::DEFAULT
-    };
+    let params = Params { learnt: Some(learnt), ..Params::DEFAULT };
     let valid = params.validate::<256>().map(|_| ());
     assert_eq!(valid, Ok(()), "{name}: {learnt:?}");
 }
@@ -266,10 +252,7 @@ fn a_walk_with_values_learnt_by_another_robot_is_right() {
             speed: own.speed + factor.ln(),
             ..own
         };
-        let params = Params {
-            learnt: Some(learnt),
-            ..Params::DEFAULT
-        };
+        let params = Params { learnt: Some(learnt), ..Params::DEFAULT };
         let name = format!("a warm start {factor} times as large");
         wrong.extend(walk_after(&name, &walk.recording, &walk, &params, STEPS));
     }

@@ -15,10 +15,7 @@ use recordings::samples::recording::Recording;
 use recordings::samples::space::Vector;
 
 /// Half-widths judge axis by axis: a missing mounting shows at once.
-const HALF_WIDTHS: Params = Params {
-    method: Method::HalfWidths,
-    ..Params::DEFAULT
-};
+const HALF_WIDTHS: Params = Params { method: Method::HalfWidths, ..Params::DEFAULT };
 
 fn walk() -> Recording {
     let plan = Plan::steady(GaitName::Walk, Ground::Hard, 6.0, 3);
@@ -69,10 +66,7 @@ fn estimates(recording: &Recording, mounting: Mounting, params: &Params) -> Vec<
     let hints = Hints {
         sample_rate: Some(recording.sample_rate),
         gravity: Some(recording.gravity),
-        correction: Correction {
-            mounting,
-            ..Correction::NONE
-        },
+        correction: Correction { mounting, ..Correction::NONE },
         ..Hints::default()
     };
     let loaded = input::read(&path, Format::Csv, &hints).expect("a readable file");
@@ -136,10 +130,7 @@ fn an_oblique_sensor_with_its_quaternion_agrees_closely() {
             let expected = estimates(&walk, Mounting::IDENTITY, &params);
             let found = differences(&estimates(&turned, mounting, &params), &expected);
             println!("{text}, {:?}: {found:?}", params.method);
-            assert!(
-                found.into_iter().all(|difference| difference < 1e-4),
-                "{found:?}"
-            );
+            assert!(found.into_iter().all(|difference| difference < 1e-4), "{found:?}");
         }
         // Without the mounting the components differ.
         let [_, tangential, vertical] = differences(

@@ -45,13 +45,9 @@ fn programs() -> &'static Programs {
             "run --locked --quiet --package xtask -- uf2",
             "build --locked --package gait --example part",
         ] {
-            run(Command::new("cargo")
-                .args(line.split(' '))
-                .current_dir(ROOT));
+            run(Command::new("cargo").args(line.split(' ')).current_dir(ROOT));
         }
-        run(Command::new("npm")
-            .args(["ci", "--silent"])
-            .current_dir(emulator()));
+        run(Command::new("npm").args(["ci", "--silent"]).current_dir(emulator()));
         let target = Path::new(ROOT).join("target");
         Programs {
             uf2: target.join("nano-rp2040/thumbv6m-none-eabi/release/foot-nano-rp2040.uf2"),
@@ -61,14 +57,8 @@ fn programs() -> &'static Programs {
 }
 
 fn run(command: &mut Command) {
-    let output = command
-        .output()
-        .unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 fn emulator() -> PathBuf {
@@ -81,23 +71,14 @@ fn board(folder: &TempDir, seconds: u32, options: &[&str]) -> Run {
     let (bytes, flash) = (folder.path().join("bytes"), folder.path().join("flash"));
     let output = Command::new("node")
         .arg("run.mjs")
-        .args([
-            Path::new("--uf2"),
-            &programs.uf2,
-            Path::new("--part"),
-            &programs.part,
-        ])
+        .args([Path::new("--uf2"), &programs.uf2, Path::new("--part"), &programs.part])
         .args([Path::new("--output"), &bytes, Path::new("--flash"), &flash])
         .args(["--seconds", &seconds.to_string()])
         .args(options)
         .current_dir(emulator())
         .output()
         .expect("node runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut decoder = Decoder::new();
     let bytes = fs::read(&bytes).expect("what the board sent");
     let frames = bytes.iter().filter_map(|byte| decoder.push(*byte));
@@ -118,23 +99,17 @@ impl Run {
 
     /// Time of the last contact that is stable, s, before a time.
     fn last_stable_before(&self, seconds: f64) -> f64 {
-        let times = self
-            .contacts()
-            .filter(|contact| contact.status.decision() == Decision::Stable);
+        let times = self.contacts().filter(|contact| contact.status.decision() == Decision::Stable);
         let times = times.map(|contact| contact.timestamp.as_micros() as f64 / 1e6);
         times.filter(|time| *time < seconds).fold(0.0, f64::max)
     }
 
     /// The last message about the board's state.
     fn health(&self) -> &wire::uart::HealthMessage {
-        let all = self
-            .messages
-            .iter()
-            .rev()
-            .find_map(|message| match message {
-                Message::Health(health) => Some(health),
-                _ => None,
-            });
+        let all = self.messages.iter().rev().find_map(|message| match message {
+            Message::Health(health) => Some(health),
+            _ => None,
+        });
         all.expect("a state")
     }
 
@@ -144,19 +119,14 @@ impl Run {
             Message::Health(health) => Some(health.faults),
             _ => None,
         });
-        all.flat_map(|faults| faults.iter().collect::<Vec<_>>())
-            .collect()
+        all.flat_map(|faults| faults.iter().collect::<Vec<_>>()).collect()
     }
 }
 
 /// A request at a time, as an option.
 fn at(ms: u32, request: &Message) -> String {
     let request = encode(0, request);
-    let digits: String = request
-        .as_bytes()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let digits: String = request.as_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
     format!("{ms}:{digits}")
 }
 
@@ -201,10 +171,9 @@ fn soft_floats_have_the_bits_of_the_processor() {
     ];
     let check = |a: u32, b: u32| {
         let (x, y) = (f32::from_bits(a), f32::from_bits(b));
-        for (name, bits, expected) in [
-            ("+", float::add(a, b), x + y),
-            ("*", float::multiply(a, b), x * y),
-        ] {
+        for (name, bits, expected) in
+            [("+", float::add(a, b), x + y), ("*", float::multiply(a, b), x * y)]
+        {
             let same = bits == expected.to_bits();
             let neither = f32::from_bits(bits).is_nan() && expected.is_nan();
             assert!(same || neither, "{a:08x} {name} {b:08x} is not {bits:08x}");
@@ -227,10 +196,7 @@ fn soft_floats_have_the_bits_of_the_processor() {
         const EXPONENT: u32 = 0x7F80_0000;
         match number % 4 {
             // Exponents that are near.
-            0 => check(
-                a,
-                b & !EXPONENT | a.wrapping_add((b >> 27) << 23) & EXPONENT,
-            ),
+            0 => check(a, b & !EXPONENT | a.wrapping_add((b >> 27) << 23) & EXPONENT),
             // Differences of which little is left.
             1 => check(a, a ^ 1 << 31 ^ b & 0xFF),
             // Products near one, which may also be subnormal.
@@ -259,10 +225,7 @@ fn nano_walks_over_usb_with_the_bits_of_the_host() {
         _ => None,
     });
     let samples: BTreeMap<_, _> = samples.collect();
-    let params = Params {
-        sample_rate: 1.0 / TICK_S,
-        ..Settings::default().params()
-    };
+    let params = Params { sample_rate: 1.0 / TICK_S, ..Settings::default().params() };
     let config = params.validate::<WINDOW_CAPACITY>().expect("the defaults");
     let mut estimator = ContactEstimator::new(&config);
     let (mut compared, mut stable) = (0, 0);
@@ -271,25 +234,12 @@ fn nano_walks_over_usb_with_the_bits_of_the_host() {
         compared += u32::from(sample.is_some());
         let sample = sample.unwrap_or_else(|| missing_sample(contact.timestamp));
         let expected = ContactMessage::new(&estimator.update(&sample, None), Faults::NONE);
-        assert_eq!(
-            *contact,
-            ContactMessage {
-                status: contact.status,
-                ..expected
-            }
-        );
+        assert_eq!(*contact, ContactMessage { status: contact.status, ..expected });
         stable += u32::from(contact.status.decision() == Decision::Stable);
     }
-    assert!(
-        compared > 8_000 && stable > 1_000,
-        "{compared} compared, {stable} stable"
-    );
+    assert!(compared > 8_000 && stable > 1_000, "{compared} compared, {stable} stable");
     let counters = run.health().counters;
-    for counter in [
-        Counter::LateTicks,
-        Counter::UartDropped,
-        Counter::SensorRestarts,
-    ] {
+    for counter in [Counter::LateTicks, Counter::UartDropped, Counter::SensorRestarts] {
         assert_eq!(counters.get(counter), 0, "{counter:?}");
     }
     assert_eq!(run.faults(), []);
@@ -311,11 +261,7 @@ fn nano_survives_its_sensor_its_line_and_a_deaf_host() {
         assert!(run.last_stable_before(9.0) > 8.8, "{option}");
         if let Some(fault) = fault {
             assert!(run.last_stable_before(4.9) < 4.01, "{option}");
-            assert!(
-                run.faults().contains(&fault),
-                "{option}: {:?}",
-                run.faults()
-            );
+            assert!(run.faults().contains(&fault), "{option}: {:?}", run.faults());
         }
         let dropped = run.health().counters.get(Counter::UartDropped);
         assert_eq!(dropped > 0, fault.is_none(), "{option}");
@@ -334,14 +280,6 @@ fn nano_takes_defaults_when_its_settings_are_damaged() {
     bytes[start + 64] ^= 0x08;
     fs::write(&flash, bytes).expect("the flash");
     let run = board(&folder, 2, &[]);
-    assert!(
-        run.faults().contains(&Fault::ConfigCorrupted),
-        "{:?}",
-        run.faults()
-    );
-    assert!(
-        !run.messages
-            .iter()
-            .any(|message| matches!(message, Message::Raw(_)))
-    );
+    assert!(run.faults().contains(&Fault::ConfigCorrupted), "{:?}", run.faults());
+    assert!(!run.messages.iter().any(|message| matches!(message, Message::Raw(_))));
 }

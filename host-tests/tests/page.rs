@@ -38,12 +38,7 @@ fn browser() -> Option<&'static str> {
 fn open(browser: &str, page: &Path, arguments: &[&OsStr]) -> String {
     let profile = TempDir::new().expect("a temporary directory");
     let output = Command::new(browser)
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--hide-scrollbars",
-        ])
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"])
         .args([
             "--force-device-scale-factor=1",
             "--virtual-time-budget=5000",
@@ -56,10 +51,7 @@ fn open(browser: &str, page: &Path, arguments: &[&OsStr]) -> String {
         .expect("a browser that has said its version");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    let console: Vec<_> = said
-        .lines()
-        .filter(|line| line.contains("CONSOLE"))
-        .collect();
+    let console: Vec<_> = said.lines().filter(|line| line.contains("CONSOLE")).collect();
     assert_eq!(console, [""; 0]);
     String::from_utf8(output.stdout).expect("UTF-8")
 }
@@ -69,10 +61,7 @@ type Attributes = BTreeMap<String, String>;
 /// The attributes of all tags with this attribute.
 fn tags(document: &str, with: &str) -> Vec<Attributes> {
     let mut found = Vec::new();
-    for tag in document
-        .split('<')
-        .filter(|tag| tag.contains(&format!(" {with}=\"")))
-    {
+    for tag in document.split('<').filter(|tag| tag.contains(&format!(" {with}=\""))) {
         let mut attributes = Attributes::new();
         let mut rest = tag;
         while let Some((before, after)) = rest.split_once("=\"") {
@@ -87,12 +76,8 @@ fn tags(document: &str, with: &str) -> Vec<Attributes> {
 }
 
 fn number(attributes: &Attributes, name: &str) -> f64 {
-    let value = attributes
-        .get(name)
-        .unwrap_or_else(|| panic!("{name} in {attributes:?}"));
-    value
-        .parse()
-        .unwrap_or_else(|_| panic!("{name} is {value}"))
+    let value = attributes.get(name).unwrap_or_else(|| panic!("{name} in {attributes:?}"));
+    value.parse().unwrap_or_else(|_| panic!("{name} is {value}"))
 }
 
 /// A foot with all data that a page shows.
@@ -134,11 +119,8 @@ impl Foot {
             ..About::new(self.name.clone(), recording.sample_rate, recording.gravity)
         };
         let start = samples[0].time_s();
-        let mut page = PageFoot::new(
-            &self.name,
-            &about,
-            start..start + self.recording.duration_s(),
-        );
+        let mut page =
+            PageFoot::new(&self.name, &about, start..start + self.recording.duration_s());
         for (sample, estimate) in samples.iter().zip(&self.estimates) {
             page.add(sample, estimate);
         }
@@ -153,18 +135,11 @@ impl Foot {
     }
 
     fn counts(&self, kind: EventKind) -> f64 {
-        self.events
-            .iter()
-            .filter(|event| event.kind == kind)
-            .count() as f64
+        self.events.iter().filter(|event| event.kind == kind).count() as f64
     }
 
     fn loads(&self) -> Vec<f64> {
-        let loads = self
-            .recording
-            .samples
-            .iter()
-            .filter_map(|sample| sample.load);
+        let loads = self.recording.samples.iter().filter_map(|sample| sample.load);
         loads.map(|Load(load)| f64::from(load)).collect()
     }
 }
@@ -203,14 +178,8 @@ fn assert_shows(document: &str, feet: &[Foot]) {
             let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             // Values have 10 000 levels.
             let tolerance = 1.0e-4 * (high - low).max(1.0);
-            assert!(
-                (number(panel, "data-low") - low).abs() < tolerance,
-                "{panel:?}"
-            );
-            assert!(
-                (number(panel, "data-high") - high).abs() < tolerance,
-                "{panel:?}"
-            );
+            assert!((number(panel, "data-low") - low).abs() < tolerance, "{panel:?}");
+            assert!((number(panel, "data-high") - high).abs() < tolerance, "{panel:?}");
             assert_states(panel, foot);
         }
         let tracks = panels.next().expect("a panel");
@@ -223,18 +192,9 @@ fn assert_shows(document: &str, feet: &[Foot]) {
             Some(_) => assert_eq!(number(tracks, "data-label"), labelled),
             None => assert!(!tracks.contains_key("data-label")),
         }
-        assert_eq!(
-            number(tracks, "data-touch_downs"),
-            foot.counts(EventKind::TouchDown)
-        );
-        assert_eq!(
-            number(tracks, "data-lift_offs"),
-            foot.counts(EventKind::LiftOff)
-        );
-        assert_eq!(
-            number(tracks, "data-slips"),
-            foot.counts(EventKind::SlipStart)
-        );
+        assert_eq!(number(tracks, "data-touch_downs"), foot.counts(EventKind::TouchDown));
+        assert_eq!(number(tracks, "data-lift_offs"), foot.counts(EventKind::LiftOff));
+        assert_eq!(number(tracks, "data-slips"), foot.counts(EventKind::SlipStart));
     }
     assert!(panels.next().is_none());
 }
@@ -265,10 +225,7 @@ fn a_page_draws_all_data_of_one_foot_and_of_four() {
     let Some(browser) = browser() else { return };
     let four = [("RL", 1), (NASTY, 2), ("no load", 3), ("FR", 4)];
     for names in [&four[..1], &four[..]] {
-        let feet: Vec<_> = names
-            .iter()
-            .map(|(name, seed)| Foot::walks(name, *seed))
-            .collect();
+        let feet: Vec<_> = names.iter().map(|(name, seed)| Foot::walks(name, *seed)).collect();
         let folder = TempDir::new().expect("a temporary directory");
         let page = written(&folder, &feet);
         let window: &OsStr = "--window-size=1400,2600".as_ref();
@@ -312,52 +269,31 @@ fn the_mouse_zooms_reads_out_and_restores_all_feet() {
     let page = written(&folder, &feet);
     let text = fs::read_to_string(&page).expect("the page");
     fs::write(&page, text.replace("</body>", &format!("{MOUSE}</body>"))).expect("a file");
-    let document = open(
-        browser,
-        &page,
-        &["--window-size=1400,1200".as_ref(), "--dump-dom".as_ref()],
-    );
+    let document =
+        open(browser, &page, &["--window-size=1400,1200".as_ref(), "--dump-dom".as_ref()]);
     let body = &tags(&document, "data-ready")[0];
     let end = number(body, "data-whole-to");
     let start = number(body, "data-whole-from");
-    let (from, to) = (
-        number(body, "data-zoomed-from"),
-        number(body, "data-zoomed-to"),
-    );
+    let (from, to) = (number(body, "data-zoomed-from"), number(body, "data-zoomed-to"));
     let width = end - start;
     assert!(
         (from - start - 0.25 * width).abs() < 0.02 && (to - start - 0.75 * width).abs() < 0.02,
         "{body:?}"
     );
     let in_sight = |foot: &Foot, from: f64, to: f64| {
-        let times = foot
-            .events
-            .iter()
-            .filter(|event| event.kind == EventKind::TouchDown);
+        let times = foot.events.iter().filter(|event| event.kind == EventKind::TouchDown);
         let times = times.map(|event| event.time.as_micros() as f64 / 1.0e6);
-        times
-            .filter(|time| (from..to).contains(time))
-            .count()
-            .to_string()
+        times.filter(|time| (from..to).contains(time)).count().to_string()
     };
-    let counts = |from, to| {
-        feet.iter()
-            .map(|foot| in_sight(foot, from, to))
-            .collect::<Vec<_>>()
-            .join(" ")
-    };
+    let counts =
+        |from, to| feet.iter().map(|foot| in_sight(foot, from, to)).collect::<Vec<_>>().join(" ");
     assert_eq!(body["data-zoomed-touch-downs"], counts(from, to));
     assert_eq!(body["data-whole-touch-downs"], counts(start, end));
-    assert_ne!(
-        body["data-zoomed-touch-downs"],
-        body["data-whole-touch-downs"]
-    );
+    assert_ne!(body["data-zoomed-touch-downs"], body["data-whole-touch-downs"]);
     let readouts: Vec<_> = body["data-readouts"].split('|').collect();
     assert_eq!(readouts.len(), 2);
     assert!(
-        readouts
-            .iter()
-            .all(|said| said.contains("P stable") && said.contains("decision: ")),
+        readouts.iter().all(|said| said.contains("P stable") && said.contains("decision: ")),
         "{readouts:?}"
     );
 }

@@ -128,17 +128,10 @@ fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
     let q = estimate.orientation;
     let norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
     prop_assert!((norm2 - 1.0).abs() < 1e-4, "{estimate:?}");
-    for vector in [
-        estimate.linear_acceleration.0,
-        estimate.angular_rate.0,
-        estimate.gyro_bias.0,
-    ] {
+    for vector in [estimate.linear_acceleration.0, estimate.angular_rate.0, estimate.gyro_bias.0] {
         prop_assert!(vector.is_within(f32::MAX), "{estimate:?}");
     }
-    for part in [p.tangential, p.vertical]
-        .into_iter()
-        .chain(p.axes.to_array())
-    {
+    for part in [p.tangential, p.vertical].into_iter().chain(p.axes.to_array()) {
         prop_assert!(p.stable <= part + ABOVE_THE_WHOLE, "{estimate:?}");
     }
     if estimate.flags.are_doubt() {
@@ -161,10 +154,7 @@ fn assert_sigma(params: &VelocityParams, estimate: &ContactEstimate) -> Result<(
         // Infinite for P = 0.
         false => variance.sqrt().min(100.0),
     };
-    prop_assert!(
-        (f64::from(found) / expected - 1.0).abs() < 1.0e-5,
-        "{expected}, {estimate:?}"
-    );
+    prop_assert!((f64::from(found) / expected - 1.0).abs() < 1.0e-5, "{expected}, {estimate:?}");
     Ok(())
 }
 
@@ -241,11 +231,7 @@ fn turned(v: Vec3, axis: [f64; 3], angle: f64) -> Vec3 {
     let [x, y, z] = axis;
     let (sine, cosine) = angle.sin_cos();
     let along = (v[0] * x + v[1] * y + v[2] * z) * (1.0 - cosine);
-    let cross = [
-        y * v[2] - z * v[1],
-        z * v[0] - x * v[2],
-        x * v[1] - y * v[0],
-    ];
+    let cross = [y * v[2] - z * v[1], z * v[0] - x * v[2], x * v[1] - y * v[0]];
     let [x, y, z]: [f64; 3] =
         std::array::from_fn(|k| v[k] * cosine + cross[k] * sine + axis[k] * along);
     Vec3::new(x as f32, y as f32, z as f32)

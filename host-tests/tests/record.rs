@@ -43,12 +43,6 @@ fn consumers_conclude_the_decisions_of_the_feet() {
     let compat = "pronto,champ,inekf,drift,muse,bool,unitree";
     let source = "demo:feet=4,seconds=4,speed=max";
     let prefix = ["--frame-prefix", "spot/"];
-    footfall(
-        &[
-            &["record", source, "-o", &recording, "--compat", compat],
-            &prefix[..],
-        ]
-        .concat(),
-    );
+    footfall(&[&["record", source, "-o", &recording, "--compat", compat], &prefix[..]].concat());
     packages.run(CONSUMERS, &[&recording]);
 }

@@ -27,16 +27,8 @@ struct Walk {
 }
 
 const WALKS: [Walk; 2] = [
-    Walk {
-        file: "walk.csv",
-        ground: Ground::Hard,
-        rmse: 0.2516,
-    },
-    Walk {
-        file: "slip.csv",
-        ground: Ground::Greased,
-        rmse: 0.2961,
-    },
+    Walk { file: "walk.csv", ground: Ground::Hard, rmse: 0.2516 },
+    Walk { file: "slip.csv", ground: Ground::Greased, rmse: 0.2961 },
 ];
 
 /// In both directions: an unintended gain needs an explanation, too.
@@ -66,18 +58,13 @@ fn a_fresh_clone_distinguishes_stance_from_slip_and_swing() {
         let estimates = replay(&loaded.recording, &default_params()).expect("the preset");
         let metrics = Metrics::of(&Scored::collect(&loaded.recording.samples, &estimates));
         let metrics = metrics.expect("labels");
-        assert!(
-            (metrics.rmse - rmse).abs() <= RMSE_TOLERANCE,
-            "{file}: {metrics:?}"
-        );
+        assert!((metrics.rmse - rmse).abs() <= RMSE_TOLERANCE, "{file}: {metrics:?}");
 
         // Deep inside each activity the estimate has to be right.
         let share = |activity: Activity, phase: Phase| {
             let inside = (100..truth.len()).filter(|k| {
                 let settled = k.saturating_sub(100)..=*k;
-                truth[settled]
-                    .iter()
-                    .all(|state| state.activity == activity)
+                truth[settled].iter().all(|state| state.activity == activity)
             });
             let (hits, all) = inside.fold((0, 0), |(hits, all), k| {
                 (hits + usize::from(estimates[k].phase == phase), all + 1)
@@ -110,10 +97,7 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
     assert_eq!(loaded.start_us, first_us as i64);
     for (read, sample) in loaded.recording.samples.iter().zip(&recording.samples) {
         let micros = read.imu.timestamp.as_micros() + first_us;
-        let imu = ImuSample {
-            timestamp: Timestamp::from_micros(micros),
-            ..read.imu
-        };
+        let imu = ImuSample { timestamp: Timestamp::from_micros(micros), ..read.imu };
         assert_eq!(RecordedSample { imu, ..*read }, *sample);
     }
     let replayed = replay(&loaded.recording, &default_params()).expect("the preset");

@@ -73,9 +73,7 @@ fn roads() -> Option<&'static Path> {
 /// Files and folders, sorted by name.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder");
-    let mut paths: Vec<PathBuf> = entries
-        .map(|entry| entry.expect("an entry").path())
-        .collect();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
     paths.sort();
     paths
 }
@@ -85,10 +83,7 @@ fn hints(topics: &[&str], loads: &[&str]) -> Hints {
     Hints {
         bag: BagOptions {
             topics: Topics::from_names(&topics),
-            loads: loads
-                .iter()
-                .map(|load| load.parse().expect("a load"))
-                .collect(),
+            loads: loads.iter().map(|load| load.parse().expect("a load")).collect(),
             ..BagOptions::default()
         },
         ..Hints::default()
@@ -105,9 +100,7 @@ struct Foot {
 fn read(path: &Path, hints: &Hints) -> Vec<Foot> {
     let named = path.display();
     let opened = Opened::new(path, None).unwrap_or_else(|error| panic!("{error}"));
-    let feet = opened
-        .store_all(hints)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let feet = opened.store_all(hints).unwrap_or_else(|error| panic!("{error}"));
     let foot = |mut stored: recordings::input::Stored| {
         let rate = stored.about.sample_rate;
         let mut replay = Replay::new(rate, stored.about.gravity, &Params::DEFAULT).expect("valid");
@@ -159,16 +152,11 @@ fn every_format_gives_the_same_probabilities() {
         panic!("one foot");
     };
     assert_eq!(expected.samples.len(), ROWS);
-    let ps = expected
-        .estimates
-        .iter()
-        .map(|estimate| estimate.probabilities.stable);
+    let ps = expected.estimates.iter().map(|estimate| estimate.probabilities.stable);
     assert!(ps.clone().any(|p| p > 0.9) && ps.clone().any(|p| p < 0.1));
     let mut roads = [0; 3];
     for path in entries(&folder.join("same")) {
-        let format = Opened::new(&path, None)
-            .expect("a file that is known")
-            .format();
+        let format = Opened::new(&path, None).expect("a file that is known").format();
         let (kind, hints) = match format {
             Format::Parquet => (0, Hints::default()),
             Format::Mcap => (1, hints(&[], &["/ft"])),
@@ -188,10 +176,7 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
     let left = left(folder);
     for path in entries(&folder.join("feet")) {
         let feet = read(&path, &hints(&["all"], &["/ft/fl", "/ft/fr"]));
-        let names: Vec<_> = feet
-            .iter()
-            .filter_map(|foot| foot.name.as_deref())
-            .collect();
+        let names: Vec<_> = feet.iter().filter_map(|foot| foot.name.as_deref()).collect();
         assert_eq!(names, ["fl", "fr"], "{}", path.display());
         assert_same(&feet[0], &left, &path);
         for (right, left) in feet[1].samples.iter().zip(&left.samples) {
@@ -200,20 +185,13 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
         }
         // Mounted with its axes turned, the right foot is as the left one.
         let mut turned = hints(&["all"], &["/ft/fl", "/ft/fr"]);
-        let correction = Correction {
-            mounting: "-x,-y,z".parse().expect("axes"),
-            ..Correction::NONE
-        };
+        let correction =
+            Correction { mounting: "-x,-y,z".parse().expect("axes"), ..Correction::NONE };
         turned.foot_corrections.insert("FR".to_owned(), correction);
         for foot in read(&path, &turned) {
-            assert!(
-                foot.samples
-                    .iter()
-                    .zip(&left.samples)
-                    .all(|(found, expected)| {
-                        found.imu.specific_force == expected.imu.specific_force
-                    })
-            );
+            assert!(foot.samples.iter().zip(&left.samples).all(|(found, expected)| {
+                found.imu.specific_force == expected.imu.specific_force
+            }));
         }
         let only = read(&path, &hints(&["/imu/fr"], &[]));
         assert_eq!(only[0].samples.len(), feet[1].samples.len());
@@ -222,14 +200,8 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
             .err()
             .expect("several feet")
             .to_string();
-        assert!(
-            said.contains("choose with --topic, or --topic all"),
-            "{said}"
-        );
-        assert!(
-            said.contains(&format!("/imu/fl ({ROWS_OF_FEET} messages")),
-            "{said}"
-        );
+        assert!(said.contains("choose with --topic, or --topic all"), "{said}");
+        assert!(said.contains(&format!("/imu/fl ({ROWS_OF_FEET} messages")), "{said}");
     }
 }
 
@@ -266,10 +238,8 @@ fn frames_of_one_topic_are_separate_feet() {
         let recording = folder.join("recorded.mcap");
         let source = format!("file:{}", path.display());
         let output = recording.display();
-        footfall(&format!(
-            "record {source} --topic all --output {output} --overwrite"
-        ))
-        .expect("a recording");
+        footfall(&format!("record {source} --topic all --output {output} --overwrite"))
+            .expect("a recording");
         let equal = packages.run(RECORDED, &[&path, &"/foot_imus", &recording]);
         assert_eq!(equal, (4 * ROWS_OF_FEET).to_string());
     }
@@ -295,28 +265,16 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
             "{said}"
         );
         let said = refused(&hints(&["/lowstate"], &[]));
-        assert!(
-            said.contains("imu_state is the IMU of the robot's trunk"),
-            "{said}"
-        );
+        assert!(said.contains("imu_state is the IMU of the robot's trunk"), "{said}");
         let state = read(&path, &with_effort(&["/lowstate.imu_state"]));
         assert_same(&state[0], &expected, &path);
-        let pressed = read(
-            &path,
-            &hints(&["/lowstate.imu_state"], &["/lowstate.foot_force[1]"]),
-        );
+        let pressed = read(&path, &hints(&["/lowstate.imu_state"], &["/lowstate.foot_force[1]"]));
         for (found, expected) in pressed[0].samples.iter().zip(&expected.samples) {
             let rounded = expected.load.map(|load| load.0.round_ties_even());
             assert_eq!(found.load.map(|load| load.0), rounded, "{named}");
         }
-        let said = refused(&hints(
-            &["/lowstate.imu_state"],
-            &["/lowstate:foot_force[4]"],
-        ));
-        assert!(
-            said.ends_with("foot_force has the elements [0] to [3]"),
-            "{said}"
-        );
+        let said = refused(&hints(&["/lowstate.imu_state"], &["/lowstate:foot_force[4]"]));
+        assert!(said.ends_with("foot_force has the elements [0] to [3]"), "{said}");
         if path.ends_with("sqlite3_8") {
             let said = refused(&hints(&["/feet.feet[1]"], &[]));
             assert!(said.ends_with("its definition is not in the bag"), "{said}");
@@ -344,10 +302,8 @@ fn robot_states_are_played_and_estimated() {
     for path in entries(&folder.join("states")) {
         let run = |command: &[&str]| {
             let command = command.join(" ");
-            footfall(&format!(
-                "{command} --topic /lowstate.imu_state --load-topic {load}"
-            ))
-            .unwrap_or_else(|error| panic!("{error}"));
+            footfall(&format!("{command} --topic /lowstate.imu_state --load-topic {load}"))
+                .unwrap_or_else(|error| panic!("{error}"));
         };
         let name = path.file_name().expect("a name").to_string_lossy();
         let played = out.path().join(format!("{name}.mcap"));
@@ -374,9 +330,7 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
             false => "--load-topic=/ft/{foot}",
         };
         let [bag, output, events] = [bag, output, &events].map(Path::display);
-        footfall(&format!(
-            "replay --topic all {loads} {bag} --output {output} --events {events}"
-        ))
+        footfall(&format!("replay --topic all {loads} {bag} --output {output} --events {events}"))
     };
     let [copy, table] = ["copy.mcap", "table.csv"].map(|name| out.path().join(name));
     for (name, feet, rows) in [
@@ -390,10 +344,8 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
         run(&bag, &copy).expect("a copy");
         run(&bag, &table).expect("a table");
         let counts = packages.run(COPIED, &[&bag, &copy, &table, &events]);
-        let counts: Vec<usize> = counts
-            .split_whitespace()
-            .map(|count| count.parse().expect("a count"))
-            .collect();
+        let counts: Vec<usize> =
+            counts.split_whitespace().map(|count| count.parse().expect("a count")).collect();
         assert_eq!(counts[0], feet * rows, "{name}");
         // The feet of the first two seconds stand.
         let expected = if feet == 4 { 20..40 } else { 0..1 };
@@ -403,10 +355,7 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     let bag = folder.join("states/sqlite3_8");
     let states = out.path().join("states.mcap");
     let [from, to] = [&bag, &states].map(|path| path.display());
-    footfall(&format!(
-        "replay --topic /lowstate.imu_state --output {to} {from}"
-    ))
-    .expect("a copy");
+    footfall(&format!("replay --topic /lowstate.imu_state --output {to} {from}")).expect("a copy");
     let [of_bag, of_copy] =
         [&bag, &states].map(|path| read(path, &hints(&["/lowstate.imu_state"], &[])));
     assert_same(&of_copy[0], &of_bag[0], &states);
@@ -414,16 +363,10 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     let said = run(&inside, &inside.join("contacts.mcap")).expect_err("a part of the bag");
     assert!(said.contains("it is the recording itself"), "{said}");
     let again = run(&copy, &out.path().join("again.mcap")).expect_err("contacts are there");
-    assert!(
-        again.contains("its messages are those of an earlier estimate"),
-        "{again}"
-    );
+    assert!(again.contains("its messages are those of an earlier estimate"), "{again}");
     assert!(!out.path().join("again.mcap").exists());
     let table = run(&folder.join("walk.csv"), &copy).expect_err("no bag");
-    assert!(
-        table.contains("give one mcap or rosbag2 to replay"),
-        "{table}"
-    );
+    assert!(table.contains("give one mcap or rosbag2 to replay"), "{table}");
 }
 
 #[test]
@@ -464,10 +407,7 @@ fn states_of_a_robot_have_the_forces_of_the_estimates() {
             &["--lowstate", "/imu/fl"],
             "topic /imu/fl: no forces of four feet to replace: there is no foot_force, but header,",
         ),
-        (
-            &["--lowstate", "/lowstate", "--compat", "unitree"],
-            "both write /footfall/lowstate",
-        ),
+        (&["--lowstate", "/lowstate", "--compat", "unitree"], "both write /footfall/lowstate"),
     ] {
         let said = run(&bags[0], options).expect_err("no forces");
         assert!(said.contains(expected), "{said}");
@@ -478,18 +418,13 @@ fn states_of_a_robot_have_the_forces_of_the_estimates() {
 #[test]
 fn pandas_reads_the_table_estimates_from_parquet() {
     let Some(folder) = roads() else { return };
-    let (csv, parquet) = (
-        folder.join("estimates.csv"),
-        folder.join("estimates.parquet"),
-    );
+    let (csv, parquet) = (folder.join("estimates.csv"), folder.join("estimates.parquet"));
     let feet = [folder.join("walk.csv"), folder.join("again.csv")];
     fs::copy(&feet[0], &feet[1]).expect("a file");
     for output in [&csv, &parquet] {
         let [output, one, other] = [output, &feet[0], &feet[1]].map(|path| path.display());
-        footfall(&format!(
-            "--quiet replay --jobs 2 --output {output} {one} {other}"
-        ))
-        .expect("a replay");
+        footfall(&format!("--quiet replay --jobs 2 --output {output} {one} {other}"))
+            .expect("a replay");
     }
     let packages = packages::install("python-roads", REQUIREMENTS).expect("they are there");
     let rows = packages.run(ESTIMATES, &[&csv, &parquet]);
@@ -518,11 +453,7 @@ fn files_of_unsupported_kinds_are_named() {
         let opened = Opened::new(path, None).and_then(|opened| opened.store(&Hints::default()));
         assert_eq!(
             opened.err().expect("no recording").to_string(),
-            format!(
-                "{} is {kind}; {}",
-                path.display(),
-                kind.advice().expect("not read")
-            )
+            format!("{} is {kind}; {}", path.display(), kind.advice().expect("not read"))
         );
     }
 }

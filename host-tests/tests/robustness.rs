@@ -53,13 +53,7 @@ const GAP_COSTS: [(f64, f64); 2] = [(0.06, 0.06), (0.15, 0.09)];
 
 #[test]
 fn gaps_in_a_recording_cost_little() {
-    let sets = [
-        Set::Shoe,
-        Set::Talos,
-        Set::RealNao,
-        Set::Go1,
-        Set::PushedNao,
-    ];
+    let sets = [Set::Shoe, Set::Talos, Set::RealNao, Set::Go1, Set::PushedNao];
     for (gap, most) in GAP_COSTS {
         for set in sets {
             let Some(files) = of_sets(&[set]) else { return };
@@ -67,11 +61,7 @@ fn gaps_in_a_recording_cost_little() {
             let gaps: Vec<Recording> = whole.iter().map(|of| with_gaps(of, 2.0, gap)).collect();
             let [before, after] = [&whole, &gaps].map(|of| pooled(of, &Params::DEFAULT));
             println!("{} {gap} s: {before:.4} → {after:.4}", set.name());
-            assert!(
-                after - before < most,
-                "{} {gap} s: {before:.4} → {after:.4}",
-                set.name()
-            );
+            assert!(after - before < most, "{} {gap} s: {before:.4} → {after:.4}", set.name());
         }
     }
 }
@@ -97,11 +87,7 @@ fn noise_of_the_rate_keeps_no_bias_from_being_learnt() {
         let noisy: Vec<Recording> = noisy.collect();
         let [before, after] = [&quiet, &noisy].map(|of| pooled(of, &Params::DEFAULT));
         println!("{}: {before:.4} → {after:.4}", set.name());
-        assert!(
-            after - before < 0.01,
-            "{}: {before:.4} → {after:.4}",
-            set.name()
-        );
+        assert!(after - before < 0.01, "{}: {before:.4} → {after:.4}", set.name());
     }
 }
 
@@ -117,11 +103,7 @@ fn a_start_in_mid_walk_is_forgotten_after_ten_seconds() {
             let [before, after] = [(late + 10, &whole), (10, &cut)]
                 .map(|(second, of)| rmse_from(from(second), of, &Params::DEFAULT));
             println!("{} {late} s: {before:.4} → {after:.4}", set.name());
-            assert!(
-                after - before < 0.03,
-                "{} {late} s: {before:.4} → {after:.4}",
-                set.name()
-            );
+            assert!(after - before < 0.03, "{} {late} s: {before:.4} → {after:.4}", set.name());
         }
     }
 }
@@ -147,16 +129,11 @@ fn a_minute_of_standing_before_a_walk_changes_little() {
         .map(|Labelled { recording, .. }| {
             let stood = stood(recording, 60.0, SEED);
             let [before, after] = [recording, &stood].map(|r| rmse(r, &Params::DEFAULT));
-            println!(
-                "{:24} {before:.4}, after a minute {after:.4}",
-                recording.name
-            );
+            println!("{:24} {before:.4}, after a minute {after:.4}", recording.name);
             (recording.name.clone(), after - before)
         })
         .collect();
-    let changed = changes
-        .iter()
-        .filter(|(name, by)| *by > standing_costs(name));
+    let changed = changes.iter().filter(|(name, by)| *by > standing_costs(name));
     let changed: Vec<_> = changed.collect();
     assert!(changed.is_empty(), "{changed:?}");
 }

@@ -14,11 +14,7 @@ fn the_estimator_gives_the_host_bits_on_an_emulated_m4f() {
     let Some(mut qemu) = qemu::stock_board() else {
         return;
     };
-    let output = qemu
-        .arg("-kernel")
-        .arg(build_self_check())
-        .output()
-        .expect("QEMU starts");
+    let output = qemu.arg("-kernel").arg(build_self_check()).output().expect("QEMU starts");
     let printed = String::from_utf8_lossy(&output.stdout);
     assert!(
         output.status.success(),
@@ -44,15 +40,7 @@ fn digests_on_host() -> Vec<String> {
 fn build_self_check() -> PathBuf {
     let target_dir = workspace().join("target");
     let status = Command::new(env!("CARGO"))
-        .args([
-            "build",
-            "--profile",
-            "firmware",
-            "-p",
-            "firmware",
-            "--bin",
-            "self-check",
-        ])
+        .args(["build", "--profile", "firmware", "-p", "firmware", "--bin", "self-check"])
         .args(["--target", "thumbv7em-none-eabihf", "--target-dir"])
         .arg(&target_dir)
         .current_dir(workspace())

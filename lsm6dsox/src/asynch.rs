@@ -53,11 +53,7 @@ enum Holding {
 impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
     pub const fn new(bus: BUS, config: Config) -> Self {
-        Self {
-            bus,
-            config: config.on_bus(BUS::IS_I2C),
-            holding: Holding::Unknown,
-        }
+        Self { bus, config: config.on_bus(BUS::IS_I2C), holding: Holding::Unknown }
     }
 
     /// The configuration that [`init`](Self::init) writes.
@@ -205,14 +201,8 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     pub async fn power_down(&mut self) -> Result<(), Error<BUS::Error>> {
         self.holding = Holding::Unknown;
         const OFF: [Write; 2] = [
-            Write {
-                register: &register::CTRL1_XL,
-                value: 0,
-            },
-            Write {
-                register: &register::CTRL2_G,
-                value: 0,
-            },
+            Write { register: &register::CTRL1_XL, value: 0 },
+            Write { register: &register::CTRL2_G, value: 0 },
         ];
         for write in OFF {
             self.write(write.register.address, write.value).await?;
@@ -236,19 +226,14 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         self.holding = Holding::Unknown;
         self.make_readable().await?;
         self.check_identity().await?;
-        let (off, on) = self
-            .test_signal(&Config::ACCEL_SELF_TEST.on_bus(BUS::IS_I2C), accel, delay)
-            .await?;
+        let (off, on) =
+            self.test_signal(&Config::ACCEL_SELF_TEST.on_bus(BUS::IS_I2C), accel, delay).await?;
         let specific_force = self_test::changes(off.specific_force, on.specific_force);
-        let (off, on) = self
-            .test_signal(&Config::GYRO_SELF_TEST.on_bus(BUS::IS_I2C), gyro, delay)
-            .await?;
+        let (off, on) =
+            self.test_signal(&Config::GYRO_SELF_TEST.on_bus(BUS::IS_I2C), gyro, delay).await?;
         let angular_rate = self_test::changes(off.angular_rate, on.angular_rate);
         self.init(delay).await?;
-        Ok(SelfTest {
-            specific_force,
-            angular_rate,
-        })
+        Ok(SelfTest { specific_force, angular_rate })
     }
 
     /// Returns the means of samples without and with a test signal.
@@ -308,8 +293,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
         self.write(register::INT1_CTRL.address, 0).await?;
         self.write(register::CTRL9_XL.address, I3C_DISABLED).await?;
-        self.write(register::CTRL3_C.address, self.config.params().ctrl3_c())
-            .await
+        self.write(register::CTRL3_C.address, self.config.params().ctrl3_c()).await
     }
 
     /// Resets the registers with the gyroscope off and the accelerometer in high-performance mode, which is ST's order for
@@ -375,22 +359,14 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
 }
 
 fn check_identity<E>(read: u8) -> Result<(), Error<E>> {
-    if read == register::WHO_AM_I.reset {
-        Ok(())
-    } else {
-        Err(Error::Identity { read })
-    }
+    if read == register::WHO_AM_I.reset { Ok(()) } else { Err(Error::Identity { read }) }
 }
 
 fn check_read_back<E>(write: Write, read: u8) -> Result<(), Error<E>> {
     if write.register.agree(read, write.value) {
         Ok(())
     } else {
-        Err(Error::ReadBack {
-            register: *write.register,
-            written: write.value,
-            read,
-        })
+        Err(Error::ReadBack { register: *write.register, written: write.value, read })
     }
 }
 
@@ -407,10 +383,8 @@ fn decode<E>(
     [_, bytes @ ..]: &[u8; SAMPLE_BYTES + 1],
     config: &Config,
 ) -> Result<RawSample, Error<E>> {
-    RawSample::decode(bytes, config).map_err(|read| Error::Status {
-        register: register::STATUS_REG,
-        read,
-    })
+    RawSample::decode(bytes, config)
+        .map_err(|read| Error::Status { register: register::STATUS_REG, read })
 }
 
 /// Mean of the self-test's samples, SI.

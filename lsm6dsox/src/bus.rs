@@ -117,8 +117,7 @@ impl<BUS: i2c::I2c> Bus for I2c<BUS> {
     fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error> {
         match frame.split_first_mut() {
             Some((first, bytes)) => {
-                self.bus
-                    .write_read(self.address(), &[*first & !Register::READ], bytes)
+                self.bus.write_read(self.address(), &[*first & !Register::READ], bytes)
             }
             None => Ok(()),
         }
@@ -137,9 +136,7 @@ impl<BUS: embedded_hal_async::i2c::I2c> AsyncBus for I2c<BUS> {
     async fn read(&mut self, frame: &mut [u8]) -> Result<(), Self::Error> {
         match frame.split_first_mut() {
             Some((first, bytes)) => {
-                self.bus
-                    .write_read(self.address(), &[*first & !Register::READ], bytes)
-                    .await
+                self.bus.write_read(self.address(), &[*first & !Register::READ], bytes).await
             }
             None => Ok(()),
         }

@@ -122,9 +122,7 @@ pub struct Lsm6dsox<BUS> {
 impl<BUS: Bus> Lsm6dsox<BUS> {
     /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
     pub const fn new(bus: BUS, config: Config) -> Self {
-        Self {
-            inner: asynch::Lsm6dsox::new(Blocking(bus), config),
-        }
+        Self { inner: asynch::Lsm6dsox::new(Blocking(bus), config) }
     }
 
     /// The configuration that [`init`](Self::init) writes.

@@ -69,11 +69,7 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
                 f,
                 "CTRL3_C (0x12): wrote 0x{written:02X}, still reads 0x{read:02X}, reset not done"
             ),
-            Self::ReadBack {
-                register,
-                written,
-                read,
-            } => write!(
+            Self::ReadBack { register, written, read } => write!(
                 f,
                 "{} (0x{:02X}): wrote 0x{written:02X}, read 0x{read:02X}",
                 register.name, register.address
@@ -83,14 +79,12 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
                 "{} (0x{:02X}): read 0x{read:02X}, which no part sends",
                 register.name, register.address
             ),
-            Self::DataReadyTimeout { read } => write!(
-                f,
-                "STATUS_REG (0x1E): reads 0x{read:02X}, no new sample in time"
-            ),
-            Self::Unconfigured => write!(
-                f,
-                "the part is not known to hold the configuration, init comes first"
-            ),
+            Self::DataReadyTimeout { read } => {
+                write!(f, "STATUS_REG (0x1E): reads 0x{read:02X}, no new sample in time")
+            }
+            Self::Unconfigured => {
+                write!(f, "the part is not known to hold the configuration, init comes first")
+            }
         }
     }
 }
@@ -105,30 +99,17 @@ mod tests {
     #[test]
     fn every_message_names_the_register_and_the_bytes() {
         let messages = [
+            (Error::Identity { read: 0x6A }, "WHO_AM_I (0x0F): read 0x6A, expected 0x6C"),
             (
-                Error::Identity { read: 0x6A },
-                "WHO_AM_I (0x0F): read 0x6A, expected 0x6C",
-            ),
-            (
-                Error::ResetTimeout {
-                    written: 0x05,
-                    read: 0x05,
-                },
+                Error::ResetTimeout { written: 0x05, read: 0x05 },
                 "CTRL3_C (0x12): wrote 0x05, still reads 0x05, reset not done",
             ),
             (
-                Error::ReadBack {
-                    register: register::CTRL1_XL,
-                    written: 0xA6,
-                    read: 0x00,
-                },
+                Error::ReadBack { register: register::CTRL1_XL, written: 0xA6, read: 0x00 },
                 "CTRL1_XL (0x10): wrote 0xA6, read 0x00",
             ),
             (
-                Error::Status {
-                    register: register::STATUS_REG,
-                    read: 0xFF,
-                },
+                Error::Status { register: register::STATUS_REG, read: 0xFF },
                 "STATUS_REG (0x1E): read 0xFF, which no part sends",
             ),
             (

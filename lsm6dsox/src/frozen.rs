@@ -82,11 +82,7 @@ impl FrozenDetector {
         for ((changed, code), last) in self.changed.iter_mut().zip(codes).zip(last) {
             *changed |= code != last;
         }
-        self.repeats = if codes == last {
-            self.repeats.saturating_add(1)
-        } else {
-            0
-        };
+        self.repeats = if codes == last { self.repeats.saturating_add(1) } else { 0 };
         match self.left.checked_sub(1) {
             Some(left) => self.left = left,
             None => self.end_block(),
@@ -104,11 +100,7 @@ impl FrozenDetector {
     /// The frozen axes, as [`update`](Self::update) returns them.
     #[must_use]
     pub const fn frozen(&self) -> u8 {
-        if self.repeats >= Self::REPEATS {
-            Self::EVERY_AXIS
-        } else {
-            self.frozen
-        }
+        if self.repeats >= Self::REPEATS { Self::EVERY_AXIS } else { self.frozen }
     }
 
     /// Returns whether each axis has changed since the first sample.
@@ -256,10 +248,7 @@ mod tests {
         for _ in 0..100 {
             let next: [f64; POINTS] = core::array::from_fn(|to| {
                 let terms = vector.iter().enumerate();
-                width
-                    * terms
-                        .map(|(from, v)| density(at(from), at(to)) * v)
-                        .sum::<f64>()
+                width * terms.map(|(from, v)| density(at(from), at(to)) * v).sum::<f64>()
             });
             eigenvalue = next.into_iter().fold(0.0, f64::max);
             vector = next.map(|v| v / eigenvalue);

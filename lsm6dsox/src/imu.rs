@@ -46,11 +46,7 @@ impl Conversion {
 /// Creates an invalid sample for one that could not be read at `timestamp`.
 #[must_use]
 pub fn missing_sample(timestamp: Timestamp) -> ImuSample {
-    ImuSample {
-        timestamp,
-        validity: Validity::Invalid,
-        ..ImuSample::default()
-    }
+    ImuSample { timestamp, validity: Validity::Invalid, ..ImuSample::default() }
 }
 
 /// A sample without new data of one sensor is stale as a whole, whatever its range.
@@ -89,10 +85,7 @@ mod tests {
         // 2000 codes of 0.488 mg; 1000 of 70 m°/s.
         assert!((sample.specific_force.0.x - 9.5713).abs() < 1e-3);
         assert!((sample.angular_rate.0.y + 1.22173).abs() < 1e-4);
-        assert_eq!(
-            (sample.specific_force.0.y, sample.angular_rate.0.z),
-            (0.0, 0.0)
-        );
+        assert_eq!((sample.specific_force.0.y, sample.angular_rate.0.z), (0.0, 0.0));
     }
 
     #[test]
@@ -102,10 +95,7 @@ mod tests {
             (28_571, 0, Saturation::Gyroscope),
             (i16::MIN, i16::MAX, Saturation::Both),
         ] {
-            assert_eq!(
-                read(0b11, rate, force).validity,
-                Validity::Saturated(saturation)
-            );
+            assert_eq!(read(0b11, rate, force).validity, Validity::Saturated(saturation));
         }
     }
 
@@ -130,20 +120,13 @@ mod tests {
     #[test]
     fn missing_data_of_one_sensor_makes_a_saturated_sample_stale() {
         for status in [0b00, 0b01, 0b10] {
-            assert_eq!(
-                read(status, i16::MAX, 0).validity,
-                Validity::Stale,
-                "{status:#b}"
-            );
+            assert_eq!(read(status, i16::MAX, 0).validity, Validity::Stale, "{status:#b}");
         }
     }
 
     #[test]
     fn a_missing_sample_is_invalid() {
         let sample = missing_sample(Timestamp::from_micros(7));
-        assert_eq!(
-            (sample.timestamp.as_micros(), sample.validity),
-            (7, Validity::Invalid)
-        );
+        assert_eq!((sample.timestamp.as_micros(), sample.validity), (7, Validity::Invalid));
     }
 }

@@ -18,11 +18,7 @@ impl Status {
     /// Accepts a byte that a part can have sent: its reserved bits are zero.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Option<Self> {
-        if STATUS_REG.keeps_reserved_bits(bits) {
-            Some(Self(bits))
-        } else {
-            None
-        }
+        if STATUS_REG.keeps_reserved_bits(bits) { Some(Self(bits)) } else { None }
     }
 
     /// Value of the register.
@@ -167,9 +163,7 @@ mod tests {
 
     #[test]
     fn si_units_come_from_the_configured_full_scales() {
-        let sample = RawSample::decode(&BYTES, &Config::FRESH_KILOHERTZ)
-            .unwrap()
-            .to_si();
+        let sample = RawSample::decode(&BYTES, &Config::FRESH_KILOHERTZ).unwrap().to_si();
         // 2049 × 0.488 mg is 1 g to 0.01 %; 256 × 70 m°/s is 17.92 °/s.
         assert!((sample.specific_force[2] - 9.8057).abs() < 1.0e-3);
         assert!((sample.angular_rate[2] - 0.312_763).abs() < 1.0e-5);
@@ -180,9 +174,7 @@ mod tests {
         for (status, accel, gyro) in [(0, false, false), (1, true, false), (2, false, true)] {
             let mut bytes = BYTES;
             bytes[0] = status;
-            let sample = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ)
-                .unwrap()
-                .to_si();
+            let sample = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).unwrap().to_si();
             assert_eq!((sample.accel_fresh, sample.gyro_fresh), (accel, gyro));
         }
     }
@@ -192,10 +184,7 @@ mod tests {
         let mut bytes = BYTES;
         for status in [0x08, 0x80, 0xFF] {
             bytes[0] = status;
-            assert_eq!(
-                RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ),
-                Err(status)
-            );
+            assert_eq!(RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ), Err(status));
         }
     }
 

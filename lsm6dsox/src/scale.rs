@@ -85,13 +85,8 @@ impl FullScale for AccelFullScale {
 
 impl GyroFullScale {
     /// All full scales, smallest first.
-    pub const ALL: [Self; 5] = [
-        Self::Dps125,
-        Self::Dps250,
-        Self::Dps500,
-        Self::Dps1000,
-        Self::Dps2000,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Dps125, Self::Dps250, Self::Dps500, Self::Dps1000, Self::Dps2000];
 
     /// Sensitivity, m°/s per code \[P\].
     #[must_use]
@@ -146,11 +141,7 @@ impl<S: FullScale> Codes<S> {
     pub fn to_si(&self) -> [f32; 3] {
         let sensitivity = self.full_scale.sensitivity();
         let [x, y, z] = self.codes;
-        [
-            f32::from(x) * sensitivity,
-            f32::from(y) * sensitivity,
-            f32::from(z) * sensitivity,
-        ]
+        [f32::from(x) * sensitivity, f32::from(y) * sensitivity, f32::from(z) * sensitivity]
     }
 
     /// Returns per axis whether the code is at or beyond the end of the range: the true value is
@@ -159,11 +150,7 @@ impl<S: FullScale> Codes<S> {
     pub fn saturated(&self) -> [bool; 3] {
         let limit = self.full_scale.limit();
         let [x, y, z] = self.codes;
-        [
-            x.unsigned_abs() >= limit,
-            y.unsigned_abs() >= limit,
-            z.unsigned_abs() >= limit,
-        ]
+        [x.unsigned_abs() >= limit, y.unsigned_abs() >= limit, z.unsigned_abs() >= limit]
     }
 
     /// Returns whether any axis is beyond 90 % of the full scale.
@@ -215,10 +202,7 @@ mod tests {
     fn one_g_is_9_81_m_s2_at_every_full_scale() {
         for full_scale in AccelFullScale::ALL {
             let code = (1000.0 / full_scale.milli_g_per_code()) as i16;
-            let codes = Codes {
-                codes: [0, -code, code],
-                full_scale,
-            };
+            let codes = Codes { codes: [0, -code, code], full_scale };
             let [x, y, z] = codes.to_si();
             assert_eq!(x, 0.0);
             assert!((z - 9.807).abs() < 0.01 && y == -z, "{full_scale:?}: {z}");
@@ -229,42 +213,26 @@ mod tests {
     fn hundred_dps_is_1_745_rad_s_at_every_full_scale() {
         for full_scale in GyroFullScale::ALL {
             let code = (100_000.0 / full_scale.milli_dps_per_code()) as i16;
-            let codes = Codes {
-                codes: [code; 3],
-                full_scale,
-            };
+            let codes = Codes { codes: [code; 3], full_scale };
             assert!((codes.to_si()[0] - 1.7453).abs() < 0.002, "{full_scale:?}");
         }
     }
 
     #[test]
     fn only_the_last_code_of_either_sign_is_saturated() {
-        let codes = |codes| Codes {
-            codes,
-            full_scale: AccelFullScale::G16,
-        };
-        assert_eq!(
-            codes([i16::MAX, -i16::MAX, i16::MIN]).saturated(),
-            [true; 3]
-        );
+        let codes = |codes| Codes { codes, full_scale: AccelFullScale::G16 };
+        assert_eq!(codes([i16::MAX, -i16::MAX, i16::MIN]).saturated(), [true; 3]);
         assert!(!codes([i16::MAX - 1, 1 - i16::MAX, 0]).is_saturated());
     }
 
     #[test]
     fn a_gyroscope_is_saturated_from_its_nominal_full_scale_on() {
-        for (full_scale, dps) in GyroFullScale::ALL
-            .into_iter()
-            .zip([125.0, 250.0, 500.0, 1000.0, 2000.0])
+        for (full_scale, dps) in
+            GyroFullScale::ALL.into_iter().zip([125.0, 250.0, 500.0, 1000.0, 2000.0])
         {
-            assert_eq!(
-                (dps * 1000.0 / full_scale.milli_dps_per_code()) as u16,
-                full_scale.limit()
-            );
+            assert_eq!((dps * 1000.0 / full_scale.milli_dps_per_code()) as u16, full_scale.limit());
         }
-        let codes = |code| Codes {
-            codes: [0, code, 0],
-            full_scale: GyroFullScale::Dps2000,
-        };
+        let codes = |code| Codes { codes: [0, code, 0], full_scale: GyroFullScale::Dps2000 };
         assert!(codes(28_571).is_saturated() && codes(-28_571).is_saturated());
         assert!(!codes(28_570).is_saturated());
     }

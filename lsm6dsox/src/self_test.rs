@@ -37,11 +37,7 @@ impl SelfTest {
     /// Returns per axis of the accelerometer whether the change is within its limits.
     #[must_use]
     pub fn accel_passed(&self) -> [bool; 3] {
-        within(
-            self.specific_force,
-            ACCEL_LIMITS_MILLI_G,
-            1.0e-3 * STANDARD_GRAVITY,
-        )
+        within(self.specific_force, ACCEL_LIMITS_MILLI_G, 1.0e-3 * STANDARD_GRAVITY)
     }
 
     /// Returns per axis of the gyroscope whether the change is within its limits.
@@ -73,10 +69,7 @@ mod tests {
 
     #[test]
     fn an_axis_fails_below_and_above_its_limits() {
-        let mut result = SelfTest {
-            specific_force: [4.9; 3],
-            angular_rate: [7.0; 3],
-        };
+        let mut result = SelfTest { specific_force: [4.9; 3], angular_rate: [7.0; 3] };
         assert!(result.passed());
         result.specific_force[1] = 0.4;
         assert_eq!(result.accel_passed(), [true, false, true]);
@@ -95,10 +88,7 @@ mod tests {
 
     #[test]
     fn nan_fails() {
-        let result = SelfTest {
-            specific_force: [f32::NAN; 3],
-            angular_rate: [7.0; 3],
-        };
+        let result = SelfTest { specific_force: [f32::NAN; 3], angular_rate: [7.0; 3] };
         assert_eq!(result.accel_passed(), [false; 3]);
     }
 }

@@ -187,16 +187,8 @@ pub enum Ftype {
 
 impl Ftype {
     /// All values, by code.
-    pub const ALL: [Self; 8] = [
-        Self::F0,
-        Self::F1,
-        Self::F2,
-        Self::F3,
-        Self::F4,
-        Self::F5,
-        Self::F6,
-        Self::F7,
-    ];
+    pub const ALL: [Self; 8] =
+        [Self::F0, Self::F1, Self::F2, Self::F3, Self::F4, Self::F5, Self::F6, Self::F7];
 
     /// Cut-off at a data rate of 6667 Hz, Hz \[D\].
     #[must_use]

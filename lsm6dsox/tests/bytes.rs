@@ -54,14 +54,8 @@ const PRESET: [(u8, u8); 23] = [
 
 /// Transfers that make the registers readable and read the identity.
 fn identity(id: u8) -> Vec<Transaction<u8>> {
-    [
-        write(0x01, 0x00),
-        write(0x0D, 0x00),
-        write(0x18, 0xE2),
-        write(0x12, 0x44),
-        read(0x0F, id),
-    ]
-    .concat()
+    [write(0x01, 0x00), write(0x0D, 0x00), write(0x18, 0xE2), write(0x12, 0x44), read(0x0F, id)]
+        .concat()
 }
 
 /// Begin of a reset: gyroscope off, accelerometer in high-performance mode, `SW_RESET`.
@@ -147,12 +141,8 @@ fn the_self_test_is_sts_procedure_and_then_init() {
     bytes.extend(test_signal(&GYRO_SELF_TEST, 0x04, 5000));
     bytes.extend(init());
     let mut spi = Mock::new(&bytes);
-    let half = [
-        Delay::delay_us(100),
-        Delay::delay_ms(100),
-        Delay::delay_ms(1),
-        Delay::delay_ms(100),
-    ];
+    let half =
+        [Delay::delay_us(100), Delay::delay_ms(100), Delay::delay_ms(1), Delay::delay_ms(100)];
     let mut delay = CheckedDelay::new(&[&half[..], &half, &init_delays()].concat());
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     let result = sensor.self_test(&mut delay).unwrap();
@@ -201,11 +191,7 @@ fn lost_write_is_reported_with_both_values() {
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     assert_eq!(
         sensor.init(&mut NoopDelay::new()),
-        Err(Error::ReadBack {
-            register: register::CTRL6_C,
-            written: 0x00,
-            read: 0x10,
-        })
+        Err(Error::ReadBack { register: register::CTRL6_C, written: 0x00, read: 0x10 })
     );
     spi.done();
 }
@@ -215,10 +201,7 @@ fn part_with_another_identity_is_not_configured() {
     let reset = [reset(), read(0x12, 0x04)].concat();
     let mut spi = Mock::new(&[identity(0x6B), reset, read(0x0F, 0x6B)].concat());
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
-    assert_eq!(
-        sensor.init(&mut NoopDelay::new()),
-        Err(Error::Identity { read: 0x6B })
-    );
+    assert_eq!(sensor.init(&mut NoopDelay::new()), Err(Error::Identity { read: 0x6B }));
     spi.done();
 }
 
@@ -231,10 +214,7 @@ fn endless_reset_times_out() {
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     assert_eq!(
         sensor.init(&mut NoopDelay::new()),
-        Err(Error::ResetTimeout {
-            written: 0x05,
-            read: 0x05,
-        })
+        Err(Error::ResetTimeout { written: 0x05, read: 0x05 })
     );
     spi.done();
 }

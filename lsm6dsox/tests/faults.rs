@@ -17,11 +17,7 @@ fn data_line_stuck_low_after_init_gives_stale_samples() {
     assert!(!sample.status.accel_fresh() && !sample.status.gyro_fresh());
     assert!(matches!(
         sensor.verify(),
-        Err(Error::ReadBack {
-            register: register::CTRL9_XL,
-            written: 0xE2,
-            read: 0x00
-        })
+        Err(Error::ReadBack { register: register::CTRL9_XL, written: 0xE2, read: 0x00 })
     ));
 }
 
@@ -30,17 +26,8 @@ fn data_line_stuck_high_reads_identity_0xff_and_no_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     part.inject(PartFault::MisoStuckHigh);
-    assert_eq!(
-        sensor.sample(),
-        Err(Error::Status {
-            register: register::STATUS_REG,
-            read: 0xFF
-        })
-    );
-    assert_eq!(
-        sensor.init(&mut part.delay()),
-        Err(Error::Identity { read: 0xFF })
-    );
+    assert_eq!(sensor.sample(), Err(Error::Status { register: register::STATUS_REG, read: 0xFF }));
+    assert_eq!(sensor.init(&mut part.delay()), Err(Error::Identity { read: 0xFF }));
 }
 
 #[test]
@@ -62,10 +49,7 @@ fn reset_in_mid_run_gives_stale_samples_and_fails_verify() {
 
 #[test]
 fn frozen_outputs_are_detected_although_marked_fresh() {
-    let noisy = PartOptions {
-        noise: true,
-        ..QUIET
-    };
+    let noisy = PartOptions { noise: true, ..QUIET };
     let part = part(noisy);
     let mut sensor = sensor(&part, PRESET);
     let mut detector = FrozenDetector::new();
@@ -93,10 +77,7 @@ fn init_recovers_from_another_bank_and_3_wire_spi() {
     ] {
         let part = part(QUIET);
         let mut sensor = sensor(&part, PRESET);
-        part.inject(PartFault::RegisterFlipped {
-            address: register.address,
-            bits,
-        });
+        part.inject(PartFault::RegisterFlipped { address: register.address, bits });
         let name = register.name;
         let identity = sensor.check_identity();
         assert_eq!(identity, Err(Error::Identity { read: 0x00 }), "{name}");
@@ -111,17 +92,13 @@ fn init_recovers_from_another_bank_and_3_wire_spi() {
 fn every_bit_that_invalidates_data_is_read_back() {
     // Self-test, high-pass filter, low power, user offsets, sleep, pins: every bit of every register
     // that can be written.
-    let writable = register::ALL
-        .iter()
-        .filter(|register| register.access == register::Access::ReadWrite);
+    let writable =
+        register::ALL.iter().filter(|register| register.access == register::Access::ReadWrite);
     for register in writable {
         for bit in (0..8).filter(|bit| register.mask & 1 << bit != 0) {
             let part = part(QUIET);
             let mut sensor = sensor(&part, PRESET);
-            part.inject(PartFault::RegisterFlipped {
-                address: register.address,
-                bits: 1 << bit,
-            });
+            part.inject(PartFault::RegisterFlipped { address: register.address, bits: 1 << bit });
             let name = register.name;
             assert!(sensor.verify().is_err(), "{name}, bit {bit}");
             assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{name}, bit {bit}");
@@ -190,14 +167,8 @@ fn init_ends_i3c_mode_from_power_up_or_a_reset_in_mid_pulse() {
         },
     ];
     // The line at rest reads either.
-    for (enter, read) in enters
-        .iter()
-        .flat_map(|enter| [(enter, 0x00), (enter, 0xFF)])
-    {
-        let options = PartOptions {
-            open_line: read,
-            ..QUIET
-        };
+    for (enter, read) in enters.iter().flat_map(|enter| [(enter, 0x00), (enter, 0xFF)]) {
+        let options = PartOptions { open_line: read, ..QUIET };
         let part = part(options);
         let mut sensor = sensor(&part, PRESET);
         enter(&part);

@@ -27,11 +27,7 @@ fn init_violates_no_register() {
 #[test]
 fn each_millisecond_gets_a_fresh_sample_within_one_period() {
     for clock_error in [-0.03, 0.0, 0.021] {
-        let part = part(PartOptions {
-            clock_error,
-            jitter_ns: 2_000,
-            ..QUIET
-        });
+        let part = part(PartOptions { clock_error, jitter_ns: 2_000, ..QUIET });
         let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
         let period_ns = (150_000.0 / (1.0 + clock_error)) as u64 + 1 + 2_000;
         let start = part.now_ns();
@@ -66,11 +62,7 @@ fn some_milliseconds_lack_a_new_sample_at_833_hz() {
 
 /// Standard deviations of specific force in mg and of angular rate in °/s.
 fn scatter(config: Config, seed: u64) -> ([f64; 3], [f64; 3]) {
-    let part = part(PartOptions {
-        seed,
-        noise: true,
-        ..QUIET
-    });
+    let part = part(PartOptions { seed, noise: true, ..QUIET });
     let mut sensor = sensor(&part, config);
     let count = 20_000;
     let mut sums = [[0.0; 2]; 6];
@@ -92,11 +84,7 @@ fn scatter(config: Config, seed: u64) -> ([f64; 3], [f64; 3]) {
 
 #[test]
 fn the_scatter_at_rest_is_the_settings_noise() {
-    for filter in [
-        AccelFilter::OdrDiv10,
-        AccelFilter::OdrDiv20,
-        AccelFilter::OdrDiv45,
-    ] {
+    for filter in [AccelFilter::OdrDiv10, AccelFilter::OdrDiv20, AccelFilter::OdrDiv45] {
         let mut params = Params::FRESH_KILOHERTZ;
         params.accel.filter = filter;
         let config = params.validate().unwrap();
@@ -112,15 +100,9 @@ fn the_scatter_at_rest_is_the_settings_noise() {
             .into_iter()
             .chain(gyro_found.map(|found| (found, gyro, 0.070)))
         {
-            assert!(
-                (found / noise - 1.0).abs() < 0.1,
-                "{filter:?}: {found}, {noise}"
-            );
+            assert!((found / noise - 1.0).abs() < 0.1, "{filter:?}: {found}, {noise}");
             let expected = expected(noise, code);
-            assert!(
-                (found / expected - 1.0).abs() < 0.03,
-                "{filter:?}: {found}, {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 0.03, "{filter:?}: {found}, {expected}");
         }
     }
 }
@@ -129,11 +111,7 @@ fn the_scatter_at_rest_is_the_settings_noise() {
 fn aliasing_vibration_is_damped_by_the_presets_filters() {
     // 1 g at 1010 Hz looks like 10 Hz to a kilohertz timer.
     let shaking = |seconds: f64| Stimulus {
-        specific_force: [
-            (seconds * 1010.0 * core::f64::consts::TAU).sin() * 9.81,
-            0.0,
-            9.81,
-        ],
+        specific_force: [(seconds * 1010.0 * core::f64::consts::TAU).sin() * 9.81, 0.0, 9.81],
         ..Stimulus::REST
     };
     let largest = |filter| {
@@ -181,15 +159,9 @@ fn torn_words(block_data_update: bool) -> usize {
     let counting = move |_: f64| {
         step.set((step.get() + 255) % 16_320);
         let codes_to_si = 0.488e-3 * 9.806_65;
-        Stimulus {
-            specific_force: [f64::from(step.get()) * codes_to_si; 3],
-            ..Stimulus::REST
-        }
+        Stimulus { specific_force: [f64::from(step.get()) * codes_to_si; 3], ..Stimulus::REST }
     };
-    let options = PartOptions {
-        byte_time_ns: 20_000,
-        ..QUIET
-    };
+    let options = PartOptions { byte_time_ns: 20_000, ..QUIET };
     let part = Part::with_options(counting, options).shared();
     let mut params = Params::FRESH_KILOHERTZ;
     params.block_data_update = block_data_update;
@@ -221,10 +193,7 @@ fn edges(part: &SharedPart, ns: u64) -> u64 {
 
 #[test]
 fn trim_shows_the_error_of_a_specimens_clock() {
-    let part = part(PartOptions {
-        clock_error: 0.03,
-        ..QUIET
-    });
+    let part = part(PartOptions { clock_error: 0.03, ..QUIET });
     let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
     let trim = sensor.frequency_fine().unwrap();
     assert_eq!(trim.0, 20);
@@ -235,10 +204,7 @@ fn trim_shows_the_error_of_a_specimens_clock() {
 
 #[test]
 fn a_sound_part_passes_its_self_test_and_goes_on_measuring() {
-    let part = part(PartOptions {
-        noise: true,
-        ..QUIET
-    });
+    let part = part(PartOptions { noise: true, ..QUIET });
     let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
     let result = sensor.self_test(&mut part.delay()).unwrap();
     assert!(result.passed(), "{result:?}");
@@ -265,21 +231,12 @@ fn an_axis_that_does_not_answer_the_test_signal_fails_by_name() {
 #[test]
 fn the_same_seed_gives_the_same_bits() {
     let run = |seed| {
-        let part = part(PartOptions {
-            seed,
-            noise: true,
-            jitter_ns: 500,
-            ..QUIET
-        });
+        let part = part(PartOptions { seed, noise: true, jitter_ns: 500, ..QUIET });
         let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
         (0..2_000).fold(0xCBF2_9CE4_8422_2325_u64, |hash, _| {
             part.advance_by(MILLISECOND);
             let sample = sensor.sample().unwrap();
-            let codes = sample
-                .specific_force
-                .codes
-                .into_iter()
-                .chain(sample.angular_rate.codes);
+            let codes = sample.specific_force.codes.into_iter().chain(sample.angular_rate.codes);
             codes.fold(hash, |hash, code| {
                 (hash ^ u64::from(code.cast_unsigned())).wrapping_mul(0x0100_0000_01B3)
             })
@@ -339,10 +296,7 @@ fn offsets_drift_with_the_distance_from_25_degrees() {
         ..QUIET
     };
     let read = |temperature: f64| {
-        let stimulus = Stimulus {
-            temperature,
-            ..Stimulus::REST
-        };
+        let stimulus = Stimulus { temperature, ..Stimulus::REST };
         let part = Part::with_options(move |_: f64| stimulus, options).shared();
         let raw = sensor(&part, Config::FRESH_KILOHERTZ).sample().unwrap();
         let sample = raw.to_si();

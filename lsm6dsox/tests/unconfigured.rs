@@ -48,9 +48,7 @@ impl SpiDevice for FailsOnce<'_> {
             }
             left => self.before.set(left.map(|left| left - 1)),
         }
-        self.spi
-            .transaction(operations)
-            .map_err(|never| match never {})
+        self.spi.transaction(operations).map_err(|never| match never {})
     }
 }
 
@@ -65,11 +63,7 @@ fn each_failing_step(
     let run = |fails: Option<u32>| {
         let part = part(QUIET);
         let (before, transfers) = (Cell::new(None), Cell::new(0));
-        let bus = FailsOnce {
-            spi: part.spi(),
-            before: &before,
-            transfers: &transfers,
-        };
+        let bus = FailsOnce { spi: part.spi(), before: &before, transfers: &transfers };
         let mut sensor = Lsm6dsox::new(bus, PRESET);
         assert_eq!(sensor.sample(), Err(Error::Unconfigured), "not brought up");
         sensor.init(&mut part.delay()).expect("nothing fails yet");
@@ -83,9 +77,7 @@ fn each_failing_step(
         };
         assert_eq!(result, Err(Error::Bus(Failed)), "step {step}");
         assert_eq!(sensor.sample(), Err(Error::Unconfigured), "step {step}");
-        sensor
-            .init(&mut part.delay())
-            .expect("nothing fails any more");
+        sensor.init(&mut part.delay()).expect("nothing fails any more");
         assert_eq!(*sensor.config(), after);
         let scale = sensor.sample().expect("it is up").specific_force.full_scale;
         assert_eq!(scale, after.params().accel.full_scale, "step {step}");
@@ -99,12 +91,8 @@ fn each_failing_step(
 #[test]
 fn samples_are_unavailable_after_any_failed_step() {
     each_failing_step(PRESET, |sensor, part| sensor.init(&mut part.delay()));
-    each_failing_step(other(), |sensor, part| {
-        sensor.reconfigure(other(), &mut part.delay())
-    });
-    each_failing_step(PRESET, |sensor, part| {
-        sensor.self_test(&mut part.delay()).map(|_| ())
-    });
+    each_failing_step(other(), |sensor, part| sensor.reconfigure(other(), &mut part.delay()));
+    each_failing_step(PRESET, |sensor, part| sensor.self_test(&mut part.delay()).map(|_| ()));
     each_failing_step(PRESET, |sensor, _| sensor.verify());
     each_failing_step(PRESET, |sensor, _| sensor.power_down());
 }

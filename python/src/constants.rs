@@ -72,10 +72,7 @@ pub(crate) fn p_stable<'py>(
         }
         with_each!(set, constants);
     }
-    let params = Params {
-        constants,
-        ..Params::DEFAULT
-    };
+    let params = Params { constants, ..Params::DEFAULT };
     let gravity = match gravity_removed {
         true => Gravity::Removed,
         false => Gravity::Included,

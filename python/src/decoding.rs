@@ -120,11 +120,7 @@ impl Columns {
 
 fn node(id: i64) -> PyResult<NodeId> {
     let node = u8::try_from(id).ok().and_then(NodeId::new);
-    let expected = || {
-        value_error(format!(
-            "node is {id}, but a node id, 1 to 127, is expected"
-        ))
-    };
+    let expected = || value_error(format!("node is {id}, but a node id, 1 to 127, is expected"));
     node.ok_or_else(expected)
 }
 

@@ -67,9 +67,7 @@ pub(crate) fn validity_at(place: u8) -> Option<Validity> {
 pub(crate) fn micros(name: impl std::fmt::Display, time: f64) -> PyResult<i64> {
     match (-9.0e12..=9.0e12).contains(&time) {
         true => Ok((time * 1.0e6).round() as i64),
-        false => Err(value_error(format!(
-            "{name} is {time}, but a time in s is expected"
-        ))),
+        false => Err(value_error(format!("{name} is {time}, but a time in s is expected"))),
     }
 }
 
@@ -141,9 +139,7 @@ impl<'py> Arrays<'py> {
         let samples = acc.len();
         let of_gyr = gyr.len();
         if of_gyr != samples {
-            return Err(value_error(format!(
-                "gyr has {of_gyr} samples, but acc has {samples}"
-            )));
+            return Err(value_error(format!("gyr has {of_gyr} samples, but acc has {samples}")));
         }
         if samples == 0 {
             return Err(value_error("acc is empty: there is no sample"));

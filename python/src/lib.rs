@@ -55,10 +55,7 @@ mod _footfall {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-        let features = [
-            ("bags", cfg!(feature = "bags")),
-            ("parquet", cfg!(feature = "parquet")),
-        ];
+        let features = [("bags", cfg!(feature = "bags")), ("parquet", cfg!(feature = "parquet"))];
         let built = features.into_iter().filter(|(_, is_built)| *is_built);
         module.add("FEATURES", built.map(|(name, _)| name).collect::<Vec<_>>())?;
         module.add("STATES", Phase::ALL.map(Phase::name).to_vec())?;

@@ -169,9 +169,7 @@ pub(crate) fn estimate_file<'py>(
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let settings = settings.read()?;
     let (hints, format) = options.hints(&settings.resolved)?;
-    let checked = settings
-        .resolved
-        .check_before_reading(format.unwrap_or(Format::Csv));
+    let checked = settings.resolved.check_before_reading(format.unwrap_or(Format::Csv));
     checked.map_err(value_error)?;
     let feet = py.detach(|| {
         let opened = Opened::new(&path, format).map_err(input_error)?;

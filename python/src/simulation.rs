@@ -47,9 +47,7 @@ fn within(name: &str, value: f64, range: RangeInclusive<f64>) -> PyResult<f64> {
         return Ok(value);
     }
     let (least, greatest) = range.into_inner();
-    Err(value_error(format!(
-        "{name} is {value}, but {least} to {greatest} is expected"
-    )))
+    Err(value_error(format!("{name} is {value}, but {least} to {greatest} is expected")))
 }
 
 fn rests((every, lasting): (f64, f64)) -> PyResult<Rests> {
@@ -76,9 +74,7 @@ impl Walk {
             ground: ground.ok_or_else(|| {
                 let known = Ground::ALL.map(Ground::name).join(", ");
                 let ground = &self.ground;
-                value_error(format!(
-                    "ground is {ground:?}, but one of {known} is expected"
-                ))
+                value_error(format!("ground is {ground:?}, but one of {known} is expected"))
             })?,
             greased: within("greased", self.greased, 0.0..=1.0)?,
             step_length: within("step_length", self.step_length, 0.1..=3.0)?,
@@ -139,23 +135,20 @@ struct Truth {
 
 impl Truth {
     fn of(simulation: &Simulation) -> Self {
-        let times_s = simulation
-            .recording
-            .samples
-            .iter()
-            .map(RecordedSample::time_s);
+        let times_s = simulation.recording.samples.iter().map(RecordedSample::time_s);
         let activities = simulation.truth.iter().map(|state| state.activity);
         let states: Vec<(f64, Activity)> = times_s.zip(activities).collect();
         let turns = || states.windows(2).map(|pair| (pair[0], pair[1]));
         let touch_downs = turns().filter(|((_, before), (_, after))| {
             *before == Activity::Swinging && *after != Activity::Swinging
         });
-        let slips = states
-            .chunk_by(|(_, one), (_, other)| one == other)
-            .filter_map(|stretch| match stretch {
-                [(first, Activity::Slipping), .., (last, _)] => Some([*first, *last]),
-                _ => None,
-            });
+        let slips =
+            states.chunk_by(|(_, one), (_, other)| one == other).filter_map(
+                |stretch| match stretch {
+                    [(first, Activity::Slipping), .., (last, _)] => Some([*first, *last]),
+                    _ => None,
+                },
+            );
         Self {
             touch_downs_s: touch_downs.map(|(_, (time, _))| time).collect(),
             slips_s: slips.collect(),

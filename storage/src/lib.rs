@@ -166,11 +166,7 @@ where
             return (Settings::default(), origin);
         };
         let (settings, origin) = self.decode(item);
-        if latest.damaged {
-            (settings, Origin::Corrupted)
-        } else {
-            (settings, origin)
-        }
+        if latest.damaged { (settings, Origin::Corrupted) } else { (settings, origin) }
     }
 
     /// Returns the stored value of a setting, zero-extended, without knowing the dictionary: for the bootloader, which
@@ -224,11 +220,7 @@ where
             value
         });
         let (settings, refused) = Settings::set_all(values);
-        let origin = if refused == 0 && unknown == 0 {
-            Origin::Stored
-        } else {
-            Origin::Corrupted
-        };
+        let origin = if refused == 0 && unknown == 0 { Origin::Stored } else { Origin::Corrupted };
         (settings, origin)
     }
 
@@ -246,9 +238,7 @@ where
     StoreFailed: From<F::Error>,
 {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Storage")
-            .field("start", &self.pages.start())
-            .finish_non_exhaustive()
+        f.debug_struct("Storage").field("start", &self.pages.start()).finish_non_exhaustive()
     }
 }
 

@@ -104,10 +104,7 @@ where
         const { assert!((WORD as usize).is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1) };
         let whole = [range.start, range.end].map(|end| end.is_multiple_of(Self::SIZE)) == [true; 2];
         let pages = range.end.checked_sub(range.start)? / Self::SIZE;
-        (whole && pages >= 2).then_some(Self {
-            flash,
-            start: range.start,
-        })
+        (whole && pages >= 2).then_some(Self { flash, start: range.start })
     }
 
     pub(super) const fn flash(&mut self) -> &mut F {
@@ -160,17 +157,11 @@ where
     pub(super) fn newest(&mut self) -> Result<Latest, F::Error> {
         let pages = self.look()?;
         let Some(best) = best(&pages) else {
-            return Ok(Latest {
-                item: None,
-                damaged: pages.iter().any(|page| page.damaged),
-            });
+            return Ok(Latest { item: None, damaged: pages.iter().any(|page| page.damaged) });
         };
         // Damage in an earlier page is not reported.
         let damaged = pages.iter().any(|page| page.damaged && page.is >= best.is);
-        Ok(Latest {
-            item: best.newest,
-            damaged,
-        })
+        Ok(Latest { item: best.newest, damaged })
     }
 
     fn look(&mut self) -> Result<[Page; 2], F::Error> {
@@ -197,11 +188,7 @@ where
             let header @ [c0, c1, c2, c3, l0, l1, k0, k1] = self.read(at)?;
             if header == [0xFF; HEADER as usize] {
                 let next = end.min(at + CHUNK as u32);
-                at = if self.is_blank(at, next)? {
-                    next
-                } else {
-                    at + WORD
-                };
+                at = if self.is_blank(at, next)? { next } else { at + WORD };
                 continue;
             }
             let length = u16::from_le_bytes([l0, l1]);
@@ -222,11 +209,7 @@ where
             }
             let check = u32::from_le_bytes([c0, c1, c2, c3]);
             if self.check(data, length)? == check {
-                found.newest = Some(Item {
-                    data,
-                    length,
-                    check,
-                });
+                found.newest = Some(Item { data, length, check });
                 found.damaged = false;
                 at = next;
             } else {
@@ -255,11 +238,7 @@ where
         let check = CRC.checksum(data);
         for _ in 0..ATTEMPTS {
             let at = self.make_room(HEADER + padded(length), erase)?;
-            let written = Item {
-                data: at + HEADER,
-                length,
-                check,
-            };
+            let written = Item { data: at + HEADER, length, check };
             self.write(at, &written, data)?;
             if self.newest()?.item == Some(written) {
                 return Ok(());
@@ -400,11 +379,7 @@ pub(super) mod tests {
 
     pub(crate) fn holding<const SIZE: usize>(bytes: Vec<u8>) -> Pages<Flash<SIZE>> {
         let range = 0..bytes.len() as u32;
-        let flash = Flash {
-            bytes,
-            written: 0,
-            read: 0,
-        };
+        let flash = Flash { bytes, written: 0, read: 0 };
         Pages::new(flash, &range).expect("two pages")
     }
 
@@ -438,11 +413,7 @@ pub(super) mod tests {
             let data = data::<47>(number);
             let data = &data[..1 + usize::from(number) * 5 % 47];
             assert_eq!(pages.append(data, Erase::Allowed), Ok(()));
-            let Ok(Latest {
-                item: Some(item),
-                damaged: false,
-            }) = pages.newest()
-            else {
+            let Ok(Latest { item: Some(item), damaged: false }) = pages.newest() else {
                 panic!("{number}");
             };
             assert_eq!(usize::from(item.length), data.len());

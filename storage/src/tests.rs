@@ -44,9 +44,7 @@ fn golden_bytes_of_a_record() {
     assert!(record[1..].as_chunks().0.contains(&window));
     let mut pages = holding::<BOARD_PAGE>(vec![0xFF; 2 * BOARD_PAGE]);
     assert_eq!(pages.append(&[1, 2, 3], Erase::Allowed), Ok(()));
-    let expected = [
-        0, 0, 0, 0, 0x1D, 0x80, 0xBC, 0x55, 3, 0, 0xFC, 0xFF, 1, 2, 3, 0, 0xFF,
-    ];
+    let expected = [0, 0, 0, 0, 0x1D, 0x80, 0xBC, 0x55, 3, 0, 0xFC, 0xFF, 1, 2, 3, 0, 0xFF];
     assert_eq!(pages.release().bytes[..expected.len()], expected);
 }
 

@@ -13,12 +13,8 @@ use wire::{
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 4] = [
-    ("frames", frames),
-    ("node", node),
-    ("settings", settings),
-    ("uart", uart),
-];
+pub const TARGETS: [Target; 4] =
+    [("frames", frames), ("node", node), ("settings", settings), ("uart", uart)];
 
 fn never_stable_in_doubt(status: Status) {
     let stable = status.decision() == Decision::Stable
@@ -86,15 +82,10 @@ pub fn node(data: &[u8]) {
             node.raise(fault, u32::from(kind));
         }
         let mut sent = 0;
-        node.tick(
-            &ContactEstimate::default(),
-            20.0,
-            &Counters::default(),
-            |frame| {
-                assert!(frame.id() <= 0x7FF);
-                sent += 1;
-            },
-        );
+        node.tick(&ContactEstimate::default(), 20.0, &Counters::default(), |frame| {
+            assert!(frame.id() <= 0x7FF);
+            sent += 1;
+        });
         assert!(sent <= 10);
     }
     // Whatever was written, the estimator accepts the settings.
@@ -105,9 +96,8 @@ pub fn node(data: &[u8]) {
 pub fn settings(data: &[u8]) {
     let stored = data.chunks_exact(5).map(|piece| {
         let entries = dictionary::entries().count();
-        let (address, entry) = dictionary::entries()
-            .nth(usize::from(piece[0]) % entries)
-            .expect("an entry");
+        let (address, entry) =
+            dictionary::entries().nth(usize::from(piece[0]) % entries).expect("an entry");
         let raw = u32::from_le_bytes([piece[1], piece[2], piece[3], piece[4]]);
         let value = Value::from_raw(entry.data_type(), raw);
         (address, value.unwrap_or(Value::U8(piece[1])))
@@ -136,17 +126,11 @@ pub fn uart(data: &[u8]) {
         let decoded = again.as_bytes().iter().find_map(|byte| fresh.push(*byte));
         let decoded = decoded.expect("an end").expect("a frame");
         // The message itself is not compared: a NaN in a scale is not equal to itself.
-        assert_eq!(
-            encode(decoded.sequence, &decoded.message).as_bytes(),
-            again.as_bytes()
-        );
+        assert_eq!(encode(decoded.sequence, &decoded.message).as_bytes(), again.as_bytes());
     }
     decoder.push(0);
     let request = Message::Nmt(wire::uart::NmtRequest(Command::StartRemoteNode));
-    let found = encode(7, &request)
-        .as_bytes()
-        .iter()
-        .find_map(|byte| decoder.push(*byte));
+    let found = encode(7, &request).as_bytes().iter().find_map(|byte| decoder.push(*byte));
     assert!(matches!(found, Some(Ok(frame)) if frame.sequence == 7));
     let drops = decoder.drops();
     assert!(u64::from(drops.frames) + u64::from(drops.refused()) <= data.len() as u64 + 1);

@@ -60,11 +60,7 @@ pub(crate) struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     pub(crate) const fn new(buffer: &'a mut [u8]) -> Self {
-        Self {
-            capacity: buffer.len(),
-            rest: buffer,
-            overflowed: false,
-        }
+        Self { capacity: buffer.len(), rest: buffer, overflowed: false }
     }
 
     pub(crate) fn bytes(&mut self, bytes: &[u8]) {
@@ -113,11 +109,7 @@ impl<'a> Writer<'a> {
 
     /// Number of bytes written; `None` if they did not all fit.
     pub(crate) const fn finish(self) -> Option<usize> {
-        if self.overflowed {
-            None
-        } else {
-            Some(self.capacity - self.rest.len())
-        }
+        if self.overflowed { None } else { Some(self.capacity - self.rest.len()) }
     }
 }
 

@@ -98,8 +98,7 @@ impl Counters {
     /// Number of the board's own frames that were dropped on CAN and UART.
     #[must_use]
     pub fn dropped(&self) -> u32 {
-        self.get(Counter::CanDropped)
-            .wrapping_add(self.get(Counter::UartDropped))
+        self.get(Counter::CanDropped).wrapping_add(self.get(Counter::UartDropped))
     }
 }
 

@@ -111,10 +111,7 @@ impl DomainServer {
     /// Creates a server without a transfer.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            others: SdoServer::new(),
-            transfer: None,
-        }
+        Self { others: SdoServer::new(), transfer: None }
     }
 
     /// Handles a request; `None` if there is no answer, or not yet.
@@ -137,10 +134,7 @@ impl DomainServer {
                     self.transfer = Some(transfer);
                     return None;
                 }
-                Phase::Block {
-                    sequence,
-                    ref state,
-                } => {
+                Phase::Block { sequence, ref state } => {
                     let state = state.clone();
                     return self.block(transfer, sequence, state, request, objects);
                 }
@@ -188,13 +182,7 @@ impl DomainServer {
         if let Err(code) = objects.begin(address, size) {
             return abort(address, code);
         }
-        self.transfer = Some(Transfer {
-            address,
-            size,
-            received: 0,
-            answered: None,
-            phase,
-        });
+        self.transfer = Some(Transfer { address, size, received: 0, answered: None, phase });
         answer
     }
 

@@ -221,9 +221,8 @@ impl Faults {
     /// Error register (object 0x1001) while these faults are active.
     #[must_use]
     pub fn register(self) -> u8 {
-        self.iter().fold(0, |register, fault| {
-            register | ErrorRegister::GENERIC | fault.register_bits()
-        })
+        self.iter()
+            .fold(0, |register, fault| register | ErrorRegister::GENERIC | fault.register_bits())
     }
 }
 
@@ -269,12 +268,8 @@ impl Emergency {
     pub fn encode(&self) -> [u8; 8] {
         let number = self.fault.map_or(u8::MAX, Fault::number);
         let [a, b, c, d] = self.detail.to_le_bytes();
-        EmergencyMessage::new(
-            self.code,
-            ErrorRegister(self.register),
-            [number, a, b, c, d],
-        )
-        .encode()
+        EmergencyMessage::new(self.code, ErrorRegister(self.register), [number, a, b, c, d])
+            .encode()
     }
 
     /// Decodes a message; accepts any bytes.
@@ -298,10 +293,7 @@ mod tests {
     #[test]
     fn golden_bytes_of_an_emergency() {
         let raised = Emergency::raised(Fault::HardFault, 0x0800_1234, Faults::NONE);
-        assert_eq!(
-            raised.encode(),
-            [0x02, 0x61, 0x81, 13, 0x34, 0x12, 0x00, 0x08]
-        );
+        assert_eq!(raised.encode(), [0x02, 0x61, 0x81, 13, 0x34, 0x12, 0x00, 0x08]);
         let active = Faults::NONE.with(Fault::HardFault).with(Fault::CanBusOff);
         let cleared = Emergency::cleared(Fault::HardFault, active);
         assert_eq!(cleared.encode(), [0, 0, 0x11, 13, 0, 0, 0, 0]);

@@ -89,11 +89,7 @@ impl NodeId {
     /// Creates a node id; `None` if `id` is out of range.
     #[must_use]
     pub const fn new(id: u8) -> Option<Self> {
-        if id >= 1 && id <= 127 {
-            Some(Self(id))
-        } else {
-            None
-        }
+        if id >= 1 && id <= 127 { Some(Self(id)) } else { None }
     }
 
     /// The id as a number.
@@ -118,14 +114,7 @@ mod tests {
         let ids = Foot::ALL.map(|foot| (foot.name(), foot.default_node_id().get()));
         assert_eq!(
             ids,
-            [
-                ("FL", 0x11),
-                ("FR", 0x12),
-                ("RL", 0x13),
-                ("RR", 0x14),
-                ("L", 0x15),
-                ("R", 0x16)
-            ]
+            [("FL", 0x11), ("FR", 0x12), ("RL", 0x13), ("RR", 0x14), ("L", 0x15), ("R", 0x16)]
         );
     }
 

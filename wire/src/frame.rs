@@ -22,11 +22,7 @@ impl CanFrame {
         for (to, from) in bytes.iter_mut().zip(data) {
             *to = *from;
         }
-        Some(Self {
-            id,
-            length: data.len() as u8,
-            data: bytes,
-        })
+        Some(Self { id, length: data.len() as u8, data: bytes })
     }
 
     /// Creates a frame of a node: the identifiers of the connection set always fit.
@@ -36,11 +32,7 @@ impl CanFrame {
         if let Some(head) = bytes.first_chunk_mut::<N>() {
             *head = data;
         }
-        Self {
-            id: id & 0x7FF,
-            length: N as u8,
-            data: bytes,
-        }
+        Self { id: id & 0x7FF, length: N as u8, data: bytes }
     }
 
     /// The identifier (CANopen: COB-ID).
@@ -58,11 +50,7 @@ impl CanFrame {
     /// The eight data bytes; `None` if the frame has fewer.
     #[must_use]
     pub const fn data8(&self) -> Option<&[u8; 8]> {
-        if self.length == 8 {
-            Some(&self.data)
-        } else {
-            None
-        }
+        if self.length == 8 { Some(&self.data) } else { None }
     }
 }
 

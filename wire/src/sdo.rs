@@ -65,7 +65,10 @@ enum Transfer {
         toggle: bool,
     },
     /// A write is pending; this answers it.
-    Pending { address: Address, answer: [u8; 8] },
+    Pending {
+        address: Address,
+        answer: [u8; 8],
+    },
 }
 
 /// SDO server: its state, with at most one transfer.
@@ -120,12 +123,7 @@ impl SdoServer {
     fn upload(&mut self, address: Address, objects: &mut impl Objects) -> [u8; 8] {
         match objects.read(address) {
             Ok(Value::Text(text)) => {
-                self.transfer = Some(Transfer::Upload {
-                    address,
-                    text,
-                    sent: 0,
-                    toggle: false,
-                });
+                self.transfer = Some(Transfer::Upload { address, text, sent: 0, toggle: false });
                 // Segmented, size indicated.
                 response(0x41, address, (text.len() as u32).to_le_bytes())
             }
@@ -140,13 +138,7 @@ impl SdoServer {
     }
 
     fn upload_segment(&mut self, command: u8, transfer: Option<Transfer>) -> [u8; 8] {
-        let Some(Transfer::Upload {
-            address,
-            text,
-            sent,
-            toggle,
-        }) = transfer
-        else {
+        let Some(Transfer::Upload { address, text, sent, toggle }) = transfer else {
             return abort(Address::new(0, 0), AbortCode::Command);
         };
         if (command & TOGGLE != 0) != toggle {
@@ -162,12 +154,8 @@ impl SdoServer {
             *to = *from;
         }
         if !last {
-            self.transfer = Some(Transfer::Upload {
-                address,
-                text,
-                sent: sent + length,
-                toggle: !toggle,
-            });
+            self.transfer =
+                Some(Transfer::Upload { address, text, sent: sent + length, toggle: !toggle });
         }
         answer
     }
@@ -185,11 +173,7 @@ impl SdoServer {
             Err(code) => return Some(abort(address, code)),
         };
         if expedited {
-            let length = if sized {
-                LARGEST - usize::from(command >> 2 & 0b11)
-            } else {
-                size
-            };
+            let length = if sized { LARGEST - usize::from(command >> 2 & 0b11) } else { size };
             let bytes = data.get(..length).unwrap_or(&data);
             return self.write(address, bytes, size, written(address), objects);
         }
@@ -214,13 +198,8 @@ impl SdoServer {
         transfer: Option<Transfer>,
         objects: &mut impl Objects,
     ) -> Option<[u8; 8]> {
-        let Some(Transfer::Download {
-            address,
-            mut data,
-            mut received,
-            declared,
-            toggle,
-        }) = transfer
+        let Some(Transfer::Download { address, mut data, mut received, declared, toggle }) =
+            transfer
         else {
             return Some(abort(Address::new(0, 0), AbortCode::Command));
         };
@@ -239,13 +218,8 @@ impl SdoServer {
         let [head, ..] = &mut answer;
         *head = 0x20 | u8::from(toggle) << 4;
         if command & 1 == 0 {
-            self.transfer = Some(Transfer::Download {
-                address,
-                data,
-                received,
-                declared,
-                toggle: !toggle,
-            });
+            self.transfer =
+                Some(Transfer::Download { address, data, received, declared, toggle: !toggle });
             return Some(answer);
         }
         if declared.is_some_and(|declared| declared != received) {
@@ -344,10 +318,7 @@ mod tests {
 
     fn exchange(requests: &[[u8; 8]]) -> (std::vec::Vec<Option<[u8; 8]>>, u32) {
         let (mut server, mut objects) = (SdoServer::new(), Two(0x1234_5678));
-        let answers = requests
-            .iter()
-            .map(|request| server.handle(request, &mut objects))
-            .collect();
+        let answers = requests.iter().map(|request| server.handle(request, &mut objects)).collect();
         (answers, objects.0)
     }
 
@@ -443,10 +414,7 @@ mod tests {
         let toggled = [0x11, 1, 2, 3, 4, 0, 0, 0];
         assert_eq!(refused(&[unsized_, toggled]), AbortCode::ToggleBit);
         assert_eq!(refused(&[seven]), AbortCode::Command);
-        assert_eq!(
-            refused(&[[0xA4, 0x00, 0x20, 0, 0, 0, 0, 0]]),
-            AbortCode::Command
-        );
+        assert_eq!(refused(&[[0xA4, 0x00, 0x20, 0, 0, 0, 0, 0]]), AbortCode::Command);
         let name = [0x23, 0x08, 0x10, 0, 1, 2, 3, 4];
         assert_eq!(refused(&[name]), AbortCode::ReadOnly);
     }

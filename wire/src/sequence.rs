@@ -54,10 +54,7 @@ mod tests {
         ] {
             assert_eq!(step_u16(newest, next), step, "{newest}, {next}");
         }
-        assert_eq!(
-            (missing_u8(7, 8), missing_u8(255, 2), missing_u8(7, 7)),
-            (0, 2, 255)
-        );
+        assert_eq!((missing_u8(7, 8), missing_u8(255, 2), missing_u8(7, 7)), (0, 2, 255));
     }
 
     #[test]

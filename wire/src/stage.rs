@@ -19,13 +19,8 @@ pub enum Stage {
 
 impl Stage {
     /// All stages, in the order of their codes, from 0.
-    pub const ALL: [Self; 5] = [
-        Self::Starting,
-        Self::SelfTest,
-        Self::HoldStill,
-        Self::Running,
-        Self::Recovering,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Starting, Self::SelfTest, Self::HoldStill, Self::Running, Self::Recovering];
 
     /// The stage's name as written in files.
     #[must_use]

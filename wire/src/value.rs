@@ -121,10 +121,7 @@ impl Value {
         if data_type.size() != Some(bytes.len()) {
             return None;
         }
-        let raw = bytes
-            .iter()
-            .rev()
-            .fold(0, |raw, byte| (raw << 8) | u32::from(*byte));
+        let raw = bytes.iter().rev().fold(0, |raw, byte| (raw << 8) | u32::from(*byte));
         Self::from_raw(data_type, raw)
     }
 

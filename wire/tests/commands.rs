@@ -23,10 +23,7 @@ fn command(line: &str) -> Option<(CanFrame, &str)> {
     let (frame, comment) = line.strip_prefix("cansend can0 ")?.split_once(" # ")?;
     let (id, data) = frame.trim().split_once('#').expect("a frame");
     let hex = |text| u16::from_str_radix(text, 16).expect("hexadecimal");
-    let data: Vec<u8> = (0..data.len())
-        .step_by(2)
-        .map(|i| hex(&data[i..i + 2]) as u8)
-        .collect();
+    let data: Vec<u8> = (0..data.len()).step_by(2).map(|i| hex(&data[i..i + 2]) as u8).collect();
     Some((CanFrame::new(hex(id), &data).expect("a frame"), comment))
 }
 

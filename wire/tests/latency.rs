@@ -21,9 +21,7 @@ fn row(document: &str, section: &str, name: &str) -> Vec<String> {
         cells.starts_with(name).then_some(cells)
     });
     let row = row.unwrap_or_else(|| panic!("{section}: {name}"));
-    row.split('|')
-        .map(|cell| cell.trim().trim_matches('*').to_string())
-        .collect()
+    row.split('|').map(|cell| cell.trim().trim_matches('*').to_string()).collect()
 }
 
 /// Typical and maximum latency, ms.
@@ -40,22 +38,13 @@ fn budget(block: &str, name: &str) -> f64 {
 
 fn assert_close(part: &str, expected: [f64; 2], tolerance: f64) {
     for (found, expected) in latency(part).into_iter().zip(expected) {
-        assert!(
-            (found - expected).abs() < tolerance,
-            "{part}: {found} ms instead of {expected}"
-        );
+        assert!((found - expected).abs() < tolerance, "{part}: {found} ms instead of {expected}");
     }
 }
 
 #[test]
 fn the_parts_add_up_to_the_total() {
-    let parts = [
-        "filters",
-        "until the next sample",
-        "reading",
-        "until the bus",
-        "the frame",
-    ];
+    let parts = ["filters", "until the next sample", "reading", "until the bus", "the frame"];
     let sum = |parts: &[&str]| {
         let zero = [0.0; 2];
         parts.iter().fold(zero, |sum, part| {
@@ -66,25 +55,15 @@ fn the_parts_add_up_to_the_total() {
     assert_close("**sum**", sum(&parts), 0.006);
     // The age of the sample is in the text below the table.
     let [typical, longest] = sum(&parts[2..]);
-    let age = format!(
-        "{:.0} µs, at most {:.0} µs",
-        typical * 1.0e3,
-        longest * 1.0e3
-    );
+    let age = format!("{:.0} µs, at most {:.0} µs", typical * 1.0e3, longest * 1.0e3);
     assert!(read("README.md").contains(&age), "{age}");
 }
 
 #[test]
 fn the_share_of_the_firmware_is_its_budget() {
     let edge = "data-ready edge to CAN mailbox";
-    let typical = budget(
-        "<!-- begin budgets-reference -->",
-        &format!("{edge}, median"),
-    );
-    let longest = budget(
-        "<!-- begin full-load-reference -->",
-        &format!("{edge}, longest"),
-    );
+    let typical = budget("<!-- begin budgets-reference -->", &format!("{edge}, median"));
+    let longest = budget("<!-- begin full-load-reference -->", &format!("{edge}, longest"));
     assert_close("reading", [typical, longest], 1.0e-9);
 }
 
@@ -95,9 +74,5 @@ fn the_share_of_the_bus_is_that_of_the_longest_frames() {
     let unstuffed = f64::from(8 * 8 + 44 + 3) / BIT_RATE;
     assert_close("the frame", [unstuffed, longest(8)], 1.0e-9);
     // One in progress, three of other feet; SYNC with its counter.
-    assert_close(
-        "until the bus",
-        [0.0, 4.0 * longest(8) + longest(1)],
-        1.0e-9,
-    );
+    assert_close("until the bus", [0.0, 4.0 * longest(8) + longest(1)], 1.0e-9);
 }

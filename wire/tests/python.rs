@@ -51,10 +51,8 @@ fn script(name: &str, arguments: &[&Path]) {
         .args(arguments)
         .output()
         .expect("the interpreter runs");
-    let (stdout, stderr) = (
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr),
-    );
+    let (stdout, stderr) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{name}:\n{stdout}{stderr}");
     println!("{name}: {stdout}");
 }
@@ -136,10 +134,8 @@ fn cantools_decodes_every_signal_as_it_was_encoded() {
         |id: u16, message: String, data: &[u8], signal: &str, expected: (f64, f64), name: &str| {
             let data: String = data.iter().map(|byte| format!("{byte:02x}")).collect();
             let (value, tolerance) = expected;
-            let _ = writeln!(
-                table,
-                "{id}\t{message}\t{data}\t{signal}\t{value}\t{tolerance}\t{name}"
-            );
+            let _ =
+                writeln!(table, "{id}\t{message}\t{data}\t{signal}\t{value}\t{tolerance}\t{name}");
         };
     let mut runner = TestRunner::deterministic();
     for foot in Foot::ALL.into_iter().cycle().take(ESTIMATES) {
@@ -148,12 +144,9 @@ fn cantools_decodes_every_signal_as_it_was_encoded() {
             let (id, data) = (pdo.cob_id(foot.default_node_id()), truth.frame(pdo));
             for (_, signal) in pdo.signals() {
                 let expected = truth.expected(signal.name);
-                let phase = Phase::ALL
-                    .into_iter()
-                    .find(|phase| f64::from(*phase as u8) == expected.0);
-                let name = phase
-                    .filter(|_| signal.name == "State")
-                    .map_or("", Phase::name);
+                let phase =
+                    Phase::ALL.into_iter().find(|phase| f64::from(*phase as u8) == expected.0);
+                let name = phase.filter(|_| signal.name == "State").map_or("", Phase::name);
                 row(
                     id,
                     format!("{}_{}", foot.name(), pdo.name()),
@@ -168,21 +161,11 @@ fn cantools_decodes_every_signal_as_it_was_encoded() {
     for foot in Foot::ALL {
         let mut settings = Settings::default();
         let node_id = Value::U8(foot.default_node_id().get());
-        assert_eq!(
-            settings.set(Address::new(index::NODE_ID, 0), node_id),
-            Ok(())
-        );
+        assert_eq!(settings.set(Address::new(index::NODE_ID, 0), node_id), Ok(()));
         let mut node = Node::new(settings, 0);
         let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
         let heartbeat = format!("{}_Heartbeat", foot.name());
-        row(
-            boot.id(),
-            heartbeat,
-            boot.data(),
-            "NodeState",
-            (0.0, 0.0),
-            "boot_up",
-        );
+        row(boot.id(), heartbeat, boot.data(), "NodeState", (0.0, 0.0), "boot_up");
         for fault in Fault::ALL {
             let frame = node.raise(fault, 0x1234_5678).expect("an emergency");
             for (signal, value, name) in [
@@ -192,14 +175,7 @@ fn cantools_decodes_every_signal_as_it_was_encoded() {
                 ("Detail", 0x1234_5678, ""),
             ] {
                 let message = format!("{}_Emergency", foot.name());
-                row(
-                    frame.id(),
-                    message,
-                    frame.data(),
-                    signal,
-                    (value.into(), 0.0),
-                    name,
-                );
+                row(frame.id(), message, frame.data(), signal, (value.into(), 0.0), name);
             }
         }
     }

@@ -12,19 +12,14 @@ use random::Random;
 use targets::{TARGETS, Target};
 
 fn corpus(name: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("fuzz/corpus")
-        .join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(name);
     let mut files: Vec<_> = fs::read_dir(folder)
         .expect("there is a corpus")
         .map(|entry| entry.expect("readable").path())
         .collect();
     files.sort();
     assert!(!files.is_empty(), "{name} has a corpus");
-    files
-        .into_iter()
-        .map(|file| fs::read(file).expect("readable"))
-        .collect()
+    files.into_iter().map(|file| fs::read(file).expect("readable")).collect()
 }
 
 fn run((name, target): Target) {
@@ -46,9 +41,7 @@ fn run((name, target): Target) {
             input.truncate(input.len() - random.below(3).min(input.len()));
             input
         } else {
-            (0..random.below(200))
-                .map(|_| random.next() as u8)
-                .collect()
+            (0..random.below(200)).map(|_| random.next() as u8).collect()
         };
         target(&input);
     }

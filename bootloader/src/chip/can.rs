@@ -45,9 +45,7 @@ impl Can {
             w.set_moder(TRANSMIT, Moder::ALTERNATE);
         });
         // Without a transceiver the bus then reads as idle instead of floating.
-        GPIOB
-            .pupdr()
-            .modify(|w| w.set_pupdr(RECEIVE, Pupdr::PULL_UP));
+        GPIOB.pupdr().modify(|w| w.set_pupdr(RECEIVE, Pupdr::PULL_UP));
         CAN1.mcr().write(|w| w.set_inrq(true));
         if !(0..POLLS).any(|_| CAN1.msr().read().inak()) {
             return None;
@@ -108,9 +106,7 @@ impl Can {
         }
         let bytes = u64::from_le_bytes(bytes);
         let registers = CAN1.tx(mailbox);
-        registers
-            .tdtr()
-            .write(|w| w.set_dlc(frame.data().len() as u8));
+        registers.tdtr().write(|w| w.set_dlc(frame.data().len() as u8));
         registers.tdlr().write(|w| w.0 = bytes as u32);
         registers.tdhr().write(|w| w.0 = (bytes >> 32) as u32);
         registers.tir().write(|w| {
@@ -139,9 +135,7 @@ fn set_filter(id: Option<NodeId>) {
             CAN1.fm1r().write(|w| w.0 = 1);
             CAN1.fs1r().write(|w| w.0 = 0);
             let request = id.cob_id(cob_id::SDO_REQUEST);
-            CAN1.fb(0)
-                .fr1()
-                .write(|w| w.0 = pair(NMT_COMMAND, cob_id::LSS_MASTER));
+            CAN1.fb(0).fr1().write(|w| w.0 = pair(NMT_COMMAND, cob_id::LSS_MASTER));
             CAN1.fb(0).fr2().write(|w| w.0 = pair(request, request));
         }
         None => {

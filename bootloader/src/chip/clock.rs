@@ -35,11 +35,7 @@ pub struct Ticks(());
 
 /// Starts crystal and ticks.
 pub fn start() -> Ticks {
-    let hz = if start_crystal() {
-        PROCESSOR_HZ
-    } else {
-        INTERNAL_HZ
-    };
+    let hz = if start_crystal() { PROCESSOR_HZ } else { INTERNAL_HZ };
     // SAFETY: nothing else uses the timer.
     let timer = unsafe { &*cortex_m::peripheral::SYST::PTR };
     // SAFETY: a reload of 24 bits; the processor's clock, an interrupt that is masked and ends a sleep.
@@ -107,11 +103,7 @@ pub fn is_crystal() -> bool {
 
 /// Returns the clock of the serial line's controller, Hz: that of the processor.
 pub fn serial_hz() -> u32 {
-    if is_crystal() {
-        PROCESSOR_HZ
-    } else {
-        INTERNAL_HZ
-    }
+    if is_crystal() { PROCESSOR_HZ } else { INTERNAL_HZ }
 }
 
 impl Ticks {

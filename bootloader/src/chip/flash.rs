@@ -42,11 +42,7 @@ impl Flash for ChipFlash {
             core::ptr::with_exposed_provenance_mut::<u32>(address as usize).write_volatile(word);
         }
         finish()?;
-        if self.read(address) == word {
-            Ok(())
-        } else {
-            Err(FlashFailed)
-        }
+        if self.read(address) == word { Ok(()) } else { Err(FlashFailed) }
     }
 
     fn erase(&mut self, sector: Sector) -> Result<(), FlashFailed> {
@@ -88,9 +84,5 @@ fn finish() -> Result<(), FlashFailed> {
         }
     };
     FLASH.cr().write(|w| w.set_lock(true));
-    if status.0 & ERRORS == 0 {
-        Ok(())
-    } else {
-        Err(FlashFailed)
-    }
+    if status.0 & ERRORS == 0 { Ok(()) } else { Err(FlashFailed) }
 }

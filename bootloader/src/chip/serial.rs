@@ -73,8 +73,7 @@ impl Serial {
             w.set_moder(receive, Moder::ALTERNATE);
         });
         // Without a cable the line is then idle instead of noisy.
-        port.pupdr()
-            .modify(|w| w.set_pupdr(receive, Pupdr::PULL_UP));
+        port.pupdr().modify(|w| w.set_pupdr(receive, Pupdr::PULL_UP));
         let stream = DMA2.st(STREAM);
         stream.par().write_value(USART1.dr().as_ptr() as u32);
         stream.m0ar().write_value(RING as u32);
@@ -87,10 +86,7 @@ impl Serial {
             w.set_te(true);
             w.set_re(true);
         });
-        Some(Self {
-            adapter: Adapter::default(),
-            next: 0,
-        })
+        Some(Self { adapter: Adapter::default(), next: 0 })
     }
 
     /// Returns the request of the next complete line, if one has been received.

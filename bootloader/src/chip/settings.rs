@@ -31,10 +31,8 @@ pub fn read() -> (Option<NodeId>, u32, u32) {
         id => NodeId::new(id as u8),
     };
     let stored = value(index::CAN_BIT_RATE);
-    let rate = BIT_RATES_KBIT
-        .into_iter()
-        .find(|rate| Some(*rate) == stored)
-        .unwrap_or(BIT_RATES_KBIT[0]);
+    let rate =
+        BIT_RATES_KBIT.into_iter().find(|rate| Some(*rate) == stored).unwrap_or(BIT_RATES_KBIT[0]);
     (id, rate * 1000, value(index::UART_RATE).unwrap_or(BAUD))
 }
 

@@ -35,9 +35,7 @@ impl Random {
 /// Sends the header of an image by segments, until the node aborts. Returns whether it has.
 fn is_refused(master: &mut Master, header: &[u8], size: u32) -> bool {
     let [a, b, c, d] = size.to_le_bytes();
-    let begun = master
-        .send([0x21, 0x50, 0x1F, 1, a, b, c, d])
-        .expect("an answer");
+    let begun = master.send([0x21, 0x50, 0x1F, 1, a, b, c, d]).expect("an answer");
     assert_eq!(begun[0], 0x60);
     header.chunks(7).enumerate().any(|(k, bytes)| {
         let toggle = (k as u8 & 1) << 4;

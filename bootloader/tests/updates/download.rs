@@ -50,13 +50,7 @@ impl Master {
         let stopped = frame(Message::Stopped);
         assert_eq!(stopped.data(), [0x60, 0x51, 0x1F, 1, 0, 0, 0, 0]);
         assert_eq!(node.take_restart(), None, "it clears the slot");
-        Self {
-            node,
-            sent: 0,
-            lose: None,
-            delivery: Delivery::Once,
-            check: Check::Crc,
-        }
+        Self { node, sent: 0, lose: None, delivery: Delivery::Once, check: Check::Crc }
     }
 
     pub fn send(&mut self, request: [u8; 8]) -> Option<[u8; 8]> {
@@ -86,9 +80,7 @@ impl Master {
 
     /// Value of object 0x1F57.
     fn raw_status(&mut self) -> u32 {
-        let answer = self
-            .ask([0x40, 0x57, 0x1F, 1, 0, 0, 0, 0])
-            .expect("it reads");
+        let answer = self.ask([0x40, 0x57, 0x1F, 1, 0, 0, 0, 0]).expect("it reads");
         u32::from_le_bytes(answer[4..].try_into().expect("four"))
     }
 
@@ -144,9 +136,7 @@ impl Master {
         }
         let unused = (7 - segments.last().map_or(7, |bytes| bytes.len())) as u8;
         let [low, high] = match self.check {
-            Check::Crc => Crc::<u16>::new(&CRC_16_XMODEM)
-                .checksum(image)
-                .to_le_bytes(),
+            Check::Crc => Crc::<u16>::new(&CRC_16_XMODEM).checksum(image).to_le_bytes(),
             Check::None => [0; 2],
         };
         let answer = self.ask([0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0])?;
@@ -219,14 +209,8 @@ fn unsuitable_images_are_refused_before_they_are_installed() {
     shortened.truncate(700);
     let mut lengthened = signed(good);
     lengthened.extend([0; 4]);
-    let other = Header {
-        board: Board::Feather,
-        ..good
-    };
-    let older = Header {
-        sequence: 199,
-        ..good
-    };
+    let other = Header { board: Board::Feather, ..good };
+    let older = Header { sequence: 199, ..good };
     for (bytes, refusal) in [
         (signed(other), Refusal::OtherBoard),
         (signed(older), Refusal::Older),
@@ -394,13 +378,8 @@ fn clear_that_the_flash_does_not_take_is_refused() {
     chip.cut = Some((1, Cut::Before));
     let mut node = Node::new(NodeId::new(5), chip, Board::Reference, 77, KEY);
     node.boot(Unsettled);
-    let mut master = Master {
-        node,
-        sent: 0,
-        lose: None,
-        delivery: Delivery::Once,
-        check: Check::Crc,
-    };
+    let mut master =
+        Master { node, sent: 0, lose: None, delivery: Delivery::Once, check: Check::Crc };
     assert_eq!(master.status(), Some(Refusal::FlashFailed), "in the start");
     assert_eq!(master.control(3), Err(AbortCode::Hardware));
     assert_eq!(master.status(), Some(Refusal::FlashFailed));
@@ -489,10 +468,7 @@ fn refused_request_of_the_other_line_does_not_take_a_start_back() {
     assert_eq!(master.block(&image(3, 300)), Ok(()));
     assert!(master.control(1).is_ok());
     let begin = CanFrame::new(0x605, &[0x21, 0x50, 0x1F, 1, 0, 0, 0, 0]).expect("a frame");
-    let answer = master
-        .node
-        .receive(&begin, Line::Serial)
-        .expect("an answer");
+    let answer = master.node.receive(&begin, Line::Serial).expect("an answer");
     assert_eq!(answer.data()[0], 0x80);
     assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
     let mut chip = master.node.release();

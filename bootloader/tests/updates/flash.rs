@@ -199,9 +199,7 @@ pub fn sign(mut header: Header, program: &[u8], key: &[u8; 32]) -> Vec<u8> {
 
 /// Program of `length` bytes that differs from those of other seeds.
 pub fn program(seed: u8, length: usize) -> Vec<u8> {
-    (0..length)
-        .map(|k| (k as u8).wrapping_mul(31) ^ seed)
-        .collect()
+    (0..length).map(|k| (k as u8).wrapping_mul(31) ^ seed).collect()
 }
 
 /// Signed image of a program.

@@ -145,16 +145,11 @@ fn decayed_program_is_replaced_by_the_previous() {
     let (old, new) = (image(2, 2), image(3, 3));
     let mut damaged = new.clone();
     damaged[700] ^= 1;
-    let mut chip = Chip::blank()
-        .with(Slot::Running, &damaged)
-        .with(Slot::Previous, &old);
+    let mut chip = Chip::blank().with(Slot::Running, &damaged).with(Slot::Previous, &old);
     chip.runs(&old);
     assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
     let mut alone = Chip::blank().with(Slot::Running, &damaged);
-    assert_eq!(
-        settle(&mut alone, KEY),
-        Ok(Start::Nothing(Some(Refusal::Decayed)))
-    );
+    assert_eq!(settle(&mut alone, KEY), Ok(Start::Nothing(Some(Refusal::Decayed))));
     assert_eq!(settle(&mut Chip::blank(), KEY), Ok(Start::Nothing(None)));
 }
 
@@ -165,9 +160,7 @@ fn program_whose_kind_has_decayed_is_replaced() {
     let mut damaged = new.clone();
     damaged[700] ^= 1;
     for program in [&new, &damaged] {
-        let mut chip = Chip::blank()
-            .with(Slot::Running, program)
-            .with(Slot::Previous, &old);
+        let mut chip = Chip::blank().with(Slot::Running, program).with(Slot::Previous, &old);
         chip.decay_kind(Slot::Running);
         chip.runs(&old);
         assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
@@ -233,10 +226,7 @@ fn copy_that_was_interrupted_is_no_program() {
     assert!(cut_in(&mut chip, 150, Cut::After));
     chip.decay(Slot::New.start() + 600);
     chip.decay(Slot::Running.start());
-    assert_eq!(
-        settle(&mut chip, KEY),
-        Ok(Start::Nothing(Some(Refusal::Decayed)))
-    );
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Nothing(Some(Refusal::Decayed))));
 }
 
 #[test]
@@ -249,10 +239,7 @@ fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
     }
     chip.operations = 0;
     for _ in 0..10 {
-        assert_eq!(
-            settle(&mut chip, KEY),
-            Ok(Start::Nothing(Some(Refusal::NotConfirmed)))
-        );
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Nothing(Some(Refusal::NotConfirmed))));
     }
     assert_eq!(chip.operations, 0, "the journal does not grow");
     // Another program is installed as on a new board.
@@ -263,10 +250,7 @@ fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
     for _ in 1..MOST_STARTS {
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     }
-    assert_eq!(
-        settle(&mut chip, KEY),
-        Ok(Start::Nothing(Some(Refusal::NotConfirmed)))
-    );
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Nothing(Some(Refusal::NotConfirmed))));
     assert!(!chip.holds(Slot::Previous, &new));
 }
 

@@ -86,10 +86,7 @@ impl Classes {
     }
 
     fn apart(self) -> Self {
-        Self {
-            moving: self.moving.greater(self.still + LEAST_DISTANCE),
-            ..self
-        }
+        Self { moving: self.moving.greater(self.still + LEAST_DISTANCE), ..self }
     }
 
     /// What was learnt, with the slide's share of it.

@@ -47,14 +47,7 @@ impl Learnt {
     /// Returns the numbers in the order of the fields.
     #[must_use]
     pub const fn to_array(&self) -> [f32; Self::NUMBERS] {
-        let Self {
-            still,
-            moving,
-            width,
-            speed,
-            still_seconds,
-            moving_seconds,
-        } = *self;
+        let Self { still, moving, width, speed, still_seconds, moving_seconds } = *self;
         [still, moving, width, speed, still_seconds, moving_seconds]
     }
 
@@ -62,14 +55,7 @@ impl Learnt {
     #[must_use]
     pub const fn from_array(numbers: [f32; Self::NUMBERS]) -> Self {
         let [still, moving, width, speed, still_seconds, moving_seconds] = numbers;
-        Self {
-            still,
-            moving,
-            width,
-            speed,
-            still_seconds,
-            moving_seconds,
-        }
+        Self { still, moving, width, speed, still_seconds, moving_seconds }
     }
 
     /// Returns whether enough was observed: [`SETTLED_AFTER`] of each class.
@@ -92,14 +78,7 @@ impl Learnt {
             unit: Unit,
             (least, most): (f32, f32),
         ) -> Row {
-            Row {
-                name: name(path),
-                about: name(about),
-                unit,
-                least,
-                most,
-                default: 0.0,
-            }
+            Row { name: name(path), about: name(about), unit, least, most, default: 0.0 }
         }
         [
             row(
@@ -168,11 +147,7 @@ mod tests {
     #[test]
     fn motion_below_its_stillness_is_rejected_by_name() {
         for (moving, refused) in [(1.9, true), (2.1, false)] {
-            let learnt = Learnt {
-                still: 2.0,
-                moving,
-                ..Learnt::default()
-            };
+            let learnt = Learnt { still: 2.0, moving, ..Learnt::default() };
             let field = match learnt.validate() {
                 Err(ParamsError::OutOfRange { field, .. }) => field,
                 Err(ParamsError::WindowLength { .. }) | Ok(()) => "",

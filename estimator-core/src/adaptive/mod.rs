@@ -85,12 +85,7 @@ impl AdaptiveConfig {
         if let Some(learnt) = &learnt {
             learnt.validate()?;
         }
-        Ok(Self {
-            constants: *constants,
-            learning,
-            learnt,
-            sample_rate,
-        })
+        Ok(Self { constants: *constants, learning, learnt, sample_rate })
     }
 }
 
@@ -108,10 +103,7 @@ pub(crate) struct Up {
 
 impl Up {
     /// z, known.
-    pub const Z: Self = Self {
-        direction: Vec3::new(0.0, 0.0, 1.0),
-        correction: None,
-    };
+    pub const Z: Self = Self { direction: Vec3::new(0.0, 0.0, 1.0), correction: None };
 }
 
 /// The estimate and its learnt state.
@@ -141,12 +133,7 @@ pub(crate) struct Adaptive {
 
 impl Adaptive {
     pub fn new(config: &AdaptiveConfig) -> Self {
-        let &AdaptiveConfig {
-            constants,
-            learning,
-            ref learnt,
-            sample_rate,
-        } = config;
+        let &AdaptiveConfig { constants, learning, ref learnt, sample_rate } = config;
         let period = 1.0 / sample_rate;
         let newest = 1.0 - exp(-1.0 / (constants.window * sample_rate).greater(LEAST_WINDOW));
         let learnt = learnt.as_ref();
@@ -196,10 +183,7 @@ impl Adaptive {
     ) -> Probabilities {
         let (a, turn) = (acceleration.0, rate.0.length());
         let square = a.dot(a);
-        let Up {
-            direction,
-            correction,
-        } = up;
+        let Up { direction, correction } = up;
         let upright = a.dot(direction);
         let logarithm = self.amplitude(square);
 
@@ -276,15 +260,12 @@ impl Adaptive {
         }
         if !in_stance || self.stance < self.constants.stance {
             let seconds = still * self.period;
-            self.classes
-                .learn_still(&self.constants, logarithm, seconds);
+            self.classes.learn_still(&self.constants, logarithm, seconds);
             // A foot whose stances all count as slides must find out.
             let least = self.constants.slide_teaches * whole;
-            self.slide
-                .learn(&self.constants, still.greater(least) * self.period);
+            self.slide.learn(&self.constants, still.greater(least) * self.period);
         }
-        self.classes
-            .learn_motion(&self.constants, logarithm, (1.0 - whole) * self.period);
+        self.classes.learn_motion(&self.constants, logarithm, (1.0 - whole) * self.period);
     }
 
     /// Processes an unreliable sample, one at the end of the sensor's range, or one while up is unknown: it counts as one in
@@ -315,11 +296,7 @@ impl Adaptive {
 
     /// Returns whether the means cover a whole window.
     pub const fn filling(&self) -> Filling {
-        if self.filled >= self.window {
-            Filling::Full
-        } else {
-            Filling::Partial
-        }
+        if self.filled >= self.window { Filling::Full } else { Filling::Partial }
     }
 
     /// Logarithm of an amplitude given as its square.

@@ -56,9 +56,7 @@ pub(super) struct InclinationCoefficients {
 
 impl InclinationCoefficients {
     pub(super) fn new(motion_time_constant: f32) -> Self {
-        Self {
-            growth: 1.0 / (motion_time_constant * motion_time_constant),
-        }
+        Self { growth: 1.0 / (motion_time_constant * motion_time_constant) }
     }
 }
 
@@ -171,31 +169,16 @@ impl Correction {
         let largest = x.abs().greater(y.abs());
         if force.z < 0.0 && largest < LARGEST_CORRECTION {
             // Upside down, where the sine of the tilt is small again, any axis leads out.
-            return Self {
-                x: LARGEST_CORRECTION,
-                y: 0.0,
-            };
+            return Self { x: LARGEST_CORRECTION, y: 0.0 };
         }
-        let share = if largest > LARGEST_CORRECTION {
-            LARGEST_CORRECTION / largest
-        } else {
-            1.0
-        };
-        Self {
-            x: x * share,
-            y: y * share,
-        }
+        let share = if largest > LARGEST_CORRECTION { LARGEST_CORRECTION / largest } else { 1.0 };
+        Self { x: x * share, y: y * share }
     }
 
     /// Returns the orientation after the rotation of the world frame.
     pub(super) fn apply(self, orientation: Quaternion) -> Quaternion {
         let (x, y) = (0.5 * self.x, 0.5 * self.y);
-        let turn = Quaternion {
-            w: 1.0 - 0.5 * (x * x + y * y),
-            x,
-            y,
-            z: 0.0,
-        };
+        let turn = Quaternion { w: 1.0 - 0.5 * (x * x + y * y), x, y, z: 0.0 };
         turn.multiply(orientation).renormalised()
     }
 
@@ -236,10 +219,7 @@ mod tests {
             inclination.grow_doubt(0.0, None, 0.0, DT);
             inclination.correct(up, 1.0, DT);
         }
-        assert!(
-            (1.0 / inclination.doubt - 5.0).abs() < 0.05,
-            "{inclination:?}"
-        );
+        assert!((1.0 / inclination.doubt - 5.0).abs() < 0.05, "{inclination:?}");
     }
 
     #[test]
@@ -253,10 +233,7 @@ mod tests {
             for _ in 0..200 {
                 settled.grow_doubt(0.0, Some(saturation), 0.0, DT);
             }
-            assert!(
-                (1.0 / settled.doubt - time_constant).abs() < 0.01,
-                "{settled:?}"
-            );
+            assert!((1.0 / settled.doubt - time_constant).abs() < 0.01, "{settled:?}");
         }
         let mut fresh = inclination();
         fresh.grow_doubt(0.0, Some(Saturation::Both), 0.0, DT);

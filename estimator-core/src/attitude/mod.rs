@@ -98,10 +98,7 @@ impl AttitudeFilter {
     /// Processes the next sample. An invalid or stale sample carries no information; the time until
     /// the next valid one is bridged with the rate measured then.
     pub fn update(&mut self, sample: &ImuSample) {
-        self.update_checked(&ImuSample {
-            validity: sample.checked_validity(),
-            ..*sample
-        });
+        self.update_checked(&ImuSample { validity: sample.checked_validity(), ..*sample });
     }
 
     /// Like [`Self::update`], for a sample whose values have been checked.
@@ -142,11 +139,9 @@ impl AttitudeFilter {
         let force_world = self.orientation.rotate(force);
         let rate_magnitude = (rate - self.bias.bias()).length();
         let noise =
-            self.quietness
-                .update(force_world, force.length(), rate_magnitude, step.seconds);
+            self.quietness.update(force_world, force.length(), rate_magnitude, step.seconds);
 
-        self.inclination
-            .grow_doubt(rate_magnitude, saturation, spread_squared, step.seconds);
+        self.inclination.grow_doubt(rate_magnitude, saturation, spread_squared, step.seconds);
         if !saturation.is_some_and(Saturation::includes_accelerometer) {
             let correction = self.inclination.correct(force_world, noise, step.seconds);
             self.orientation = correction.apply(self.orientation);
@@ -184,12 +179,7 @@ impl AttitudeFilter {
     /// Returns the time to integrate over: the nominal period for the first sample and if the
     /// clock stood still or was set back.
     fn step(&self, elapsed_us: Option<u64>) -> Step {
-        let AttitudeCoefficients {
-            period,
-            longest_step,
-            longest_guess,
-            ..
-        } = self.coefficients;
+        let AttitudeCoefficients { period, longest_step, longest_guess, .. } = self.coefficients;
         // More than 32 bits of µs are a gap in any case; 64-bit arithmetic is a library call on a microcontroller.
         let short = |elapsed: u64| u32::try_from(elapsed).unwrap_or(u32::MAX);
         let seconds = elapsed_us.map_or(period, |elapsed| short(elapsed) as f32 * 1.0e-6);
@@ -200,10 +190,7 @@ impl AttitudeFilter {
         } else {
             (period, Continuity::Interrupted)
         };
-        Step {
-            seconds,
-            continuity,
-        }
+        Step { seconds, continuity }
     }
 
     /// Takes the first direction of up from one sample's force; returns whether the sample had one.
@@ -316,10 +303,7 @@ mod tests {
             filter.update(&sample(ms, LEVEL, Validity::Valid));
             filter.alignment() == Alignment::Aligned
         });
-        assert!(
-            aligned.is_some_and(|ms| (50..200).contains(&ms)),
-            "{aligned:?} ms"
-        );
+        assert!(aligned.is_some_and(|ms| (50..200).contains(&ms)), "{aligned:?} ms");
     }
 
     #[test]
@@ -333,11 +317,7 @@ mod tests {
             let mut filter = filter();
             filter.update(&sample(0, force, validity));
             assert_eq!(filter.orientation(), Quaternion::IDENTITY);
-            filter.update(&sample(
-                1,
-                Vec3::new(STANDARD_GRAVITY, 0.0, 0.0),
-                Validity::Valid,
-            ));
+            filter.update(&sample(1, Vec3::new(STANDARD_GRAVITY, 0.0, 0.0), Validity::Valid));
             assert!((tilt(&filter) - 90.0).abs() < 1.0, "{}", tilt(&filter));
         }
     }

@@ -58,12 +58,7 @@ pub(super) struct Quietness {
 impl Quietness {
     /// Starts as if an impact had just passed: quiet has to be observed first.
     pub(super) const fn new(coefficients: QuietnessCoefficients) -> Self {
-        Self {
-            coefficients,
-            mean: Vec3::ZERO,
-            deviation: LARGEST_DEVIATION,
-            rate: LARGEST_RATE,
-        }
+        Self { coefficients, mean: Vec3::ZERO, deviation: LARGEST_DEVIATION, rate: LARGEST_RATE }
     }
 
     pub(super) const fn start(&mut self, force_magnitude: f32) {
@@ -127,9 +122,7 @@ mod tests {
     fn settle(quietness: &mut Quietness, seconds: f32) -> f32 {
         let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
         let steps = (seconds * 1000.0) as u32;
-        (0..steps).fold(1.0, |_, _| {
-            quietness.update(up, STANDARD_GRAVITY, 0.0, 0.001)
-        })
+        (0..steps).fold(1.0, |_, _| quietness.update(up, STANDARD_GRAVITY, 0.0, 0.001))
     }
 
     #[test]
@@ -151,9 +144,7 @@ mod tests {
         let mut quietness = quietness();
         settle(&mut quietness, 1.0);
         let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
-        let noise = (0..200).fold(0.0, |_, _| {
-            quietness.update(up, STANDARD_GRAVITY, 0.5, 0.001)
-        });
+        let noise = (0..200).fold(0.0, |_, _| quietness.update(up, STANDARD_GRAVITY, 0.5, 0.001));
         assert_eq!(noise, 1.0);
     }
 

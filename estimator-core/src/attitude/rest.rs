@@ -276,11 +276,7 @@ impl BiasEstimator {
 
     /// Processes a sample: specific force in m/s² and angular rate in rad/s, sensor frame.
     pub(crate) fn update(&mut self, force: Vec3, rate: Vec3, step: Step) {
-        let RestCoefficients {
-            duration,
-            stillness,
-            ..
-        } = self.coefficients;
+        let RestCoefficients { duration, stillness, .. } = self.coefficients;
         let dt = step.seconds;
         let gain = dt / (MEAN_TIME_CONSTANT + dt);
         self.mean_force += (force - self.mean_force) * gain;
@@ -467,10 +463,7 @@ mod tests {
 
     /// Feeds a constant rate about x, in °/s, for some seconds and returns the bias in °/s.
     fn feed(estimator: &mut BiasEstimator, rate: f32, seconds: f32) -> f32 {
-        let step = Step {
-            seconds: DT,
-            continuity: Continuity::Continuous,
-        };
+        let step = Step { seconds: DT, continuity: Continuity::Continuous };
         for _ in 0..(seconds / DT) as u32 {
             estimator.update(UP, Vec3::new(rate * DEGREE, 0.0, 0.0), step);
         }
@@ -478,10 +471,7 @@ mod tests {
     }
 
     fn assert_near(actual: f32, expected: f32, tolerance: f32) {
-        assert!(
-            (actual - expected).abs() <= tolerance,
-            "{actual} is not {expected}"
-        );
+        assert!((actual - expected).abs() <= tolerance, "{actual} is not {expected}");
     }
 
     #[test]
@@ -506,10 +496,7 @@ mod tests {
 
     /// Feeds 50 ms of a foot that is moved.
     fn jolt(estimator: &mut BiasEstimator) {
-        let step = Step {
-            seconds: DT,
-            continuity: Continuity::Continuous,
-        };
+        let step = Step { seconds: DT, continuity: Continuity::Continuous };
         for _ in 0..50 {
             estimator.update(UP * 1.5, Vec3::new(0.5 * DEGREE, 0.0, 0.0), step);
         }
@@ -518,10 +505,7 @@ mod tests {
     #[test]
     fn noise_of_a_rate_and_hum_of_a_motor_are_rest() {
         let mut estimator = estimator();
-        let step = Step {
-            seconds: DT,
-            continuity: Continuity::Continuous,
-        };
+        let step = Step { seconds: DT, continuity: Continuity::Continuous };
         jolt(&mut estimator);
         for k in 0..10_000 {
             // At 90 Hz, and a rate that jumps by eight degrees a second from sample to sample.
@@ -555,10 +539,7 @@ mod tests {
     #[test]
     fn a_gap_ends_the_rest() {
         let mut estimator = estimator();
-        let gap = Step {
-            seconds: 0.01,
-            continuity: Continuity::Gap,
-        };
+        let gap = Step { seconds: 0.01, continuity: Continuity::Gap };
         for _ in 0..10 {
             feed(&mut estimator, 0.5, 1.0);
             estimator.update(UP, Vec3::new(0.5 * DEGREE, 0.0, 0.0), gap);
@@ -615,10 +596,7 @@ mod tests {
 
     #[test]
     fn a_limit_of_zero_keeps_the_bias_from_being_estimated() {
-        let params = RestParams {
-            bias_limit: 0.0,
-            ..RestParams::DEFAULT
-        };
+        let params = RestParams { bias_limit: 0.0, ..RestParams::DEFAULT };
         let mut estimator = BiasEstimator::new(RestCoefficients::new(&params));
         assert_near(feed(&mut estimator, 0.5, 600.0), 0.0, 0.0);
         assert_eq!(estimator.excess(), None);
@@ -663,10 +641,7 @@ mod tests {
         for turn in [0.25, 0.5, 1.0, 1.9] {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 20.0);
-            let step = Step {
-                seconds: DT,
-                continuity: Continuity::Continuous,
-            };
+            let step = Step { seconds: DT, continuity: Continuity::Continuous };
             for k in 0..600_000 {
                 let angle = turn * DEGREE * k as f32 * DT;
                 let force = Vec3::new(0.0, 9.81 * libm::sinf(angle), 9.81 * libm::cosf(angle));
@@ -702,11 +677,7 @@ mod tests {
         // Tilt in a millisecond at a rate about x of 2 °/s, corrected by the opposite.
         let turn = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
         (0..1_000).for_each(|_| estimator.follow(turn, DT));
-        assert_near(
-            estimator.bias().x / DEGREE,
-            2.0 / CORRECTIONS_TIME_CONSTANT,
-            1.0e-3,
-        );
+        assert_near(estimator.bias().x / DEGREE, 2.0 / CORRECTIONS_TIME_CONSTANT, 1.0e-3);
         assert!(!estimator.is_known());
         (0..100_000).for_each(|_| estimator.follow(turn, DT));
         assert_near(estimator.bias().x / DEGREE, 6.0, 1.0e-3);

@@ -35,10 +35,7 @@ pub(super) struct Strapdown {
 
 impl Strapdown {
     pub(super) const fn new(gyro_delay: f32) -> Self {
-        Self {
-            gyro_delay,
-            previous_rate: Vec3::ZERO,
-        }
+        Self { gyro_delay, previous_rate: Vec3::ZERO }
     }
 
     pub(super) const fn start(&mut self, rate: Vec3) {
@@ -66,10 +63,7 @@ impl Strapdown {
 mod tests {
     use super::*;
 
-    const STEP: Step = Step {
-        seconds: 0.001,
-        continuity: Continuity::Continuous,
-    };
+    const STEP: Step = Step { seconds: 0.001, continuity: Continuity::Continuous };
 
     #[test]
     fn a_constant_rate_turns_by_rate_times_time_less_the_bias() {
@@ -100,33 +94,21 @@ mod tests {
     fn turn_across_a_gap_uses_the_mean_of_both_rates() {
         let mut strapdown = Strapdown::new(0.0);
         strapdown.start(Vec3::new(1.0, 0.0, 0.0));
-        let gap = Step {
-            seconds: 0.05,
-            continuity: Continuity::Gap,
-        };
+        let gap = Step { seconds: 0.05, continuity: Continuity::Gap };
         let turn = strapdown.turn(Vec3::new(3.0, 0.0, 0.0), Vec3::ZERO, gap);
         let Turn::By(increment) = turn else {
             panic!("{turn:?}");
         };
         // Half of 2 rad/s · 50 ms.
         assert!((increment.turn.x - 0.05).abs() < 1e-4, "{increment:?}");
-        assert!(
-            (increment.spread_squared - 0.01).abs() < 1e-6,
-            "{increment:?}"
-        );
+        assert!((increment.spread_squared - 0.01).abs() < 1e-6, "{increment:?}");
     }
 
     #[test]
     fn turn_is_unknown_after_interruption_or_impossible_rate() {
         let mut strapdown = Strapdown::new(0.0);
-        let interruption = Step {
-            seconds: 0.001,
-            continuity: Continuity::Interrupted,
-        };
-        assert_eq!(
-            strapdown.turn(Vec3::ZERO, Vec3::ZERO, interruption),
-            Turn::Unknown
-        );
+        let interruption = Step { seconds: 0.001, continuity: Continuity::Interrupted };
+        assert_eq!(strapdown.turn(Vec3::ZERO, Vec3::ZERO, interruption), Turn::Unknown);
         let spin = Vec3::new(0.0, 999.0, 999.0);
         strapdown.start(spin);
         assert_eq!(strapdown.turn(spin, Vec3::ZERO, STEP), Turn::Unknown);

@@ -58,10 +58,7 @@ pub(crate) struct Density<R: ?Sized> {
 
 impl<const CAPACITY: usize> Density<Ring<CAPACITY>> {
     pub(crate) fn new(config: &Config<CAPACITY>) -> Self {
-        Self {
-            kernels: config.kernels,
-            window: Window::new(config.window_length()),
-        }
+        Self { kernels: config.kernels, window: Window::new(config.window_length()) }
     }
 }
 

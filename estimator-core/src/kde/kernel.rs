@@ -36,11 +36,7 @@ impl Mass {
     pub fn from_f32(mass: f32) -> Self {
         // The cast saturates at 0 and takes NaN to 0.
         let steps = (mass * Self::ONE.0 as f32 + 0.5) as u32;
-        Self(if steps < Self::ONE.0 {
-            steps
-        } else {
-            Self::ONE.0
-        })
+        Self(if steps < Self::ONE.0 { steps } else { Self::ONE.0 })
     }
 
     /// Returns the mass as a number in [0, 1]; exact.

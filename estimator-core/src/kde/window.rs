@@ -37,11 +37,7 @@ struct Trailing {
 
 impl Trailing {
     const fn new(length: usize) -> Self {
-        Self {
-            sum: PerAxis::splat(0),
-            length,
-            filled: 0,
-        }
+        Self { sum: PerAxis::splat(0), length, filled: 0 }
     }
 
     /// Adds the newest sample's masses; `oldest` are those from `length` samples before it.
@@ -140,11 +136,7 @@ impl Window<AnyRing> {
     /// Returns whether the window holds as many samples as its length.
     #[must_use]
     pub const fn filling(&self) -> Filling {
-        if self.whole.filled == self.whole.length {
-            Filling::Full
-        } else {
-            Filling::Partial
-        }
+        if self.whole.filled == self.whole.length { Filling::Full } else { Filling::Partial }
     }
 }
 
@@ -191,10 +183,7 @@ mod tests {
         window.push(masses(1.0));
         assert_eq!(window.mean().ax, 1.0);
         window.push(masses(0.0));
-        assert_eq!(
-            (window.mean().ax, window.filling()),
-            (0.5, Filling::Partial)
-        );
+        assert_eq!((window.mean().ax, window.filling()), (0.5, Filling::Partial));
         window.push(masses(0.0));
         window.push(masses(0.0));
         assert_eq!((window.mean().ax, window.filling()), (0.25, Filling::Full));

@@ -96,9 +96,8 @@ fn mirror_image_is_rejected_with_the_axis_to_flip() {
         "x,z,y is left-handed, and a sensor is not: flip the sign of one axis, as in x,-z,y or -x,z,y"
     );
     for axes in all_ways() {
-        if let Err(MountingError::LeftHanded {
-            axes: refused @ [x, y, z],
-        }) = MountingParams::Axes(axes).validate()
+        if let Err(MountingError::LeftHanded { axes: refused @ [x, y, z] }) =
+            MountingParams::Axes(axes).validate()
         {
             assert_eq!(refused, axes);
             for flipped in [[x, y.opposite(), z], [x.opposite(), y, z]] {
@@ -123,30 +122,14 @@ fn quaternion_of_wrong_length_is_rejected_with_its_length() {
         "the quaternion has the length 1.4142135, allowed is 0.999 to 1.001: \
          divide its four numbers by their length"
     );
-    for text in [
-        "0,0,0,0",
-        "nan,0,0,1",
-        "inf,0,0,0",
-        "1.002,0,0,0",
-        "0,0.998,0,0",
-    ] {
+    for text in ["0,0,0,0", "nan,0,0,1", "inf,0,0,0", "1.002,0,0,0", "0,0.998,0,0"] {
         assert!(refusal(text).starts_with("the quaternion has the length"));
     }
 }
 
 #[test]
 fn unreadable_text_is_rejected_with_the_expected_format() {
-    for text in [
-        "",
-        "x",
-        "x,y",
-        "x,y,z,x",
-        "x,y,w",
-        "1,0,0",
-        "1,0,0,0,0",
-        "X,Y,Z",
-        "--x,y,z",
-    ] {
+    for text in ["", "x", "x,y", "x,y,z,x", "x,y,w", "1,0,0", "1,0,0,0,0", "X,Y,Z", "--x,y,z"] {
         assert!(refusal(text).contains("such as x,-z,y"), "{text}");
     }
 }

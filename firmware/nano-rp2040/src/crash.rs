@@ -60,10 +60,7 @@ pub fn start_loader() -> ! {
 }
 
 fn note_and_reset(reason: CrashReason, program_counter: u32) -> ! {
-    let record = CrashRecord {
-        reason,
-        program_counter,
-    };
+    let record = CrashRecord { reason, program_counter };
     // SAFETY: valid and aligned, and nothing else runs any more.
     unsafe { ptr::write_volatile(RECORD.0.get().cast(), record.to_words()) };
     reset()
@@ -71,9 +68,7 @@ fn note_and_reset(reason: CrashReason, program_counter: u32) -> ! {
 
 /// Restarts the chip, with all peripherals.
 pub fn reset() -> ! {
-    embassy_rp::pac::WATCHDOG
-        .ctrl()
-        .modify(|w| w.set_trigger(true));
+    embassy_rp::pac::WATCHDOG.ctrl().modify(|w| w.set_trigger(true));
     loop {
         cortex_m::asm::nop();
     }

@@ -59,9 +59,7 @@ impl ErrorType for SettingsFlash {
 /// Place in the flash of a range of the settings.
 fn place(offset: u32, length: usize) -> Result<u32, Refused> {
     let end = (offset as usize).checked_add(length).ok_or(Refused)?;
-    (end <= SETTINGS as usize)
-        .then_some(START + offset)
-        .ok_or(Refused)
+    (end <= SETTINGS as usize).then_some(START + offset).ok_or(Refused)
 }
 
 impl ReadNorFlash for SettingsFlash {
@@ -84,9 +82,7 @@ impl NorFlash for SettingsFlash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
         let length = to.checked_sub(from).ok_or(Refused)?;
         let place = place(from, length as usize)?;
-        self.0
-            .blocking_erase(place, place + length)
-            .map_err(|_| Refused)
+        self.0.blocking_erase(place, place + length).map_err(|_| Refused)
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {

@@ -102,10 +102,7 @@ fn main() -> ! {
     };
     let reason = match crash {
         Some(record) => Some(record.into()),
-        None => timed_out.then_some(Crash {
-            fault: Fault::WatchdogReset,
-            program_counter: 0,
-        }),
+        None => timed_out.then_some(Crash { fault: Fault::WatchdogReset, program_counter: 0 }),
     };
     let start = Start {
         serial: folded(id),
@@ -138,11 +135,7 @@ fn main() -> ! {
 
     interrupt::SWI_IRQ_0.set_priority(Priority::P1);
     let level = SAMPLING.start(interrupt::SWI_IRQ_0);
-    let parts = sensor::Parts {
-        controller: p.I2C0,
-        data: p.PIN_12,
-        clock: p.PIN_13,
-    };
+    let parts = sensor::Parts { controller: p.I2C0, data: p.PIN_12, clock: p.PIN_13 };
     let sensor = Sensor::new(sensor::SensorBus::new(parts), Config::FRESH_417_HERTZ)
         .with_accelerometer_range(range);
     let ticks = Timebase::new(sensor::data_ready(p.PIN_24));
@@ -186,9 +179,8 @@ fn halt() -> ! {
 
 /// Serial number of the foot: that of the flash chip, folded (FNV-1a).
 fn folded(id: [u8; 8]) -> u32 {
-    id.into_iter().fold(0x811C_9DC5, |hash: u32, byte| {
-        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-    })
+    id.into_iter()
+        .fold(0x811C_9DC5, |hash: u32, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }
 
 /// Serial number of the USB device, hexadecimal.

@@ -76,11 +76,7 @@ pub struct SensorBus {
 
 impl SensorBus {
     pub const fn new(parts: Parts) -> Self {
-        Self {
-            parts,
-            speed: SpiClock::Full,
-            bus: None,
-        }
+        Self { parts, speed: SpiClock::Full, bus: None }
     }
 
     /// The running controller, started where it is not: after clocks that free the data line.

@@ -40,12 +40,7 @@ impl Ticks for Timebase {
         let time = timestamp(self.next);
         self.next += TICK;
         let edge = with_timeout(EDGE_LIMIT, self.data_ready.wait_for_rising_edge()).await;
-        Tick {
-            time,
-            edge: edge.ok().map(|()| timestamp(Instant::now())),
-            edges: None,
-            missed,
-        }
+        Tick { time, edge: edge.ok().map(|()| timestamp(Instant::now())), edges: None, missed }
     }
 }
 

@@ -94,10 +94,7 @@ async fn send(mut sender: Sender<'static, Bus>) {
 
 /// Returns whether the host takes a packet before the deadline.
 async fn is_taken(sender: &mut Sender<'static, Bus>, packet: &[u8]) -> bool {
-    matches!(
-        with_timeout(DEADLINE, sender.write_packet(packet)).await,
-        Ok(Ok(()))
-    )
+    matches!(with_timeout(DEADLINE, sender.write_packet(packet)).await, Ok(Ok(())))
 }
 
 /// Passes requests of the host to the foot.

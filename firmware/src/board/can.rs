@@ -107,9 +107,7 @@ impl Parts {
             interrupt::CAN1_RX0.enable();
         }
         STARTED.store(true, Ordering::Release);
-        let mut control = Control {
-            _pins: [receive, transmit],
-        };
+        let mut control = Control { _pins: [receive, transmit] };
         control.set_bit_rate(bit_rate);
         (control, Sender(()), Receiver { overrun: false })
     }
@@ -144,10 +142,7 @@ fn set_filters() {
             0 => both(cob_id::LSS_MASTER, cob_id::LSS_MASTER),
             _ => both(Load::BASE + node, cob_id::SDO_REQUEST + node),
         };
-        let all = [
-            both(0x000, cob_id::SYNC),
-            both(cob_id::TIME, cob_id::LSS_MASTER),
-        ];
+        let all = [both(0x000, cob_id::SYNC), both(cob_id::TIME, cob_id::LSS_MASTER)];
         CAN1.fmr().modify(|w| w.set_finit(true));
         CAN1.fm1r().write(|w| w.0 = BANKS);
         for (bank, [low, high]) in [all, [own; 2]].into_iter().enumerate() {
@@ -226,11 +221,7 @@ pub fn try_send(frame: &CanFrame) -> bool {
             return false;
         }
     }
-    let needed = if frame.id() & FUNCTION == CONTACT {
-        1
-    } else {
-        2
-    };
+    let needed = if frame.id() & FUNCTION == CONTACT { 1 } else { 2 };
     let Some(mailbox) = empty.filter(|_| room >= needed) else {
         return false;
     };
@@ -244,13 +235,9 @@ pub fn try_send(frame: &CanFrame) -> bool {
     }
     let bytes = u64::from_le_bytes(bytes);
     let registers = CAN1.tx(mailbox);
-    registers
-        .tdtr()
-        .write(|w| w.set_dlc(frame.data().len() as u8));
+    registers.tdtr().write(|w| w.set_dlc(frame.data().len() as u8));
     registers.tdlr().write_value(regs::Tdlr(bytes as u32));
-    registers
-        .tdhr()
-        .write_value(regs::Tdhr((bytes >> 32) as u32));
+    registers.tdhr().write_value(regs::Tdhr((bytes >> 32) as u32));
     registers.tir().write(|w| {
         w.set_stid(frame.id());
         w.set_txrq(true);
@@ -300,11 +287,7 @@ impl Sender {
         poll_fn(|context| {
             MAILBOX_FREED.register(context.waker());
             let is_freed = |mailbox: usize, was_full| was_full && waiting_in(mailbox).is_none();
-            match full
-                .into_iter()
-                .enumerate()
-                .any(|(at, was_full)| is_freed(at, was_full))
-            {
+            match full.into_iter().enumerate().any(|(at, was_full)| is_freed(at, was_full)) {
                 true => Poll::Ready(()),
                 false => Poll::Pending,
             }

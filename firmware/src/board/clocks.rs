@@ -58,10 +58,8 @@ pub fn config(source: Source) -> Config {
     };
     let mut config = Config::default();
     let rcc = &mut config.rcc;
-    rcc.hse = (source == Source::Crystal).then_some(Hse {
-        freq: Hertz::mhz(CRYSTAL_MHZ),
-        mode: HseMode::Oscillator,
-    });
+    rcc.hse = (source == Source::Crystal)
+        .then_some(Hse { freq: Hertz::mhz(CRYSTAL_MHZ), mode: HseMode::Oscillator });
     rcc.pll_src = pll_src;
     rcc.pll = Some(Pll {
         prediv: PllPreDiv::from_bits((input_mhz / PLL_INPUT_MHZ) as u8),

@@ -67,10 +67,7 @@ pub fn take() -> Option<Crash> {
     let kept = unsafe { ptr::read_volatile(note) };
     // SAFETY: as above.
     unsafe { ptr::write_volatile(&raw mut (*note).record, [0; CRASH_WORDS]) };
-    Some(Crash {
-        record: CrashRecord::from_words(kept.record)?,
-        detail: kept.detail,
-    })
+    Some(Crash { record: CrashRecord::from_words(kept.record)?, detail: kept.detail })
 }
 
 /// Returns the cause of the start from its flags, and clears them.
@@ -121,14 +118,8 @@ fn write_watchdog_resets(resets: u32) {
 }
 
 fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32) -> ! {
-    let record = CrashRecord {
-        reason,
-        program_counter,
-    };
-    let note = Note {
-        record: record.to_words(),
-        detail,
-    };
+    let record = CrashRecord { reason, program_counter };
+    let note = Note { record: record.to_words(), detail };
     // SAFETY: the pointer is valid and aligned, and nothing else runs any more.
     unsafe { ptr::write_volatile(NOTE.0.get().cast(), note) };
     cortex_m::asm::dsb();
@@ -193,10 +184,7 @@ unsafe extern "C" fn hard_fault(frame: *const u32) -> ! {
     }
     const FRAME_WORDS: usize = 8;
     const PROGRAM_COUNTER: usize = 6;
-    let (bottom, top) = (
-        (&raw const _stack_end) as usize,
-        (&raw const _stack_start) as usize,
-    );
+    let (bottom, top) = ((&raw const _stack_end) as usize, (&raw const _stack_start) as usize);
     let at = frame as usize;
     // SAFETY: the register may be read at any time.
     let status = unsafe { (*SCB::PTR).cfsr.read() };

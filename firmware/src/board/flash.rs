@@ -273,22 +273,12 @@ fn write_word(at: usize, word: u32) -> Result<(), Error> {
 
 /// Address of the range, if it is inside the configuration's pages.
 fn inside(offset: u32, length: usize) -> Result<u32, Error> {
-    let fits = (SIZE as usize)
-        .checked_sub(length)
-        .is_some_and(|last| offset as usize <= last);
-    if fits {
-        Ok(START + offset)
-    } else {
-        Err(REFUSED)
-    }
+    let fits = (SIZE as usize).checked_sub(length).is_some_and(|last| offset as usize <= last);
+    if fits { Ok(START + offset) } else { Err(REFUSED) }
 }
 
 fn supply_suffices() -> Result<(), Error> {
-    if supply::is_low() {
-        Err(Error(StoreFailed::SupplyLow))
-    } else {
-        Ok(())
-    }
+    if supply::is_low() { Err(Error(StoreFailed::SupplyLow)) } else { Ok(()) }
 }
 
 fn unlock() {
@@ -324,11 +314,7 @@ fn finish() -> Result<(), Error> {
     loop {
         let status = FLASH.sr().read();
         if !status.bsy() {
-            return if status.0 & ERRORS == 0 {
-                Ok(())
-            } else {
-                Err(REFUSED)
-            };
+            return if status.0 & ERRORS == 0 { Ok(()) } else { Err(REFUSED) };
         }
     }
 }

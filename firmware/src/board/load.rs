@@ -27,10 +27,7 @@ impl LoadSensor {
         ADC123_COMMON.ccr().modify(|w| w.set_adcpre(Adcpre::DIV4));
         ADC1.cr1().modify(|w| w.set_res(Res::BITS12));
         ADC1.smpr1().modify(|w| {
-            w.set_smp(
-                usize::from(LOAD_INPUT - FIRST_OF_SMPR1),
-                SampleTime::CYCLES480,
-            );
+            w.set_smp(usize::from(LOAD_INPUT - FIRST_OF_SMPR1), SampleTime::CYCLES480);
         });
         ADC1.sqr3().modify(|w| w.set_sq(0, LOAD_INPUT));
         ADC1.cr2().modify(|w| {

@@ -128,7 +128,5 @@ pub fn start() -> Board {
 fn serial() -> u32 {
     embassy_stm32::uid::uid()
         .into_iter()
-        .fold(0x811C_9DC5, |hash: u32, byte| {
-            (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-        })
+        .fold(0x811C_9DC5, |hash: u32, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }

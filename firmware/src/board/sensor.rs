@@ -124,12 +124,10 @@ impl Parts {
         unsafe { interrupt::DMA2_STREAM0.enable() };
         // High INT1 at power-up would put the sensor into I3C mode: a pull-down, never a pull-up. The
         // pin keeps its configuration when its owner is dropped.
-        core::mem::forget(
-            CapturePin::<peripherals::TIM2, wiring::DataReadyChannel>::new(
-                self.data_ready,
-                Pull::Down,
-            ),
-        );
+        core::mem::forget(CapturePin::<peripherals::TIM2, wiring::DataReadyChannel>::new(
+            self.data_ready,
+            Pull::Down,
+        ));
         SensorBus {
             _spi: spi,
             select: Output::new(self.select, Level::High, Speed::VeryHigh),

@@ -124,22 +124,12 @@ impl Timebase {
 
 impl Ticks for Timebase {
     async fn next(&mut self) -> Tick {
-        let Alarm {
-            tick,
-            time,
-            edge,
-            edges,
-        } = ALARM.wait().await;
+        let Alarm { tick, time, edge, edges } = ALARM.wait().await;
         let missed = match self.served.replace(tick) {
             Some(before) => tick.wrapping_sub(before).wrapping_sub(1),
             None => 0,
         };
-        Tick {
-            time,
-            edge,
-            edges: Some(edges),
-            missed,
-        }
+        Tick { time, edge, edges: Some(edges), missed }
     }
 }
 
@@ -184,8 +174,7 @@ impl Deadline {
 impl Drop for Deadline {
     /// Behind the counter the value matches once more in half an hour, without effect.
     fn drop(&mut self) {
-        TIM2.ccr(SLEEP_DEADLINE)
-            .write_value(self.end.wrapping_sub(1 << 31));
+        TIM2.ccr(SLEEP_DEADLINE).write_value(self.end.wrapping_sub(1 << 31));
     }
 }
 
@@ -217,17 +206,13 @@ fn TIM2() {
     let enabled = TIM2.dier().read();
     if pending.uif() {
         acknowledge(|w| w.set_uif(false));
-        WRAPS.store(
-            WRAPS.load(Ordering::Relaxed).wrapping_add(1),
-            Ordering::Release,
-        );
+        WRAPS.store(WRAPS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
     }
     if pending.ccif(TICK) {
         let tick = TIM2.ccr(TICK).read();
         TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
         // From now on, not from the tick: if this is late, the first edge after the tick is discarded, too.
-        TIM2.ccr(EDGE_DEADLINE)
-            .write_value(TIM2.cnt().read().wrapping_add(EDGE_MICROS));
+        TIM2.ccr(EDGE_DEADLINE).write_value(TIM2.cnt().read().wrapping_add(EDGE_MICROS));
         // Edges before the tick are discarded, with the flag of several captures.
         acknowledge(|w| {
             w.set_ccif(TICK, false);
@@ -282,10 +267,7 @@ fn catch_up(mut tick: u32) {
             // Edges since the tick must not count as edges before it.
             let since = (late / EDGE_PERIOD_MICROS) as u16;
             for count in [&EDGES, &EDGES_OF_TICK] {
-                count.store(
-                    count.load(Ordering::Relaxed).wrapping_sub(since),
-                    Ordering::Relaxed,
-                );
+                count.store(count.load(Ordering::Relaxed).wrapping_sub(since), Ordering::Relaxed);
             }
         }
         return;
@@ -293,10 +275,7 @@ fn catch_up(mut tick: u32) {
 }
 
 fn count_ticks(count: u32) {
-    TICKS.store(
-        TICKS.load(Ordering::Relaxed).wrapping_add(count),
-        Ordering::Relaxed,
-    );
+    TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(count), Ordering::Relaxed);
 }
 
 fn count_edges() {

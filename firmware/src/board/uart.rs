@@ -129,11 +129,7 @@ impl Parts {
             Irqs,
             config,
         )?;
-        for irq in [
-            interrupt::USART1,
-            interrupt::DMA2_STREAM2,
-            interrupt::DMA2_STREAM7,
-        ] {
+        for irq in [interrupt::USART1, interrupt::DMA2_STREAM2, interrupt::DMA2_STREAM7] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
         let (sender, receiver) = uart.split();
@@ -170,11 +166,7 @@ impl Sender {
         poll_fn(|context| {
             DONE.register(context.waker());
             // The stream stops at its end or with an error.
-            if stream.cr().read().en() {
-                Poll::Pending
-            } else {
-                Poll::Ready(())
-            }
+            if stream.cr().read().en() { Poll::Pending } else { Poll::Ready(()) }
         })
         .await;
         match stream.ndtr().read().ndt() {

@@ -21,11 +21,7 @@ impl Flash for Words {
 
     fn program(&mut self, address: u32, word: u32) -> Result<(), FlashFailed> {
         program_word(address as usize, word).map_err(|_| FlashFailed)?;
-        if self.read(address) == word {
-            Ok(())
-        } else {
-            Err(FlashFailed)
-        }
+        if self.read(address) == word { Ok(()) } else { Err(FlashFailed) }
     }
 
     fn erase(&mut self, _: Sector) -> Result<(), FlashFailed> {
@@ -51,9 +47,9 @@ pub fn program() -> Program {
 pub fn confirm() -> Result<(), StoreFailed> {
     let mut state = State::read(&Words);
     match state.progress {
-        Progress::Trial(_) => state
-            .append(Event::Confirmed, &mut Words)
-            .map_err(|FlashFailed| StoreFailed::Flash),
+        Progress::Trial(_) => {
+            state.append(Event::Confirmed, &mut Words).map_err(|FlashFailed| StoreFailed::Flash)
+        }
         Progress::Settled | Progress::Installing | Progress::Replacing | Progress::Restoring(_) => {
             Ok(())
         }

@@ -65,10 +65,7 @@ impl Foot {
                 ReadAt::Edge => self.clear(Fault::DataReadyDead, ports),
             }
         }
-        let good = matches!(
-            measurement.sample.validity,
-            Validity::Valid | Validity::Saturated(_)
-        );
+        let good = matches!(measurement.sample.validity, Validity::Valid | Validity::Saturated(_));
         self.fault_state.sound_ticks = match measurement.fault {
             None if good => self.fault_state.sound_ticks.saturating_add(1),
             _ => 0,
@@ -80,11 +77,7 @@ impl Foot {
             self.fault_state.misreads = measurement.misreads;
             self.raise_event(Fault::Misread, measurement.misreads, ports);
         }
-        if self
-            .fault_state
-            .saturated
-            .update(measurement.saturated_for_long)
-        {
+        if self.fault_state.saturated.update(measurement.saturated_for_long) {
             let samples = u32::from(SATURATED_TICKS);
             self.raise(Fault::SensorSaturated, samples, ports);
         } else {
@@ -119,11 +112,7 @@ impl Foot {
             if FORCE_AT_REST.contains(&force) {
                 self.clear(Fault::SensorScale, ports);
             } else if !self.faults().void_estimate() {
-                self.raise(
-                    Fault::SensorScale,
-                    (force * (1000.0 / STANDARD_GRAVITY)) as u32,
-                    ports,
-                );
+                self.raise(Fault::SensorScale, (force * (1000.0 / STANDARD_GRAVITY)) as u32, ports);
             }
         }
     }
@@ -136,16 +125,13 @@ impl Foot {
         }
         if before == BusState::Off && state != BusState::Off {
             self.node.release(Fault::CanBusOff);
-            self.fault_state
-                .latch
-                .hold_for(Fault::CanBusOff, EVENT_TICKS);
+            self.fault_state.latch.hold_for(Fault::CanBusOff, EVENT_TICKS);
         }
         match state {
             // Kept for a while: a bus that flickers would send an emergency each time.
-            BusState::Active if before != BusState::Active => self
-                .fault_state
-                .latch
-                .hold_for(Fault::CanErrorPassive, EVENT_TICKS),
+            BusState::Active if before != BusState::Active => {
+                self.fault_state.latch.hold_for(Fault::CanErrorPassive, EVENT_TICKS)
+            }
             BusState::Active => {}
             BusState::Passive(receive, transmit) => {
                 self.fault_state.latch.keep(Fault::CanErrorPassive);

@@ -22,9 +22,7 @@ pub(super) struct LoadInput {
 
 impl Default for LoadInput {
     fn default() -> Self {
-        Self {
-            open: Hysteresis::new(10, 100),
-        }
+        Self { open: Hysteresis::new(10, 100) }
     }
 }
 

@@ -189,9 +189,7 @@ impl Foot {
         let settings = self.settings();
         let mut sample = measurement.sample;
         sample.specific_force = settings.accelerometer().apply(sample.specific_force);
-        settings
-            .mounting()
-            .apply(&mut sample.specific_force, &mut sample.angular_rate);
+        settings.mounting().apply(&mut sample.specific_force, &mut sample.angular_rate);
         let estimate = self.estimator.update(&sample, load);
         self.set_stage(measurement, estimate.flags, ports);
 

@@ -31,10 +31,7 @@ pub(super) struct Output {
 
 impl Output {
     pub(super) const fn new(with_can: bool) -> Self {
-        Self {
-            with_can,
-            sequence: 0,
-        }
+        Self { with_can, sequence: 0 }
     }
 }
 

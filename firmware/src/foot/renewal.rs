@@ -29,11 +29,7 @@ impl Foot {
             Renewal::Continue => Some(self.learnt()),
             Renewal::Restart => settings.learnt,
         };
-        let params = Params {
-            learnt,
-            sample_rate: 1.0e6 / self.tick_us as f32,
-            ..settings
-        };
+        let params = Params { learnt, sample_rate: 1.0e6 / self.tick_us as f32, ..settings };
         if let Ok(config) = params.validate() {
             self.estimator = ContactEstimator::new(&config);
         }

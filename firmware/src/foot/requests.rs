@@ -199,12 +199,7 @@ impl Foot {
 
     /// Makes one more store possible.
     pub(super) fn allow_store(&mut self) {
-        self.allow_stores(
-            self.requests
-                .stores_left
-                .saturating_add(1)
-                .min(STORES_AT_ONCE),
-        );
+        self.allow_stores(self.requests.stores_left.saturating_add(1).min(STORES_AT_ONCE));
     }
 
     fn finish_settings(&mut self, result: Result<(), StoreFailed>, ports: &Ports) {

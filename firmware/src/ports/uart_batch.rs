@@ -29,19 +29,12 @@ impl UartBatch {
     /// Creates an empty batch.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            bytes: Vec::new(),
-            crowded: 0,
-        }
+        Self { bytes: Vec::new(), crowded: 0 }
     }
 
     pub(super) fn fill(&mut self, queue: &UartQueue) -> &[u8] {
         let without_contact = self.crowded > Self::CROWDED;
-        let most = if self.crowded == Self::CROWDED {
-            uart::MAX_FRAME
-        } else {
-            Self::BYTES
-        };
+        let most = if self.crowded == Self::CROWDED { uart::MAX_FRAME } else { Self::BYTES };
         self.bytes.clear();
         let (mut with_contact, mut crowded) = (false, 0);
         queue.take_all(|lane, frame| {
@@ -76,20 +69,12 @@ mod tests {
     use wire::uart::{ContactMessage, Decoder, LogMessage, MAX_LOG, Message};
 
     fn contact(ports: &Ports, sequence: u16) -> u32 {
-        ports.push_uart(
-            Lane::Estimate,
-            sequence,
-            &Message::Contact(ContactMessage::default()),
-        )
+        ports.push_uart(Lane::Estimate, sequence, &Message::Contact(ContactMessage::default()))
     }
 
     fn line(ports: &Ports, sequence: u16, length: usize) {
         let text = "x".repeat(length);
-        ports.push_uart(
-            Lane::Answer,
-            sequence,
-            &Message::Log(LogMessage::new(1, &text)),
-        );
+        ports.push_uart(Lane::Answer, sequence, &Message::Log(LogMessage::new(1, &text)));
     }
 
     /// Sequence numbers and length of the next batch.
@@ -148,9 +133,7 @@ mod tests {
             assert_eq!(contact(&ports, round), 0, "no contact is dropped");
             taken(&ports, &mut batch)
         });
-        let (frames, bytes) = rounds
-            .find(|(frames, _)| frames.contains(&1_000))
-            .expect("it goes");
+        let (frames, bytes) = rounds.find(|(frames, _)| frames.contains(&1_000)).expect("it goes");
         assert_eq!(frames, [u16::from(UartBatch::CROWDED), 1_000]);
         assert!(bytes > UartBatch::BYTES);
     }

@@ -145,10 +145,9 @@ fn main() -> ! {
     let sensor = Sensor::new(board.sensor, Config::FRESH_KILOHERTZ)
         .with_spi_clock(board::wiring::SENSOR_SPEED)
         .with_accelerometer_range(range);
-    once(
-        sampling::sample(sensor, board.timebase, board.load, foot, self_test),
-        |task| level.spawn(task),
-    );
+    once(sampling::sample(sensor, board.timebase, board.load, foot, self_test), |task| {
+        level.spawn(task)
+    });
 
     THREAD.init(Executor::new()).run(|thread| {
         once(serve_requests(storage, can), |task| thread.spawn(task));

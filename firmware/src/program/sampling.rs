@@ -23,27 +23,21 @@ pub(super) async fn sample(
     let mut bus = BusState::Active;
     let mut id = 0;
     board::timebase::discard();
-    sampling::run(
-        sensor,
-        board::sensor::Delay,
-        ticks,
-        self_test,
-        |tick, measurement| {
-            foot.tick(tick, measurement, Some(load.reading()), &PORTS);
-            report_bus_state(&mut bus);
-            if mem::replace(&mut id, foot.node_id()) != foot.node_id() {
-                board::can::listen_as(foot.node_id());
-            }
-            let fault = if foot.faults().is_empty() { 0 } else { FAULT };
-            LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
-            board::flash::note_tick();
-            // Ticks without a sample may be long: the sensor starts, or its burst hangs.
-            if measurement.raw.is_some() {
-                PORTS.costs.take(Cost::Mailbox, board::can::to_mailbox());
-                PORTS.costs.take(Cost::Work, board::timebase::since_edge());
-            }
-        },
-    )
+    sampling::run(sensor, board::sensor::Delay, ticks, self_test, |tick, measurement| {
+        foot.tick(tick, measurement, Some(load.reading()), &PORTS);
+        report_bus_state(&mut bus);
+        if mem::replace(&mut id, foot.node_id()) != foot.node_id() {
+            board::can::listen_as(foot.node_id());
+        }
+        let fault = if foot.faults().is_empty() { 0 } else { FAULT };
+        LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
+        board::flash::note_tick();
+        // Ticks without a sample may be long: the sensor starts, or its burst hangs.
+        if measurement.raw.is_some() {
+            PORTS.costs.take(Cost::Mailbox, board::can::to_mailbox());
+            PORTS.costs.take(Cost::Work, board::timebase::since_edge());
+        }
+    })
     .await;
 }
 

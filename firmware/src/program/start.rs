@@ -22,10 +22,7 @@ pub(super) fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset)
         );
         return Some(crash.record.into());
     }
-    (reset == Reset::Watchdog).then_some(Crash {
-        fault: Fault::WatchdogReset,
-        program_counter: 0,
-    })
+    (reset == Reset::Watchdog).then_some(Crash { fault: Fault::WatchdogReset, program_counter: 0 })
 }
 
 pub(super) fn log_boot(start: &Start) {
@@ -39,11 +36,7 @@ pub(super) fn log_boot(start: &Start) {
             Origin::Blank => "default",
             Origin::Corrupted | Origin::Incompatible | Origin::NotRead => "unreadable",
         },
-        if start.unused_crystal_khz.is_some() {
-            "internal"
-        } else {
-            "crystal"
-        },
+        if start.unused_crystal_khz.is_some() { "internal" } else { "crystal" },
     );
     if let Some(khz) = start.unused_crystal_khz {
         defmt::error!("crystal: {=u32} kHz", khz);

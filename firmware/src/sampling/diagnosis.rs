@@ -78,10 +78,9 @@ impl<BUS: AsyncBus + SetSpiClock> Sensor<BUS> {
             | SampleIssue::Rate
             | SampleIssue::Stale
             | SampleIssue::Unproven => timing,
-            SampleIssue::Status(read) => self.fault_of(&Error::Status {
-                register: lsm6dsox::register::STATUS_REG,
-                read,
-            }),
+            SampleIssue::Status(read) => {
+                self.fault_of(&Error::Status { register: lsm6dsox::register::STATUS_REG, read })
+            }
             SampleIssue::Bus => silence,
         }
     }
@@ -94,18 +93,13 @@ impl<BUS: AsyncBus + SetSpiClock> Sensor<BUS> {
             Error::ReadBack { register, read, .. } if register.agree(read, register.reset) => {
                 SensorFault::new(Fault::SensorReset, self.watch.bad_ticks)
             }
-            Error::ReadBack {
-                register,
-                written,
-                read,
-            } => SensorFault::new(
+            Error::ReadBack { register, written, read } => SensorFault::new(
                 Fault::SensorConfigMismatch,
                 registers(register.address, written, read),
             ),
-            Error::Status { register, read } => SensorFault::new(
-                Fault::SensorConfigMismatch,
-                registers(register.address, 0, read),
-            ),
+            Error::Status { register, read } => {
+                SensorFault::new(Fault::SensorConfigMismatch, registers(register.address, 0, read))
+            }
             Error::ResetTimeout { written, read } => SensorFault::new(
                 Fault::SensorConfigMismatch,
                 registers(lsm6dsox::register::CTRL3_C.address, written, read),

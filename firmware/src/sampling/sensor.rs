@@ -87,10 +87,7 @@ impl<BUS: AsyncBus + SetSpiClock> Sensor<BUS> {
     /// [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
     #[must_use]
     pub fn with_accelerometer_range(self, range: f32) -> Self {
-        Self {
-            accelerometer_range: range,
-            ..self
-        }
+        Self { accelerometer_range: range, ..self }
     }
 
     /// Sets the clock with which the bus has been started.

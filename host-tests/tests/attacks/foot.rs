@@ -63,12 +63,7 @@ impl Gait {
     };
 
     /// Standing all the time.
-    pub const STANDING: Self = Self {
-        duty: 1.0,
-        impact: 0.0,
-        shake: 0.0,
-        ..Self::WALK
-    };
+    pub const STANDING: Self = Self { duty: 1.0, impact: 0.0, shake: 0.0, ..Self::WALK };
 
     /// Phase of the gait at a time in s.
     pub fn part(&self, time: f64) -> Part {
@@ -165,11 +160,7 @@ pub fn vector(values: [f64; 3]) -> Vec3 {
 }
 
 pub fn params(rate: f64, gravity: Gravity) -> Params {
-    Params {
-        sample_rate: rate as f32,
-        gravity,
-        ..Params::DEFAULT
-    }
+    Params { sample_rate: rate as f32, gravity, ..Params::DEFAULT }
 }
 
 /// An estimator and its clock.
@@ -182,10 +173,7 @@ pub struct Foot {
 impl Foot {
     pub fn new(params: &Params) -> Self {
         // Window of the paper's method, which is not used here.
-        let params = Params {
-            window: estimator_core::WindowLength::Samples(50),
-            ..*params
-        };
+        let params = Params { window: estimator_core::WindowLength::Samples(50), ..*params };
         Self {
             estimator: Box::new(ContactEstimator::new(&params.validate().expect("in range"))),
             period: (1.0e6 / f64::from(params.sample_rate)).round() as u64,

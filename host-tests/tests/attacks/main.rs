@@ -68,34 +68,17 @@ fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
             Gravity::Included => STANCE,
             Gravity::Removed => 0.6,
         };
-        assert_at_least(
-            least,
-            &format!("{rate} Hz, {gravity:?}, {gait:.3?}"),
-            shares,
-        );
+        assert_at_least(least, &format!("{rate} Hz, {gravity:?}, {gait:.3?}"), shares);
     }
 }
 
 #[test]
 fn a_clipped_landing_after_a_foreign_warm_start_is_not_stable() {
-    let loud = Gait {
-        length: 1.0,
-        height: 0.16,
-        impact: 80.0,
-        shake: 3.0,
-        ..Gait::WALK
-    };
+    let loud = Gait { length: 1.0, height: 0.16, impact: 80.0, shake: 3.0, ..Gait::WALK };
     let mut foot = Foot::new(&Params::DEFAULT);
     foot.measures(&measured(&loud, 1000.0, 60.0, Gravity::Included));
-    let params = Params {
-        learnt: Some(foot.learnt()),
-        ..Params::DEFAULT
-    };
-    let hard = Gait {
-        impact: 300.0,
-        phase: 0.999,
-        ..Gait::WALK
-    };
+    let params = Params { learnt: Some(foot.learnt()), ..Params::DEFAULT };
+    let hard = Gait { impact: 300.0, phase: 0.999, ..Gait::WALK };
     let walk = measured(&hard, 1000.0, 18.0, Gravity::Included);
     let mut foot = Foot::new(&params);
     for sample in &walk {
@@ -222,10 +205,7 @@ fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
             still_seconds: 8.0,
             moving_seconds: 8.0,
         };
-        let params = Params {
-            learnt: Some(learnt),
-            ..Params::DEFAULT
-        };
+        let params = Params { learnt: Some(learnt), ..Params::DEFAULT };
         let steps = 30.0 / Gait::WALK.stride;
         let shares = walk_after(&params, &Gait::WALK, steps);
         assert_told_right(&format!("{learnt:.1?}"), shares);

@@ -25,16 +25,10 @@ pub const MS: u64 = 1_000_000;
 pub const SECOND: u64 = 1000 * MS;
 
 /// Options of an ordinary part.
-pub const ORDINARY: PartOptions = PartOptions {
-    byte_time_ns: 800,
-    ..PLAIN
-};
+pub const ORDINARY: PartOptions = PartOptions { byte_time_ns: 800, ..PLAIN };
 
-const PLAIN: PartOptions = PartOptions {
-    accel_test_signal: [4.9; 3],
-    gyro_test_signal: [7.0; 3],
-    ..PartOptions::DEFAULT
-};
+const PLAIN: PartOptions =
+    PartOptions { accel_test_signal: [4.9; 3], gyro_test_signal: [7.0; 3], ..PartOptions::DEFAULT };
 
 pub fn standing() -> SharedPart {
     part(|_: f64| Stimulus::REST, ORDINARY)
@@ -134,10 +128,7 @@ impl Run<'_> {
     /// Runs the sampling loop on `part` for `ns`; each tick is handed to `each`.
     pub fn on(self, part: &SharedPart, ns: u64, each: impl FnMut(&Tick, &Measurement)) {
         let next_ns = Cell::new(u64::MAX);
-        let alarm = || Alarm {
-            part,
-            next_ns: &next_ns,
-        };
+        let alarm = || Alarm { part, next_ns: &next_ns };
         let ticks = BenchTicks {
             alarm: alarm(),
             next: 1 + part.now_ns() / MS,
@@ -208,8 +199,7 @@ impl Bench {
         self.can.clear();
         self.uart.clear();
         if self.can_listens {
-            self.can
-                .extend(std::iter::from_fn(|| self.ports.try_next_can()));
+            self.can.extend(std::iter::from_fn(|| self.ports.try_next_can()));
         }
         if self.uart_listens {
             while let Some(frame) = self.ports.try_next_uart() {
@@ -250,10 +240,7 @@ impl Bench {
     }
 
     pub fn set(&mut self, address: Address, value: Value) {
-        self.ask(&Message::ConfigSet(ConfigSet {
-            address,
-            value: value.into(),
-        }));
+        self.ask(&Message::ConfigSet(ConfigSet { address, value: value.into() }));
     }
 
     pub fn command(&mut self, command: Command) {
@@ -294,12 +281,7 @@ impl Bench {
     fn still_tick(&mut self, missed: u32, reading: Option<u16>) {
         self.still_ticks += 1 + u64::from(missed);
         let time = Timestamp::from_micros(self.still_ticks * 1000);
-        let tick = Tick {
-            time,
-            edge: Some(time),
-            missed,
-            ..Tick::default()
-        };
+        let tick = Tick { time, edge: Some(time), missed, ..Tick::default() };
         // Codes of 1 g upwards, with scatter on all values.
         let scatter = (self.still_ticks % 7) as i16 - 3;
         let mut bytes = [3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
@@ -307,10 +289,7 @@ impl Bench {
         bytes[14..].copy_from_slice(&(2049 + scatter).to_le_bytes());
         let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
         let sample = Conversion::default().imu_sample(&raw, time);
-        let measurement = Measurement {
-            raw: Some(raw),
-            ..measurement(sample, None)
-        };
+        let measurement = Measurement { raw: Some(raw), ..measurement(sample, None) };
         self.tick(&tick, &measurement, reading);
     }
 

@@ -104,10 +104,7 @@ fn kept_values_apply_from_the_first_sample_after_power_off() {
     let ask_state = |bench: &mut Bench| ask(bench, STATE);
     let doubtless = |bench: &mut Bench| {
         let flags = bench.foot.estimate().flags;
-        assert!(
-            !flags.are_doubt(),
-            "the estimator was made again: {flags:?}"
-        );
+        assert!(!flags.are_doubt(), "the estimator was made again: {flags:?}");
     };
     let store = |bench: &mut Bench| {
         let store = Address::new(index::STORE, 1);
@@ -131,10 +128,7 @@ fn kept_values_apply_from_the_first_sample_after_power_off() {
         (AT_WORK + 31, &write),
     ];
     let answers = scripted(&part, &mut bench, AT_WORK + 50, &script);
-    assert_eq!(
-        answers,
-        [state(CalibrationState::Settled), Answer::Done, Answer::Done]
-    );
+    assert_eq!(answers, [state(CalibrationState::Settled), Answer::Done, Answer::Done]);
     let kept = before.into_inner();
     assert_eq!(bench.foot.settings().learnt(), Some(kept));
 
@@ -192,10 +186,7 @@ fn cleared_values_are_learnt_again() {
     let forgotten = |bench: &mut Bench| {
         let learnt = bench.foot.learnt();
         // Except for the first samples after it.
-        assert!(
-            learnt.still_seconds + learnt.moving_seconds < 0.01,
-            "{learnt:?}"
-        );
+        assert!(learnt.still_seconds + learnt.moving_seconds < 0.01, "{learnt:?}");
         assert!(is_settling(bench));
     };
     let script: [Act<'_>; 5] = [
@@ -238,21 +229,14 @@ fn estimator_settings_do_not_change_the_learnt_values() {
         };
         // The request is answered after that tick's estimate, and the next tick has another estimator.
         let note = |bench: &mut Bench| *before.borrow_mut() = bench.foot.learnt();
-        let script: [Act<'_>; 3] = [
-            (AT_WORK, &change),
-            (AT_WORK + 1, &note),
-            (AT_WORK + 2, &same),
-        ];
+        let script: [Act<'_>; 3] = [(AT_WORK, &change), (AT_WORK + 1, &note), (AT_WORK + 2, &same)];
         // Until the foot stands again.
         let answers = scripted(&part, &mut bench, AT_WORK + 2000, &script);
         assert_eq!(answers, [Answer::Done]);
     }
     let params = bench.foot.settings().params();
     assert_eq!((params.learnt, params.decision.threshold), (None, 0.6));
-    assert_eq!(
-        (params.method, params.learning),
-        (Method::SelfCalibrating, Learning::Frozen)
-    );
+    assert_eq!((params.method, params.learning), (Method::SelfCalibrating, Learning::Frozen));
     assert!(bench.foot.learnt().is_settled());
 }
 
@@ -286,10 +270,7 @@ fn a_communication_reset_applies_only_changed_learnt_values() {
         let before = RefCell::new(Learnt::default());
         let reload = |bench: &mut Bench| {
             *before.borrow_mut() = bench.foot.learnt();
-            bench.ports.reload(Reloaded {
-                settings: settings.clone(),
-                origin: Origin::Stored,
-            });
+            bench.ports.reload(Reloaded { settings: settings.clone(), origin: Origin::Stored });
         };
         let there = |bench: &mut Bench| {
             let expected = starts_with.unwrap_or(*before.borrow());

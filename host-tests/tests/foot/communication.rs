@@ -122,9 +122,7 @@ fn a_minute_without_a_receiver_costs_frames_but_no_tick() {
         Message::Contact(contact) => Some(contact.timestamp),
         _ => None,
     });
-    let age = newest
-        .micros_since(oldest.expect("contacts"))
-        .expect("older");
+    let age = newest.micros_since(oldest.expect("contacts")).expect("older");
     assert!(age <= 10_000, "{age} µs");
     assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
     let mut contacts = bench.can.iter().filter(|frame| frame.id() == 0x191);
@@ -165,20 +163,11 @@ fn a_store_is_answered_when_done_and_its_failure_is_a_fault() {
         assert!(bench.ports.try_put(Input::Stored(result)));
         bench.still();
         assert_eq!(bench.answers(), [answer]);
-        assert_eq!(
-            bench.foot.faults().contains(Fault::ConfigStore),
-            result.is_err()
-        );
+        assert_eq!(bench.foot.faults().contains(Fault::ConfigStore), result.is_err());
 
-        bench.set(
-            Address::new(index::RESTORE, 1),
-            Value::U32(SIGNATURE_RESTORE),
-        );
+        bench.set(Address::new(index::RESTORE, 1), Value::U32(SIGNATURE_RESTORE));
         bench.still();
-        assert_eq!(
-            bench.ports.try_next_request(),
-            Some(Request::Restore(Erase::Allowed))
-        );
+        assert_eq!(bench.ports.try_next_request(), Some(Request::Restore(Erase::Allowed)));
         assert!(bench.ports.try_put(Input::Stored(Ok(()))));
         bench.still();
         assert_eq!(bench.answers(), [Answer::Done]);
@@ -205,10 +194,7 @@ fn an_analog_load_gives_a_stance_and_an_open_input_a_fault() {
     assert_eq!(phase(&mut bench, Some(1002)), Phase::QuietSwing);
     for broken in [Some(0), Some(4095), None] {
         assert_eq!(phase(&mut bench, broken), Phase::Unknown, "{broken:?}");
-        assert!(
-            bench.foot.faults().contains(Fault::LoadSensorOpen),
-            "{broken:?}"
-        );
+        assert!(bench.foot.faults().contains(Fault::LoadSensorOpen), "{broken:?}");
         for _ in 0..101 {
             bench.still_with(Some(1100));
         }
@@ -234,10 +220,7 @@ fn a_stopped_foot_is_silent_until_it_is_started() {
 
 #[test]
 fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
-    let silent = SensorFault {
-        fault: Fault::SensorSilent,
-        detail: 0,
-    };
+    let silent = SensorFault { fault: Fault::SensorSilent, detail: 0 };
     for (activity, fault, alive) in [
         (Activity::Measuring, None, false),
         (Activity::Measuring, Some(silent), true),
@@ -252,15 +235,9 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
         };
         assert!(is_alive(&bench));
         let time = Timestamp::from_micros(2_000_000);
-        let tick = Tick {
-            time,
-            ..Tick::default()
-        };
-        let measurement = Measurement {
-            activity,
-            fault,
-            ..measurement(missing_sample(time), None)
-        };
+        let tick = Tick { time, ..Tick::default() };
+        let measurement =
+            Measurement { activity, fault, ..measurement(missing_sample(time), None) };
         bench.tick(&tick, &measurement, None);
         assert_eq!(is_alive(&bench), alive, "{activity:?}, {fault:?}");
     }
@@ -275,15 +252,8 @@ fn slow_ticks_without_can_are_no_gaps() {
     let mut contacts = 0;
     for number in 0..1_000 {
         let time = Timestamp::from_micros(2_400 * number);
-        let tick = Tick {
-            time,
-            edge: Some(time),
-            ..Tick::default()
-        };
-        let sample = ImuSample {
-            validity: Validity::Valid,
-            ..missing_sample(time)
-        };
+        let tick = Tick { time, edge: Some(time), ..Tick::default() };
+        let sample = ImuSample { validity: Validity::Valid, ..missing_sample(time) };
         foot.tick(&tick, &measurement(sample, None), None, &ports);
         assert!(!foot.estimate().flags.contains(Flag::TimeGap), "{number}");
         assert_eq!(ports.try_next_can(), None);

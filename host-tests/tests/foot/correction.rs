@@ -55,10 +55,7 @@ const END_MS: u64 = 3000;
 
 /// A foot that lies obliquely, is moved in all directions, and lies obliquely again.
 fn moved() -> SharedPart {
-    let options = PartOptions {
-        accel_bias: BIAS,
-        ..ORDINARY
-    };
+    let options = PartOptions { accel_bias: BIAS, ..ORDINARY };
     let motion = |t: f64| {
         let moves = (0.8..0.001 * STILL_MS as f64 - 0.5).contains(&t);
         let sway = if moves { (9.0 * t).sin() } else { 0.0 };
@@ -114,32 +111,25 @@ fn on_the_foot(
     let mut bench = Bench::new(Settings::default());
     let (mut samples, mut estimates) = (Vec::new(), Vec::new());
     let mut ticks = 0;
-    run(
-        Run::default(),
-        &moved(),
-        &mut bench,
-        END_MS * MS,
-        |bench, _, measurement| {
-            ticks += 1;
-            if ticks > WRITTEN_MS && ticks <= last {
-                let answers = bench.can.iter().filter(|frame| frame.id() == 0x591);
-                assert!(answers.into_iter().all(|frame| frame.data()[0] == 0x60));
-            }
-            if ticks == WRITTEN_MS - 1 {
-                bench.command(Command::EnterPreOperational);
-            } else if let Some((address, value)) = ticks
-                .checked_sub(WRITTEN_MS)
-                .and_then(|written| settings.get(written as usize))
-            {
-                write_over_sdo(bench, *address, *value);
-            }
-            // The last request is answered after the estimate of its tick.
-            if ticks > last {
-                samples.push(measurement.sample);
-                estimates.push(*bench.foot.estimate());
-            }
-        },
-    );
+    run(Run::default(), &moved(), &mut bench, END_MS * MS, |bench, _, measurement| {
+        ticks += 1;
+        if ticks > WRITTEN_MS && ticks <= last {
+            let answers = bench.can.iter().filter(|frame| frame.id() == 0x591);
+            assert!(answers.into_iter().all(|frame| frame.data()[0] == 0x60));
+        }
+        if ticks == WRITTEN_MS - 1 {
+            bench.command(Command::EnterPreOperational);
+        } else if let Some((address, value)) =
+            ticks.checked_sub(WRITTEN_MS).and_then(|written| settings.get(written as usize))
+        {
+            write_over_sdo(bench, *address, *value);
+        }
+        // The last request is answered after the estimate of its tick.
+        if ticks > last {
+            samples.push(measurement.sample);
+            estimates.push(*bench.foot.estimate());
+        }
+    });
     assert!(estimates.len() > 2000);
     (samples, estimates)
 }
@@ -179,13 +169,7 @@ fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
         let micros = estimate.timestamp.as_micros() - start;
         let timestamp = Timestamp::from_micros(micros);
         // The shortest unambiguous text, which distinguishes −0 from 0.
-        format!(
-            "{:?}",
-            ContactEstimate {
-                timestamp,
-                ..*estimate
-            }
-        )
+        format!("{:?}", ContactEstimate { timestamp, ..*estimate })
     });
     relative.collect()
 }
@@ -236,10 +220,7 @@ fn a_mounting_set_over_uart_applies_at_once_and_after_restart() {
 
 #[test]
 fn the_gyroscope_bias_is_relearnt_along_remounted_axes() {
-    let options = PartOptions {
-        gyro_bias: [0.01, -0.02, 0.04],
-        ..ORDINARY
-    };
+    let options = PartOptions { gyro_bias: [0.01, -0.02, 0.04], ..ORDINARY };
     let mut bench = Bench::new(Settings::default());
     let mut ticks = 0;
     let mut biases = Vec::new();

@@ -20,48 +20,13 @@ const DURATION: u64 = 150 * MS;
 type Case = (PartFault, &'static [Fault], u64, bool);
 
 const CASES: [Case; 7] = [
-    (
-        PartFault::MisoStuckLow,
-        &[Fault::SensorWrongId],
-        TICK,
-        false,
-    ),
-    (
-        PartFault::MisoStuckHigh,
-        &[Fault::SensorWrongId],
-        TICK,
-        false,
-    ),
-    (
-        PartFault::WrongId(0x6B),
-        &[Fault::SensorWrongId],
-        4 * MS,
-        false,
-    ),
-    (
-        PartFault::Reset,
-        &[Fault::SensorSilent, Fault::SensorReset],
-        TICK,
-        false,
-    ),
-    (
-        PartFault::FrozenOutput,
-        &[Fault::SensorFrozen],
-        3 * MS,
-        false,
-    ),
-    (
-        PartFault::ClockRatio(0.1),
-        &[Fault::SensorTiming],
-        TICK,
-        true,
-    ),
-    (
-        PartFault::DataReadyStorm { period_ns: 15_000 },
-        &[Fault::SensorTiming],
-        TICK,
-        true,
-    ),
+    (PartFault::MisoStuckLow, &[Fault::SensorWrongId], TICK, false),
+    (PartFault::MisoStuckHigh, &[Fault::SensorWrongId], TICK, false),
+    (PartFault::WrongId(0x6B), &[Fault::SensorWrongId], 4 * MS, false),
+    (PartFault::Reset, &[Fault::SensorSilent, Fault::SensorReset], TICK, false),
+    (PartFault::FrozenOutput, &[Fault::SensorFrozen], 3 * MS, false),
+    (PartFault::ClockRatio(0.1), &[Fault::SensorTiming], TICK, true),
+    (PartFault::DataReadyStorm { period_ns: 15_000 }, &[Fault::SensorTiming], TICK, true),
 ];
 
 const TICK: u64 = MS + 300_000;
@@ -111,11 +76,8 @@ fn watch_moving(fault: PartFault, moves: Stimulus, begin: u64, count_edges: bool
     let part = part(motion, ORDINARY);
     let inject = |part: &SharedPart| part.inject(fault);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
-    let options = Run {
-        count_edges,
-        actions: &[(begin, &inject), (end, &clear)],
-        ..Run::default()
-    };
+    let options =
+        Run { count_edges, actions: &[(begin, &inject), (end, &clear)], ..Run::default() };
     let mut bench = Bench::new(Settings::default());
     let mut seen = Seen::default();
     let mut said_stable = false;
@@ -177,26 +139,15 @@ fn every_sensor_fault_is_flagged_within_5_ms_and_recovers() {
 #[test]
 fn a_half_dead_sensor_is_reported_with_its_axes_and_never_trusted() {
     let [x, y, z] = Stimulus::REST.specific_force;
-    let slide = Stimulus {
-        specific_force: [x + 3.0, y, z],
-        ..Stimulus::REST
-    };
-    let turn = Stimulus {
-        angular_rate: [2.0, 0.0, 0.0],
-        ..Stimulus::REST
-    };
+    let slide = Stimulus { specific_force: [x + 3.0, y, z], ..Stimulus::REST };
+    let turn = Stimulus { angular_rate: [2.0, 0.0, 0.0], ..Stimulus::REST };
     let stuck = |sensor, axis, code| PartFault::AxisStuck { sensor, axis, code };
     for (fault, moves, axes, within_ms) in [
         (stuck(Sensor::Accel, Axis::X, 0), slide, 0b1, 31),
         (stuck(Sensor::Accel, Axis::Z, 2049), slide, 0b100, 31),
         (stuck(Sensor::Gyro, Axis::X, 0), turn, 0b1000, 91),
         // 0.2 rad/s.
-        (
-            stuck(Sensor::Gyro, Axis::Y, 164),
-            Stimulus::REST,
-            0b1_0000,
-            91,
-        ),
+        (stuck(Sensor::Gyro, Axis::Y, 164), Stimulus::REST, 0b1_0000, 91),
         (PartFault::SensorFrozen(Sensor::Accel), slide, 0b111, 21),
         (PartFault::SensorFrozen(Sensor::Gyro), turn, 0b11_1000, 41),
         (PartFault::FrozenOutput, slide, 0b11_1111, 5),
@@ -220,15 +171,9 @@ fn a_foot_at_rest_for_ten_minutes_has_no_frozen_axis() {
     let mut bench = Bench::new(Settings::default());
     let mut reported = Vec::new();
     let ns = 600 * SECOND;
-    run(
-        Run::default(),
-        &standing(),
-        &mut bench,
-        ns,
-        |bench, _, _| {
-            reported.extend(bench.emergencies());
-        },
-    );
+    run(Run::default(), &standing(), &mut bench, ns, |bench, _, _| {
+        reported.extend(bench.emergencies());
+    });
     assert_eq!(reported, []);
 }
 
@@ -250,37 +195,30 @@ fn samples_are_read_by_the_timer_where_no_edge_comes() {
         let mut faults = Vec::new();
         let mut was_valid = true;
         let mut ages = Vec::new();
-        run(
-            options,
-            &part,
-            &mut bench,
-            back + 1_200 * MS,
-            |bench, tick, measurement| {
-                let now = part.now_ns();
-                let contact = bench.contact().expect("a contact each tick");
-                let is_valid = contact.status.is_valid();
-                if is_valid != was_valid && now > SECOND {
-                    outages.push(now);
-                    was_valid = is_valid;
-                }
-                if is_valid && tick.edge.is_none() {
-                    let sampled = measurement.sample.timestamp.as_micros() as i64;
-                    ages.push(now as i64 / 1000 - sampled);
-                }
-                for emergency in bench.emergencies() {
-                    faults.push((emergency.code != 0, emergency.fault, now));
-                }
-            },
-        );
+        run(options, &part, &mut bench, back + 1_200 * MS, |bench, tick, measurement| {
+            let now = part.now_ns();
+            let contact = bench.contact().expect("a contact each tick");
+            let is_valid = contact.status.is_valid();
+            if is_valid != was_valid && now > SECOND {
+                outages.push(now);
+                was_valid = is_valid;
+            }
+            if is_valid && tick.edge.is_none() {
+                let sampled = measurement.sample.timestamp.as_micros() as i64;
+                ages.push(now as i64 / 1000 - sampled);
+            }
+            for emergency in bench.emergencies() {
+                faults.push((emergency.code != 0, emergency.fault, now));
+            }
+        });
         // One outage, of a restart, though the line stays dead.
         let [from, to] = outages[..] else {
             panic!("{outages:?}");
         };
         assert!(from - lost < 2 * MS && to - lost < 300 * MS, "{outages:?}");
         let times = |raised: bool, wanted: Fault| -> Vec<u64> {
-            let of_it = faults
-                .iter()
-                .filter(|(is, fault, _)| *is == raised && *fault == Some(wanted));
+            let of_it =
+                faults.iter().filter(|(is, fault, _)| *is == raised && *fault == Some(wanted));
             of_it.map(|(.., time)| *time).collect()
         };
         assert_eq!(times(true, Fault::SensorSilent).len(), 1, "{faults:?}");
@@ -318,44 +256,30 @@ fn faults_are_reported_while_the_data_ready_line_is_dead() {
             };
             let clear = |part: &SharedPart| part.with(Part::clear_faults);
             let options = Run {
-                actions: &[
-                    (1, &lose),
-                    (begin, &inject),
-                    (end, &back_to_dead),
-                    (back, &clear),
-                ],
+                actions: &[(1, &lose), (begin, &inject), (end, &back_to_dead), (back, &clear)],
                 ..Run::default()
             };
             let mut bench = Bench::new(Settings::default());
             let (mut raised, mut messages, mut previous) = (Vec::new(), 0, 0);
             let mut stable = false;
-            run(
-                options,
-                &part,
-                &mut bench,
-                back + 2 * SECOND,
-                |bench, _, measurement| {
-                    let now = part.now_ns();
-                    let sampled = measurement.sample.timestamp.as_micros();
-                    assert!(
-                        previous < sampled && sampled * 1000 <= now,
-                        "{fault:?}: {now}"
-                    );
-                    previous = sampled;
-                    let contact = bench.contact().expect("a contact each tick");
-                    stable = contact.status.decision() == Decision::Stable;
-                    assert!(
-                        !stable || !(begin + LIMIT..begin + lasts(fault)).contains(&now),
-                        "{fault:?}: {now}"
-                    );
-                    for emergency in bench.emergencies() {
-                        messages += 1;
-                        if now >= begin && emergency.code != 0 {
-                            raised.extend(emergency.fault);
-                        }
+            run(options, &part, &mut bench, back + 2 * SECOND, |bench, _, measurement| {
+                let now = part.now_ns();
+                let sampled = measurement.sample.timestamp.as_micros();
+                assert!(previous < sampled && sampled * 1000 <= now, "{fault:?}: {now}");
+                previous = sampled;
+                let contact = bench.contact().expect("a contact each tick");
+                stable = contact.status.decision() == Decision::Stable;
+                assert!(
+                    !stable || !(begin + LIMIT..begin + lasts(fault)).contains(&now),
+                    "{fault:?}: {now}"
+                );
+                for emergency in bench.emergencies() {
+                    messages += 1;
+                    if now >= begin && emergency.code != 0 {
+                        raised.extend(emergency.fault);
                     }
-                },
-            );
+                }
+            });
             assert!(raised.contains(&reported), "{fault:?}: {raised:?}");
             assert!(messages <= 8, "{fault:?}: {messages} messages");
             assert_eq!((bench.foot.faults(), stable), (Faults::NONE, true));
@@ -368,11 +292,7 @@ fn ordinary_sensor_irregularities_are_not_faults() {
     let harmless: [(&str, PartFault, bool); 3] = [
         ("a clock 3 % slow", PartFault::ClockRatio(0.97), true),
         ("a clock 5 % fast", PartFault::ClockRatio(1.05), true),
-        (
-            "one bit in a million",
-            PartFault::BitFlips { per_million: 1 },
-            false,
-        ),
+        ("one bit in a million", PartFault::BitFlips { per_million: 1 }, false),
     ];
     for (name, fault, edges_counted) in harmless {
         let seen = watch(fault, BEGIN, edges_counted);
@@ -387,24 +307,15 @@ fn a_sensor_beyond_its_range_is_doubted_from_the_first_sample() {
         assert!(seen.doubted.is_some_and(|ns| ns <= 2 * MS), "{seen:?}");
         assert!(seen.last_stable.unwrap_or(0) <= 2 * MS, "{seen:?}");
         // An impact lasts milliseconds; saturation of fifty is a fault.
-        assert!(
-            seen.flagged
-                .is_some_and(|ns| (48 * MS..52 * MS).contains(&ns)),
-            "{seen:?}"
-        );
-        assert_eq!(
-            (seen.reported, seen.restarts),
-            (vec![Fault::SensorSaturated], 0)
-        );
+        assert!(seen.flagged.is_some_and(|ns| (48 * MS..52 * MS).contains(&ns)), "{seen:?}");
+        assert_eq!((seen.reported, seen.restarts), (vec![Fault::SensorSaturated], 0));
         assert!(seen.recovered.is_some() && seen.stable_again);
     }
 }
 
 #[test]
 fn a_noisy_line_is_doubted_and_reported_without_a_checksum() {
-    let flips = PartFault::BitFlips {
-        per_million: 100_000,
-    };
+    let flips = PartFault::BitFlips { per_million: 100_000 };
     for phase in 0..10 {
         let seen = watch(flips, BEGIN + phase * 113_313, false);
         assert!(seen.flagged.is_some_and(|ns| ns <= 30 * MS), "{seen:?}");
@@ -426,17 +337,11 @@ fn a_failed_first_start_is_reported_if_the_second_succeeds() {
     let mut bench = Bench::new(Settings::default());
     let mut reported = Vec::new();
     let mut restarts = 0;
-    run(
-        options,
-        &part,
-        &mut bench,
-        2 * SECOND,
-        |bench, _, measurement| {
-            restarts = measurement.restarts;
-            let emergencies = bench.emergencies();
-            reported.extend(emergencies.iter().map(|e| (e.fault, e.code)));
-        },
-    );
+    run(options, &part, &mut bench, 2 * SECOND, |bench, _, measurement| {
+        restarts = measurement.restarts;
+        let emergencies = bench.emergencies();
+        reported.extend(emergencies.iter().map(|e| (e.fault, e.code)));
+    });
     let fault = Fault::SensorWrongId;
     reported.retain(|(of, _)| *of == Some(fault));
     let codes: Vec<_> = reported.iter().map(|(_, code)| *code).collect();
@@ -464,19 +369,13 @@ fn missed_ticks_are_counted_and_a_fault_for_one_second() {
 #[test]
 fn a_failed_self_test_axis_invalidates_every_estimate() {
     for (signal, failed) in [(4.9, 0), (0.1, 0b111)] {
-        let options = PartOptions {
-            accel_test_signal: [signal; 3],
-            ..ORDINARY
-        };
+        let options = PartOptions { accel_test_signal: [signal; 3], ..ORDINARY };
         let part = part(|_: f64| Stimulus::REST, options);
         let mut bench = Bench::new(Settings::default());
         let mut stages = Vec::new();
         let mut detail = 0;
         let mut frames = 0;
-        let options = Run {
-            self_test: true,
-            ..Run::default()
-        };
+        let options = Run { self_test: true, ..Run::default() };
         run(options, &part, &mut bench, 4 * SECOND, |bench, _, _| {
             if stages.last() != Some(&bench.foot.stage()) {
                 stages.push(bench.foot.stage());
@@ -486,19 +385,8 @@ fn a_failed_self_test_axis_invalidates_every_estimate() {
                 detail = emergency.detail;
             }
         });
-        assert_eq!(
-            stages,
-            [
-                Stage::Starting,
-                Stage::SelfTest,
-                Stage::HoldStill,
-                Stage::Running
-            ]
-        );
-        assert!(
-            frames >= 3998,
-            "{frames} frames: the self-test held up the ticks"
-        );
+        assert_eq!(stages, [Stage::Starting, Stage::SelfTest, Stage::HoldStill, Stage::Running]);
+        assert!(frames >= 3998, "{frames} frames: the self-test held up the ticks");
         assert_eq!(detail, failed);
         let status = bench.contact().expect("a frame").status;
         assert_eq!(status.is_valid(), failed == 0);

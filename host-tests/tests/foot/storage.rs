@@ -36,12 +36,7 @@ impl NorFlashError for PowerCut {
 
 impl Flash {
     pub fn blank() -> Self {
-        Self {
-            bytes: vec![0xFF; PAGE * PAGES],
-            power: u64::MAX,
-            spent: 0,
-            dead: (0..0, 0),
-        }
+        Self { bytes: vec![0xFF; PAGE * PAGES], power: u64::MAX, spent: 0, dead: (0..0, 0) }
     }
 
     fn change(&mut self, at: usize, change: impl FnOnce(u8) -> u8) -> Result<(), PowerCut> {
@@ -88,11 +83,7 @@ impl NorFlash for Flash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
-        assert_eq!(
-            (offset as usize % 4, bytes.len() % 4),
-            (0, 0),
-            "whole words"
-        );
+        assert_eq!((offset as usize % 4, bytes.len() % 4), (0, 0), "whole words");
         for (at, new) in (offset as usize..).zip(bytes) {
             // As on the chip: a cleared bit stays 0 until it is erased.
             self.change(at, |old| old & new)?;
@@ -119,18 +110,14 @@ fn settings(number: u32) -> Settings {
         settings.set(address, value).expect("allowed");
     }
     let window = Value::U32(10_000 + number * 1000);
-    settings
-        .set(Address::new(index::WINDOW, 0), window)
-        .expect("allowed");
+    settings.set(Address::new(index::WINDOW, 0), window).expect("allowed");
     settings
 }
 
 /// Content of the flash after a store.
 pub fn stored(flash: Flash, settings: &Settings) -> Flash {
     let mut storage = storage(flash);
-    storage
-        .store(settings, Erase::Allowed)
-        .expect("it has power");
+    storage.store(settings, Erase::Allowed).expect("it has power");
     storage.release()
 }
 
@@ -184,11 +171,7 @@ fn a_power_cut_in_a_store_leaves_the_old_or_new_settings() {
 #[test]
 fn damaged_flash_gives_valid_settings_without_a_panic() {
     let sound = stored(stored(Flash::blank(), &settings(1)), &settings(2));
-    let used = sound
-        .bytes
-        .iter()
-        .rposition(|byte| *byte != 0xFF)
-        .expect("used");
+    let used = sound.bytes.iter().rposition(|byte| *byte != 0xFF).expect("used");
     let mut origins = [0; 3];
     for at in 0..=used {
         for damage in [0x01, 0x80, 0xFF] {
@@ -233,10 +216,7 @@ fn a_store_or_restore_that_must_erase_is_rejected_if_forbidden() {
     let (full, last) = both_full();
     let mut storage = storage(full.clone());
     let new = settings(100);
-    assert_eq!(
-        storage.store(&new, Erase::Refused),
-        Err(StoreFailed::NeedsErase)
-    );
+    assert_eq!(storage.store(&new, Erase::Refused), Err(StoreFailed::NeedsErase));
     assert_eq!(storage.load(), (last, Origin::Stored));
     assert_eq!(storage.store(&new, Erase::Allowed), Ok(()));
     assert_eq!(storage.load(), (new.clone(), Origin::Stored));
@@ -257,13 +237,7 @@ fn a_worn_bit_moves_the_record_and_two_are_reported() {
     for at in begin..begin + record {
         for bit in 0..8 {
             let dead = (at..at + 1, 1 << bit);
-            let flash = stored(
-                Flash {
-                    dead,
-                    ..old.clone()
-                },
-                &new,
-            );
+            let flash = stored(Flash { dead, ..old.clone() }, &new);
             moved += usize::from(flash.spent - old.spent > record as u64);
             let bytes = flash.bytes.clone();
             assert_eq!(load(flash), (new.clone(), Origin::Stored), "byte {at}");

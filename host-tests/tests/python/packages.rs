@@ -38,10 +38,7 @@ pub fn install(folder: &str, requirements: &str) -> Result<Packages, String> {
     // another loads them.
     let lock = File::create(folder.join("lock")).map_err(|error| error.to_string())?;
     lock.lock().map_err(|error| error.to_string())?;
-    let packages = Packages {
-        interpreter,
-        folder,
-    };
+    let packages = Packages { interpreter, folder };
     if fs::read_to_string(&installed).is_ok_and(|installed| installed == requirements) {
         return Ok(packages);
     }

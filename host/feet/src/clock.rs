@@ -62,9 +62,7 @@ impl FootClock {
     fn advancing(&mut self, made_us: u64, received_us: u64, time_us: u64) -> Timestamp {
         let least = self.time_us.map_or(0, |last_us| {
             let passed = self.made_us.map_or(1, |last| made_us - last);
-            (last_us + passed.div_ceil(2))
-                .min(received_us)
-                .max(last_us + passed.min(1))
+            (last_us + passed.div_ceil(2)).min(received_us).max(last_us + passed.min(1))
         });
         let time_us = time_us.max(least);
         (self.made_us, self.time_us) = (Some(made_us), Some(time_us));
@@ -88,9 +86,7 @@ mod tests {
             // 50 ppm fast, delays of 0.2 to 5 ms, the shortest once every 0.1 s.
             let true_time = 7_000_000 + made + made / 20_000;
             let delay = 200 + (ms * 37 % 100) * 48;
-            let time = clock
-                .time(micros(made), micros(true_time + delay))
-                .as_micros();
+            let time = clock.time(micros(made), micros(true_time + delay)).as_micros();
             if ms > 100 {
                 let error = time.abs_diff(true_time + 200);
                 assert!(error <= 420, "{error} µs at {ms} ms");

@@ -46,11 +46,7 @@ pub struct Feed {
 
 /// Reader of a line.
 enum Reader {
-    Thread {
-        fed: Receiver<Fed>,
-        sendings: Sender<Sending>,
-        lost: Arc<AtomicU64>,
-    },
+    Thread { fed: Receiver<Fed>, sendings: Sender<Sending>, lost: Arc<AtomicU64> },
     Consumer(RefCell<ConsumedLine>),
 }
 
@@ -73,14 +69,7 @@ impl Feed {
         };
         // The thread ends at the next arrival or timeout after the feed is dropped.
         thread::spawn(move || feeder.run());
-        Self {
-            reader: Reader::Thread {
-                fed,
-                sendings,
-                lost,
-            },
-            clock: LineClock::default(),
-        }
+        Self { reader: Reader::Thread { fed, sendings, lost }, clock: LineClock::default() }
     }
 
     /// Feed of a line that its consumer reads.
@@ -290,17 +279,11 @@ mod tests {
         let feed = Feed::open(source);
         match feed.next(LONGEST) {
             Some(Fed::WaitsFor(error)) => {
-                assert!(
-                    error.to_string().starts_with("/dev/there-is-none: "),
-                    "{error}"
-                );
+                assert!(error.to_string().starts_with("/dev/there-is-none: "), "{error}");
             }
             other => panic!("{other:?}"),
         }
-        assert!(
-            feed.next(Duration::from_millis(50)).is_none(),
-            "once is enough"
-        );
+        assert!(feed.next(Duration::from_millis(50)).is_none(), "once is enough");
     }
 
     #[test]

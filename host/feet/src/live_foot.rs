@@ -61,11 +61,7 @@ pub struct LiveFoot {
 
 impl LiveFoot {
     pub(crate) fn new(key: FootKey, name: Option<Arc<str>>) -> Self {
-        Self {
-            key,
-            name,
-            ..Self::default()
-        }
+        Self { key, name, ..Self::default() }
     }
 
     /// Applies a message received at `listened_us` of the listening time.

@@ -154,10 +154,7 @@ mod tests {
         };
         for ahead_us in [7, 400, 70_000, 9_000_000] {
             let index = seen(two(ahead_us));
-            assert!(
-                index.is_some_and(|index| index <= 200),
-                "{ahead_us}: {index:?}"
-            );
+            assert!(index.is_some_and(|index| index <= 200), "{ahead_us}: {index:?}");
         }
         assert_eq!(seen(board(0, 10_000)), None);
         // A board that was reset once, and one that lost every second contact.
@@ -170,12 +167,8 @@ mod tests {
         // Times modulo 0.66 s, unwrapped as if each followed the one before.
         let contacts = board(0, 3000).flat_map(|(made, received)| {
             let turns = made.as_micros() / 1000 * 655_360;
-            [0, 137_000].map(|ahead| {
-                (
-                    Timestamp::from_micros(made.as_micros() + turns + ahead),
-                    received,
-                )
-            })
+            [0, 137_000]
+                .map(|ahead| (Timestamp::from_micros(made.as_micros() + turns + ahead), received))
         });
         let index = seen(contacts);
         assert!(index.is_some_and(|index| index <= 200), "{index:?}");
@@ -185,16 +178,13 @@ mod tests {
     fn stalled_receiver_is_not_taken_for_several_boards() {
         // The receiver stalls every third second: the first half is received at its end, the rest is lost.
         let contacts = board(0, 30_000).filter_map(|(made, received)| {
-            let (since, in_stall) = (
-                made.as_micros() % 1_000_000,
-                made.as_micros() / 1_000_000 % 3 == 1,
-            );
+            let (since, in_stall) =
+                (made.as_micros() % 1_000_000, made.as_micros() / 1_000_000 % 3 == 1);
             match in_stall {
                 true if since >= 500_000 => None,
-                true => Some((
-                    made,
-                    Timestamp::from_micros(received.as_micros() + 1_000_000 - since),
-                )),
+                true => {
+                    Some((made, Timestamp::from_micros(received.as_micros() + 1_000_000 - since)))
+                }
                 false => Some((made, received)),
             }
         });

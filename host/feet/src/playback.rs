@@ -18,10 +18,7 @@ impl Default for Playback {
     /// Contacts that a bag has of its feet are the estimates.
     fn default() -> Self {
         Self {
-            hints: Hints {
-                contacts: ContactUse::Recorded,
-                ..Hints::default()
-            },
+            hints: Hints { contacts: ContactUse::Recorded, ..Hints::default() },
             settings: Resolved::default(),
             estimator_options: Vec::new(),
         }

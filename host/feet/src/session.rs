@@ -54,10 +54,7 @@ impl Session {
     /// names.
     #[must_use]
     pub fn new(feet: Feet) -> Self {
-        Self {
-            listener: Listener::new(feet),
-            ..Self::default()
-        }
+        Self { listener: Listener::new(feet), ..Self::default() }
     }
 
     /// Waits up to `longest` for the next item of a feed, and processes it, or that there is none. All updates
@@ -184,9 +181,7 @@ impl Session {
     /// Returns the time since the newest arrival on the clock of the feed; 0 before the first.
     #[must_use]
     pub fn quiet_for(&self) -> Duration {
-        let elapsed = self
-            .newest
-            .map(|(_, arrived)| self.clock.now().saturating_sub(arrived));
+        let elapsed = self.newest.map(|(_, arrived)| self.clock.now().saturating_sub(arrived));
         elapsed.unwrap_or_default()
     }
 
@@ -219,11 +214,8 @@ mod tests {
     }
 
     fn estimate(session: &mut Session, ms: u64, foot: &str) {
-        let row = ContactRow {
-            timestamp: at(ms),
-            foot: Some(foot.into()),
-            ..ContactRow::default()
-        };
+        let row =
+            ContactRow { timestamp: at(ms), foot: Some(foot.into()), ..ContactRow::default() };
         session.take(Fed::Arrived((at(ms), Arrival::Estimate(Box::new(row)))));
     }
 
@@ -235,11 +227,7 @@ mod tests {
 
     #[test]
     fn serial_foot_keeps_its_state_when_its_id_becomes_known() {
-        let feed = Feed::open(
-            "demo:line=uart,seconds=2,speed=max"
-                .parse()
-                .expect("a source"),
-        );
+        let feed = Feed::open("demo:line=uart,seconds=2,speed=max".parse().expect("a source"));
         let mut session = Session::new(Feet::default());
         let mut contacts = 0;
         'listen: loop {
@@ -285,10 +273,7 @@ mod tests {
         let silent = |session: &Session| {
             let foot = &session.feet()[1];
             let listened_us = session.listening().us();
-            [
-                foot.is_silent(session.now()),
-                foot.has_fallen_silent(listened_us),
-            ]
+            [foot.is_silent(session.now()), foot.has_fallen_silent(listened_us)]
         };
         estimate(&mut session, 900, "FL");
         updates(&mut session);

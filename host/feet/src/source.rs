@@ -177,35 +177,24 @@ impl FromStr for Source {
         let split = rest.rsplit_once('@');
         let (port, rate) = split.map_or((rest, None), |(port, rate)| (port, Some(rate)));
         match kind {
-            "usb" if rest.is_empty() => Ok(Self::Uart {
-                port: only_foot()?,
-                baud: DEFAULT_BAUD,
-            }),
+            "usb" if rest.is_empty() => Ok(Self::Uart { port: only_foot()?, baud: DEFAULT_BAUD }),
             "uart" if port.is_empty() => Err(lacks("a port", "uart:/dev/ttyACM0")),
             "uart" => {
                 let baud = rate.map(|rate| {
                     let key = "the rate of the serial port";
                     number(rate, key, "a rate in Bd", |baud| *baud != 0)
                 });
-                Ok(Self::Uart {
-                    port: port.to_owned(),
-                    baud: baud.unwrap_or(Ok(DEFAULT_BAUD))?,
-                })
+                Ok(Self::Uart { port: port.to_owned(), baud: baud.unwrap_or(Ok(DEFAULT_BAUD))? })
             }
             "can" if rest.is_empty() => Err(lacks("an interface", "can:can0")),
-            "can" => Ok(Self::Can {
-                interface: rest.to_owned(),
-            }),
+            "can" => Ok(Self::Can { interface: rest.to_owned() }),
             "slcan" if port.is_empty() => Err(lacks("a port", "slcan:/dev/ttyACM0")),
             "slcan" => {
                 const EXPECTED: &str =
                     "10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s, as slcan knows them,";
                 let is_known = |kbit: &u32| SLCAN_RATES_KBIT.contains(kbit);
                 let kbit = rate.map(|rate| number(rate, "the rate of the bus", EXPECTED, is_known));
-                Ok(Self::Slcan {
-                    port: port.to_owned(),
-                    kbit: kbit.unwrap_or(Ok(DEFAULT_KBIT))?,
-                })
+                Ok(Self::Slcan { port: port.to_owned(), kbit: kbit.unwrap_or(Ok(DEFAULT_KBIT))? })
             }
             "file" => {
                 // A name may contain an @: the part after the last one is a speed only if it parses as one.
@@ -216,11 +205,7 @@ impl FromStr for Source {
                 if path.is_empty() {
                     return Err(lacks("a file", "file:can.log"));
                 }
-                Ok(Self::File {
-                    path: path.into(),
-                    speed,
-                    playback: Box::default(),
-                })
+                Ok(Self::File { path: path.into(), speed, playback: Box::default() })
             }
             "demo" => Ok(Self::Demo(demo(rest)?)),
             _ => Err(SourceError::Unknown(text.to_owned())),
@@ -266,10 +251,7 @@ impl Source {
     #[must_use]
     pub fn at_speed(mut self, other: Speed) -> Self {
         match &mut self {
-            Self::Demo(Demo {
-                clock: DemoClock::Now,
-                ..
-            }) => {}
+            Self::Demo(Demo { clock: DemoClock::Now, .. }) => {}
             Self::File { speed, .. } | Self::Demo(Demo { speed, .. }) => {
                 speed.get_or_insert(other);
             }
@@ -280,11 +262,7 @@ impl Source {
 }
 
 fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError {
-    SourceError::Value {
-        key,
-        value: value.to_owned(),
-        expected,
-    }
+    SourceError::Value { key, value: value.to_owned(), expected }
 }
 
 /// Parses a number, and checks its range.
@@ -351,29 +329,15 @@ mod tests {
 
     #[test]
     fn documented_sources_are_parsed() {
-        let uart = |port: &str, baud| Source::Uart {
-            port: port.to_owned(),
-            baud,
-        };
+        let uart = |port: &str, baud| Source::Uart { port: port.to_owned(), baud };
         assert_eq!(source("uart:/dev/ttyACM0"), uart("/dev/ttyACM0", 1_000_000));
         assert_eq!(source("uart:COM3@115200"), uart("COM3", 115_200));
-        assert_eq!(
-            source("can:can0"),
-            Source::Can {
-                interface: "can0".to_owned()
-            }
-        );
-        let slcan = |kbit| Source::Slcan {
-            port: "/dev/ttyACM1".to_owned(),
-            kbit,
-        };
+        assert_eq!(source("can:can0"), Source::Can { interface: "can0".to_owned() });
+        let slcan = |kbit| Source::Slcan { port: "/dev/ttyACM1".to_owned(), kbit };
         assert_eq!(source("slcan:/dev/ttyACM1"), slcan(1000));
         assert_eq!(source("slcan:/dev/ttyACM1@500"), slcan(500));
-        let file = |path: &str, speed| Source::File {
-            path: path.into(),
-            speed,
-            playback: Box::default(),
-        };
+        let file =
+            |path: &str, speed| Source::File { path: path.into(), speed, playback: Box::default() };
         assert_eq!(source("file:can.log"), file("can.log", None));
         assert_eq!(source("file:a@home.log"), file("a@home.log", None));
         let tenfold = Speed::new(10.0);
@@ -387,10 +351,7 @@ mod tests {
             line: DemoLine::Uart,
             ..Demo::default()
         };
-        assert_eq!(
-            source("demo:feet=4,seconds=60,speed=max,line=uart"),
-            Source::Demo(four)
-        );
+        assert_eq!(source("demo:feet=4,seconds=60,speed=max,line=uart"), Source::Demo(four));
     }
 
     #[test]
@@ -406,18 +367,12 @@ mod tests {
             error("/dev/ttyACM0"),
             "\"/dev/ttyACM0\" is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
         );
-        assert_eq!(
-            error("uart:"),
-            "\"uart:\" lacks a port, as in uart:/dev/ttyACM0"
-        );
+        assert_eq!(error("uart:"), "\"uart:\" lacks a port, as in uart:/dev/ttyACM0");
         assert_eq!(
             error("uart:COM3@fast"),
             "the rate of the serial port is \"fast\", but a rate in Bd is expected"
         );
-        assert_eq!(
-            error("demo:feet=9"),
-            "feet is \"9\", but a number from 1 to 6 is expected"
-        );
+        assert_eq!(error("demo:feet=9"), "feet is \"9\", but a number from 1 to 6 is expected");
         assert_eq!(
             error("demo:legs=2"),
             "demo has no key \"legs\"; its keys are feet, seed, speed, seconds, line and clock"
@@ -428,10 +383,7 @@ mod tests {
             assert!(said.contains("a number from 0.001"), "{said}");
         }
         assert_eq!(error("demo:feet=2,feet=3"), "feet is there twice");
-        assert_eq!(
-            error("demo:clock=1970"),
-            "clock is \"1970\", but 2021 or now is expected"
-        );
+        assert_eq!(error("demo:clock=1970"), "clock is \"1970\", but 2021 or now is expected");
         for speed in ["10", "max"] {
             assert_eq!(
                 error(&format!("demo:speed={speed},clock=now")),

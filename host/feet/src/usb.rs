@@ -144,10 +144,7 @@ mod tests {
             drive
         });
         assert_eq!(loader_drive(vec![folder.clone(), other.clone()]), None);
-        assert_eq!(
-            loader_drive(vec![other, drive.clone()]).as_ref(),
-            Some(&drive)
-        );
+        assert_eq!(loader_drive(vec![other, drive.clone()]).as_ref(), Some(&drive));
         let mut program = vec![0; 512];
         program[..8].copy_from_slice(&UF2);
         assert!(!is_program(&program), "of no family");

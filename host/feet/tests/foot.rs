@@ -160,11 +160,7 @@ fn incompatible_settings_change_nothing() {
         }
         let after = settings::read(&mut client).expect("answers");
         assert!(settings::differences(&before, &after).is_empty(), "{line}");
-        assert_eq!(
-            client.state().expect("a state"),
-            State::Operational,
-            "{line}"
-        );
+        assert_eq!(client.state().expect("a state"), State::Operational, "{line}");
     }
 }
 
@@ -174,26 +170,16 @@ fn refused_value_error_states_the_reason() {
         let mut client = client(line);
         let window = Named::find("window").expect("a name");
         // The foot is operational without a pause, and refuses settings.
-        let error = client
-            .write(window.address, window.entry.default)
-            .expect_err("refused");
+        let error = client.write(window.address, window.entry.default).expect_err("refused");
         let RequestError::Refused { reason, .. } = &error else {
             panic!("{line}: {error}");
         };
         assert_eq!(*reason, AbortCode::DeviceState);
         let text = error.to_string();
-        assert!(
-            text.starts_with("writing window (0x2010:0) was refused: "),
-            "{text}"
-        );
+        assert!(text.starts_with("writing window (0x2010:0) was refused: "), "{text}");
         assert!(text.contains("pre-operational state first"), "{text}");
         let unknown = client.read(Address::new(0x2FFF, 0), DataType::Unsigned8);
-        assert!(
-            unknown
-                .expect_err("there is none")
-                .to_string()
-                .contains("no such object")
-        );
+        assert!(unknown.expect_err("there is none").to_string().contains("no such object"));
     }
 }
 
@@ -212,10 +198,7 @@ fn several_feet_require_a_node_id() {
     let mut nobody = Client::new(open(), NodeId::new(99)).expect("a line");
     let error = nobody.read(Address::new(index::FOOT, 0), DataType::Unsigned8);
     assert!(
-        error
-            .expect_err("nobody")
-            .to_string()
-            .starts_with("node 99 does not answer: reading foot")
+        error.expect_err("nobody").to_string().starts_with("node 99 does not answer: reading foot")
     );
 }
 
@@ -236,25 +219,18 @@ fn foot_lost_during_a_write_is_reported_with_what_is_undone() {
             sent_left.set(left);
             Some(sending.clone())
         };
-        let link = Changed::new(&shared("demo:feet=1"), sent, move || {
-            received_left.get().min(1)
-        });
+        let link = Changed::new(&shared("demo:feet=1"), sent, move || received_left.get().min(1));
         let mut client = Client::new(link, NodeId::new(17)).expect("a foot");
         let half_widths =
             ["ax", "ay", "az"].map(|axis| format!("half_width.acceleration_m_s2.{axis}"));
-        let wanted: Vec<_> = half_widths[..names]
-            .iter()
-            .map(|name| (name.as_str(), "0.5"))
-            .collect();
+        let wanted: Vec<_> =
+            half_widths[..names].iter().map(|name| (name.as_str(), "0.5")).collect();
         let error = write(&mut client, &wanted, lasting).expect_err("it vanished");
         let SettingsError::NotTaken { undone, .. } = &error else {
             panic!("{error}");
         };
         assert_eq!(*undone, expected, "{error}");
-        assert!(
-            error.to_string().contains("node 17 does not answer"),
-            "{error}"
-        );
+        assert!(error.to_string().contains("node 17 does not answer"), "{error}");
     }
 }
 
@@ -263,10 +239,7 @@ fn id_of_another_board_is_rejected_by_all_commands() {
     let link = demo("demo:feet=4");
     let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
     let error = settings::restore(&mut client).expect_err("the front left one is there");
-    assert_eq!(
-        error.to_string(),
-        "node 18 would become node 17, which is on the bus already"
-    );
+    assert_eq!(error.to_string(), "node 18 would become node 17, which is on the bus already");
     for setting in [("node_id", "19"), ("foot", "3")] {
         let before = get(&mut client, setting.0);
         let error = write(&mut client, &[setting], Lasting::Stored).expect_err("taken");
@@ -288,9 +261,7 @@ fn reset_like(sending: &Sending) -> Sending {
         }
         Sending::Bytes { port, .. } => Sending::Bytes {
             port: port.clone(),
-            bytes: encode(0, &Message::Nmt(NmtRequest(Command::ResetNode)))
-                .as_bytes()
-                .to_vec(),
+            bytes: encode(0, &Message::Nmt(NmtRequest(Command::ResetNode))).as_bytes().to_vec(),
         },
     }
 }
@@ -348,15 +319,10 @@ fn lost_reset_command_is_repeated() {
 #[test]
 fn missing_reset_is_reported_as_an_error() {
     for line in LINES {
-        let mut client = meddled(line, |sending| {
-            (!is_reset(sending)).then(|| sending.clone())
-        });
+        let mut client = meddled(line, |sending| (!is_reset(sending)).then(|| sending.clone()));
         let error = client.restart(None).expect_err("it goes on as it was");
         let said = error.to_string();
-        assert!(
-            said.ends_with("it was commanded to reset 3 times, and has not"),
-            "{said}"
-        );
+        assert!(said.ends_with("it was commanded to reset 3 times, and has not"), "{said}");
     }
 }
 
@@ -377,10 +343,7 @@ fn restart_before_a_store_is_reported_as_an_error() {
         let SettingsError::NotTaken { cause, undone } = &error else {
             panic!("{line}: {error}");
         };
-        assert!(
-            matches!(cause, RequestError::StartedAgain { .. }),
-            "{line}: {error}"
-        );
+        assert!(matches!(cause, RequestError::StartedAgain { .. }), "{line}: {error}");
         assert_eq!(*undone, Undone::NoneStored, "{line}: {error}");
         assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
         assert_eq!(client.state().expect("a state"), State::Operational);
@@ -398,10 +361,7 @@ fn two_boards_with_the_same_id_are_not_configured() {
     let mut client = twice("demo:feet=1");
     let error = position::set(&mut client, Foot::RearRight).expect_err("which one?");
     assert!(
-        matches!(
-            error,
-            SettingsError::Request(RequestError::SameId { count: 2, .. })
-        ),
+        matches!(error, SettingsError::Request(RequestError::SameId { count: 2, .. })),
         "{error}"
     );
     assert_eq!(get(&mut client, "foot"), "1");
@@ -411,9 +371,7 @@ fn two_boards_with_the_same_id_are_not_configured() {
 fn late_response_to_a_write_is_not_read_as_a_value() {
     for source in ["demo:feet=1", "demo:line=uart"] {
         let mut client = twice(source);
-        client
-            .command(Command::EnterPreOperational)
-            .expect("a line");
+        client.command(Command::EnterPreOperational).expect("a line");
         let address = Address::new(index::DECISION, 1);
         for threshold in [0.625, 0.75] {
             let value = Value::F32(threshold);
@@ -469,11 +427,7 @@ impl Link for Failing {
 fn self_test_reports_failed_axes_and_restores_settings() {
     for (name, line) in LINES.into_iter().zip([DemoLine::Can, DemoLine::Uart]) {
         let mut good = client(name);
-        assert_eq!(
-            self_test::run(&mut good).expect("a verdict"),
-            SelfTestResult::Passed,
-            "{name}"
-        );
+        assert_eq!(self_test::run(&mut good).expect("a verdict"), SelfTestResult::Passed, "{name}");
         let mut robot = Robot::new(1, 1, line);
         robot.fail_self_test(0, 0b01_0010);
         let clock = LineClock::in_steps();
@@ -507,28 +461,14 @@ fn settings_text_parses_back_to_the_same_settings() {
             "line 1: no object is called \"windw\"; `footfall foot SOURCE get` lists all",
         ),
         ("\nwindow = 0", "line 2: window is \"0\", but "),
-        (
-            "window",
-            "line 1: \"window\" is not a setting, such as window = 50ms",
-        ),
-        (
-            "window = 50ms\nwindow = 50ms",
-            "line 2: window stands twice",
-        ),
-        (
-            "stage = 1",
-            "line 1: stage is no setting: it cannot be written",
-        ),
+        ("window", "line 1: \"window\" is not a setting, such as window = 50ms"),
+        ("window = 50ms\nwindow = 50ms", "line 2: window stands twice"),
+        ("stage = 1", "line 1: stage is no setting: it cannot be written"),
     ] {
-        let error = settings::from_text(wrong, None)
-            .expect_err(wrong)
-            .to_string();
+        let error = settings::from_text(wrong, None).expect_err(wrong).to_string();
         assert!(error.starts_with(message), "{error}");
     }
-    assert!(matches!(
-        own.get(&Address::new(index::FOOT, 0)),
-        Some(Value::U8(1))
-    ));
+    assert!(matches!(own.get(&Address::new(index::FOOT, 0)), Some(Value::U8(1))));
 }
 
 #[test]

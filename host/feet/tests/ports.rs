@@ -90,9 +90,7 @@ fn foot_on_a_serial_port_streams_and_responds() {
         let mut to = File::from(ours);
         let mut robot = Robot::new(1, 1, DemoLine::Uart);
         loop {
-            requests
-                .try_iter()
-                .for_each(|bytes| robot.send_serial(0, &bytes));
+            requests.try_iter().for_each(|bytes| robot.send_serial(0, &bytes));
             robot.tick();
             let sent = robot.take_serial(0);
             if to.write_all(&sent).is_err() {
@@ -111,10 +109,7 @@ fn foot_on_a_serial_port_streams_and_responds() {
     assert!(first.is_some());
     let address = wire::Address::new(0x2000, 0);
     let request = encode(0, &Message::ConfigGet(ConfigGet { address }));
-    feed.send(Sending::Bytes {
-        port: None,
-        bytes: request.as_bytes().to_vec(),
-    });
+    feed.send(Sending::Bytes { port: None, bytes: request.as_bytes().to_vec() });
     let is_answer =
         |heard: &Heard| matches!(&heard.said, Said::Answer(answer) if answer.address == address);
     let heard = listen(&feed, |heard| heard.iter().any(is_answer));
@@ -189,14 +184,8 @@ fn slcan_adapter_receives_from_and_sends_to_four_feet() {
     // An SDO that reads the device type, 0x1000.
     let request = CanFrame::new(0x611, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]).expect("a frame");
     feed.send(Sending::Frame(request));
-    let heard = listen(&feed, |heard| {
-        heard.iter().any(|h| matches!(h.said, Said::Sdo(_)))
-    });
-    assert!(
-        heard
-            .iter()
-            .any(|h| matches!(h.said, Said::Sdo([0x43, 0x00, 0x10, ..])))
-    );
+    let heard = listen(&feed, |heard| heard.iter().any(|h| matches!(h.said, Said::Sdo(_))));
+    assert!(heard.iter().any(|h| matches!(h.said, Said::Sdo([0x43, 0x00, 0x10, ..]))));
     let frames: Vec<_> = given.try_iter().collect();
     assert!(frames.contains(&request), "{frames:?}");
 }
@@ -207,12 +196,7 @@ fn port_without_an_adapter_is_reported() {
     let feed = Feed::open(format!("slcan:{name}").parse().expect("a source"));
     match feed.next(LONGEST) {
         Some(Fed::WaitsFor(error)) => {
-            assert!(
-                error
-                    .to_string()
-                    .contains("does not answer as an slcan adapter"),
-                "{error}"
-            );
+            assert!(error.to_string().contains("does not answer as an slcan adapter"), "{error}");
         }
         other => panic!("{other:?}"),
     }
@@ -237,10 +221,7 @@ fn second_open_of_a_port_is_rejected() {
     let source = format!("uart:{name}").parse().expect("a source");
     let first = link::open(&source).expect("a port");
     let error = link::open(&source).err().expect("the first has it");
-    assert_eq!(
-        error.to_string(),
-        format!("{name}: another program has it open")
-    );
+    assert_eq!(error.to_string(), format!("{name}: another program has it open"));
     drop(first);
     link::open(&source).expect("it is free again");
 }

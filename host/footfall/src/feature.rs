@@ -47,10 +47,7 @@ impl Feature {
     /// Returns the error that `what` requires this feature.
     #[must_use]
     pub fn missing_for(self, what: impl fmt::Display) -> NotBuilt {
-        NotBuilt {
-            what: what.to_string(),
-            feature: self,
-        }
+        NotBuilt { what: what.to_string(), feature: self }
     }
 }
 

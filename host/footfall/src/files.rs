@@ -85,10 +85,7 @@ pub enum OutputError {
 impl OutputError {
     /// Returns the conversion of an error of the operating system about a result.
     pub fn unwritable(path: &Path) -> impl FnOnce(io::Error) -> Self {
-        |source| Self::Unwritable {
-            file: path.display().to_string(),
-            source,
-        }
+        |source| Self::Unwritable { file: path.display().to_string(), source }
     }
 }
 
@@ -163,8 +160,7 @@ pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::
 /// Returns the directory part of a path, if any.
 #[must_use]
 pub fn directory_of(path: &Path) -> Option<&Path> {
-    path.parent()
-        .filter(|parent| !parent.as_os_str().is_empty())
+    path.parent().filter(|parent| !parent.as_os_str().is_empty())
 }
 
 fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {

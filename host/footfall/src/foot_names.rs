@@ -25,9 +25,6 @@ mod tests {
         for name in ["front left", "front_left", "左前", "右前", "fl"] {
             names.push(unlike(name, &names));
         }
-        assert_eq!(
-            names,
-            ["front left", "front_left_2", "左前", "右前_2", "fl"]
-        );
+        assert_eq!(names, ["front left", "front_left_2", "左前", "右前_2", "fl"]);
     }
 }

@@ -43,11 +43,7 @@ pub struct Document<'a, R> {
 impl<'a, R: Described> Document<'a, R> {
     /// Wraps a report for printing.
     pub const fn of(report: &'a R) -> Self {
-        Self {
-            schema: R::SCHEMA,
-            version: env!("CARGO_PKG_VERSION"),
-            report,
-        }
+        Self { schema: R::SCHEMA, version: env!("CARGO_PKG_VERSION"), report }
     }
 }
 
@@ -63,9 +59,6 @@ pub struct DescribedLine<'a, R> {
 impl<'a, R: Described> DescribedLine<'a, R> {
     /// Wraps the state of a foot for printing.
     pub const fn of(line: &'a R) -> Self {
-        Self {
-            schema: R::SCHEMA,
-            line,
-        }
+        Self { schema: R::SCHEMA, line }
     }
 }

@@ -117,10 +117,7 @@ mod tests {
             line(Kind::Warning, Look::Plain, &"x.csv: no time"),
             "footfall: x.csv: no time\n"
         );
-        assert_eq!(
-            line(Kind::Error, Look::Terminal, &"no file"),
-            "error: no file\n"
-        );
+        assert_eq!(line(Kind::Error, Look::Terminal, &"no file"), "error: no file\n");
         assert_eq!(
             line(Kind::Error, Look::Coloured, &"no file"),
             "\u{1b}[1m\u{1b}[31merror:\u{1b}[0m no file\n"

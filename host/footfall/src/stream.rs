@@ -259,8 +259,6 @@ fn warn_of_waiting(error: &LinkError) {
 pub fn warn_of_lost(feed: &Feed) {
     let lost = feed.lost();
     if lost > 0 {
-        warn(format!(
-            "{lost} arrivals were lost: this machine did not keep up"
-        ));
+        warn(format!("{lost} arrivals were lost: this machine did not keep up"));
     }
 }

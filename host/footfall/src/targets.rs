@@ -74,11 +74,7 @@ impl Drawing {
     #[must_use]
     pub fn of(path: &Path) -> Self {
         let extension = path.extension().unwrap_or_default();
-        if extension.eq_ignore_ascii_case("html") {
-            Self::Page
-        } else {
-            Self::Svg
-        }
+        if extension.eq_ignore_ascii_case("html") { Self::Page } else { Self::Svg }
     }
 }
 
@@ -147,11 +143,7 @@ fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
     if special || extensions.is_empty() || extensions.iter().any(is_known) {
         return Ok(());
     }
-    Err(OutputError::Extension {
-        file: named(path),
-        kind,
-        expected: extensions.join(" or ."),
-    })
+    Err(OutputError::Extension { file: named(path), kind, expected: extensions.join(" or .") })
 }
 
 /// Checks that no recording is named twice, as it would count twice.
@@ -175,9 +167,7 @@ pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
 pub fn name_among(inputs: &[PathBuf], input: &Path) -> Option<String> {
     let name = recording_name(input);
     let mut others = inputs.iter().filter(|other| *other != input);
-    others
-        .any(|other| recording_name(other) == name)
-        .then(|| named(input))
+    others.any(|other| recording_name(other) == name).then(|| named(input))
 }
 
 /// Returns whether two paths refer to one file, which may not exist yet.

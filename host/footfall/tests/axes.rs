@@ -71,16 +71,10 @@ fn impossible_axes_are_rejected_with_a_correction() {
         }
         fs::write(bench.path("robot.toml"), format!("axes = '{axes}'\n")).expect("a file");
         let error = bench.error("replay side.csv --config robot.toml");
-        assert!(
-            error.starts_with("footfall: robot.toml, line 1, column 8, key axes: "),
-            "{error}"
-        );
+        assert!(error.starts_with("footfall: robot.toml, line 1, column 8, key axes: "), "{error}");
         assert!(error.contains(expected), "{error}");
     }
-    bench.refuses(
-        "calibrate side.csv --rests --axes x,-z,y",
-        "cannot be used with",
-    );
+    bench.refuses("calibrate side.csv --rests --axes x,-z,y", "cannot be used with");
 }
 
 #[test]
@@ -173,27 +167,15 @@ fn each_foot_has_axes_of_its_own() {
         "axes = 'z,y,-x'\n[feet.SIDE]\naxes = 'x,-z,y'\n[feet.walk]\naxes = 'x,y,z'\n",
     )
     .expect("a file");
-    for settings in [
-        "--axes side=x,-z,y",
-        "--axes walk=x,y,z,Side=x,-z,y",
-        "--config robot.toml",
-    ] {
-        bench.stdout(&format!(
-            "replay walk.csv side.csv {settings} --output out.csv"
-        ));
+    for settings in ["--axes side=x,-z,y", "--axes walk=x,y,z,Side=x,-z,y", "--config robot.toml"] {
+        bench.stdout(&format!("replay walk.csv side.csv {settings} --output out.csv"));
         for foot in ["walk", "side"] {
             assert_eq!(rows_of(&bench, foot), expected, "{settings}: {foot}");
         }
     }
     // An option for all feet replaces the axes of each.
     bench.stdout("replay walk.csv --config robot.toml --axes x,y,z --output out.csv");
-    assert_eq!(
-        read(&bench.path("out.csv"))
-            .lines()
-            .skip(1)
-            .collect::<Vec<_>>(),
-        expected
-    );
+    assert_eq!(read(&bench.path("out.csv")).lines().skip(1).collect::<Vec<_>>(), expected);
 }
 
 #[test]
@@ -201,10 +183,7 @@ fn settings_of_absent_or_unknown_feet_are_an_error() {
     let bench = bench();
     for command in ["replay walk.csv", "convert walk.csv out.csv"] {
         let said = bench.error(&format!("{command} --axes FL=x,-z,y"));
-        assert_eq!(
-            said,
-            "footfall: --axes names the foot FL, but there is walk\n"
-        );
+        assert_eq!(said, "footfall: --axes names the foot FL, but there is walk\n");
     }
     for (file, expected) in cases(
         r"

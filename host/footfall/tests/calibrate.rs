@@ -60,10 +60,7 @@ fn recordings_are_learnt_in_sequence() {
     let bench = Bench::with("one.csv", csv(GaitName::Walk, 2.6));
     fs::write(bench.path("two.csv"), csv(GaitName::Walk, 9.0)).expect("a file");
     let error = bench.error("calibrate one.csv");
-    assert_has(
-        &error,
-        "s of swing were seen; 0.5 s of each is needed: record more steps",
-    );
+    assert_has(&error, "s of swing were seen; 0.5 s of each is needed: record more steps");
     bench.stdout("calibrate one.csv two.csv --output both.toml");
     bench.stdout("calibrate two.csv --output two.toml");
     bench.stdout("calibrate one.csv --config two.toml --output more.toml");
@@ -119,18 +116,13 @@ fn results_replace_keys_and_other_settings_are_kept() {
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml");
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
-    let on = overrides
-        .all
-        .get(estimator_core::Parameter::LoadOnThreshold);
+    let on = overrides.all.get(estimator_core::Parameter::LoadOnThreshold);
     assert_eq!(on, Some(20.0));
     let learnt = learnt(&bench, "robot.toml");
     assert!(learnt.is_settled() && learnt.width != 0.3);
     assert_eq!(overrides.all.learning, Some(Learning::Frozen));
     let corrected = overrides.correction();
-    assert!(
-        (corrected.accelerometer.bias.x - 0.1).abs() < 1e-3,
-        "{text}"
-    );
+    assert!((corrected.accelerometer.bias.x - 0.1).abs() < 1e-3, "{text}");
     // A second calibration replaces the first result and does not add to it.
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output again.toml");
     assert_eq!(read(&bench.path("again.toml")), text);
@@ -155,20 +147,14 @@ fn replay_corrects_the_readings() {
         bench.stdout(&format!("replay rests.csv --output out.csv {config}"));
         let table = read(&bench.path("out.csv"));
         let last: Vec<&str> = table.lines().last().expect("rows").split(',').collect();
-        last[14..17]
-            .iter()
-            .map(|cell| cell.parse::<f64>().expect("a number").abs())
-            .sum()
+        last[14..17].iter().map(|cell| cell.parse::<f64>().expect("a number").abs()).sum()
     };
     // The paper method avoids learning of the residual gravity, which is not under test.
     let paper = "method = 'half_widths'\n";
     fs::write(bench.path("paper.toml"), paper).expect("a file");
     let calibrated = paper.to_owned() + &read(&bench.path("robot.toml"));
     fs::write(bench.path("robot.toml"), calibrated).expect("a file");
-    let (as_read, corrected) = (
-        residual("--config paper.toml"),
-        residual("--config robot.toml"),
-    );
+    let (as_read, corrected) = (residual("--config paper.toml"), residual("--config robot.toml"));
     assert!(as_read > 0.05 && corrected < 0.01, "{as_read}, {corrected}");
 }
 
@@ -179,10 +165,7 @@ fn insufficient_rests_are_rejected() {
         "calibrate --rests four.csv",
         "4 rests in 4 of the 6 orientations that are needed: lay the sensor still for two seconds on each of its six sides",
     );
-    bench.refuses(
-        "calibrate --rests four.csv --gravity removed",
-        "gravity has been removed",
-    );
+    bench.refuses("calibrate --rests four.csv --gravity removed", "gravity has been removed");
     let bench = Bench::with("in_g.csv", lying(6, 1.0));
     bench.refuses("calibrate --rests in_g.csv", "accelerations are in m/s²");
 }
@@ -218,9 +201,6 @@ fn piped_configuration_is_kept() {
 #[test]
 fn foot_without_a_name_is_refused() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 1.0));
-    bench.refuses(
-        "calibrate walk.csv --foot= --output robot.toml",
-        "--foot <NAME>",
-    );
+    bench.refuses("calibrate walk.csv --foot= --output robot.toml", "--foot <NAME>");
     assert!(!bench.path("robot.toml").exists());
 }

@@ -18,20 +18,14 @@ fn shell(bench: &Bench, name: &str, command: &str) -> std::io::Result<Output> {
 }
 
 fn with_another_column() -> Bench {
-    Bench::with(
-        "x.csv",
-        format!("t,{AXES},mood\n0,0,0,9,0,0,0,1\n0.01,0,0,9,0,0,0,1\n"),
-    )
+    Bench::with("x.csv", format!("t,{AXES},mood\n0,0,0,9,0,0,0,1\n0.01,0,0,9,0,0,0,1\n"))
 }
 
 #[test]
 fn quiet_keeps_errors_and_verbose_adds_details() {
     let bench = with_another_column();
     let said = |arguments: &str| text(&bench.run(arguments).stderr);
-    assert_eq!(
-        said("replay x.csv"),
-        "footfall: x.csv: ignored columns: mood\n"
-    );
+    assert_eq!(said("replay x.csv"), "footfall: x.csv: ignored columns: mood\n");
     assert_eq!(said("replay x.csv --quiet"), "");
     assert_eq!(said("-q replay x.csv"), "");
     assert!(said("-q replay absent.csv").starts_with("footfall: absent.csv"));
@@ -59,9 +53,8 @@ fn quiet_keeps_errors_and_verbose_adds_details() {
 
 #[test]
 fn strict_findings_are_printed_with_quiet() {
-    let rows: String = (0..2000)
-        .map(|k| format!("{},0,0,1,0,0,0\n", f64::from(k) * 0.01))
-        .collect();
+    let rows: String =
+        (0..2000).map(|k| format!("{},0,0,1,0,0,0\n", f64::from(k) * 0.01)).collect();
     let bench = Bench::with("g.csv", format!("t,{AXES}\n{rows}"));
     let said = bench.error("replay g.csv --strict -q");
     assert!(said.lines().count() > 1, "{said}");
@@ -88,24 +81,14 @@ fn colour_is_used_on_terminals_or_when_forced() {
 
 #[test]
 fn closed_stdout_is_not_an_error() {
-    let rows: String = (0..30_000)
-        .map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01))
-        .collect();
+    let rows: String =
+        (0..30_000).map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01)).collect();
     let bench = Bench::with("long.csv", format!("t,{AXES}\n{rows}"));
     // More than the capacity of a pipe.
     let frame = |k: u32| {
-        format!(
-            "({}.{:03}000) can0 191#FFFF80800000{:02X}1A\n",
-            k / 1000,
-            k % 1000,
-            k % 256
-        )
+        format!("({}.{:03}000) can0 191#FFFF80800000{:02X}1A\n", k / 1000, k % 1000, k % 256)
     };
-    fs::write(
-        bench.path("x.log"),
-        (0..10_000).map(frame).collect::<String>(),
-    )
-    .expect("a file");
+    fs::write(bench.path("x.log"), (0..10_000).map(frame).collect::<String>()).expect("a file");
     for command in [
         "replay long.csv --output - --plot out.svg",
         "replay long.csv --json",
@@ -118,10 +101,7 @@ fn closed_stdout_is_not_an_error() {
         let pipe = format!("{{ \"$0\" {command}; echo $? >&2; }} | true");
         let output = shell(&bench, "bash", &pipe).expect("bash");
         let said = text(&output.stderr);
-        assert!(
-            said.ends_with("0\n") && !said.contains("cannot be written"),
-            "{command}: {said}"
-        );
+        assert!(said.ends_with("0\n") && !said.contains("cannot be written"), "{command}: {said}");
     }
     assert!(read(&bench.path("out.svg")).starts_with("<svg"));
 }
@@ -129,9 +109,8 @@ fn closed_stdout_is_not_an_error() {
 #[cfg(target_os = "linux")]
 #[test]
 fn interrupted_command_leaves_no_unfinished_file() {
-    let rows: String = (0..100_000)
-        .map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01))
-        .collect();
+    let rows: String =
+        (0..100_000).map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01)).collect();
     let bench = Bench::with("long.csv", format!("t,{AXES}\n{rows}"));
     let is_unfinished = || bench.files().iter().any(|name| name.ends_with(".part"));
     // The command may finish before it is interrupted.
@@ -205,15 +184,9 @@ fn configuration_errors_give_the_place_of_each() {
     let check = |content: &str| {
         fs::write(bench.path("c.toml"), content).expect("a file");
         let output = bench.run("config --check c.toml");
-        (
-            output.status.code(),
-            text(&output.stdout) + &text(&output.stderr),
-        )
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
     };
-    assert_eq!(
-        check("decision.threshold = 0.6\n"),
-        (Some(0), "c.toml: ok\n".to_owned())
-    );
+    assert_eq!(check("decision.threshold = 0.6\n"), (Some(0), "c.toml: ok\n".to_owned()));
     for (content, expected) in cases(
         r#"
         [decision]\non_delay = 1\n => line 2, column 1, key decision.on_delay: unknown field
@@ -231,10 +204,7 @@ fn configuration_errors_give_the_place_of_each() {
         let [content, expected] = [content, expected].map(|text| text.replace("\\n", "\n"));
         let (code, said) = check(&content);
         assert_eq!(code, Some(1));
-        assert!(
-            said.starts_with("footfall: c.toml, ") && said.contains(&expected),
-            "{said}"
-        );
+        assert!(said.starts_with("footfall: c.toml, ") && said.contains(&expected), "{said}");
     }
     fs::write(bench.path("c.toml"), "window = '20ms'\n").expect("a file");
     bench.stdout("config --check c.toml --preset paper");
@@ -249,9 +219,7 @@ fn printed_example_is_a_valid_configuration() {
         fs::write(bench.path("c.toml"), &example).expect("a file");
         bench.stdout(&format!("config --check c.toml --preset {preset}"));
         let replay = |config: &str| {
-            bench.stdout(&format!(
-                "replay x.csv --output - --preset {preset} {config}"
-            ))
+            bench.stdout(&format!("replay x.csv --output - --preset {preset} {config}"))
         };
         assert!(replay("") == replay("--config c.toml"));
         // Activating a key of the example takes effect.

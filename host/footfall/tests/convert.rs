@@ -86,21 +86,15 @@ fn assert_same(found: &str, expected: &str, what: &str) {
 
 /// Returns the metrics and sample counts of all feet.
 fn metrics(bench: &Bench, arguments: &str) -> Vec<(Value, Value)> {
-    let json = bench.stdout(&format!(
-        "--quiet replay --estimate-again {arguments} --json"
-    ));
+    let json = bench.stdout(&format!("--quiet replay --estimate-again {arguments} --json"));
     let json: Value = serde_json::from_str(&json).expect("JSON");
     let feet = json["recordings"].as_array().expect("recordings");
-    feet.iter()
-        .map(|foot| (foot["metrics"].clone(), foot["samples"].clone()))
-        .collect()
+    feet.iter().map(|foot| (foot["metrics"].clone(), foot["samples"].clone())).collect()
 }
 
 /// Returns the options that a conversion suggests for reading its output.
 fn told(bench: &Bench, said: &str) -> String {
-    let line = said
-        .lines()
-        .find_map(|line| line.strip_prefix("read it with "));
+    let line = said.lines().find_map(|line| line.strip_prefix("read it with "));
     let options = line.unwrap_or_default().to_owned();
     match said.split_once("and a configuration file with\n") {
         None => options,
@@ -115,9 +109,8 @@ fn told(bench: &Bench, said: &str) -> String {
 fn estimates_from_output_match_those_from_source() {
     let bench = Bench::new();
     for (source, options) in sources(&bench) {
-        let expected = bench.stdout(&format!(
-            "--quiet replay --estimate-again {source} {options} --output -"
-        ));
+        let expected =
+            bench.stdout(&format!("--quiet replay --estimate-again {source} {options} --output -"));
         let scores = metrics(&bench, &format!("{source} {options}"));
         let is_alone = scores.len() == 1;
         for target in TARGETS {
@@ -129,19 +122,13 @@ fn estimates_from_output_match_those_from_source() {
                 );
                 continue;
             }
-            let said = bench.stdout(&format!(
-                "--quiet convert {source} {target} {options} --overwrite"
-            ));
+            let said =
+                bench.stdout(&format!("--quiet convert {source} {target} {options} --overwrite"));
             let name = target.split_whitespace().next().expect("a name");
             let reading = format!("{name} {}", told(&bench, &said));
-            assert_eq!(
-                reading.contains("told.toml"),
-                source == "atlas.txt",
-                "{said}"
-            );
-            let found = bench.stdout(&format!(
-                "--quiet replay --estimate-again {reading} --output -"
-            ));
+            assert_eq!(reading.contains("told.toml"), source == "atlas.txt", "{said}");
+            let found =
+                bench.stdout(&format!("--quiet replay --estimate-again {reading} --output -"));
             assert_same(&found, &expected, &what);
             assert_eq!(metrics(&bench, &reading), scores, "{what}");
             if is_alone {
@@ -165,21 +152,12 @@ fn span_keeps_the_times_of_the_recording() {
     bench.stdout("convert walk.csv part.csv --from 0.25 --to 0.5");
     let part = read(&bench.path("part.csv"));
     let mut rows = part.lines();
-    assert_eq!(
-        rows.next(),
-        Some("t,ax,ay,az,wx,wy,wz,force,label,validity")
-    );
+    assert_eq!(rows.next(), Some("t,ax,ay,az,wx,wy,wz,force,label,validity"));
     assert_eq!(rows.next(), Some("0.250000,0,0,9.81,0,0,0,50,1,"));
     assert_eq!(rows.next_back(), Some("0.499000,0,0,9.81,0,0,0,50,1,"));
     assert_eq!(part.lines().count(), 251);
-    bench.refuses(
-        "convert walk.csv late.csv --from 5",
-        "--from 5 is beyond its end",
-    );
-    bench.refuses(
-        "convert walk.csv none.csv --from 0.5 --to 0.5",
-        "does not come after",
-    );
+    bench.refuses("convert walk.csv late.csv --from 5", "--from 5 is beyond its end");
+    bench.refuses("convert walk.csv none.csv --from 0.5 --to 0.5", "does not come after");
 }
 
 #[test]
@@ -209,11 +187,7 @@ fn unwritable_output_is_rejected_before_writing() {
     }
     assert_eq!(read(&bench.path("there.mcap")), "precious");
     bench.stdout("convert walk.csv there.mcap --overwrite");
-    assert!(
-        fs::read(bench.path("there.mcap"))
-            .expect("a bag")
-            .starts_with(b"\x89MCAP0")
-    );
+    assert!(fs::read(bench.path("there.mcap")).expect("a bag").starts_with(b"\x89MCAP0"));
     assert!(!bench.files().iter().any(|name| name.ends_with(".part")));
     let piped = bench.run("convert walk.csv - --as mcap").stdout;
     assert!(piped == fs::read(bench.path("there.mcap")).expect("a bag"));
@@ -223,10 +197,7 @@ fn unwritable_output_is_rejected_before_writing() {
 fn clock_shift_of_a_bag_is_reported() {
     let bench = Bench::with("walk.csv", standing());
     let output = bench.run("convert walk.csv walk.mcap");
-    assert!(
-        text(&output.stderr).contains("all are 1 s later than in walk.csv"),
-        "{output:?}"
-    );
+    assert!(text(&output.stderr).contains("all are 1 s later than in walk.csv"), "{output:?}");
     let late = "t,ax,ay,az,wx,wy,wz\n3000000000,0,0,9.8,0,0,0\n3000000000.01,0,0,9.8,0,0,0\n";
     fs::write(bench.path("late.csv"), late).expect("a file");
     bench.refuses("convert late.csv late.mcap", "no times after 2038");

@@ -12,10 +12,7 @@ fn demo_output_is_decoded() {
     let rows = read(&bench.path("walk/samples.csv")).lines().count() - 1;
     for (file, format) in [("can.log", "CAN log"), ("uart.bin", "serial line")] {
         let report = bench.stdout(&format!("decode walk/{file} --output rows.csv"));
-        assert!(
-            report.starts_with(&format!("{format}: {rows} rows, ")),
-            "{report}"
-        );
+        assert!(report.starts_with(&format!("{format}: {rows} rows, ")), "{report}");
         assert_has(&report, "\nmissing  0 in 0 gaps\nproblems none\n");
         assert!(report.ends_with("\nwritten  rows.csv\n"), "{report}");
         let table = read(&bench.path("rows.csv"));
@@ -53,15 +50,10 @@ fn node_option_adds_a_foot_with_another_id() {
     assert!(text(&output.stdout).starts_with("CAN log: 0 rows\nframes   of_other_nodes 1\n"));
     assert!(text(&output.stderr).ends_with("but node 33 may be one: --node 33\n"));
     for id in ["33", "0x21"] {
-        bench.stdout(&format!(
-            "decode x.log --node 5 --node {id} --output rows.csv"
-        ));
+        bench.stdout(&format!("decode x.log --node 5 --node {id} --output rows.csv"));
         let row = read(&bench.path("rows.csv"));
         let row = row.lines().nth(1).expect("a row");
-        assert!(
-            row.starts_with("0.000120,1.000000,1.000000,received,can1,,33,0,7,1,0.5"),
-            "{row}"
-        );
+        assert!(row.starts_with("0.000120,1.000000,1.000000,received,can1,,33,0,7,1,0.5"), "{row}");
     }
     for id in ["0", "128", "foot"] {
         bench.refuses(
@@ -100,10 +92,7 @@ fn hyphen_selects_stdin_and_stdout() {
     assert_eq!(said, "footfall: standard input is empty\n");
     let output = bench.piped("decode - --output -", "nothing of a log\n");
     assert!(output.stdout.is_empty() && !output.status.success());
-    bench.refuses(
-        "decode x.log --json --output -",
-        "standard output takes one result",
-    );
+    bench.refuses("decode x.log --json --output -", "standard output takes one result");
 }
 
 #[test]
@@ -116,10 +105,7 @@ fn feet_are_listed_with_name_and_id() {
     };
     for (options, expected) in [
         ("", &["FL 17", "FL 17"][..]),
-        (
-            " --names 1=FR,0x11=left",
-            &["left 17", "left 17", "FR 1", "FR 1"],
-        ),
+        (" --names 1=FR,0x11=left", &["left 17", "left 17", "FR 1", "FR 1"]),
         (" --node 1", &["FL 17", "FL 17", " 1", " 1"]),
     ] {
         bench.stdout(&format!("decode x.log --output rows.csv{options}"));

@@ -22,10 +22,7 @@ impl Domain {
             // A file of another user counts as taken.
             let lock = File::create(folder.join(id.to_string())).ok()?;
             lock.try_lock().ok()?;
-            Some(Self {
-                id: id as u16,
-                _lock: lock,
-            })
+            Some(Self { id: id as u16, _lock: lock })
         });
         free.next().expect("a free domain")
     }

@@ -36,10 +36,7 @@ fn each_event_of_a_walk_has_one_row() {
     }
     // The recording begins and ends in stance.
     let blank: Vec<_> = rows.iter().filter(|row| row[2].is_empty()).collect();
-    assert_eq!(
-        blank.iter().map(|row| row[1]).collect::<Vec<_>>(),
-        ["lift_off", "touch_down"]
-    );
+    assert_eq!(blank.iter().map(|row| row[1]).collect::<Vec<_>>(), ["lift_off", "touch_down"]);
     assert_eq!((blank[0], blank[1]), (&rows[0], &rows[rows.len() - 1]));
 }
 
@@ -86,10 +83,7 @@ fn span_contains_its_events() {
         .collect();
     assert_eq!(part.len(), within.len());
     // The last stance and its slip have not ended.
-    let complete = part
-        .iter()
-        .zip(within)
-        .filter(|(part, whole)| part == whole);
+    let complete = part.iter().zip(within).filter(|(part, whole)| part == whole);
     assert_eq!(complete.count(), part.len() - 2);
     assert!(part[part.len() - 2..].iter().all(|row| row[2].is_empty()));
 }

@@ -48,16 +48,8 @@ fn version_lists_the_built_features() {
     let version = Bench::new().stdout("--version");
     let (number, features) = version.split_once(" (features: ").expect("features");
     assert_eq!(number, concat!("footfall ", env!("CARGO_PKG_VERSION")));
-    let listed: Vec<_> = features
-        .trim_end()
-        .trim_end_matches(')')
-        .split(", ")
-        .collect();
+    let listed: Vec<_> = features.trim_end().trim_end_matches(')').split(", ").collect();
     for feature in Feature::ALL {
-        assert_eq!(
-            listed.contains(&feature.name()),
-            feature.is_built(),
-            "{feature}"
-        );
+        assert_eq!(listed.contains(&feature.name()), feature.is_built(), "{feature}");
     }
 }

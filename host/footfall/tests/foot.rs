@@ -69,13 +69,9 @@ fn id_command_refuses_an_id_in_use_and_an_unknown_foot() {
 fn calibration_needs_a_walking_and_learning_foot() {
     let bench = Bench::new();
     let (text, error) = foot(&bench, "demo:speed=max --node 17 calibrate");
-    for expected in [
-        "kept and stored\n",
-        "still ",
-        "speed ",
-        "gyroscope_bias_z ",
-        "accelerometer.scale.ax ",
-    ] {
+    for expected in
+        ["kept and stored\n", "still ", "speed ", "gyroscope_bias_z ", "accelerometer.scale.ax "]
+    {
         assert!(text.contains(expected), "{expected}: {text}{error}");
     }
     assert!(error.contains("let the foot walk: "), "{error}");
@@ -131,20 +127,11 @@ fn empty_file_and_duplicate_setting_are_rejected() {
 #[test]
 fn settings_are_read_from_stdin_with_a_size_limit() {
     let bench = Bench::with("zeros.txt", vec![0; 2 << 20]);
-    let output = bench.piped(
-        "foot demo:speed=max import -",
-        "decision.threshold = 0.625\n",
-    );
-    assert_eq!(
-        text(&output.stdout),
-        "decision.threshold: 0.5 → 0.625\nstored\n"
-    );
+    let output = bench.piped("foot demo:speed=max import -", "decision.threshold = 0.625\n");
+    assert_eq!(text(&output.stdout), "decision.threshold: 0.5 → 0.625\nstored\n");
     let (output, error) = foot(&bench, "demo:speed=max import zeros.txt");
     assert_eq!(output, "");
-    assert_eq!(
-        error,
-        "footfall: zeros.txt: settings are 1048576 bytes at most\n"
-    );
+    assert_eq!(error, "footfall: zeros.txt: settings are 1048576 bytes at most\n");
 }
 
 #[test]
@@ -170,12 +157,9 @@ fn images_are_checked_before_anything_is_sent() {
     std::fs::write(bench.path("foot.uf2"), copied).expect("a file");
     let name_usb = "a program for a foot on USB: name it as usb or uart:PORT";
     let one = "a program for the one foot on a USB port: no --all, --node, --serial or --json";
-    for (options, expected) in [
-        ("", name_usb),
-        ("--all", one),
-        ("--serial 4", one),
-        ("--json", one),
-    ] {
+    for (options, expected) in
+        [("", name_usb), ("--all", one), ("--serial 4", one), ("--json", one)]
+    {
         let (_, error) = foot(&bench, &format!("demo:speed=max update foot.uf2 {options}"));
         assert_has(&error, &format!("foot.uf2: {expected}"));
     }
@@ -191,17 +175,11 @@ fn images_are_checked_before_anything_is_sent() {
     let (same, error) = foot(&bench, "demo:speed=max,feet=2 update foot.img --all");
     let line = |node| format!("node {node}: 0.1.0 runs already, confirmed\n");
     assert_eq!(same, line(21) + &line(22), "{error}");
-    let (same, error) = foot(
-        &bench,
-        "demo:speed=max,feet=2 update foot.img --serial 0xF0070006,0xF0070006",
-    );
+    let (same, error) =
+        foot(&bench, "demo:speed=max,feet=2 update foot.img --serial 0xF0070006,0xF0070006");
     assert_eq!(same, line(22), "{error}");
     for (line, number, heard) in [
-        (
-            "feet=2",
-            "0x00000004",
-            "0xF0070005 (node 21), 0xF0070006 (node 22)",
-        ),
+        ("feet=2", "0x00000004", "0xF0070005 (node 21), 0xF0070006 (node 22)"),
         ("line=uart", "0xF0070006", "0xF0070001"),
     ] {
         let arguments = format!("demo:speed=max,{line} update foot.img --serial 0xF0070006,4");
@@ -217,28 +195,18 @@ fn images_are_checked_before_anything_is_sent() {
 fn acceptance_ends_with_what_was_not_seen_or_is_out() {
     let bench = Bench::new();
     let accept = |options: &str| {
-        let output = bench.run(&format!(
-            "accept demo:speed=max --seconds 1 --json {options}"
-        ));
+        let output = bench.run(&format!("accept demo:speed=max --seconds 1 --json {options}"));
         let report: serde_json::Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
         (report, text(&output.stderr), output.status.code())
     };
     let (report, said, code) = accept("--only board,unplug");
     assert_eq!((code, &report["foot"]), (Some(0), &"FL".into()), "{said}");
     assert_eq!(report["schema"], "urn:footfall:accept:1");
-    assert_eq!(
-        (&report["passed"], &report["not_tested"]),
-        (&4.into(), &6.into()),
-        "{said}"
-    );
+    assert_eq!((&report["passed"], &report["not_tested"]), (&4.into(), &6.into()), "{said}");
     assert!(said.contains("not tested: no fault within 1 s"), "{said}");
     // Nobody takes ten steps in a second.
     let (report, said, code) = accept("--only steps");
-    assert_eq!(
-        (code, &report["accepted"]),
-        (Some(1), &false.into()),
-        "{said}"
-    );
+    assert_eq!((code, &report["accepted"]), (Some(1), &false.into()), "{said}");
     assert!(said.contains("not accepted: steps seen"), "{said}");
     let said = text(&bench.run("accept demo --only steps,hop").stderr);
     assert_has(&said, "write some of board, self-test, still");

@@ -3,20 +3,10 @@
 mod common;
 #[cfg(feature = "ros2")]
 mod domain;
-#[cfg(any(
-    feature = "bags",
-    feature = "foxglove",
-    feature = "parquet",
-    feature = "ros2"
-))]
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "parquet", feature = "ros2"))]
 #[path = "../../../wire/tests/python/environment.rs"]
 mod environment;
-#[cfg(any(
-    feature = "bags",
-    feature = "foxglove",
-    feature = "parquet",
-    feature = "ros2"
-))]
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "parquet", feature = "ros2"))]
 #[path = "../../../host-tests/tests/python/packages.rs"]
 mod packages;
 

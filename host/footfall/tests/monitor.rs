@@ -12,11 +12,7 @@ fn monitor(arguments: &[&str]) -> (String, String, Option<i32>) {
         .output()
         .expect("the program runs");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (
-        text(output.stdout),
-        text(output.stderr),
-        output.status.code(),
-    )
+    (text(output.stdout), text(output.stderr), output.status.code())
 }
 
 /// Returns what is printed of four feet in two and a half seconds.
@@ -30,9 +26,7 @@ fn lines_of_four_feet() -> String {
 
 /// Counts the lines of a foot with a probability.
 fn lines_with_p(lines: &str, foot: &str) -> usize {
-    let of_foot = lines
-        .lines()
-        .filter(|line| line.contains(&format!("s  {foot}  ")));
+    let of_foot = lines.lines().filter(|line| line.contains(&format!("s  {foot}  ")));
     of_foot.filter(|line| line.contains("  P ")).count()
 }
 
@@ -61,31 +55,21 @@ fn json_output_has_one_object_per_line() {
         .lines()
         .map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}")))
         .collect();
-    let feet: Vec<_> = objects
-        .iter()
-        .filter(|o| o["p_stable"].is_number())
-        .collect();
+    let feet: Vec<_> = objects.iter().filter(|o| o["p_stable"].is_number()).collect();
     // One object per foot at the end, and before it one per second on the clock of this machine.
     let [.., left, right] = feet.as_slice() else {
         panic!("{lines}");
     };
     assert_eq!((&left["foot"], &right["foot"]), (&"L".into(), &"R".into()));
     assert_eq!(left["missing"], 0);
-    assert!(
-        objects
-            .iter()
-            .any(|object| object["event"] == "has started")
-    );
+    assert!(objects.iter().any(|object| object["event"] == "has started"));
 }
 
 #[test]
 fn invalid_source_is_a_command_line_error() {
     let (_, error, code) = monitor(&["ttyACM0"]);
     assert_eq!(code, Some(2));
-    assert!(
-        error.contains("sources are usb, uart:PORT[@BAUD]"),
-        "{error}"
-    );
+    assert!(error.contains("sources are usb, uart:PORT[@BAUD]"), "{error}");
 }
 
 #[test]
@@ -116,24 +100,14 @@ fn unplayable_source_is_an_error() {
 #[test]
 fn faults_flags_and_refusals_are_explained() {
     let explain = |arguments: &[&str]| {
-        let output = Command::new(PROGRAM)
-            .arg("explain")
-            .args(arguments)
-            .output();
+        let output = Command::new(PROGRAM).arg("explain").args(arguments).output();
         let output = output.expect("the program runs");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (
-            text(&output.stdout),
-            text(&output.stderr),
-            output.status.code(),
-        )
+        (text(&output.stdout), text(&output.stderr), output.status.code())
     };
     let (text, _, code) = explain(&["0x7007"]);
     assert_eq!(code, Some(0));
-    assert!(
-        text.starts_with("fault 0x7007 sensor out of step\n"),
-        "{text}"
-    );
+    assert!(text.starts_with("fault 0x7007 sensor out of step\n"), "{text}");
     assert!(text.contains("what to do: "), "{text}");
     assert!(explain(&["sensor", "frozen"]).0.starts_with("fault 0x7002"));
     assert!(explain(&["settling"]).0.contains("walk four or five steps"));

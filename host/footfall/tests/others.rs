@@ -10,14 +10,9 @@ use crate::record::count;
 const REQUIREMENTS: &str = include_str!("../../../host-tests/tests/python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/others.py");
 const WHOLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/whole.py");
-const ROBOT_BAG: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../../host-tests/tests/python/robot_bag.py"
-);
-const WALK: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../../host-tests/recordings/walk.csv"
-);
+const ROBOT_BAG: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../../host-tests/tests/python/robot_bag.py");
+const WALK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../host-tests/recordings/walk.csv");
 
 /// Column `p_stable` of a table of estimates.
 fn probabilities(bench: &Bench, options: &str) -> Vec<f32> {
@@ -55,18 +50,12 @@ fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
     let of_counts = probabilities(&bench, "of_counts.csv");
     let scaled = "counts.csv --scale 0.000122,0.07 --units g,dps";
     assert_near(&probabilities(&bench, scaled), &of_counts);
-    assert_near(
-        &probabilities(&bench, "milli.csv --units mg,mdps"),
-        &expected,
-    );
+    assert_near(&probabilities(&bench, "milli.csv --units mg,mdps"), &expected);
 
     bench.refuses("replay ros1.mcap", "these are messages of ROS 1");
 
     let said = bench.error("replay walk.bag");
-    assert!(
-        said.contains("is a ROS 1 bag; convert it: pip install rosbags"),
-        "{said}"
-    );
+    assert!(said.contains("is a ROS 1 bag; convert it: pip install rosbags"), "{said}");
     let converted = Command::new(packages.folder.join("bin/rosbags-convert"))
         .args(["--src", "walk.bag", "--dst", "walk"])
         .current_dir(&bench.directory)
@@ -127,26 +116,18 @@ fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
     let one = rows("--topic /fl/imu --load-topic /ft/{foot}");
     assert!(one.lines().skip(1).eq(left.iter().map(String::as_str)));
     // The same as a source.
-    let report = bench.stdout(&format!(
-        "record file:bag {FEET} --axes fr=-x,-y,z -o rec.mcap"
-    ));
+    let report = bench.stdout(&format!("record file:bag {FEET} --axes fr=-x,-y,z -o rec.mcap"));
     for foot in ["fl", "fr"] {
         assert_eq!(count(&report, &format!("/footfall/{foot}/contact")), 3000);
     }
     assert!(!report.contains("trunk"), "{report}");
     let report = bench.stdout("record file:bag --topic /fl/imu --compat bool -o alone.mcap");
     assert_eq!(count(&report, "/footfall/fl/contact"), 3000);
-    assert!(
-        count(&report, "/footfall/FL/contact/decision") > 100,
-        "{report}"
-    );
+    assert!(count(&report, "/footfall/FL/contact/decision") > 100, "{report}");
     assert!(!report.contains("/bag"), "{report}");
     for (arguments, expected) in [
         ("monitor demo:seconds=1 --topic all", "are for file:"),
-        (
-            "replay bag --topic all --not-topic * --load-topic /ft/{foot}",
-            "/trunk/imu",
-        ),
+        ("replay bag --topic all --not-topic * --load-topic /ft/{foot}", "/trunk/imu"),
     ] {
         bench.refuses(arguments, expected);
     }
@@ -162,10 +143,7 @@ fn cut_bag_that_others_refuse_is_made_whole() {
     bench.stdout(&format!("convert {WALK} walk.mcap"));
     let bytes = fs::read(bench.path("walk.mcap")).expect("a bag");
     fs::write(bench.path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("a file");
-    for arguments in [
-        "convert cut.mcap samples.mcap",
-        "replay cut.mcap --output all.mcap",
-    ] {
+    for arguments in ["convert cut.mcap samples.mcap", "replay cut.mcap --output all.mcap"] {
         let said = bench.run(arguments);
         assert!(said.status.success(), "{arguments}: {}", text(&said.stderr));
         assert_has(&text(&said.stderr), "footfall convert writes a whole one");

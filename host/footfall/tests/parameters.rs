@@ -68,16 +68,11 @@ fn parameters_are_listed_and_read_only() {
     let feet = FootNode::new(options(domain.id)).expect("a node");
     let context = Context::with_options(ContextOptions::new().domain_id(domain.id));
     let name = NodeName::new("/", "asks").expect("a name");
-    let node = context
-        .expect("a context")
-        .new_node(name, NodeOptions::new());
+    let node = context.expect("a context").new_node(name, NodeOptions::new());
     let mut node = node.expect("a node");
     let spinner = node.spinner().expect("a spinner");
     thread::spawn(|| block_on(spinner.spin()));
-    let request = ListParametersRequest {
-        prefixes: Vec::new(),
-        depth: 0,
-    };
+    let request = ListParametersRequest { prefixes: Vec::new(), depth: 0 };
     let listed: ListParametersResponse =
         ask(&mut node, "list_parameters", "ListParameters", &request);
     let set = |value: &str| SetParametersRequest {
@@ -92,14 +87,7 @@ fn parameters_are_listed_and_read_only() {
             ask(&mut node, "set_parameters", "SetParameters", &set(value));
         results.extend(answer.results);
     }
-    let expected = [
-        "compat",
-        "frame_id",
-        "qos.depth",
-        "qos.reliability",
-        "source",
-        "use_sim_time",
-    ];
+    let expected = ["compat", "frame_id", "qos.depth", "qos.reliability", "source", "use_sim_time"];
     assert_eq!(listed.result.names, expected);
     let successful: Vec<_> = results.iter().map(|result| result.successful).collect();
     assert_eq!(successful, [true, false], "{results:?}");

@@ -6,9 +6,7 @@ use crate::common::{AXES, Bench, standing, text};
 
 /// Returns a foot at rest with 1000 rows `seconds` apart; `row` maps the time, s, to a row.
 fn resting(seconds: f64, row: impl Fn(f64) -> String) -> Bench {
-    let rows: String = (0..1000)
-        .map(|k| row(f64::from(k) * seconds) + "\n")
-        .collect();
+    let rows: String = (0..1000).map(|k| row(f64::from(k) * seconds) + "\n").collect();
     Bench::with("x.csv", format!("t,{AXES}\n{rows}"))
 }
 
@@ -17,9 +15,7 @@ fn said(bench: &Bench, options: &str) -> (String, Vec<String>) {
     let output = bench.run(&format!("replay x.csv --json {options}"));
     assert!(output.status.success(), "{output:?}");
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let findings = summary["recordings"][0]["input"]["findings"]
-        .as_array()
-        .expect("a list");
+    let findings = summary["recordings"][0]["input"]["findings"].as_array().expect("a list");
     let name = |finding: &serde_json::Value| finding["name"].as_str().expect("a name").to_owned();
     (text(&output.stderr), findings.iter().map(name).collect())
 }
@@ -41,9 +37,7 @@ fn finding_has_a_line_and_a_name() {
             "the acceleration is 1.00 m/s² at rest, which looks like g: --units g",
         ),
         (
-            resting(0.001, |t| {
-                format!("{t:.4},0,0,9.81,{},0,0", 300.0 * (30.0 * t).sin())
-            }),
+            resting(0.001, |t| format!("{t:.4},0,0,9.81,{},0,0", 300.0 * (30.0 * t).sin())),
             "",
             "rate_in_degrees",
             "the angular rate exceeds 300 rad/s in every hundredth sample, which looks like °/s: \
@@ -98,10 +92,7 @@ fn calibrate_json_has_findings_of_each_file() {
     // The rate is too low on each side of the sensor; gravity need not be along z here.
     let bench = Bench::new();
     let mut files = Vec::new();
-    for (k, side) in ["g,0,0", "-g,0,0", "0,g,0", "0,-g,0", "0,0,g", "0,0,-g"]
-        .iter()
-        .enumerate()
-    {
+    for (k, side) in ["g,0,0", "-g,0,0", "0,g,0", "0,-g,0", "0,0,g", "0,0,-g"].iter().enumerate() {
         let force = side.replace('g', "9.81");
         let row = |row: u32| format!("{:.2},{force},0,0,0\n", f64::from(row) * 0.02);
         let rows: String = (0..500).map(row).collect();

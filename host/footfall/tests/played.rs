@@ -57,9 +57,7 @@ fn config_applies_to_a_played_recording() {
     for options in ["--config robot.toml", "--preset paper"] {
         let expected = replayed(&bench, &format!("walk.csv {options}"));
         assert_ne!(expected, plain, "{options}");
-        bench.stdout(&format!(
-            "record file:walk.csv {options} -o played.mcap --overwrite"
-        ));
+        bench.stdout(&format!("record file:walk.csv {options} -o played.mcap --overwrite"));
         assert_eq!(replayed(&bench, "played.mcap"), expected, "{options}");
     }
 }
@@ -68,16 +66,10 @@ fn config_applies_to_a_played_recording() {
 fn sections_of_feet_apply_to_a_played_bag() {
     let bench = Bench::new();
     bench.stdout("record demo:feet=2,line=uart,seconds=6,speed=max -o feet.mcap");
-    fs::write(
-        bench.path("robot.toml"),
-        "feet.L.decision.threshold = 0.95\n",
-    )
-    .expect("a file");
+    fs::write(bench.path("robot.toml"), "feet.L.decision.threshold = 0.95\n").expect("a file");
     let feet = "--topic all --config robot.toml";
     let expected = replayed(&bench, &format!("feet.mcap {feet} --estimate-again"));
-    bench.stdout(&format!(
-        "record file:feet.mcap {feet} --estimate-again -o played.mcap"
-    ));
+    bench.stdout(&format!("record file:feet.mcap {feet} --estimate-again -o played.mcap"));
     assert_eq!(replayed(&bench, "played.mcap --topic all"), expected);
     let other = replayed(&bench, "feet.mcap --topic all --estimate-again");
     assert_ne!(expected, other);
@@ -117,8 +109,5 @@ fn settings_of_no_recording_are_refused() {
     let error = failed(&bench, "file:can.log@max --config robot.toml");
     assert_has(&error, "can.log has contacts that feet sent");
     fs::write(bench.path("bad.toml"), "decision.threshold = 2\n").expect("a file");
-    bench.refuses(
-        "monitor file:walk.csv@max --config bad.toml",
-        "bad.toml, line 1",
-    );
+    bench.refuses("monitor file:walk.csv@max --config bad.toml", "bad.toml, line 1");
 }

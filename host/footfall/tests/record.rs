@@ -11,9 +11,7 @@ use wire::Foot as Position;
 
 /// Returns the reported message count of a topic.
 pub fn count(report: &str, topic: &str) -> u64 {
-    let line = report
-        .lines()
-        .find(|line| line.ends_with(&format!(" {topic}")));
+    let line = report.lines().find(|line| line.ends_with(&format!(" {topic}")));
     let count = line.and_then(|line| line.split_whitespace().next());
     count.and_then(|count| count.parse().ok()).unwrap_or(0)
 }
@@ -23,10 +21,7 @@ fn recording_of_four_feet_is_complete_and_replayable() {
     let bench = Bench::new();
     let output = bench.run("record demo:feet=4,line=uart,seconds=10 -o walk.mcap");
     let report = text(&output.stdout);
-    assert_eq!(
-        (text(&output.stderr).as_str(), output.status.code()),
-        ("", Some(0))
-    );
+    assert_eq!((text(&output.stderr).as_str(), output.status.code()), ("", Some(0)));
     for foot in ["FL", "FR", "RL", "RR"] {
         for topic in ["contact", "contact/probability", "velocity", "imu"] {
             let topic = format!("/footfall/{foot}/{topic}");
@@ -36,22 +31,12 @@ fn recording_of_four_feet_is_complete_and_replayable() {
     assert!(count(&report, "/diagnostics") >= 40, "{report}");
     let output = bench.run("replay walk.mcap --topic all --json --estimate-again");
     let said = text(&output.stderr);
-    assert_has(
-        &said,
-        "walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,",
-    );
-    assert_has(
-        &said,
-        "which are not read: the estimate is computed again from the samples",
-    );
+    assert_has(&said, "walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,");
+    assert_has(&said, "which are not read: the estimate is computed again from the samples");
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let recordings = json["recordings"].as_array().expect("recordings");
     assert_eq!(recordings.len(), 4);
-    assert!(
-        recordings
-            .iter()
-            .all(|recording| recording["samples"] == 10_000)
-    );
+    assert!(recordings.iter().all(|recording| recording["samples"] == 10_000));
 }
 
 #[test]
@@ -62,9 +47,8 @@ fn absent_feet_of_compat_are_reported_as_in_swing() {
     for (compat, topic) in [("pronto", "/footfall/stance"), ("champ", "/foot_contacts")] {
         let bench = Bench::new();
         let record = |options: &str| {
-            let output = bench.run(&format!(
-                "record {options} --compat {compat} -o walk.mcap --overwrite"
-            ));
+            let output =
+                bench.run(&format!("record {options} --compat {compat} -o walk.mcap --overwrite"));
             let report = text(&output.stdout);
             (text(&output.stderr), count(&report, topic))
         };
@@ -124,11 +108,7 @@ fn log_of_two_boards_with_one_id() -> String {
                 let is_right = frame.id() & 0x7F == u16::from(own);
                 let id = frame.id() - if is_right { u16::from(own - left) } else { 0 };
                 let (s, us) = (at.as_micros() / 1_000_000, at.as_micros() % 1_000_000);
-                let data: String = frame
-                    .data()
-                    .iter()
-                    .map(|byte| format!("{byte:02X}"))
-                    .collect();
+                let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
                 log.push_str(&format!("({s}.{us:06}) can0 {id:03X}#{data}\n"));
             }
             Fed::Ended(_) => return log,
@@ -162,17 +142,10 @@ fn foot_with_custom_id_is_recorded_when_named() {
     let bench = Bench::with("own.log", (0..100).map(contact).collect::<String>());
     let output = bench.run("record file:own.log@max -o none.mcap");
     let said = text(&output.stderr);
-    assert_has(
-        &said,
-        "no foot was heard, but node 34 may be one: --node 34",
-    );
+    assert_has(&said, "no foot was heard, but node 34 may be one: --node 34");
     for (option, name) in [("--node 34", "node_34"), ("--names 34=FL", "FL")] {
         let report = bench.stdout(&format!("record file:own.log@max {option} -o {name}.mcap"));
-        assert_eq!(
-            count(&report, &format!("/footfall/{name}/contact")),
-            100,
-            "{report}"
-        );
+        assert_eq!(count(&report, &format!("/footfall/{name}/contact")), 100, "{report}");
     }
 }
 
@@ -215,13 +188,7 @@ fn existing_file_is_replaced_on_request_by_a_valid_source_alone() {
 
 /// Cells of the six axes in each row of a table of ours with times, without trailing columns.
 fn axes(table: &str) -> Vec<String> {
-    let cells = |line: &str| {
-        line.split(',')
-            .skip(1)
-            .take(6)
-            .collect::<Vec<_>>()
-            .join(",")
-    };
+    let cells = |line: &str| line.split(',').skip(1).take(6).collect::<Vec<_>>().join(",");
     table.lines().skip(1).map(cells).collect()
 }
 
@@ -236,10 +203,7 @@ fn recorded_samples_are_recorded_as_they_were() {
     let original = format!("t,{AXES}\n{rows}");
     let bench = Bench::with("walk.csv", &original);
     let output = bench.run("record file:walk.csv -o walk.mcap");
-    assert_eq!(
-        (text(&output.stderr).as_str(), output.status.success()),
-        ("", true)
-    );
+    assert_eq!((text(&output.stderr).as_str(), output.status.success()), ("", true));
     bench.stdout("convert walk.mcap back.csv --topic /footfall/walk/imu");
     assert_eq!(axes(&read(&bench.path("back.csv"))), axes(&original));
 }
@@ -258,11 +222,7 @@ fn recorded_loads_are_recorded_with_their_samples() {
     // The load is not known for half a second.
     let row = |k: u32| {
         let t = f64::from(k) * 0.005;
-        let load = if (200..300).contains(&k) {
-            String::new()
-        } else {
-            format!("{}", k % 64)
-        };
+        let load = if (200..300).contains(&k) { String::new() } else { format!("{}", k % 64) };
         format!("{t:.3},0,0,9.75,0,0,0,{load}\n")
     };
     let rows: String = (0..600).map(row).collect();
@@ -276,15 +236,10 @@ fn recorded_loads_are_recorded_with_their_samples() {
         column(&read(&bench.path("back.csv")), "force")
     };
     let loads = "--load-topic /footfall/walk/load";
-    assert_eq!(
-        back(&format!("walk.mcap {loads}")),
-        column(&original, "force")
-    );
+    assert_eq!(back(&format!("walk.mcap {loads}")), column(&original, "force"));
     // With the contacts as they were recorded, and with those that are estimated again.
     for options in ["", " --estimate-again"] {
-        bench.stdout(&format!(
-            "record file:walk.mcap {loads}{options} -o again.mcap --overwrite"
-        ));
+        bench.stdout(&format!("record file:walk.mcap {loads}{options} -o again.mcap --overwrite"));
         let again = back(&format!("again.mcap {loads}"));
         assert_eq!(again, column(&original, "force"), "{options}");
     }
@@ -345,9 +300,7 @@ fn feet_of_a_bag_are_calibrated_each_by_itself() {
 fn copy_of_a_bag_wants_a_place_for_each_foot() {
     let bench = Bench::new();
     let names = "--names 0x15=FL,0x16=R";
-    bench.stdout(&format!(
-        "record demo:feet=2,line=uart,seconds=3 {names} -o walk.mcap"
-    ));
+    bench.stdout(&format!("record demo:feet=2,line=uart,seconds=3 {names} -o walk.mcap"));
     // Copy without the contacts of the recording.
     bench.stdout("convert walk.mcap imu.mcap --topic all");
     let copy = "replay imu.mcap --topic all --output copy.mcap";
@@ -356,9 +309,8 @@ fn copy_of_a_bag_wants_a_place_for_each_foot() {
         said.contains("the foot L has no place of its own in the messages of all feet"),
         "{said}"
     );
-    let output = bench.run(&format!(
-        "{copy} --compat champ --not-topic /footfall/L/imu --rename R=FR"
-    ));
+    let output =
+        bench.run(&format!("{copy} --compat champ --not-topic /footfall/L/imu --rename R=FR"));
     let said = text(&output.stderr);
     assert!(output.status.success(), "{said}");
     let warning =

@@ -42,10 +42,7 @@ fn write_bag(bench: &Bench, name: &str, acceleration: Option<[f64; 3]>) {
     let mut bag = McapFile::new(file).expect("a bag");
     for ms in 0..CONTACTS {
         let at = Timestamp::from_micros(START_US + 1000 * ms);
-        let header = Header {
-            stamp: Time::from(at),
-            frame_id: "footfall_FL".to_owned(),
-        };
+        let header = Header { stamp: Time::from(at), frame_id: "footfall_FL".to_owned() };
         let (p_stable, sigma) = numbers(ms);
         let swings = SWING.contains(&ms);
         let contact = RosContact {
@@ -59,10 +56,8 @@ fn write_bag(bench: &Bench, name: &str, acceleration: Option<[f64; 3]>) {
             valid: true,
             ..RosContact::default()
         };
-        let mut velocity = TwistWithCovarianceStamped {
-            header: header.clone(),
-            ..Default::default()
-        };
+        let mut velocity =
+            TwistWithCovarianceStamped { header: header.clone(), ..Default::default() };
         velocity.covariance[0][0] = f64::from(sigma).powi(2);
         let mut messages = vec![
             ("contact", RosMessage::Contact(contact)),
@@ -120,11 +115,7 @@ fn recorded_contacts_are_the_rows_of_the_table() {
         let decision = if SWING.contains(&ms) { "0" } else { "1" };
         assert_eq!(row[at("decision")], decision, "{ms}");
         // A contact has no attitude, and none of its axes came here.
-        assert!(
-            row[at("p_ax")..at("sigma_v")]
-                .iter()
-                .all(|cell| cell.is_empty())
-        );
+        assert!(row[at("p_ax")..at("sigma_v")].iter().all(|cell| cell.is_empty()));
         assert_eq!((row[at("state")], row[at("flags")]), ("unknown", ""));
     }
 }
@@ -172,11 +163,7 @@ fn estimate_again_computes_it_from_the_samples() {
 fn option_of_the_estimate_is_remarked_as_without_effect() {
     let bench = Bench::new();
     bag(&bench);
-    let said = text(
-        &bench
-            .run("replay walk.mcap --preset paper --axes x,y,z")
-            .stderr,
-    );
+    let said = text(&bench.run("replay walk.mcap --preset paper --axes x,y,z").stderr);
     let remark = "footfall: walk.mcap: --preset, --axes apply to estimates, not to contacts as they were recorded: --estimate-again\n";
     assert!(said.contains(remark), "{said}");
     let again = "replay walk.mcap --preset paper --axes x,y,z --estimate-again";
@@ -237,9 +224,7 @@ fn playback_repeats_recorded_contacts() {
 fn recordings_of_feet_are_recorded_again_alike() {
     for line in ["can", "uart"] {
         let bench = Bench::new();
-        bench.stdout(&format!(
-            "record demo:feet=2,seconds=6,line={line} -o walk.mcap"
-        ));
+        bench.stdout(&format!("record demo:feet=2,seconds=6,line={line} -o walk.mcap"));
         bench.stdout("record file:walk.mcap --topic all -o again.mcap");
         let rows = |bag: &str| {
             bench.stdout(&format!("replay {bag} --topic all --output rows.csv"));
@@ -275,9 +260,7 @@ fn recorded_contacts_play_without_samples() {
     let probabilities = |bag: &str| -> Vec<String> {
         bench.stdout(&format!("replay {bag} --output rows.csv"));
         let rows = read(&bench.path("rows.csv"));
-        let cells = rows
-            .lines()
-            .map(|row| row.split(',').take(4).collect::<Vec<_>>().join(","));
+        let cells = rows.lines().map(|row| row.split(',').take(4).collect::<Vec<_>>().join(","));
         cells.collect()
     };
     assert_eq!(probabilities("alone.mcap").len(), 1 + CONTACTS as usize);
@@ -292,10 +275,7 @@ fn recorded_contacts_play_without_samples() {
     assert!(shown.contains("FL    P 0.9"), "{shown}");
     let said = text(&bench.run("record file:alone.mcap -o again.mcap").stderr);
     assert_has(&said, "/footfall/FL/imu is not in the recording");
-    for command in [
-        "convert alone.mcap samples.csv",
-        "replay alone.mcap --estimate-again",
-    ] {
+    for command in ["convert alone.mcap samples.csv", "replay alone.mcap --estimate-again"] {
         let error = bench.error(command);
         assert!(
             error.contains("no topic of sensor_msgs/msg/Imu") && error.contains(advice),
@@ -310,12 +290,7 @@ fn counts(bench: &Bench, name: &str) -> Option<BTreeMap<String, u64>> {
     let summary = mcap::Summary::read(&bytes).ok()??;
     let counts = summary.stats?.channel_message_counts;
     let topic = |id: &u16| summary.channels[id].topic.clone();
-    Some(
-        counts
-            .iter()
-            .map(|(id, count)| (topic(id), *count))
-            .collect(),
-    )
+    Some(counts.iter().map(|(id, count)| (topic(id), *count)).collect())
 }
 
 #[test]

@@ -24,10 +24,7 @@ fn replay_writes_header_and_one_row_per_sample() {
     );
     assert_eq!(lines.clone().count(), 1000);
     let last: Vec<_> = lines.last().expect("rows").split(',').collect();
-    assert_eq!(
-        (last[0], last[21], last[22], last[23]),
-        ("0.999000", "stance", "1", "settling")
-    );
+    assert_eq!((last[0], last[21], last[22], last[23]), ("0.999000", "stance", "1", "settling"));
     let sigma: f64 = last[20].parse().expect("a number");
     assert!(sigma > 0.0 && sigma < 0.01, "{sigma}");
     let stable: f64 = last[1].parse().expect("a number");
@@ -47,10 +44,7 @@ fn times_are_preserved_for_any_clock_origin() {
         let bench = Bench::with("walk.csv", format!("t,{AXES}\n{rows}"));
         bench.stdout("replay walk.csv --output out.csv --plot out.svg");
         let table = read(&bench.path("out.csv"));
-        let times = table
-            .lines()
-            .skip(1)
-            .map(|row| row.split(',').next().unwrap_or_default());
+        let times = table.lines().skip(1).map(|row| row.split(',').next().unwrap_or_default());
         assert!(times.eq((0..1000).map(|k| time(k) + "000")));
         let svg = read(&bench.path("out.svg"));
         match start {
@@ -79,10 +73,7 @@ fn figure_covers_the_whole_recording() {
 fn replay_prints_a_summary() {
     let bench = Bench::with("walk.csv", standing());
     let summary = bench.stdout("replay walk.csv");
-    assert!(
-        summary.starts_with("walk: 1000 samples, 0.999 s at 1000 Hz\nstate    "),
-        "{summary}"
-    );
+    assert!(summary.starts_with("walk: 1000 samples, 0.999 s at 1000 Hz\nstate    "), "{summary}");
     assert!(summary.contains("\nlabels   RMSE "), "{summary}");
 }
 
@@ -105,10 +96,8 @@ fn options_override_configuration_and_preset() {
 
 #[test]
 fn ignored_columns_are_listed_on_stderr() {
-    let bench = Bench::with(
-        "walk.csv",
-        format!("t,{AXES},qw,mood\n0,0,0,9,0,0,0,,\n1,0,0,9,0,0,0,,\n"),
-    );
+    let bench =
+        Bench::with("walk.csv", format!("t,{AXES},qw,mood\n0,0,0,9,0,0,0,,\n1,0,0,9,0,0,0,,\n"));
     let output = bench.run("replay walk.csv --sample-rate 100 --format csv");
     assert_eq!(
         text(&output.stderr).lines().next(),
@@ -118,10 +107,7 @@ fn ignored_columns_are_listed_on_stderr() {
     let bench = Bench::with("walk.csv", format!("t,{AXES},qw,mood\n{rows}"));
     let output = bench.run("replay walk.csv");
     assert!(output.status.success());
-    assert_eq!(
-        text(&output.stderr),
-        "footfall: walk.csv: ignored columns: qw, mood\n"
-    );
+    assert_eq!(text(&output.stderr), "footfall: walk.csv: ignored columns: qw, mood\n");
 }
 
 #[test]
@@ -141,10 +127,7 @@ fn skipped_go1_rows_are_reported_on_stderr() {
 fn pipes_are_read_and_written() {
     let bench = Bench::with("walk.csv", standing());
     let output = Command::new("sh")
-        .args([
-            "-c",
-            "cat walk.csv | \"$0\" replay /dev/stdin --plot /dev/stdout",
-        ])
+        .args(["-c", "cat walk.csv | \"$0\" replay /dev/stdin --plot /dev/stdout"])
         .arg(env!("CARGO_BIN_EXE_footfall"))
         .current_dir(&bench.directory)
         .output()
@@ -171,11 +154,7 @@ fn unwritable_output_streams_cause_no_panic() {
             .current_dir(&bench.directory)
             .output()
             .expect("a shell");
-        assert_eq!(
-            output.status.code(),
-            Some(expected),
-            "{arguments}: {output:?}"
-        );
+        assert_eq!(output.status.code(), Some(expected), "{arguments}: {output:?}");
     }
 }
 
@@ -184,10 +163,7 @@ fn configuration_sets_a_missing_sample_rate() {
     let bench = Bench::with("x.csv", format!("{AXES}\n0,0,9,0,0,0\n0,0,9,0,0,0\n"));
     fs::write(bench.path("robot.toml"), "sample_rate_hz = 400\n").expect("a file");
     let summary = bench.stdout("replay x.csv --config robot.toml");
-    assert!(
-        summary.starts_with("x: 2 samples, 0.003 s at 400 Hz"),
-        "{summary}"
-    );
+    assert!(summary.starts_with("x: 2 samples, 0.003 s at 400 Hz"), "{summary}");
     let summary = bench.stdout("replay x.csv --config robot.toml --sample-rate 100");
     assert!(summary.contains("at 100 Hz"), "{summary}");
 }
@@ -211,12 +187,7 @@ fn default_preset_uses_load_threshold_of_the_format() {
         let summary = bench.json(&format!("replay x.csv --format {format}"));
         let shares = &summary["recordings"][0]["state_shares"];
         let largest = |other: &str| shares[other].as_f64() <= shares[state].as_f64();
-        assert!(
-            ["stance", "quiet_swing", "swing", "slip"]
-                .into_iter()
-                .all(largest),
-            "{summary}"
-        );
+        assert!(["stance", "quiet_swing", "swing", "slip"].into_iter().all(largest), "{summary}");
         assert!(shares[state].as_f64() > Some(0.2), "{summary}");
     }
 }
@@ -238,11 +209,9 @@ fn paper_window_duration_is_reported_at_other_rates() {
         "footfall: walk: the window of the paper's preset, 50 samples, lasts 500 ms at 100 Hz \
          and 50 ms at the paper's rate: --window 50ms has the same duration\n"
     );
-    for (seconds, arguments) in [
-        (0.001, "--preset paper"),
-        (0.01, "--preset paper --window 50ms"),
-        (0.01, ""),
-    ] {
+    for (seconds, arguments) in
+        [(0.001, "--preset paper"), (0.01, "--preset paper --window 50ms"), (0.01, "")]
+    {
         assert_eq!(notice(seconds, arguments), "");
     }
 }

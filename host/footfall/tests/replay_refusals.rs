@@ -7,9 +7,7 @@ use crate::common::{AXES, Bench, cases, read, standing};
 /// Returns the error about a file x.csv with this content, without its beginning.
 fn complaint(content: impl AsRef<[u8]>, options: &str) -> String {
     let said = Bench::with("x.csv", content).error(&format!("replay x.csv {options}"));
-    let said = said
-        .strip_prefix("footfall: ")
-        .and_then(|said| said.strip_suffix('\n'));
+    let said = said.strip_prefix("footfall: ").and_then(|said| said.strip_suffix('\n'));
     said.expect("one line of this program").to_owned()
 }
 
@@ -44,10 +42,7 @@ fn contents_of_tables_are_rejected_with_their_place() {
         assert_eq!(complaint(content, options), expected);
     }
     let content = [AXES.as_bytes(), b"\n0,0,\xff,0,0,0\n"].concat();
-    assert_eq!(
-        complaint(content, ""),
-        "x.csv, line 2, column 3: not UTF-8 text"
-    );
+    assert_eq!(complaint(content, ""), "x.csv, line 2, column 3: not UTF-8 text");
     assert_eq!(complaint("", ""), "x.csv is empty: it holds no sample");
     assert_eq!(
         Bench::new().error("replay none.csv --format csv"),
@@ -90,10 +85,7 @@ fn implausible_rates_and_times_are_rejected_with_their_remedy() {
         "x.csv has no times that tell the sample rate, so it must be given: --sample-rate HZ"
     );
     assert_eq!(
-        complaint(
-            "0,0,0,0,0,0,0,0,0,0,0,0,1\n",
-            "--format pce-atlas --sample-rate 1e-30"
-        ),
+        complaint("0,0,0,0,0,0,0,0,0,0,0,0,1\n", "--format pce-atlas --sample-rate 1e-30"),
         "--sample-rate is 1e-30 Hz, allowed is 20 to 10000 Hz"
     );
 }

@@ -28,10 +28,7 @@ fn run_script(packages: &Packages, arguments: &[&str]) {
         .output()
         .expect("Python runs");
     let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
-    assert!(
-        output.status.success(),
-        "{arguments:?}:\n{stdout}\n{stderr}"
-    );
+    assert!(output.status.success(), "{arguments:?}:\n{stdout}\n{stderr}");
     assert_eq!(stderr, "", "{arguments:?}");
 }
 
@@ -44,15 +41,7 @@ fn check(check: &str, feet: &str) {
     let footfall = env!("CARGO_BIN_EXE_footfall");
     let domain = Domain::take();
     let id = domain.id.to_string();
-    let arguments = [
-        check,
-        footfall,
-        feet,
-        "--network",
-        "127.0.0.1",
-        "--domain-id",
-        &id,
-    ];
+    let arguments = [check, footfall, feet, "--network", "127.0.0.1", "--domain-id", &id];
     run_script(&packages, &arguments);
 }
 
@@ -83,12 +72,7 @@ fn cyclonedds_receives_every_message_of_four_feet() {
         let id = domain.id.to_string();
         let arguments = [
             &["all", compat, reliability, env!("CARGO_BIN_EXE_footfall")],
-            &[
-                walk.to_str().expect("UTF-8"),
-                slow_feet,
-                "--network",
-                "127.0.0.1",
-            ],
+            &[walk.to_str().expect("UTF-8"), slow_feet, "--network", "127.0.0.1"],
             &["--compat", compat, "--reliability", reliability],
             &["--domain-id", &id][..],
         ];
@@ -150,8 +134,5 @@ fn invalid_domain_is_blamed_on_the_variable() {
         .expect("the program that was just built");
     let stderr = text(&output.stderr);
     assert!(!output.status.success());
-    assert_eq!(
-        stderr,
-        "footfall: the variable ROS_DOMAIN_ID is wrong: 500 is not in 0..=232\n"
-    );
+    assert_eq!(stderr, "footfall: the variable ROS_DOMAIN_ID is wrong: 500 is not in 0..=232\n");
 }

@@ -51,10 +51,7 @@ fn same_name_in_two_folders_is_kept_apart() {
     bench.stdout("replay left/walk.csv right/walk.csv --output all.csv --plot all.svg");
     let all = read(&bench.path("all.csv"));
     let rows = |foot: &str| all.lines().filter(|row| row.starts_with(foot)).count();
-    assert_eq!(
-        (rows("left/walk.csv,"), rows("right/walk.csv,")),
-        (1000, 1000)
-    );
+    assert_eq!((rows("left/walk.csv,"), rows("right/walk.csv,")), (1000, 1000));
     for picture in ["all-left_walk.csv.svg", "all-right_walk.csv.svg"] {
         assert!(bench.path(picture).exists(), "{:?}", bench.files());
     }
@@ -69,10 +66,7 @@ fn same_name_in_two_folders_is_kept_apart() {
 fn stdin_is_read_once() {
     let bench = Bench::new();
     let said = text(&bench.piped("replay - -", "").stderr);
-    assert_eq!(
-        said,
-        "footfall: - is named twice: what it shows would count twice\n"
-    );
+    assert_eq!(said, "footfall: - is named twice: what it shows would count twice\n");
     fs::write(bench.path("x.csv"), standing()).expect("a file");
     bench.stdout("replay x.csv --output out.csv");
     let output = bench.piped("replay - --output -", &standing());
@@ -103,9 +97,8 @@ fn results_are_independent_of_jobs() {
     let bench = three();
     let inputs = "one.csv two.csv three.csv";
     let outputs = |jobs: u32| {
-        let json = bench.stdout(&format!(
-            "replay {inputs} --jobs {jobs} --json --output {jobs}.csv"
-        ));
+        let json =
+            bench.stdout(&format!("replay {inputs} --jobs {jobs} --json --output {jobs}.csv"));
         (json, read(&bench.path(&format!("{jobs}.csv"))))
     };
     let alone = outputs(1);
@@ -158,11 +151,7 @@ fn peak_memory(rows: u32, options: &str) -> u64 {
     writeln!(stdin, "t,{AXES},force,label").expect("a pipe");
     for k in 0..rows {
         let phase = f64::from(k % 1000) / 1000.0;
-        let swing = if phase < 0.5 {
-            0.0
-        } else {
-            (40.0 * phase).sin()
-        };
+        let swing = if phase < 0.5 { 0.0 } else { (40.0 * phase).sin() };
         let (force, label) = if phase < 0.5 { (80, 1) } else { (0, 0) };
         let time = f64::from(k) / 1000.0;
         writeln!(
@@ -199,10 +188,7 @@ fn peak_memory(rows: u32, options: &str) -> u64 {
 #[test]
 fn memory_is_independent_of_recording_length() {
     let options = "--output out.csv --plot out.svg";
-    let (short, long) = (
-        peak_memory(200_000, options),
-        peak_memory(1_600_000, options),
-    );
+    let (short, long) = (peak_memory(200_000, options), peak_memory(1_600_000, options));
     // Buffers kept in memory are full after about 800,000 rows.
     assert!(short > 1000 && long < 120_000, "{short} and {long} KiB");
 }

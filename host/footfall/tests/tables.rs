@@ -84,11 +84,7 @@ fn assert_same(name: &str, content: impl AsRef<[u8]>, options: &str) {
     assert_eq!(expected.len(), ROWS + 1);
     assert_eq!(found.len(), ROWS + 1, "{name}");
     for (row, (expected, found)) in expected.iter().zip(&found).enumerate() {
-        assert_eq!(
-            without_state(found),
-            without_state(expected),
-            "{name}, row {row}"
-        );
+        assert_eq!(without_state(found), without_state(expected), "{name}, row {row}");
     }
 }
 
@@ -117,11 +113,7 @@ fn ros2_topic_echo_is_read_without_header() {
     assert_same("unknown.csv", unknown, "");
     // Forty arbitrary numbers are not accepted as a message.
     let numbers = text.replace("0.0,0.0,0.0,1.0", "0.0,0.0,0.0,2.0");
-    assert!(
-        Bench::with("x.csv", numbers)
-            .error("replay x.csv")
-            .contains("no header")
-    );
+    assert!(Bench::with("x.csv", numbers).error("replay x.csv").contains("no header"));
 }
 
 #[test]
@@ -142,14 +134,8 @@ fn plotjuggler_rows_of_other_topics_are_skipped() {
     let bench = Bench::with("plot.csv", content);
     let (summary, stderr) = summary(&bench, "plot.csv");
     assert_eq!(summary["input"]["blank_rows"], 400);
-    assert_has(
-        &stderr,
-        "plot.csv: ax is /imu/linear_acceleration/x, ay is ",
-    );
-    assert_has(
-        &stderr,
-        "plot.csv: 400 rows left out, in which all six axes are blank\n",
-    );
+    assert_has(&stderr, "plot.csv: ax is /imu/linear_acceleration/x, ay is ");
+    assert_has(&stderr, "plot.csv: 400 rows left out, in which all six axes are blank\n");
 }
 
 #[test]
@@ -161,10 +147,7 @@ fn ros_1_rostopic_echo_times_are_nanoseconds() {
     for start in [1_714_564_800_000_000, 0] {
         let content = table(header, |sample| {
             let nanoseconds = (start + sample.micros) * 1000;
-            format!(
-                "{nanoseconds},1,{nanoseconds},{}",
-                rates_first(&sample.axes)
-            )
+            format!("{nanoseconds},1,{nanoseconds},{}", rates_first(&sample.axes))
         });
         assert_same("echo.csv", content, "");
     }
@@ -190,22 +173,14 @@ fn blank_pandas_cell_is_an_invalid_sample() {
 #[test]
 fn unitree_logs_are_recognised_by_their_fields() {
     for (time, imu) in [("timestamp", "imu"), ("time", "imu_state")] {
-        let names = |sensor: &str| {
-            [0, 1, 2]
-                .map(|axis| format!("{imu}.{sensor}[{axis}]"))
-                .join(",")
-        };
-        let header = format!(
-            "{time},{},{},motor[0].q",
-            names("accelerometer"),
-            names("gyroscope")
-        );
+        let names =
+            |sensor: &str| [0, 1, 2].map(|axis| format!("{imu}.{sensor}[{axis}]")).join(",");
+        let header = format!("{time},{},{},motor[0].q", names("accelerometer"), names("gyroscope"));
         assert_same("log.csv", named(&header), "");
     }
     let header = "timestamp,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
-    let content = table(header, |sample| {
-        format!("{},{}", seconds(sample), rates_first(&sample.axes))
-    });
+    let content =
+        table(header, |sample| format!("{},{}", seconds(sample), rates_first(&sample.axes)));
     assert_same("log.csv", content, "");
 }
 
@@ -244,9 +219,7 @@ fn any_column_can_be_mapped() {
 #[test]
 fn unknown_header_error_suggests_a_working_mapping() {
     let header = "Time [s],BodyAccX (m/s^2),BodyAccY (m/s^2),BodyAccZ (m/s^2),RotX,RotY,RotZ";
-    let content = table(header, |sample| {
-        format!("{},{}", seconds(sample), sample.axes.join(","))
-    });
+    let content = table(header, |sample| format!("{},{}", seconds(sample), sample.axes.join(",")));
     let bench = Bench::with("x.csv", &content);
     let mapping = "t=Time [s],ax=BodyAccX (m/s^2),ay=BodyAccY (m/s^2),az=BodyAccZ (m/s^2),\
                    wx=RotX,wy=RotY,wz=RotZ";
@@ -267,9 +240,7 @@ fn unknown_header_error_suggests_a_working_mapping() {
 fn two_sensors_error_gives_a_mapping_of_each() {
     let names = |foot: &str| {
         let axis = |field: &str| ["x", "y", "z"].map(|axis| format!("/{foot}/{field}/{axis}"));
-        [axis("linear_acceleration"), axis("angular_velocity")]
-            .concat()
-            .join(",")
+        [axis("linear_acceleration"), axis("angular_velocity")].concat().join(",")
     };
     let header = format!("__time,{},{}", names("fl"), names("fr"));
     let content = table(&header, |sample| {
@@ -279,9 +250,7 @@ fn two_sensors_error_gives_a_mapping_of_each() {
     let map = |foot: &str| {
         let theirs = names(foot);
         let pairs = AXES.split(',').zip(theirs.split(','));
-        let pairs: Vec<_> = pairs
-            .map(|(ours, theirs)| format!("{ours}={theirs}"))
-            .collect();
+        let pairs: Vec<_> = pairs.map(|(ours, theirs)| format!("{ours}={theirs}")).collect();
         format!("--map {}", pairs.join(","))
     };
     assert_eq!(
@@ -308,10 +277,7 @@ fn units_and_units_of_time_are_converted() {
     fs::write(bench.path("plain.csv"), plain()).expect("a file");
     let p = |arguments: &str| -> Vec<f64> {
         let first = |row: &String| row.split(',').next()?.parse().ok();
-        estimates(&bench, arguments)
-            .iter()
-            .filter_map(first)
-            .collect()
+        estimates(&bench, arguments).iter().filter_map(first).collect()
     };
     let expected = p("plain.csv");
     assert_eq!(expected.len(), ROWS);
@@ -339,9 +305,7 @@ fn unit_of_times_since_1970_is_detected() {
 
 /// Returns a foot that stands for one second at 1 kHz, with these times in ms.
 fn standing_at(times: impl Fn(i64) -> i64) -> String {
-    let rows: String = (0..1000)
-        .map(|k| format!("{},0,0,9.81,0,0,0\n", times(k)))
-        .collect();
+    let rows: String = (0..1000).map(|k| format!("{},0,0,9.81,0,0,0\n", times(k))).collect();
     format!("t,{AXES}\n{rows}")
 }
 
@@ -364,10 +328,7 @@ fn non_increasing_times_are_dropped_on_request() {
     assert_eq!(summary["samples"], 997);
     assert_eq!(summary["input"]["dropped_rows"], 3);
     assert_eq!(summary["sample_rate_hz"], 1000.0);
-    assert_eq!(
-        stderr,
-        "footfall: x.csv: 3 rows left out, whose times do not advance\n"
-    );
+    assert_eq!(stderr, "footfall: x.csv: 3 rows left out, whose times do not advance\n");
 }
 
 #[test]

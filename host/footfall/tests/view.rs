@@ -25,9 +25,7 @@ fn client(arguments: &[&str]) -> Option<String> {
             return None;
         }
     };
-    let arguments = arguments
-        .iter()
-        .map(|argument| argument as &dyn AsRef<OsStr>);
+    let arguments = arguments.iter().map(|argument| argument as &dyn AsRef<OsStr>);
     Some(packages.run(SCRIPT, &arguments.collect::<Vec<_>>()))
 }
 
@@ -64,20 +62,14 @@ fn used_port_is_named() {
     let port = taken.local_addr().expect("an address").port();
     let bench = Bench::new();
     let said = bench.error(&format!("view demo --port {port}"));
-    assert!(
-        said.starts_with(&format!("footfall: port {port} of 127.0.0.1 is in use; ")),
-        "{said}"
-    );
+    assert!(said.starts_with(&format!("footfall: port {port} of 127.0.0.1 is in use; ")), "{said}");
     assert!(said.contains("--port 0"), "{said}");
     assert_eq!(bench.run("view").status.code(), Some(2), "no source");
     let missing = bench.error("view file:absent.mcap --port 0");
     // Nothing about feet or serving is printed.
     assert!(missing.starts_with("footfall: absent.mcap "), "{missing}");
     let nowhere = bench.error("view demo --host nowhere.invalid");
-    assert!(
-        nowhere.starts_with("footfall: --host nowhere.invalid: "),
-        "{nowhere}"
-    );
+    assert!(nowhere.starts_with("footfall: --host nowhere.invalid: "), "{nowhere}");
 }
 
 #[test]
@@ -90,10 +82,7 @@ fn host_may_be_a_name_or_all_addresses() {
         let output = bench.run(&format!("view demo --host {host} --port 0 --seconds 0.1"));
         let said = text(&output.stderr);
         assert!(said.contains(says), "{said}");
-        assert!(
-            !said.contains("0.0.0.0:"),
-            "a link that leads nowhere: {said}"
-        );
+        assert!(!said.contains("0.0.0.0:"), "a link that leads nowhere: {said}");
     }
 }
 
@@ -135,10 +124,7 @@ fn assert_published(topic: &str, field: &str) {
     let definition = definition.unwrap_or_else(|| panic!("nothing is published on {topic}"));
     let kind = type_of(definition, field);
     assert!(
-        matches!(
-            kind.as_deref(),
-            Some("float32" | "float64" | "uint8" | "bool")
-        ),
+        matches!(kind.as_deref(), Some("float32" | "float64" | "uint8" | "bool")),
         "{topic} has no number {field}: {kind:?}"
     );
 }

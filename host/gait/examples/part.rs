@@ -38,10 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let motion = arguments.next().ok_or("which motion?")?;
     let seed = arguments.next().ok_or("which seed?")?.parse()?;
     let part = part(&motion, seed)?;
-    let mut wires = Wires {
-        bus: I2c::new(part.i2c(), Sa0::Low),
-        address: 0,
-    };
+    let mut wires = Wires { bus: I2c::new(part.i2c(), Sa0::Low), address: 0 };
     let (mut input, mut output) = (io::stdin().lock(), io::stdout().lock());
     loop {
         let mut question = [0; 10];

@@ -22,11 +22,7 @@ struct Plans {
 
 impl Plans {
     const fn new(seed: u64, phase_s: f64) -> Self {
-        Self {
-            seed,
-            count: 0,
-            phase_s,
-        }
+        Self { seed, count: 0, phase_s }
     }
 
     /// Returns the next plan, made from its duration in s and its seed.
@@ -57,13 +53,7 @@ impl EndlessGait {
     #[must_use]
     pub fn new(gait: GaitName, seed: u64, phase_s: f64) -> Self {
         let mut plans = Plans::new(seed, phase_s);
-        Self {
-            gait,
-            next: None,
-            track: track(gait, &mut plans),
-            plans,
-            began_s: 0.0,
-        }
+        Self { gait, next: None, track: track(gait, &mut plans), plans, began_s: 0.0 }
     }
 
     /// Changes the gait when the foot next stands: it stands for two seconds first.
@@ -107,13 +97,7 @@ impl EndlessRounds {
     pub fn new(seed: u64, phase_s: f64) -> Self {
         let mut plans = Plans::new(seed, phase_s);
         let (walking, ticks_left) = walking(&mut plans);
-        Self {
-            plans,
-            walking,
-            ticks_left,
-            begun_us: 0,
-            ticks: 0,
-        }
+        Self { plans, walking, ticks_left, begun_us: 0, ticks: 0 }
     }
 
     /// Returns the readings of the next millisecond.

@@ -27,11 +27,7 @@ impl Jet {
 
     /// Creates a value that changes at a constant rate.
     pub const fn moving(value: f64, rate: f64) -> Self {
-        Self {
-            value,
-            rate,
-            acceleration: 0.0,
-        }
+        Self { value, rate, acceleration: 0.0 }
     }
 
     /// Chain rule: f(self), given f, f′ and f″ at the value.

@@ -62,18 +62,9 @@ mod tests {
     #[test]
     fn only_a_loaded_foot_at_rest_is_stable() {
         assert!(standing().is_at_rest_under_load());
-        let unloaded = FootState {
-            load: 5.0,
-            ..standing()
-        };
-        let sliding = FootState {
-            velocity: Vector::new(0.0, -0.006, 0.0),
-            ..standing()
-        };
-        let rocking = FootState {
-            angular_rate: Vector::new(0.0, 0.12, 0.0),
-            ..standing()
-        };
+        let unloaded = FootState { load: 5.0, ..standing() };
+        let sliding = FootState { velocity: Vector::new(0.0, -0.006, 0.0), ..standing() };
+        let rocking = FootState { angular_rate: Vector::new(0.0, 0.12, 0.0), ..standing() };
         for state in [unloaded, sliding, rocking] {
             assert!(!state.is_at_rest_under_load(), "{state:?}");
         }
@@ -81,16 +72,8 @@ mod tests {
 
     #[test]
     fn turning_point_of_a_vibration_is_not_rest() {
-        let moving = FootState {
-            velocity: Vector::new(0.1, 0.0, 0.0),
-            ..standing()
-        };
-        let truth = [
-            vec![moving; 5],
-            vec![standing(); 9],
-            vec![moving; 5],
-            vec![standing(); 10],
-        ];
+        let moving = FootState { velocity: Vector::new(0.1, 0.0, 0.0), ..standing() };
+        let truth = [vec![moving; 5], vec![standing(); 9], vec![moving; 5], vec![standing(); 10]];
         let labels = labels(&truth.concat(), 1e-3);
         assert!(labels[..19].iter().all(|label| *label == Label::NotStable));
         assert!(labels[19..].iter().all(|label| *label == Label::Stable));
@@ -112,11 +95,7 @@ mod tests {
             .filter(|(_, label)| **label == Label::Stable)
             .map(|(state, _)| state)
             .collect();
-        assert!(
-            stable
-                .iter()
-                .all(|s| s.velocity.length() < SPEED_LIMIT && s.load >= LOAD_LIMIT)
-        );
+        assert!(stable.iter().all(|s| s.velocity.length() < SPEED_LIMIT && s.load >= LOAD_LIMIT));
         assert!(stable.iter().all(|s| s.activity != Activity::Swinging));
         let share = stable.len() as f64 / truth.len() as f64;
         assert!((0.4..0.7).contains(&share), "{share}");

@@ -126,10 +126,7 @@ impl Style {
             peel: vary(self.peel, random),
             swing: vary(self.swing, random),
             stance,
-            travel: [
-                self.length * random.uniform(0.85..1.15),
-                random.uniform(-0.01..0.01),
-            ],
+            travel: [self.length * random.uniform(0.85..1.15), random.uniform(-0.01..0.01)],
             clearance: self.clearance * random.uniform(0.9..1.1),
             pitch_swing: self.pitch_swing * random.uniform(0.9..1.1),
             // Floor and ankle are level to a degree or two.
@@ -188,10 +185,7 @@ fn soft_landing(speed: f64, random: &mut Random) -> TouchDown {
 
 /// Draws a spring from the ranges of its frequency, Hz, and its damping.
 fn spring(frequency: Range<f64>, damping: Range<f64>, random: &mut Random) -> Spring {
-    Spring {
-        frequency: random.uniform(frequency),
-        damping: random.uniform(damping),
-    }
+    Spring { frequency: random.uniform(frequency), damping: random.uniform(damping) }
 }
 
 /// A slide over the given time after touch-down: backwards, as a foot that pushes off loses its grip, at a top
@@ -285,11 +279,7 @@ impl Plan {
     /// in any activity. `seconds` is finite.
     #[must_use]
     pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
-        let robot = RobotParams {
-            gait,
-            ground,
-            ..RobotParams::default()
-        };
+        let robot = RobotParams { gait, ground, ..RobotParams::default() };
         robot.plan(seconds, seed)
     }
 }
@@ -344,10 +334,7 @@ impl RobotParams {
         let mut patches = Random::new(seed, Stream::Patches);
         let mut steps = Vec::new();
         if let Some(usual) = self.gait.style() {
-            let style = Style {
-                length: usual.length * self.step_length,
-                ..usual
-            };
+            let style = Style { length: usual.length * self.step_length, ..usual };
             let mut end = STANDING_BEFORE;
             let mut walking = 0.0;
             while end < seconds {
@@ -395,10 +382,7 @@ mod tests {
             greased: 0.2,
             step_length: 1.5,
             shaking: 2.0,
-            rests: Some(Rests {
-                every: 20.0,
-                lasting: 3.0,
-            }),
+            rests: Some(Rests { every: 20.0, lasting: 3.0 }),
             ..RobotParams::default()
         };
         let plan = robot.plan(300.0, 5);
@@ -458,11 +442,7 @@ mod tests {
         let (demo, rounds) = (Plan::demo(5), Plan::rounds(60.0, 5));
         assert_eq!(rounds.steps[..12], demo.steps);
         assert_ne!(rounds.steps[12..24], demo.steps);
-        assert!(
-            (60.0..75.0).contains(&rounds.duration),
-            "{}",
-            rounds.duration
-        );
+        assert!((60.0..75.0).contains(&rounds.duration), "{}", rounds.duration);
     }
 
     #[test]
@@ -476,10 +456,6 @@ mod tests {
 
     #[test]
     fn standing_takes_no_steps() {
-        assert!(
-            Plan::steady(GaitName::Stand, Ground::Hard, 60.0, 1)
-                .steps
-                .is_empty()
-        );
+        assert!(Plan::steady(GaitName::Stand, Ground::Hard, 60.0, 1).steps.is_empty());
     }
 }

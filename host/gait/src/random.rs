@@ -28,9 +28,7 @@ pub(crate) struct Random {
 impl Random {
     /// Creates the stream of a seed and use.
     pub fn new(seed: u64, stream: Stream) -> Self {
-        Self {
-            words: Pcg64::new(u128::from(seed), stream as u128),
-        }
+        Self { words: Pcg64::new(u128::from(seed), stream as u128) }
     }
 
     /// Draws uniformly from [0, 1), in steps of 2⁻⁵³.

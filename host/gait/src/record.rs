@@ -63,17 +63,9 @@ impl Walking {
         let motion = Track::new(plan);
         let part = sensor.mounted(motion.clone(), seconds(START_US), seed);
         let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
-        driver
-            .init(&mut part.delay())
-            .expect("a part without a fault starts");
+        driver.init(&mut part.delay()).expect("a part without a fault starts");
         assert!(part.now_ns() < START_US * 1000, "it started in time");
-        Self {
-            motion,
-            part,
-            driver,
-            conversion: Conversion::default(),
-            ticks: 0,
-        }
+        Self { motion, part, driver, conversion: Conversion::default(), ticks: 0 }
     }
 
     /// Advances to the next tick, [`TICK_US`] after the previous one.
@@ -178,9 +170,8 @@ mod tests {
                     add(u64::from(value.to_bits()));
                 }
             }
-            let validity = VALIDITIES
-                .iter()
-                .position(|(_, validity)| *validity == sample.imu.validity);
+            let validity =
+                VALIDITIES.iter().position(|(_, validity)| *validity == sample.imu.validity);
             add(validity.expect("a known one") as u64);
             add(u64::from(sample.load.map_or(0, |load| load.0.to_bits())));
             add(u64::from(sample.label == Some(Label::Stable)));
@@ -198,16 +189,10 @@ mod tests {
 
     #[test]
     fn each_tick_samples_the_next_edge_with_load_and_label() {
-        let Simulation {
-            recording,
-            truth,
-            raw,
-        } = demo(1);
+        let Simulation { recording, truth, raw } = demo(1);
         assert_eq!(recording.samples.len(), truth.len());
         assert_eq!(raw.len(), truth.len());
-        let celsius = raw
-            .iter()
-            .map(|raw| raw.map(|raw| raw.temperature.to_celsius()));
+        let celsius = raw.iter().map(|raw| raw.map(|raw| raw.temperature.to_celsius()));
         assert!(celsius.eq(vec![Some(25.0); truth.len()]));
         assert_eq!(recording.sample_rate, 1000.0);
         for (k, sample) in (0..).zip(&recording.samples) {
@@ -223,9 +208,7 @@ mod tests {
 
     #[test]
     fn only_hard_landings_saturate_the_sensor() {
-        let Simulation {
-            recording, truth, ..
-        } = demo(1);
+        let Simulation { recording, truth, .. } = demo(1);
         let saturated: Vec<Activity> = recording
             .samples
             .iter()
@@ -234,20 +217,13 @@ mod tests {
             .map(|(_, state)| state.activity)
             .collect();
         assert!((1..40).contains(&saturated.len()), "{}", saturated.len());
-        assert!(
-            saturated
-                .iter()
-                .all(|activity| *activity == Activity::Landing)
-        );
+        assert!(saturated.iter().all(|activity| *activity == Activity::Landing));
     }
 
     /// Returns P per sample from the estimator's default preset. Gravity is subtracted with the true orientation,
     /// so that no attitude filter is involved.
     fn probabilities(simulation: &Simulation) -> Vec<f32> {
-        let params = Params {
-            gravity: Gravity::Removed,
-            ..Params::DEFAULT
-        };
+        let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
         let config = params.validate::<256>().expect("a preset");
         let mut estimator = ContactEstimator::new(&config);
         let samples = simulation.recording.samples.iter();
@@ -279,12 +255,8 @@ mod tests {
                 let plan = Plan::steady(gait, ground, 20.0, 4);
                 let simulation = simulate(&plan, &SensorParams::LSM6DSOX, 4);
                 let p = probabilities(&simulation);
-                let by_activity: Vec<(Activity, f32)> = simulation
-                    .truth
-                    .iter()
-                    .map(|state| state.activity)
-                    .zip(p)
-                    .collect();
+                let by_activity: Vec<(Activity, f32)> =
+                    simulation.truth.iter().map(|state| state.activity).zip(p).collect();
                 for phase in by_activity.chunk_by(|a, b| a.0 == b.0) {
                     let (activity, _) = phase[0];
                     let mean = phase.iter().map(|(_, p)| p).sum::<f32>() / phase.len() as f32;

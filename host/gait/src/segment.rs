@@ -33,16 +33,10 @@ pub(crate) struct Change {
 
 impl Change {
     /// Change that is always complete.
-    pub const ALREADY: Self = Self {
-        start: f64::NEG_INFINITY,
-        duration: 1.0,
-    };
+    pub const ALREADY: Self = Self { start: f64::NEG_INFINITY, duration: 1.0 };
 
     /// Change that never begins.
-    pub const NEVER: Self = Self {
-        start: f64::INFINITY,
-        duration: 1.0,
-    };
+    pub const NEVER: Self = Self { start: f64::INFINITY, duration: 1.0 };
 
     /// Returns the progress at time `t` in s.
     pub fn progress(self, t: f64) -> f64 {
@@ -142,10 +136,7 @@ impl Segment {
             Kind::Stance { slips, .. } => slips
                 .iter()
                 .map(|slip| {
-                    let slide = Change {
-                        start: self.start + slip.onset,
-                        duration: slip.duration,
-                    };
+                    let slide = Change { start: self.start + slip.onset, duration: slip.duration };
                     slip.distance * slide.progress(t)
                 })
                 .sum(),

@@ -56,11 +56,9 @@ impl Temperature {
     pub fn at(&self, t: f64) -> f64 {
         match *self {
             Self::Constant(celsius) => celsius,
-            Self::Warming {
-                from,
-                to,
-                time_constant,
-            } => to + (from - to) * libm::exp(-t.max(0.0) / time_constant),
+            Self::Warming { from, to, time_constant } => {
+                to + (from - to) * libm::exp(-t.max(0.0) / time_constant)
+            }
         }
     }
 }
@@ -90,14 +88,8 @@ impl SensorParams {
     /// | `drift_limit` | 0.1 mg/°C | 0.01 °/s/°C | assumed, of the order of ST's typical drifts |
     /// | `clock_limit` | 3 % | the same clock | assumed; others report "some per cent" |
     pub const LSM6DSOX: Self = Self {
-        accelerometer: AxisErrors {
-            bias_limit: 20.0 * MILLI_G,
-            drift_limit: 0.1 * MILLI_G,
-        },
-        gyroscope: AxisErrors {
-            bias_limit: 500.0 * MILLI_DPS,
-            drift_limit: 10.0 * MILLI_DPS,
-        },
+        accelerometer: AxisErrors { bias_limit: 20.0 * MILLI_G, drift_limit: 0.1 * MILLI_G },
+        gyroscope: AxisErrors { bias_limit: 500.0 * MILLI_DPS, drift_limit: 10.0 * MILLI_DPS },
         clock_limit: 0.03,
         temperature: Temperature::Constant(25.0),
         gyroscope_drift: [0.0; 3],
@@ -105,11 +97,7 @@ impl SensorParams {
 
     /// The same sensor on a robot that warms up by 20 °C with a time constant of 3 min.
     pub const LSM6DSOX_WARMING: Self = Self {
-        temperature: Temperature::Warming {
-            from: 25.0,
-            to: 45.0,
-            time_constant: 180.0,
-        },
+        temperature: Temperature::Warming { from: 25.0, to: 45.0, time_constant: 180.0 },
         ..Self::LSM6DSOX
     };
 
@@ -214,11 +202,7 @@ mod tests {
     #[test]
     fn a_warming_sensor_drifts_by_its_coefficients() {
         let params = SensorParams {
-            temperature: Temperature::Warming {
-                from: 25.0,
-                to: 45.0,
-                time_constant: 1.0,
-            },
+            temperature: Temperature::Warming { from: 25.0, to: 45.0, time_constant: 1.0 },
             ..SensorParams::LSM6DSOX
         };
         let samples = standing(12, &params, 3);
@@ -235,10 +219,8 @@ mod tests {
 
     #[test]
     fn a_failing_gyroscope_drifts_evenly() {
-        let params = SensorParams {
-            gyroscope_drift: [0.0, 0.002, -0.001],
-            ..SensorParams::LSM6DSOX
-        };
+        let params =
+            SensorParams { gyroscope_drift: [0.0, 0.002, -0.001], ..SensorParams::LSM6DSOX };
         let samples = standing(10, &params, 3);
         let sound = standing(10, &SensorParams::LSM6DSOX, 3);
         let rate = |samples: &[[Vector; 2]]| mean(samples[9_900..].iter().map(|s| s[1]));
@@ -257,18 +239,8 @@ mod tests {
         assert_ne!(specimens[1].clock_error, specimens[2].clock_error);
         for specimen in specimens {
             assert!(specimen.clock_error.abs() <= 0.03);
-            assert!(
-                specimen
-                    .gyro_bias
-                    .iter()
-                    .all(|b| b.abs() <= 500.0 * MILLI_DPS)
-            );
-            assert!(
-                specimen
-                    .accel_drift
-                    .iter()
-                    .all(|d| d.abs() <= 0.1 * MILLI_G)
-            );
+            assert!(specimen.gyro_bias.iter().all(|b| b.abs() <= 500.0 * MILLI_DPS));
+            assert!(specimen.accel_drift.iter().all(|d| d.abs() <= 0.1 * MILLI_G));
         }
     }
 }

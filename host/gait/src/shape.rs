@@ -19,10 +19,7 @@ pub(crate) struct Quintic {
 impl Quintic {
     /// Joins the state `from` at `start` to the state `to`, `duration` later; times in s.
     pub fn between(from: Jet, to: Jet, start: f64, duration: f64) -> Self {
-        let (rate, curvature) = (
-            from.rate * duration,
-            from.acceleration * duration * duration,
-        );
+        let (rate, curvature) = (from.rate * duration, from.acceleration * duration * duration);
         let half = 0.5 * curvature;
         // Contribution of the three upper terms at the end.
         let p = to.value - from.value - rate - half;
@@ -44,20 +41,13 @@ impl Quintic {
 
     /// Stays at `value`.
     pub const fn rest(value: f64) -> Self {
-        Self {
-            start: 0.0,
-            duration: 1.0,
-            coefficients: [value, 0.0, 0.0, 0.0, 0.0, 0.0],
-        }
+        Self { start: 0.0, duration: 1.0, coefficients: [value, 0.0, 0.0, 0.0, 0.0, 0.0] }
     }
 
     /// Returns the state at time `t` in s, which lies between start and end.
     pub fn at(&self, t: f64) -> Jet {
         let s = Jet::moving((t - self.start) / self.duration, 1.0 / self.duration);
-        self.coefficients
-            .iter()
-            .rev()
-            .fold(Jet::default(), |sum, c| sum * s + Jet::constant(*c))
+        self.coefficients.iter().rev().fold(Jet::default(), |sum, c| sum * s + Jet::constant(*c))
     }
 }
 
@@ -106,11 +96,7 @@ pub(crate) struct Term {
 
 impl Term {
     pub const fn new(start: f64, duration: f64, shape: Shape) -> Self {
-        Self {
-            start,
-            duration,
-            shape,
-        }
+        Self { start, duration, shape }
     }
 
     /// Returns the contribution of the term at time `t` in s.
@@ -128,19 +114,11 @@ impl Term {
         let s = elapsed * (1.0 / self.duration);
         match self.shape {
             Shape::Pulse { height } => pulse(s) * height,
-            Shape::Ripple {
-                amplitude,
-                angular_frequency,
-                phase,
-            } => {
+            Shape::Ripple { amplitude, angular_frequency, phase } => {
                 let angle = elapsed * angular_frequency + Jet::constant(phase);
                 pulse(s) * angle.sin_cos().0 * amplitude
             }
-            Shape::Ring {
-                speed,
-                angular_frequency,
-                decay,
-            } => {
+            Shape::Ring { speed, angular_frequency, decay } => {
                 // The cubic brings the exponential, which never ends, to exactly 0.
                 let fade = (Jet::constant(1.0) - s).cubed();
                 (elapsed * -decay).exp()
@@ -176,16 +154,8 @@ mod tests {
 
     #[test]
     fn a_quintic_starts_and_ends_in_the_states_it_joins() {
-        let from = Jet {
-            value: 0.2,
-            rate: -1.0,
-            acceleration: 3.0,
-        };
-        let to = Jet {
-            value: -0.1,
-            rate: 0.5,
-            acceleration: -7.0,
-        };
+        let from = Jet { value: 0.2, rate: -1.0, acceleration: 3.0 };
+        let to = Jet { value: -0.1, rate: 0.5, acceleration: -7.0 };
         let path = Quintic::between(from, to, 2.0, 0.3);
         assert_same(path.at(2.0), from);
         assert_same(path.at(2.3), to);
@@ -195,22 +165,11 @@ mod tests {
     fn every_shape_but_the_ring_begins_and_ends_at_rest() {
         let shapes = [
             (Shape::Pulse { height: 0.05 }, 0.0),
-            (
-                Shape::Ripple {
-                    amplitude: 1e-3,
-                    angular_frequency: 200.0,
-                    phase: 1.0,
-                },
-                0.0,
-            ),
+            (Shape::Ripple { amplitude: 1e-3, angular_frequency: 200.0, phase: 1.0 }, 0.0),
             (Shape::Slide { distance: 0.04 }, 0.04),
         ];
         for (shape, end) in shapes {
-            let term = Term {
-                start: 1.0,
-                duration: 0.25,
-                shape,
-            };
+            let term = Term { start: 1.0, duration: 0.25, shape };
             assert_same(term.at(1.0), Jet::default());
             assert_same(term.at(1.25 - 1e-15), Jet::constant(end));
             assert_eq!(term.at(1.25), Jet::constant(end));
@@ -222,11 +181,7 @@ mod tests {
         let term = Term {
             start: 1.0,
             duration: 0.1,
-            shape: Shape::Ring {
-                speed: -0.5,
-                angular_frequency: 380.0,
-                decay: 120.0,
-            },
+            shape: Shape::Ring { speed: -0.5, angular_frequency: 380.0, decay: 120.0 },
         };
         let hit = term.at(1.0);
         assert_eq!((hit.value, hit.rate), (0.0, -0.5));

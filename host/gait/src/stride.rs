@@ -32,10 +32,7 @@ const VERTICAL_CHATTER: f64 = 1.0 / 3.0;
 /// Stands still at the origin and level, from time 0 until the step `next` begins at `until` in s.
 pub(crate) fn standing_still(until: f64, next: Option<&PlannedStep>) -> Segment {
     Segment {
-        kind: Kind::Stance {
-            settled: f64::NEG_INFINITY,
-            slips: Vec::new(),
-        },
+        kind: Kind::Stance { settled: f64::NEG_INFINITY, slips: Vec::new() },
         start: 0.0,
         base: [Quintic::rest(0.0); CHANNELS],
         terms: Vec::new(),
@@ -104,9 +101,7 @@ fn swing(step: &PlannedStep, start: f64, lifted: &Pose, stood_at: &Pose) -> (Seg
         Jet::moving(pitch, landing.turn[1]),
         Jet::constant(yaw),
     ];
-    let lift = Shape::Pulse {
-        height: step.clearance,
-    };
+    let lift = Shape::Pulse { height: step.clearance };
     let pitching = Shape::Ripple {
         amplitude: step.pitch_swing / ONE_PERIOD_PEAK,
         angular_frequency: std::f64::consts::TAU / duration,
@@ -156,19 +151,13 @@ fn stance(step: &PlannedStep, start: f64, landed: &Pose, next: Option<&PlannedSt
         terms.extend(slide(slip, start));
     }
     Segment {
-        kind: Kind::Stance {
-            settled,
-            slips: step.slips.clone(),
-        },
+        kind: Kind::Stance { settled, slips: step.slips.clone() },
         start,
         base: landed.map(|channel| Quintic::rest(channel.value)),
         terms,
         load: Some(LoadProfile {
             level: step.load,
-            rise: Change {
-                start,
-                duration: step.load_change,
-            },
+            rise: Change { start, duration: step.load_change },
             fall: unloading(start + standing, next),
         }),
     }
@@ -205,11 +194,7 @@ fn tremor(step: &PlannedStep, start: f64, duration: f64) -> [(usize, Term); 5] {
         (PITCH, angle, 2.0),
     ];
     parts.map(|(channel, amplitude, phase)| {
-        let shape = Shape::Ripple {
-            amplitude,
-            angular_frequency,
-            phase,
-        };
+        let shape = Shape::Ripple { amplitude, angular_frequency, phase };
         (channel, Term::new(start, duration, shape))
     })
 }
@@ -219,11 +204,7 @@ fn slide(slip: &Slip, touch_down: f64) -> [(usize, Term); 6] {
     let (sin, cos) = libm::sincos(slip.heading);
     let angular_frequency = std::f64::consts::TAU * slip.chatter_frequency;
     let chatter = slip.chatter / (angular_frequency * angular_frequency);
-    let ripple = |amplitude| Shape::Ripple {
-        amplitude,
-        angular_frequency,
-        phase: 0.0,
-    };
+    let ripple = |amplitude| Shape::Ripple { amplitude, angular_frequency, phase: 0.0 };
     let along = |distance| Shape::Slide { distance };
     let parts = [
         (X, along(slip.distance * cos)),

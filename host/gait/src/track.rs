@@ -89,10 +89,7 @@ impl Track {
 
     /// Returns the instants of touch-down in s, where the acceleration jumps, in order of time.
     pub fn impacts(&self) -> impl Iterator<Item = f64> {
-        let stances = self
-            .strides
-            .iter()
-            .filter(|s| matches!(s.kind, Kind::Stance { .. }));
+        let stances = self.strides.iter().filter(|s| matches!(s.kind, Kind::Stance { .. }));
         stances.map(|segment| segment.start)
     }
 }
@@ -112,11 +109,7 @@ mod tests {
         (1..)
             .map(|k| f64::from(k) * 3.7e-4)
             .take_while(|t| *t < plan.duration)
-            .filter(|t| {
-                impacts
-                    .iter()
-                    .all(|impact| (impact - t).abs() > 2.0 * HALF_STEP)
-            })
+            .filter(|t| impacts.iter().all(|impact| (impact - t).abs() > 2.0 * HALF_STEP))
             .collect()
     }
 
@@ -141,10 +134,7 @@ mod tests {
                 let velocity_error = slope(a.position, b.position) - now.velocity;
                 let acceleration_error = slope(a.velocity, b.velocity) - now.acceleration;
                 assert!(velocity_error.length() < 1e-5, "{t}: {velocity_error:?}");
-                assert!(
-                    acceleration_error.length() < 1e-2,
-                    "{t}: {acceleration_error:?}"
-                );
+                assert!(acceleration_error.length() < 1e-2, "{t}: {acceleration_error:?}");
             }
         }
     }
@@ -195,17 +185,14 @@ mod tests {
     fn swing_is_6_to_9_cm_high_and_pitches_by_30_degrees() {
         let plan = Plan::steady(GaitName::Walk, Ground::Hard, 12.0, 2);
         let motion = Track::new(&plan);
-        let states: Vec<FootState> = (0..12_000)
-            .map(|ms| motion.at(f64::from(ms) * 1e-3))
-            .collect();
+        let states: Vec<FootState> =
+            (0..12_000).map(|ms| motion.at(f64::from(ms) * 1e-3)).collect();
         let highest = states.iter().map(|s| s.position.z).fold(0.0, f64::max);
         assert!((0.06..0.09).contains(&highest), "{highest}");
         let lowest = states.iter().map(|s| s.position.z).fold(0.0, f64::min);
         assert!(lowest > -0.004, "{lowest}");
         // World height of the sensor's x axis: positive where the toes are up.
-        let toes = states
-            .iter()
-            .map(|s| s.orientation.to_world(Vector::new(1.0, 0.0, 0.0)).z);
+        let toes = states.iter().map(|s| s.orientation.to_world(Vector::new(1.0, 0.0, 0.0)).z);
         let up = toes.clone().fold(0.0, f64::max);
         let down = toes.fold(0.0, f64::min);
         let sine = 0.35..0.65;
@@ -252,9 +239,8 @@ mod tests {
         let plan = Plan::steady(GaitName::Trot, Ground::Greased, 8.0, 2);
         let motion = Track::new(&plan);
         let states = moments(&plan, &motion).into_iter().map(|t| motion.at(t));
-        let in_the_air: Vec<FootState> = states
-            .filter(|state| state.activity == Activity::Swinging)
-            .collect();
+        let in_the_air: Vec<FootState> =
+            states.filter(|state| state.activity == Activity::Swinging).collect();
         assert!(in_the_air.len() > 1000);
         for state in in_the_air {
             assert_eq!((state.load, state.slip), (0.0, 0.0));

@@ -14,10 +14,7 @@ pub(crate) fn from_roll_pitch_yaw([roll, pitch, yaw]: [Jet; 3]) -> (Rotation, Ve
     let x = sr * cp * cy - cr * sp * sy;
     let y = cr * sp * cy + sr * cp * sy;
     let z = cr * cp * sy - sr * sp * cy;
-    let rotation = Rotation {
-        w: w.value,
-        v: Vector::new(x.value, y.value, z.value),
-    };
+    let rotation = Rotation { w: w.value, v: Vector::new(x.value, y.value, z.value) };
     // ω = 2 q* ⊗ q̇, its vector part.
     let change = Vector::new(x.rate, y.rate, z.rate);
     let rate = change * rotation.w - rotation.v * w.rate - rotation.v.cross(change);
@@ -29,10 +26,7 @@ mod tests {
     use super::*;
 
     fn assert_close(actual: Vector, expected: Vector) {
-        assert!(
-            (actual - expected).length() < 1e-12,
-            "{actual:?} is not {expected:?}"
-        );
+        assert!((actual - expected).length() < 1e-12, "{actual:?} is not {expected:?}");
     }
 
     #[test]
@@ -47,11 +41,8 @@ mod tests {
     #[test]
     fn the_angular_rate_is_in_the_sensor_frame() {
         // Rolled by a quarter turn, a yaw about the world's z is a turn about the sensor's y.
-        let angles = [
-            Jet::constant(std::f64::consts::FRAC_PI_2),
-            Jet::default(),
-            Jet::moving(0.0, 2.0),
-        ];
+        let angles =
+            [Jet::constant(std::f64::consts::FRAC_PI_2), Jet::default(), Jet::moving(0.0, 2.0)];
         let (_, rate) = from_roll_pitch_yaw(angles);
         assert_close(rate, Vector::new(0.0, 2.0, 0.0));
     }

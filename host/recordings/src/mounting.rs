@@ -11,11 +11,8 @@ use crate::samples::space::{Rotation, Vector};
 pub const NEAR_DEGREES: f64 = 20.0;
 
 /// Unit vectors along x, y and z.
-const UNIT: [Vec3; 3] = [
-    Vec3::new(1.0, 0.0, 0.0),
-    Vec3::new(0.0, 1.0, 0.0),
-    Vec3::new(0.0, 0.0, 1.0),
-];
+const UNIT: [Vec3; 3] =
+    [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
 
 /// Angle between z and up, degrees. `up` is the accelerometer reading at rest, in any unit.
 #[must_use]
@@ -61,9 +58,7 @@ pub fn then(first: &Mounting, second: &Mounting) -> Mounting {
     // Mountings along the axes stay exact.
     let along = |component: fn(Vec3) -> f32| {
         let is_along = |axis: &SensorAxis| {
-            turned
-                .iter()
-                .all(|(from, to)| axis.component(*from) == component(*to))
+            turned.iter().all(|(from, to)| axis.component(*from) == component(*to))
         };
         SensorAxis::ALL.into_iter().find(is_along)
     };
@@ -99,23 +94,14 @@ pub fn rotation(mounting: &Mounting) -> Rotation {
         0 => ways[0].0,
         _ => ways[k].1[k - 1],
     };
-    let best = (1..4).fold(0, |best, k| {
-        if diagonal(k) > diagonal(best) {
-            k
-        } else {
-            best
-        }
-    });
+    let best = (1..4).fold(0, |best, k| if diagonal(k) > diagonal(best) { k } else { best });
     let (w, v) = ways[best];
     normalised(w, Vector::from_array(v))
 }
 
 fn normalised(w: f64, v: Vector) -> Rotation {
     let length = (w * w + v.dot(v)).sqrt();
-    Rotation {
-        w: w / length,
-        v: v * (1.0 / length),
-    }
+    Rotation { w: w / length, v: v * (1.0 / length) }
 }
 
 /// Validates parameters, which are right-handed and of length 1 by construction.
@@ -198,10 +184,7 @@ mod tests {
 
     #[test]
     fn composed_mountings_turn_as_both_do() {
-        assert_eq!(
-            then(&mounting("x,-z,y"), &mounting("x,z,-y")),
-            Mounting::IDENTITY
-        );
+        assert_eq!(then(&mounting("x,-z,y"), &mounting("x,z,-y")), Mounting::IDENTITY);
         let vector = Vec3::new(0.3, -7.0, 2.0);
         for first in mountings() {
             for second in mountings() {

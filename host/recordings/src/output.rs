@@ -261,10 +261,7 @@ mod tests {
 
     #[test]
     fn row_has_a_cell_for_every_header_name() {
-        assert_eq!(
-            cells(ContactEstimate::default()).len(),
-            HEADER.split(',').count()
-        );
+        assert_eq!(cells(ContactEstimate::default()).len(), HEADER.split(',').count());
     }
 
     /// An estimate and a sample whose numbers are all different.
@@ -275,32 +272,16 @@ mod tests {
             angular_rate: AngularRate(Vec3::new(0.125, -0.375, 0.625)),
             validity: Validity::Saturated(Saturation::Gyroscope),
         };
-        let sample = RecordedSample {
-            imu,
-            load: Some(Load(42.5)),
-            label: Some(Label::Stable),
-        };
+        let sample = RecordedSample { imu, load: Some(Load(42.5)), label: Some(Label::Stable) };
         let estimate = ContactEstimate {
             timestamp: imu.timestamp,
             probabilities: Probabilities {
-                axes: PerAxis {
-                    ax: 0.1,
-                    ay: 0.2,
-                    az: 0.3,
-                    wx: 0.4,
-                    wy: 0.5,
-                    wz: 0.6,
-                },
+                axes: PerAxis { ax: 0.1, ay: 0.2, az: 0.3, wx: 0.4, wy: 0.5, wz: 0.6 },
                 tangential: 0.7,
                 vertical: 0.8,
                 stable: 0.9,
             },
-            orientation: Quaternion {
-                w: 0.91,
-                x: 0.92,
-                y: 0.93,
-                z: 0.94,
-            },
+            orientation: Quaternion { w: 0.91, x: 0.92, y: 0.93, z: 0.94 },
             linear_acceleration: LinearAcceleration(Vec3::new(11.0, 12.0, 13.0)),
             gyro_bias: AngularRate(Vec3::new(0.01, 0.02, 0.03)),
             angular_rate: AngularRate(Vec3::new(21.0, 22.0, 23.0)),
@@ -374,10 +355,7 @@ mod tests {
     fn numbers_read_back_as_the_same_bits() {
         for number in [1.0 / 3.0, f32::MIN_POSITIVE, 1.0e-45, 0.999_999_94, 0.0] {
             let estimate = ContactEstimate {
-                probabilities: Probabilities {
-                    stable: number,
-                    ..Probabilities::default()
-                },
+                probabilities: Probabilities { stable: number, ..Probabilities::default() },
                 ..ContactEstimate::default()
             };
             let read: f32 = cells(estimate)[1].parse().unwrap();
@@ -401,10 +379,7 @@ mod tests {
             flags: Flags::NONE.with(Flag::TimeGap).with(Flag::Saturated),
             ..ContactEstimate::default()
         };
-        assert_eq!(
-            cells(estimate)[21..],
-            ["quiet_swing", "0", "saturated|time_gap"]
-        );
+        assert_eq!(cells(estimate)[21..], ["quiet_swing", "0", "saturated|time_gap"]);
     }
 
     #[test]
@@ -429,9 +404,7 @@ mod tests {
         let mut bytes = Vec::new();
         write_samples(&samples, &estimates, &mut bytes).unwrap();
         std::fs::write(&path, bytes).unwrap();
-        let recording = input::read(&path, Format::Csv, &Hints::default())
-            .unwrap()
-            .recording;
+        let recording = input::read(&path, Format::Csv, &Hints::default()).unwrap().recording;
         assert_eq!(recording.samples, samples);
         assert_eq!(recording.gravity, Gravity::Included);
     }

@@ -33,10 +33,7 @@ impl<W: Write> ParquetEstimates<W> {
     pub fn new(to: W, feet: TableFeet) -> io::Result<Self> {
         let foot = (feet == TableFeet::Several).then(|| text(FOOT));
         let fields = foot.into_iter().chain(HEADER.split(',').map(field));
-        Ok(Self {
-            rows: ParquetRows::new(to, fields.collect())?,
-            feet,
-        })
+        Ok(Self { rows: ParquetRows::new(to, fields.collect())?, feet })
     }
 
     /// Appends a row. `name` is given if the table has a column for it; `start_us` is the time of the recording's
@@ -99,9 +96,7 @@ pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
         let rows = rows.with_batch_size(BATCH).build();
         for batch in rows.map_err(io::Error::from)? {
             let batch = batch.map_err(ParquetError::from).map_err(io::Error::from)?;
-            encoder
-                .iter_mut()
-                .try_for_each(|encoder| encoder.write(&batch))?;
+            encoder.iter_mut().try_for_each(|encoder| encoder.write(&batch))?;
         }
     }
     encoder.map_or(Ok(()), |encoder| encoder.finish().map(|_| ()))
@@ -134,12 +129,7 @@ mod tests {
                 vertical: number(7),
                 stable: number(8),
             },
-            orientation: Quaternion {
-                w: number(9),
-                x: number(10),
-                y: number(11),
-                z: number(12),
-            },
+            orientation: Quaternion { w: number(9), x: number(10), y: number(11), z: number(12) },
             linear_acceleration: LinearAcceleration(Vec3::new(number(13), number(14), number(15))),
             gyro_bias: AngularRate(Vec3::new(number(16), number(17), number(18))),
             velocity_sigma: VelocitySigma(number(19)),
@@ -206,10 +196,7 @@ mod tests {
     #[test]
     fn unknown_number_is_null() {
         let mut table = ParquetEstimates::new(Vec::new(), TableFeet::One).unwrap();
-        let unknown = ContactEstimate {
-            velocity_sigma: VelocitySigma(f32::NAN),
-            ..estimate(1)
-        };
+        let unknown = ContactEstimate { velocity_sigma: VelocitySigma(f32::NAN), ..estimate(1) };
         table.add(None, &unknown, 0).unwrap();
         table.add(None, &estimate(2), 0).unwrap();
         let bytes = bytes::Bytes::from(table.finish().unwrap());

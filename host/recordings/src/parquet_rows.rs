@@ -39,11 +39,7 @@ impl<W: Write> Encoder<W> {
             .set_max_row_group_row_count(Some(ROW_GROUP))
             .build();
         let writer = ArrowWriter::try_new(Vec::new(), schema.clone(), Some(properties));
-        Ok(Self {
-            to,
-            writer: writer.map_err(io::Error::from)?,
-            schema,
-        })
+        Ok(Self { to, writer: writer.map_err(io::Error::from)?, schema })
     }
 
     pub(crate) fn write(&mut self, batch: &RecordBatch) -> io::Result<()> {

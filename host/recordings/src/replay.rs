@@ -20,11 +20,7 @@ impl Replay {
     /// # Errors
     /// A parameter is out of its range; the window may have up to [`CAPACITY`] samples.
     pub fn new(sample_rate: f32, gravity: Gravity, params: &Params) -> Result<Self, ParamsError> {
-        let params = Params {
-            sample_rate,
-            gravity,
-            ..*params
-        };
+        let params = Params { sample_rate, gravity, ..*params };
         Ok(Self(Box::new(ContactEstimator::new(&params.validate()?))))
     }
 
@@ -122,14 +118,9 @@ mod tests {
 
     #[test]
     fn window_keeps_its_duration_at_the_recordings_rate() {
-        let params = Params {
-            method: Method::HalfWidths,
-            ..Params::DEFAULT
-        };
+        let params = Params { method: Method::HalfWidths, ..Params::DEFAULT };
         let estimates = replay(&still_foot(200.0), &params).unwrap();
-        let full = estimates
-            .iter()
-            .position(|e| !e.flags.contains(Flag::WindowNotFull));
+        let full = estimates.iter().position(|e| !e.flags.contains(Flag::WindowNotFull));
         assert_eq!(full, Some(9), "50 ms at 200 Hz are 10 samples");
     }
 }

@@ -194,10 +194,7 @@ mod tests {
             assert_eq!(spool.len(), 1000);
             for _ in 0..2 {
                 let read: Vec<_> = spool.samples().unwrap().map(Result::unwrap).collect();
-                assert!(
-                    read.iter()
-                        .eq((0..1000).map(sample).collect::<Vec<_>>().iter())
-                );
+                assert!(read.iter().eq((0..1000).map(sample).collect::<Vec<_>>().iter()));
             }
         }
     }

@@ -236,16 +236,9 @@ fn an_unbroken_serial_stream_stops_no_sender() {
         let is_contact = |message: &&(u64, Message)| matches!(message.1, Message::Contact(_));
         let serial = rig.messages.iter().filter(is_contact).count();
         let contacts = [rig.contacts(), serial];
-        assert!(
-            contacts.iter().all(|count| *count > 2_490),
-            "frames of {length}: {contacts:?}"
-        );
+        assert!(contacts.iter().all(|count| *count > 2_490), "frames of {length}: {contacts:?}");
         let health = rig.health().expect("a health message");
-        assert_eq!(
-            health.counters.get(wire::Counter::UartOverruns),
-            0,
-            "frames of {length}"
-        );
+        assert_eq!(health.counters.get(wire::Counter::UartOverruns), 0, "frames of {length}");
     }
 }
 
@@ -335,9 +328,6 @@ fn a_flickering_bus_gets_few_emergencies() {
     let emergencies = rig.emergencies();
     let passive = Fault::CanErrorPassive.code();
     assert!(emergencies.contains(&passive), "{emergencies:#x?}");
-    assert!(
-        emergencies.len() <= FLICKER_EMERGENCIES,
-        "{emergencies:#x?}"
-    );
+    assert!(emergencies.len() <= FLICKER_EMERGENCIES, "{emergencies:#x?}");
     assert_eq!(rig.resets(), []);
 }

@@ -17,11 +17,7 @@ const STARTING_MS: u64 = 100;
 
 /// Boots an ELF on a board, at rest.
 fn boot(elf: &[u8], wiring: &'static Wiring) -> Board {
-    let options = BoardOptions {
-        wiring: Some(wiring),
-        load: 2000,
-        ..BoardOptions::default()
-    };
+    let options = BoardOptions { wiring: Some(wiring), load: 2000, ..BoardOptions::default() };
     Board::with_motion(elf, options, |_| Stimulus::REST).expect("it fits the flash")
 }
 
@@ -37,21 +33,16 @@ fn samples_of_every_board_have_times_and_bits_of_their_edges() {
     for (wiring, elf) in products() {
         let gait = motion::gait(gait::GaitName::Walk, 3.0, 1);
         let mut board = Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits");
-        let run = RunOptions {
-            milliseconds: 3_000,
-            ..RunOptions::default()
-        };
+        let run = RunOptions { milliseconds: 3_000, ..RunOptions::default() };
         let report = report::run(&mut board, &run).expect("it runs");
         let [compared, over_can] = ["uart", "can"].map(|line| {
             assert_eq!(report["drops"][line], 0, "{}: {line}", wiring.name);
             report["parity_compared"][line].as_u64().expect("a count")
         });
         let measured = report["parity_measured"].as_u64().expect("a count");
-        for (name, expected) in [
-            ("late_ticks", 0.into()),
-            ("resets", json!([])),
-            ("emergencies", json!([])),
-        ] {
+        for (name, expected) in
+            [("late_ticks", 0.into()), ("resets", json!([])), ("emergencies", json!([]))]
+        {
             assert_eq!(report[name], expected, "{}: {name}", wiring.name);
         }
         let machine = board.cpu().machine();
@@ -60,11 +51,7 @@ fn samples_of_every_board_have_times_and_bits_of_their_edges() {
         let least = compared.min(over_can) + 100;
         assert!(least > run.milliseconds, "{}: {least}", wiring.name);
         // A sample is found by the time of its edge, to 2 µs; there is none until the sensor has started.
-        assert!(
-            measured + STARTING_MS > compared,
-            "{}: {measured}",
-            wiring.name
-        );
+        assert!(measured + STARTING_MS > compared, "{}: {measured}", wiring.name);
         assert_eq!(report["parity_mismatches"], 0, "{}", wiring.name);
     }
 }
@@ -116,10 +103,7 @@ fn program_of_another_board_is_noticed_by_its_first_pin() {
     };
     // The Feather connects both pins of the reference board's serial line to its supply.
     let wrong = misuse(of_reference, feather).expect("PA9 or PA10 is driven");
-    assert!(
-        wrong.contains("the board connects it to a supply"),
-        "{wrong}"
-    );
+    assert!(wrong.contains("the board connects it to a supply"), "{wrong}");
     let wrong = misuse(of_feather, reference).expect("the serial line is elsewhere");
     assert!(wrong.starts_with("USART1_TX is used, and PA9 is not connected to it"));
     for (wiring, elf) in &products {

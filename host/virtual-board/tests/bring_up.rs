@@ -42,9 +42,7 @@ fn lines(board: &mut Board) -> Vec<String> {
 /// Lines that do not pass, each with its name and verdict.
 fn troubles(lines: &[String]) -> Vec<&str> {
     let lines = lines.iter().map(String::as_str);
-    lines
-        .filter(|line| line.contains("FAIL") || line.contains("not tested:"))
-        .collect()
+    lines.filter(|line| line.contains("FAIL") || line.contains("not tested:")).collect()
 }
 
 /// Asserts that exactly these lines do not pass: the beginning of each, and a part of its verdict.
@@ -62,10 +60,7 @@ fn healthy_board_passes_every_measurement() {
         let lines = report(wiring, |_| ());
         assert_troubles(&lines, &[]);
         let last = lines.last().expect("a summary");
-        assert!(
-            last.starts_with("passed 23, failed 0, not tested 0"),
-            "{last}"
-        );
+        assert!(last.starts_with("passed 23, failed 0, not tested 0"), "{last}");
     }
 }
 

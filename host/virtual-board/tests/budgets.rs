@@ -19,48 +19,18 @@ const MEASURED: u64 = 3_500;
 type Budgets = [(&'static str, &'static str, f64, &'static str)];
 
 const BUDGETS: &Budgets = &[
-    (
-        "tick, median",
-        "/instructions_per_tick/median",
-        16_000.0,
-        "instructions",
-    ),
-    (
-        "estimator alone, median",
-        "/estimator_instructions/median",
-        2_500.0,
-        "instructions",
-    ),
-    (
-        "data-ready edge to CAN mailbox, median",
-        "/drdy_to_can_us/median",
-        120.0,
-        "µs, estimated",
-    ),
-    (
-        "data-ready edge to CAN mailbox, longest",
-        "/drdy_to_can_us/max",
-        120.0,
-        "µs, estimated",
-    ),
+    ("tick, median", "/instructions_per_tick/median", 16_000.0, "instructions"),
+    ("estimator alone, median", "/estimator_instructions/median", 2_500.0, "instructions"),
+    ("data-ready edge to CAN mailbox, median", "/drdy_to_can_us/median", 120.0, "µs, estimated"),
+    ("data-ready edge to CAN mailbox, longest", "/drdy_to_can_us/max", 120.0, "µs, estimated"),
     ("processor load", "/cpu_load_percent", 20.0, "%, estimated"),
     ("late ticks", "/late_ticks", 0.0, ""),
 ];
 
 /// Limits of the worst ticks under full load ([`Traffic::Full`]).
 const WORST: &Budgets = &[
-    (
-        "tick, longest",
-        "/instructions_per_tick/max",
-        24_000.0,
-        "instructions",
-    ),
-    (
-        "data-ready edge to CAN mailbox, longest",
-        "/drdy_to_can_us/max",
-        120.0,
-        "µs, estimated",
-    ),
+    ("tick, longest", "/instructions_per_tick/max", 24_000.0, "instructions"),
+    ("data-ready edge to CAN mailbox, longest", "/drdy_to_can_us/max", 120.0, "µs, estimated"),
     ("late ticks", "/late_ticks", 0.0, ""),
 ];
 
@@ -77,10 +47,7 @@ fn with_all_streams(elf: &[u8]) -> Value {
     let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     streams::turn_all_on(&mut board).expect("it runs");
-    let run = RunOptions {
-        milliseconds: MEASURED,
-        ..RunOptions::default()
-    };
+    let run = RunOptions { milliseconds: MEASURED, ..RunOptions::default() };
     report::run(&mut board, &run).expect("it runs")
 }
 
@@ -89,11 +56,7 @@ fn under_full_load(elf: &[u8], milliseconds: u64) -> Value {
     let seconds = milliseconds as f64 / 1.0e3;
     let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
-    let run = RunOptions {
-        milliseconds,
-        traffic: Traffic::Full,
-        ..RunOptions::default()
-    };
+    let run = RunOptions { milliseconds, traffic: Traffic::Full, ..RunOptions::default() };
     report::run(&mut board, &run).expect("it runs")
 }
 
@@ -130,10 +93,7 @@ fn assert_kept(board: &Wiring, budgets: &Budgets, report: &Value) {
     for (name, place, most, unit) in budgets {
         let most = limit(board, place, *most);
         let measured = measured(report, place);
-        assert!(
-            measured <= most,
-            "{name}: {measured} {unit}, {most} are allowed"
-        );
+        assert!(measured <= most, "{name}: {measured} {unit}, {most} are allowed");
     }
 }
 
@@ -193,11 +153,8 @@ fn request_floods_delay_an_estimate_by_three_frames_at_most() {
     let sent = board.take_can();
     let answers = sent.iter().filter(|sent| sent.frame.id == 0x591).count();
     assert!(answers > 500, "{answers} answers are too few for a flood");
-    let times: Vec<u64> = sent
-        .iter()
-        .filter(|sent| sent.frame.id == ESTIMATE)
-        .map(|sent| sent.time)
-        .collect();
+    let times: Vec<u64> =
+        sent.iter().filter(|sent| sent.frame.id == ESTIMATE).map(|sent| sent.time).collect();
     assert!(times.len() >= 299, "{} estimates in 300 ms", times.len());
     // The frame on the bus, a SYNC, and its own: at most 135 bits each.
     let longest = times.windows(2).map(|pair| pair[1] - pair[0]).max();

@@ -26,10 +26,8 @@ fn nested_handlers_and_threads_keep_every_float_bit() {
             .find(|line| line.starts_with(&format!("context {context} ")))
             .unwrap_or_else(|| panic!("no line for context {context}: {text}"));
         let words: Vec<&str> = line.split(' ').collect();
-        let (runs, steps): (u32, u32) = (
-            words[3].parse().expect("a number"),
-            words[5].parse().expect("a number"),
-        );
+        let (runs, steps): (u32, u32) =
+            (words[3].parse().expect("a number"), words[5].parse().expect("a number"));
         assert!(steps > 1000, "context {context} hardly ran: {line}");
         total += runs;
         let mut orbit = Orbit::new(context);
@@ -38,40 +36,24 @@ fn nested_handlers_and_threads_keep_every_float_bit() {
         assert!(line.ends_with(&bits), "{line}, the host has {bits}");
     }
     let last = text.lines().last().expect("a summary");
-    assert!(
-        last.contains(&format!("shared {total} of {total} ")),
-        "{last}"
-    );
+    assert!(last.contains(&format!("shared {total} of {total} ")), "{last}");
     assert!(last.ends_with("violations 0"), "{last}");
-    let nested: u32 = last
-        .split(' ')
-        .nth(5)
-        .expect("a number")
-        .parse()
-        .expect("a number");
+    let nested: u32 = last.split(' ').nth(5).expect("a number").parse().expect("a number");
     assert!(nested > 1000, "hardly anything nested: {last}");
 }
 
 fn ready_to(image: &ElfImage, misuse: Misuse) -> Cpu {
     let mut cpu = boot(image);
-    for address in [
-        mailbox::STARTS,
-        mailbox::PC,
-        mailbox::CFSR,
-        mailbox::HFSR,
-        mailbox::HANDLER,
-    ] {
+    for address in [mailbox::STARTS, mailbox::PC, mailbox::CFSR, mailbox::HFSR, mailbox::HANDLER] {
         cpu.memory().write(address, &[0; 4]);
     }
-    cpu.memory()
-        .write(mailbox::MISUSE, &(misuse as u32).to_le_bytes());
+    cpu.memory().write(mailbox::MISUSE, &(misuse as u32).to_le_bytes());
     cpu
 }
 
 fn misbehave(image: &ElfImage, misuse: Misuse) -> Cpu {
     let mut cpu = ready_to(image, misuse);
-    cpu.run_until(3 * time::PER_SECOND)
-        .expect("nothing that is not modelled");
+    cpu.run_until(3 * time::PER_SECOND).expect("nothing that is not modelled");
     cpu
 }
 
@@ -120,20 +102,13 @@ fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
 fn misuse_ends_the_run_and_names_instruction_and_address() {
     let image = image("board-proofs", "faults");
     for (misuse, place, address, what) in [
-        (
-            Misuse::Unclocked,
-            "store_here",
-            0x4002_0000,
-            "GPIOA is not clocked",
-        ),
+        (Misuse::Unclocked, "store_here", 0x4002_0000, "GPIOA is not clocked"),
         (Misuse::Unmodelled, "load_here", 0x4000_2800, "not modelled"),
         (Misuse::Null, "load_here", 0, "null pointer"),
         (Misuse::WaitStates, "store_here", 0x4002_3808, "wait states"),
     ] {
         let mut cpu = ready_to(&image, misuse);
-        let failure = cpu
-            .run_until(time::PER_SECOND)
-            .expect_err("the board has to stop");
+        let failure = cpu.run_until(time::PER_SECOND).expect_err("the board has to stop");
         let here = image.symbol(place).expect("a global symbol") & !1;
         assert_eq!(failure.pc, here, "{misuse:?}: {failure}");
         assert_eq!(failure.address, Some(address), "{misuse:?}: {failure}");

@@ -18,17 +18,7 @@ fn values(entry: &Entry) -> Vec<Vec<u8>> {
         let raw = value.to_raw();
         [raw, raw.wrapping_sub(1), raw.wrapping_add(1)]
     };
-    let mut raws = vec![
-        0,
-        1,
-        u32::MAX,
-        0x7F,
-        0x80,
-        0x7FFF,
-        0x8000,
-        1 << 31,
-        i32::MAX as u32,
-    ];
+    let mut raws = vec![0, 1, u32::MAX, 0x7F, 0x80, 0x7FFF, 0x8000, 1 << 31, i32::MAX as u32];
     raws.extend(near(entry.default));
     // Floats: NaN, both infinities, the smallest.
     raws.extend([0x7FC0_0000, 0x7F80_0000, 0xFF80_0000, 1]);
@@ -38,10 +28,8 @@ fn values(entry: &Entry) -> Vec<Vec<u8>> {
         Limits::RangeWithout(ends) => raws.extend(ends.iter().copied().flat_map(near)),
         Limits::OneOf(all) => raws.extend(all.iter().copied().flat_map(near)),
     }
-    let mut all: Vec<Vec<u8>> = raws
-        .into_iter()
-        .map(|raw| raw.to_le_bytes()[..width].to_vec())
-        .collect();
+    let mut all: Vec<Vec<u8>> =
+        raws.into_iter().map(|raw| raw.to_le_bytes()[..width].to_vec()).collect();
     // Values of another length.
     all.extend([1, 2, 3, 4].map(|length| vec![1; length]));
     all.retain(|data| !data.is_empty());
@@ -89,14 +77,8 @@ fn walk(rig: &mut Rig, may_set: bool) -> usize {
     for (address, entry) in dictionary::entries() {
         let name = format!("{:04X}:{}", address.index, address.subindex);
         let read = request(0x40, address, &[]);
-        let answer = rig
-            .ask(read, PROMPT_MS)
-            .unwrap_or_else(|| panic!("{name}: no answer"));
-        assert_eq!(
-            is_abort(&answer),
-            entry.access == Access::Wo,
-            "{name}: read {answer:02x?}"
-        );
+        let answer = rig.ask(read, PROMPT_MS).unwrap_or_else(|| panic!("{name}: no answer"));
+        assert_eq!(is_abort(&answer), entry.access == Access::Wo, "{name}: read {answer:02x?}");
         let deadline_ms = match entry.role {
             Role::Command => DONE_MS,
             _ => PROMPT_MS,
@@ -114,10 +96,7 @@ fn walk(rig: &mut Rig, may_set: bool) -> usize {
             let value = Value::from_bytes(entry.data_type(), &data);
             let allowed = value.is_some_and(|value| entry.limits().check(value).is_ok());
             let is_writable = matches!(entry.access, Access::Wo | Access::Rw);
-            assert!(
-                !taken || allowed && is_writable,
-                "{name}: {data:02x?} was taken"
-            );
+            assert!(!taken || allowed && is_writable, "{name}: {data:02x?} was taken");
             let is_setting = matches!(entry.role, Role::Setting(_) | Role::PdoCobId);
             assert!(
                 !taken || !is_setting || may_set,
@@ -127,10 +106,7 @@ fn walk(rig: &mut Rig, may_set: bool) -> usize {
                 let answer = rig.ask(read, PROMPT_MS).expect("an answer");
                 assert_eq!(answer[4..4 + data.len()], data[..], "{name} reads back");
                 let back = rig.ask(write(address, &bytes(entry.default)), PROMPT_MS);
-                assert!(
-                    back.is_some_and(|answer| !is_abort(&answer)),
-                    "{name}: default"
-                );
+                assert!(back.is_some_and(|answer| !is_abort(&answer)), "{name}: default");
             }
         }
     }
@@ -149,10 +125,7 @@ fn boundary_values_of_all_entries_are_answered_in_every_state() {
     rig.nmt(STOP);
     rig.run(5);
     for (address, entry) in dictionary::entries() {
-        let silent = [
-            request(0x40, address, &[]),
-            write(address, &bytes(entry.default)),
-        ];
+        let silent = [request(0x40, address, &[]), write(address, &bytes(entry.default))];
         for request in silent {
             assert_eq!(rig.ask(request, 2), None, "{address:?} in stopped");
         }

@@ -35,9 +35,7 @@ fn last_line<'a>(page: &'a str, block: &str) -> &'a str {
 /// Programs and digests that a line names.
 fn named(line: &str) -> Option<Vec<(&str, &str)>> {
     let pairs = line.strip_prefix(RUN_ON)?.strip_suffix('.')?.split(", ");
-    pairs
-        .map(|pair| pair.strip_prefix('`')?.split_once("` "))
-        .collect()
+    pairs.map(|pair| pair.strip_prefix('`')?.split_once("` ")).collect()
 }
 
 #[test]
@@ -59,8 +57,5 @@ fn generated_blocks_come_from_the_programs_that_are_built() {
             ));
         }
     }
-    assert!(
-        old.is_empty(),
-        "blocks come from other programs than those that are built: {old:#?}"
-    );
+    assert!(old.is_empty(), "blocks come from other programs than those that are built: {old:#?}");
 }

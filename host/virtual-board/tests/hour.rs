@@ -21,10 +21,7 @@ const STARTING: u64 = 100;
 
 /// Output of a program, without its last line break.
 fn said_by(program: &str, arguments: &[&str]) -> String {
-    let output = Command::new(program)
-        .current_dir(workspace())
-        .args(arguments)
-        .output();
+    let output = Command::new(program).current_dir(workspace()).args(arguments).output();
     let text = output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
     text.unwrap_or_else(|_| "?".into())
 }

@@ -105,10 +105,7 @@ fn every_frame_loss_and_nothing_else_is_reported() {
             losses += usize::from(lost > 0);
         }
     }
-    assert!(
-        losses > 2,
-        "{losses} floods lost frames: too few for a test"
-    );
+    assert!(losses > 2, "{losses} floods lost frames: too few for a test");
 }
 
 /// Shortest time from one byte to the next, µs.

@@ -27,10 +27,7 @@ fn a_fault_of_each_class_is_reported_and_recovered_from() {
     for name in OF_EACH_CLASS.split_whitespace() {
         let row = Scenario::named(name).expect("a row");
         let (first, last, _) = row.variants;
-        let case = Case {
-            variant: first.midpoint(last),
-            phase: 0,
-        };
+        let case = Case { variant: first.midpoint(last), phase: 0 };
         match row.run(&elf, case, Corner::Typical) {
             Ok(outcome) => wrong.extend(outcome.violations),
             Err(problem) => wrong.push(format!("{name}: {problem}")),
@@ -70,9 +67,7 @@ const OF_OTHER_BOARDS: &str = "miso-low miso-high spi-dma-error spi-hung sensor-
 #[ignore = "full: 25 rows of the fault matrix on each other board, 2 minutes"]
 fn other_boards_recover_from_faults_of_their_pins() {
     let names = OF_OTHER_BOARDS.split_whitespace();
-    let rows: Vec<&Scenario> = names
-        .map(|name| Scenario::named(name).expect("a row"))
-        .collect();
+    let rows: Vec<&Scenario> = names.map(|name| Scenario::named(name).expect("a row")).collect();
     for (board, elf) in products().into_iter().skip(1) {
         let mut wrong = Vec::new();
         for (_, outcome) in scenario::matrix(&elf, Corner::Typical, &rows) {
@@ -91,9 +86,8 @@ fn every_fault_is_survived_in_every_corner_of_the_chip() {
     for corner in [Corner::Fast, Corner::Slow] {
         let rows = scenario::matrix(&elf, corner, &chosen());
         let violations = rows.iter().flat_map(|(_, outcome)| &outcome.violations);
-        let violations: Vec<String> = violations
-            .map(|text| format!("{}: {text}", corner.name()))
-            .collect();
+        let violations: Vec<String> =
+            violations.map(|text| format!("{}: {text}", corner.name())).collect();
         let count = violations.len();
         table += &format!("| {} | {} | {count} |\n", corner.name(), rows.len());
         wrong.extend(violations);

@@ -35,9 +35,7 @@ impl Pins {
 
 /// Text of a field; empty if the row has none.
 fn field<'a>(row: &'a Table, name: &str) -> &'a str {
-    row.get(name)
-        .and_then(toml::Value::as_str)
-        .unwrap_or_default()
+    row.get(name).and_then(toml::Value::as_str).unwrap_or_default()
 }
 
 /// A Markdown table with these columns: heading and field.
@@ -75,27 +73,15 @@ fn blocks(pins: &Pins) -> [(&'static str, String); 4] {
         ("there", "to"),
         ("notes", "note"),
     ];
-    let other = [
-        ("part", "part"),
-        ("pin", "pin"),
-        ("goes to", "to"),
-        ("notes", "note"),
-    ];
-    let needs = [
-        ("part", "part"),
-        ("number", "number"),
-        ("property", "property"),
-    ];
+    let other = [("part", "part"), ("pin", "pin"), ("goes to", "to"), ("notes", "note")];
+    let needs = [("part", "part"), ("number", "number"), ("property", "property")];
     let sources = pins.table["sources"].as_array().expect("a list");
     let sources = sources.iter().filter_map(toml::Value::as_str);
     [
         ("wires", markdown(&wiring, &wires)),
         ("other-pins", markdown(&other, &pins.rows("other"))),
         ("parts", markdown(&needs, &pins.rows("need"))),
-        (
-            "sources",
-            sources.map(|source| format!("* {source}\n")).collect(),
-        ),
+        ("sources", sources.map(|source| format!("* {source}\n")).collect()),
     ]
 }
 
@@ -126,11 +112,7 @@ fn pictures_show_the_wires_of_their_boards() {
                 let label = [field(wire, "label"), field(wire, "package")];
                 let label = label.into_iter().find(|label| !label.is_empty());
                 let first = format!("{} ({})", field(wire, "pin"), field(wire, "function"));
-                [
-                    first,
-                    label.unwrap_or_default().into(),
-                    field(wire, "to").into(),
-                ]
+                [first, label.unwrap_or_default().into(), field(wire, "to").into()]
             })
             .collect();
         drawn.sort();

@@ -40,17 +40,12 @@ fn play(elf: &[u8], which: &str) -> Option<String> {
     let [name, format, skip] = which.split(' ').collect::<Vec<_>>()[..] else {
         panic!("{which}");
     };
-    let (format, skip): (Format, f64) = (
-        format.parse().expect("a format"),
-        skip.parse().expect("a number"),
-    );
+    let (format, skip): (Format, f64) =
+        (format.parse().expect("a format"), skip.parse().expect("a number"));
     let path = recorded(name)?;
     let motion = recorded::read(&path, Some(format), skip).expect("a recording");
     let seconds = motion.duration().min(LONGEST);
-    let run = RunOptions {
-        milliseconds: (seconds * 1000.0) as u64,
-        ..RunOptions::default()
-    };
+    let run = RunOptions { milliseconds: (seconds * 1000.0) as u64, ..RunOptions::default() };
     let mut board =
         Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");
     let report = report::run(&mut board, &run).expect("it runs");

@@ -57,10 +57,7 @@ fn a_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
                 panic!("{raised:?}");
             };
             assert!((490..=510).contains(&detail), "{detail}");
-            assert!(
-                matches!(cleared[..], [Emergency { code: 0, .. }]),
-                "{cleared:?}"
-            );
+            assert!(matches!(cleared[..], [Emergency { code: 0, .. }]), "{cleared:?}");
         } else {
             assert!(raised.is_empty() && cleared.is_empty(), "{raised:?}");
         }
@@ -110,13 +107,10 @@ fn other_part_is_a_setting_and_measures_twice_the_range() {
         let codes = raw.acceleration.map(f32::from);
         codes.map(|code| code * raw.acceleration_scale)
     };
-    let raw = rig
-        .messages
-        .iter()
-        .filter_map(|(_, message)| match message {
-            Message::Raw(raw) if raw.validity == Validity::Valid => Some(force(raw)),
-            _ => None,
-        });
+    let raw = rig.messages.iter().filter_map(|(_, message)| match message {
+        Message::Raw(raw) if raw.validity == Validity::Valid => Some(force(raw)),
+        _ => None,
+    });
     let raw: Vec<[f32; 3]> = raw.collect();
     let [_, _, up] = raw.last().expect("raw samples");
     assert!((up - 9.8).abs() < 0.3, "{up} m/s²");

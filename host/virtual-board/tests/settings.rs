@@ -122,10 +122,7 @@ fn an_erasing_store_is_refused_while_data_are_sent() {
     rig.run(1_000);
     assert_eq!(scale(&mut rig), last);
     assert_eq!(rig.stored()[0], ABORT);
-    assert!(
-        pages(&mut rig) == full,
-        "the refused store changed something"
-    );
+    assert!(pages(&mut rig) == full, "the refused store changed something");
     rig.pre_operational();
     set_scale(&mut rig, 77.0);
     assert_eq!(rig.stored()[0], WRITTEN);
@@ -222,18 +219,14 @@ fn assert_replaced(kinds: usize) {
     ];
     let value = |(index, subindex, value)| {
         let change = move |record: &mut [u8]| replace(record, index, subindex, value);
-        (
-            format!("{index:#x} {value:#x}"),
-            2.0,
-            rewritten(&stored, change),
-        )
+        (format!("{index:#x} {value:#x}"), 2.0, rewritten(&stored, change))
     };
     let address = rewritten(&stored, |record| record[1..3].fill(0xFF));
     let version = rewritten(&stored, |record| record[0] = 99);
-    let cases = values.into_iter().map(value).chain([
-        ("address".into(), 2.0, address),
-        ("version".into(), 1.0, version),
-    ]);
+    let cases = values
+        .into_iter()
+        .map(value)
+        .chain([("address".into(), 2.0, address), ("version".into(), 1.0, version)]);
     for (case, expected, bytes) in cases.take(kinds) {
         let mut rig = with_pages(&elf, &bytes);
         for _ in 0..2 {

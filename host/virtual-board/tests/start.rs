@@ -69,34 +69,23 @@ fn assert_crystal(board: &Wiring, elf: &[u8], corner: Corner, khz: u32) {
     rig.run(400);
     assert_eq!(rig.resets(), [], "{case}");
     let frames = rig.messages.iter();
-    let serial = frames
-        .clone()
-        .filter(|(_, message)| matches!(message, Message::Contact(_)));
+    let serial = frames.clone().filter(|(_, message)| matches!(message, Message::Contact(_)));
     assert!(serial.count() > 200, "{case}");
     let found = frames.filter_map(|(_, message)| match message {
-        Message::Log(line) => line
-            .text()
-            .strip_prefix("crystal of ")?
-            .strip_suffix(" MHz")?
-            .parse()
-            .ok(),
+        Message::Log(line) => {
+            line.text().strip_prefix("crystal of ")?.strip_suffix(" MHz")?.parse().ok()
+        }
         _ => None,
     });
     let found: Vec<f64> = found.collect();
     if khz == 0 {
         assert_eq!((rig.contacts(), found.len()), (0, 0), "{case}");
     } else if khz * 1000 == board.crystal {
-        assert!(
-            rig.contacts() > 200 && found.is_empty(),
-            "{case}: {found:?}"
-        );
+        assert!(rig.contacts() > 200 && found.is_empty(), "{case}: {found:?}");
     } else {
         assert_eq!((rig.contacts(), found.len()), (0, 1), "{case}");
         // The internal oscillator's 4 %, and a rounded digit.
         let error_khz = (found[0] * 1.0e3 - f64::from(khz)).abs();
-        assert!(
-            error_khz < f64::from(khz) * 0.042 + 60.0,
-            "{case}: {found:?}"
-        );
+        assert!(error_khz < f64::from(khz) * 0.042 + 60.0, "{case}: {found:?}");
     }
 }

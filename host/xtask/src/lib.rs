@@ -65,9 +65,7 @@ pub fn image(elf: &[u8], origin: &ProgramOrigin, key: &[u8; 32]) -> Result<Vec<u
     let program = slot.split_off(HEADER);
     let length = program.len() as u32;
     if !(SHORTEST..=LONGEST).contains(&length) {
-        return Err(ImageError::Length {
-            length: program.len(),
-        });
+        return Err(ImageError::Length { length: program.len() });
     }
     let mut header = Header {
         kind: Kind::Signed,
@@ -110,10 +108,7 @@ fn contents(elf: &[u8]) -> Result<Vec<u8>, ImageError> {
             continue;
         }
         let address = segment.p_paddr(endian);
-        let outside = ImageError::Outside {
-            address,
-            length: bytes.len(),
-        };
+        let outside = ImageError::Outside { address, length: bytes.len() };
         let at = address.checked_sub(start).ok_or(outside.clone())? as usize;
         let end = at + bytes.len();
         if end > HEADER + LONGEST as usize {

@@ -16,10 +16,7 @@ use crate::command::{Step, root};
 /// Targets, each with the folders of `src` that have its library. Their names are those that the Arduino IDE looks for:
 /// the processor, then FPU and calling convention.
 const TARGETS: [(&str, &[&str]); 7] = [
-    (
-        "thumbv6m-none-eabi",
-        &["cortex-m0", "cortex-m0plus", "cortex-m3"],
-    ),
+    ("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus", "cortex-m3"]),
     (
         "thumbv7em-none-eabi",
         &[
@@ -38,10 +35,7 @@ const TARGETS: [(&str, &[&str]); 7] = [
             "imxrt1062/fpv5-d16-hard",
         ],
     ),
-    (
-        "thumbv8m.main-none-eabihf",
-        &["cortex-m33/fpv5-sp-d16-hard"],
-    ),
+    ("thumbv8m.main-none-eabihf", &["cortex-m33/fpv5-sp-d16-hard"]),
     ("riscv32imc-unknown-none-elf", &["esp32c3"]),
     ("x86_64-unknown-linux-gnu", &["x86_64"]),
     ("aarch64-unknown-linux-gnu", &["aarch64"]),
@@ -80,18 +74,12 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
     }
     for (file, below) in FILES {
         let name = Path::new(file).file_name().context("a file has a name")?;
-        write(
-            &folder.join(below).join(name),
-            &fs::read(root().join(file))?,
-        )?;
+        write(&folder.join(below).join(name), &fs::read(root().join(file))?)?;
     }
     let packaging = root().join("estimator-c/package");
     for path in files(&packaging)? {
         let text = fs::read_to_string(&path)?.replace("@VERSION@", version);
-        write(
-            &folder.join(path.strip_prefix(&packaging)?),
-            text.as_bytes(),
-        )?;
+        write(&folder.join(path.strip_prefix(&packaging)?), text.as_bytes())?;
     }
     let packed = dist.join(format!("{name}.zip"));
     pack(&folder, &name, &packed)?;
@@ -101,9 +89,7 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
 
 /// Builds the library for a target: one object, in which nothing but the functions of the header can be seen.
 fn build(target: &str) -> Result<Vec<u8>> {
-    Step::program("rustup")
-        .with(["target", "add", target])
-        .run()?;
+    Step::program("rustup").with(["target", "add", target]).run()?;
     Step::cargo(&["rustc", "--locked", "--profile", "firmware", "--lib"])
         .with(["--package", "estimator-c", "--crate-type", "staticlib"])
         .with(["--features", "alone", "--target", target])
@@ -172,9 +158,8 @@ fn write(path: &Path, content: &[u8]) -> Result<()> {
 /// All files in a folder, by name.
 fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder).with_context(|| folder.display().to_string())?;
-    let mut entries: Vec<PathBuf> = entries
-        .map(|entry| Ok(entry?.path()))
-        .collect::<Result<_>>()?;
+    let mut entries: Vec<PathBuf> =
+        entries.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
     entries.sort();
     let mut found = Vec::new();
     for path in entries {

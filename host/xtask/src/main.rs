@@ -71,12 +71,9 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<()> {
     match task {
         Task::Quick { since } => quick::run(&since),
-        Task::Image {
-            board,
-            key,
-            sequence,
-            output,
-        } => image::run(&board, key.as_deref(), sequence, output),
+        Task::Image { board, key, sequence, output } => {
+            image::run(&board, key.as_deref(), sequence, output)
+        }
         Task::Library => {
             let dist = command::root().join("dist");
             std::fs::create_dir_all(&dist)?;

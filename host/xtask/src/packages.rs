@@ -45,11 +45,7 @@ impl Packages {
             .args(["metadata", "--format-version", "1", "--no-deps"])
             .current_dir(root())
             .output()?;
-        ensure!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let metadata: Metadata = serde_json::from_slice(&output.stdout)?;
         let names = metadata.packages.iter();
         let names: BTreeSet<&str> = names.map(|package| package.name.as_str()).collect();
@@ -145,10 +141,6 @@ mod tests {
         let packages = Packages::read().expect("the manifests are sound");
         let (folder, _) = &packages.all["xtask"];
         assert_eq!(folder, "host/xtask");
-        assert!(
-            packages.all["footfall-wire"]
-                .1
-                .contains("footfall-estimator")
-        );
+        assert!(packages.all["footfall-wire"].1.contains("footfall-estimator"));
     }
 }

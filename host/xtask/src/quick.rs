@@ -60,10 +60,9 @@ pub fn run(commit: &str) -> Result<()> {
         let quick = names.iter().copied().filter(|name| !SLOW.contains(name));
         named(&quick.collect::<Vec<&str>>())
     };
-    for (targets, names) in [
-        (&["--lib"][..], quick(&libraries)),
-        (&["--lib", "--bins"], quick(&others)),
-    ] {
+    for (targets, names) in
+        [(&["--lib"][..], quick(&libraries)), (&["--lib", "--bins"], quick(&others))]
+    {
         if !names.is_empty() {
             let tests = Step::cargo(&["test", "--locked", "--quiet"]);
             tests.with(targets).with(names).run()?;

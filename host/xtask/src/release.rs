@@ -28,22 +28,14 @@ const MACHINES: [Machine; 2] = [
 ];
 
 /// Tools that compile and link for other machines, from `PyPI`.
-const TOOLS: [&str; 3] = [
-    "cargo-zigbuild==0.24.0",
-    "maturin==1.16.0",
-    "ziglang==0.17.1",
-];
+const TOOLS: [&str; 3] = ["cargo-zigbuild==0.24.0", "maturin==1.16.0", "ziglang==0.17.1"];
 
 /// Oldest glibc that wheels run with: that of `manylinux_2_28`.
 const WHEELS_FOR: &str = "manylinux_2_28";
 
 /// Files of the repository that describe the messages of a foot.
-const DESCRIPTIONS: [&str; 4] = [
-    "wire/footfall.dbc",
-    "wire/footfall.eds",
-    "wire/c/footfall.c",
-    "wire/c/footfall.h",
-];
+const DESCRIPTIONS: [&str; 4] =
+    ["wire/footfall.dbc", "wire/footfall.eds", "wire/c/footfall.c", "wire/c/footfall.h"];
 
 /// Files packed with each program.
 const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];

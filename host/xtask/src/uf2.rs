@@ -30,9 +30,7 @@ const RP2040: u32 = 0xE48B_FF56;
 /// # Errors
 /// It does not build, or a file cannot be written.
 pub fn run() -> Result<PathBuf> {
-    Step::program("rustup")
-        .with(["target", "add", TARGET])
-        .run()?;
+    Step::program("rustup").with(["target", "add", TARGET]).run()?;
     let target = root().join("target/nano-rp2040");
     Step::cargo(&["build", "--locked", "--release", "--target", TARGET])
         .with(["--target-dir", &target.display().to_string()])
@@ -81,16 +79,7 @@ fn blocks(pages: &BTreeMap<u32, [u8; PAGE]>) -> Vec<u8> {
     for (number, (address, page)) in pages.iter().enumerate() {
         let [first, second, last] = MAGIC;
         let (number, all) = (number as u32, pages.len() as u32);
-        for word in [
-            first,
-            second,
-            HAS_FAMILY,
-            *address,
-            PAGE as u32,
-            number,
-            all,
-            RP2040,
-        ] {
+        for word in [first, second, HAS_FAMILY, *address, PAGE as u32, number, all, RP2040] {
             file.extend(word.to_le_bytes());
         }
         file.extend(page);
@@ -111,10 +100,7 @@ mod tests {
         assert_eq!(file.len(), 2 * 512);
         let (_, second) = file.split_at(512);
         let word = |at: usize| u32::from_le_bytes(second[at..at + 4].try_into().expect("a word"));
-        assert_eq!(
-            [word(12), word(16), word(20), word(24)],
-            [0x1000_0100, 256, 1, 2]
-        );
+        assert_eq!([word(12), word(16), word(20), word(24)], [0x1000_0100, 256, 1, 2]);
         assert_eq!((second[32], second[287], second[288]), (2, 2, 0));
     }
 }

@@ -96,14 +96,8 @@ impl Params {
     /// [`FRESH_KILOHERTZ`](Self::FRESH_KILOHERTZ), behind filters of 148 and 171 Hz, below the 208 Hz that such a
     /// timer can carry.
     pub const FRESH_417_HERTZ: Self = Self {
-        accel: AccelParams {
-            filter: AccelFilter::OdrDiv45,
-            ..Self::FRESH_KILOHERTZ.accel
-        },
-        gyro: GyroParams {
-            filter: GyroFilter::Lpf1(Ftype::F2),
-            ..Self::FRESH_KILOHERTZ.gyro
-        },
+        accel: AccelParams { filter: AccelFilter::OdrDiv45, ..Self::FRESH_KILOHERTZ.accel },
+        gyro: GyroParams { filter: GyroFilter::Lpf1(Ftype::F2), ..Self::FRESH_KILOHERTZ.gyro },
         ..Self::FRESH_KILOHERTZ
     };
 
@@ -136,12 +130,7 @@ impl Params {
 
     /// Register values for [`Config::writes`].
     const fn writes(&self) -> [Write; Config::WRITES] {
-        let Params {
-            accel,
-            gyro,
-            timestamp,
-            ..
-        } = *self;
+        let Params { accel, gyro, timestamp, .. } = *self;
         let (pulsed, int1, int2) = self.pins();
         let (lpf1, ftype) = match gyro.filter {
             GyroFilter::Lpf2 => (0, 0),
@@ -165,20 +154,14 @@ impl Params {
                 &register::CTRL6_C,
                 ctrl6_c::FTYPE.place(ftype) | ctrl6_c::XL_HM_MODE.place(low_power as u8),
             ),
-            write(
-                &register::CTRL8_XL,
-                ctrl8_xl::HPCF_XL.place(accel.filter.code()),
-            ),
+            write(&register::CTRL8_XL, ctrl8_xl::HPCF_XL.place(accel.filter.code())),
             write(&register::PIN_CTRL, register::PIN_CTRL.reset),
             write(&register::CTRL5_C, 0),
             write(&register::CTRL7_G, 0),
             write(&register::X_OFS_USR, 0),
             write(&register::Y_OFS_USR, 0),
             write(&register::Z_OFS_USR, 0),
-            write(
-                &register::CTRL10_C,
-                ctrl10_c::TIMESTAMP_EN.place(timestamp as u8),
-            ),
+            write(&register::CTRL10_C, ctrl10_c::TIMESTAMP_EN.place(timestamp as u8)),
             write(&register::FIFO_CTRL1, 0),
             write(&register::FIFO_CTRL2, 0),
             write(&register::FIFO_CTRL3, 0),
@@ -246,28 +229,15 @@ impl Config {
     pub const FRESH_417_HERTZ: Self = Self::new(Params::FRESH_417_HERTZ);
 
     /// The accelerometer's self-test: 52 Hz, ±4 g, everything else as after a reset.
-    pub(crate) const ACCEL_SELF_TEST: Self = Self::new(Params {
-        accel: AccelParams {
-            odr: Odr::Hz52,
-            ..SELF_TEST.accel
-        },
-        ..SELF_TEST
-    });
+    pub(crate) const ACCEL_SELF_TEST: Self =
+        Self::new(Params { accel: AccelParams { odr: Odr::Hz52, ..SELF_TEST.accel }, ..SELF_TEST });
 
     /// The gyroscope's self-test: 208 Hz, ±2000 °/s, everything else as after a reset.
-    pub(crate) const GYRO_SELF_TEST: Self = Self::new(Params {
-        gyro: GyroParams {
-            odr: Odr::Hz208,
-            ..SELF_TEST.gyro
-        },
-        ..SELF_TEST
-    });
+    pub(crate) const GYRO_SELF_TEST: Self =
+        Self::new(Params { gyro: GyroParams { odr: Odr::Hz208, ..SELF_TEST.gyro }, ..SELF_TEST });
 
     const fn new(params: Params) -> Self {
-        Self {
-            params,
-            writes: params.writes(),
-        }
+        Self { params, writes: params.writes() }
     }
 
     /// Number of registers in a configuration.

@@ -69,25 +69,14 @@ fn no_configuration_touches_a_reserved_bit() {
 #[test]
 fn full_scales_use_the_codes_of_st() {
     let mut params = Params::FRESH_KILOHERTZ;
-    for (full_scale, value) in AccelFullScale::ALL
-        .into_iter()
-        .zip([0xA2, 0xAA, 0xAE, 0xA6])
-    {
+    for (full_scale, value) in AccelFullScale::ALL.into_iter().zip([0xA2, 0xAA, 0xAE, 0xA6]) {
         params.accel.full_scale = full_scale;
-        assert_eq!(
-            value_of(&params, register::CTRL1_XL),
-            value,
-            "{full_scale:?}"
-        );
+        assert_eq!(value_of(&params, register::CTRL1_XL), value, "{full_scale:?}");
     }
     let values = [0xA2, 0xA0, 0xA4, 0xA8, 0xAC];
     for (full_scale, value) in GyroFullScale::ALL.into_iter().zip(values) {
         params.gyro.full_scale = full_scale;
-        assert_eq!(
-            value_of(&params, register::CTRL2_G),
-            value,
-            "{full_scale:?}"
-        );
+        assert_eq!(value_of(&params, register::CTRL2_G), value, "{full_scale:?}");
     }
 }
 
@@ -97,11 +86,8 @@ fn the_data_ready_pin_is_driven_by_the_chosen_sensor_alone() {
     assert_eq!(value_of(&params, register::INT1_CTRL), 0x02);
     assert_eq!(value_of(&params, register::INT2_CTRL), 0x00);
     assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x80);
-    params.data_ready = Some(DataReady {
-        sensor: Sensor::Accel,
-        pin: Pin::Int2,
-        mode: DataReadyMode::Latched,
-    });
+    params.data_ready =
+        Some(DataReady { sensor: Sensor::Accel, pin: Pin::Int2, mode: DataReadyMode::Latched });
     assert_eq!(value_of(&params, register::INT1_CTRL), 0x00);
     assert_eq!(value_of(&params, register::INT2_CTRL), 0x01);
     assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x00);

@@ -33,10 +33,7 @@ impl Part {
     /// read correctly, ns: the part's delay and the master's setup time.
     #[must_use]
     pub fn least_half_period_ns(&self) -> u32 {
-        self.faults
-            .sdo_delay_ns
-            .unwrap_or(self.options.sdo_delay_ns)
-            + SETUP_NS
+        self.faults.sdo_delay_ns.unwrap_or(self.options.sdo_delay_ns) + SETUP_NS
     }
 
     /// Returns whether the data line lags the master's clock.
@@ -95,11 +92,7 @@ impl Part {
     /// Returns the address that follows in a burst.
     pub(super) fn following(&self, address: u8) -> u8 {
         let increments = ctrl3_c::IF_INC.is_set(self.memory.get(register::CTRL3_C));
-        if !increments {
-            address
-        } else {
-            self.rounded(address).unwrap_or((address + 1) & 0x7F)
-        }
+        if !increments { address } else { self.rounded(address).unwrap_or((address + 1) & 0x7F) }
     }
 
     /// Returns the address to which a burst wraps from the last output, by `ROUNDING` in `CTRL5_C`.

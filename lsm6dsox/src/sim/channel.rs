@@ -77,9 +77,8 @@ impl Channel {
         {
             self.states = None;
         }
-        self.low_pass = setting
-            .cutoff
-            .map_or(LowPass::OPEN, |cutoff| LowPass::new(cutoff, Clock::RATE));
+        self.low_pass =
+            setting.cutoff.map_or(LowPass::OPEN, |cutoff| LowPass::new(cutoff, Clock::RATE));
         self.codes_per_unit = 1.0 / setting.sensitivity;
         // White noise of a density up to half the rate of the ticks.
         self.noise_codes = setting.density * libm::sqrt(Clock::RATE / 2.0) * self.codes_per_unit;
@@ -92,11 +91,7 @@ impl Channel {
 
     /// Returns the first tick from `tick` on that gives a sample, ignoring the start time.
     pub(super) const fn next_sample(&self, tick: u64) -> Option<u64> {
-        if self.is_on() {
-            Some(tick.next_multiple_of(self.setting.divider))
-        } else {
-            None
-        }
+        if self.is_on() { Some(tick.next_multiple_of(self.setting.divider)) } else { None }
     }
 
     /// Processes one tick; returns whether a new sample was produced.
@@ -118,16 +113,8 @@ impl Channel {
             }
         }
         // A NaN or an infinity would stay in the filter for good.
-        let x = x.map(|x| {
-            if x.is_nan() {
-                0.0
-            } else {
-                x.clamp(FIRST, LAST)
-            }
-        });
-        let states = self
-            .states
-            .get_or_insert_with(|| x.map(|x| self.low_pass.settled(x)));
+        let x = x.map(|x| if x.is_nan() { 0.0 } else { x.clamp(FIRST, LAST) });
+        let states = self.states.get_or_insert_with(|| x.map(|x| self.low_pass.settled(x)));
         let mut y = [0.0; 3];
         for ((y, state), x) in y.iter_mut().zip(states).zip(x) {
             *y = self.low_pass.step(state, x);
@@ -185,10 +172,7 @@ mod tests {
             } else {
                 let rate = Clock::RATE / divider as f64;
                 // 12.5 Hz is 13.02 Hz, as on the part, by the formula in its datasheet.
-                assert!(
-                    (rate / f64::from(odr.hertz()) - 1.0).abs() < 0.05,
-                    "{odr:?}"
-                );
+                assert!((rate / f64::from(odr.hertz()) - 1.0).abs() < 0.05, "{odr:?}");
             }
         }
     }

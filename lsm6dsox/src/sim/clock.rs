@@ -41,11 +41,7 @@ impl Clock {
 
     /// Time of a tick, ps. Each tick is late by up to the jitter, independently.
     pub(super) fn tick_ps(&self, tick: u64) -> u64 {
-        let jitter = if self.jitter_ps == 0 {
-            0
-        } else {
-            hash(self.seed ^ tick) % self.jitter_ps
-        };
+        let jitter = if self.jitter_ps == 0 { 0 } else { hash(self.seed ^ tick) % self.jitter_ps };
         self.origin_ps + tick.saturating_sub(self.origin_tick) * self.period_ps + jitter
     }
 
@@ -53,11 +49,7 @@ impl Clock {
     pub(super) fn next_tick(&self, now_ps: u64) -> u64 {
         let elapsed = now_ps.saturating_sub(self.origin_ps);
         let tick = self.origin_tick + elapsed / self.period_ps;
-        if self.tick_ps(tick) > now_ps {
-            tick
-        } else {
-            tick + 1
-        }
+        if self.tick_ps(tick) > now_ps { tick } else { tick + 1 }
     }
 }
 

@@ -19,13 +19,7 @@ pub(super) struct State {
 
 impl LowPass {
     /// Passes everything.
-    pub(super) const OPEN: Self = Self {
-        b0: 1.0,
-        b1: 0.0,
-        b2: 0.0,
-        a1: 0.0,
-        a2: 0.0,
-    };
+    pub(super) const OPEN: Self = Self { b0: 1.0, b1: 0.0, b2: 0.0, a1: 0.0, a2: 0.0 };
 
     /// Creates a filter with its −3 dB point at `cutoff`; open if that is (nearly) half the rate or more.
     pub(super) fn new(cutoff: f64, rate: f64) -> Self {
@@ -46,10 +40,7 @@ impl LowPass {
 
     /// State in which a constant input passes unchanged.
     pub(super) const fn settled(&self, x: f64) -> State {
-        State {
-            s1: x * (1.0 - self.b0),
-            s2: x * (self.b2 - self.a2),
-        }
+        State { s1: x * (1.0 - self.b0), s2: x * (self.b2 - self.a2) }
     }
 
     pub(super) const fn step(&self, state: &mut State, x: f64) -> f64 {

@@ -35,10 +35,7 @@ impl SharedPart {
     /// The part on I²C.
     #[must_use]
     pub fn i2c(&self) -> SimI2c {
-        SimI2c {
-            part: self.clone(),
-            address: 0,
-        }
+        SimI2c { part: self.clone(), address: 0 }
     }
 
     /// A delay that advances the part's time.

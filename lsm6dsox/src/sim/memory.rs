@@ -43,17 +43,11 @@ pub enum Violation {
 
 /// Fields that a real part acts on and this one does not, by register; setting them is reported.
 const NOT_SIMULATED: &[(Register, &[Field])] = &[
-    (
-        register::FUNC_CFG_ACCESS,
-        &[func_cfg_access::OIS_CTRL_FROM_UI],
-    ),
+    (register::FUNC_CFG_ACCESS, &[func_cfg_access::OIS_CTRL_FROM_UI]),
     (register::FIFO_CTRL4, &[fifo_ctrl4::FIFO_MODE]),
     (
         register::COUNTER_BDR_REG1,
-        &[
-            counter_bdr_reg1::TRIG_COUNTER_BDR,
-            counter_bdr_reg1::RST_COUNTER_BDR,
-        ],
+        &[counter_bdr_reg1::TRIG_COUNTER_BDR, counter_bdr_reg1::RST_COUNTER_BDR],
     ),
     (
         register::INT1_CTRL,
@@ -78,10 +72,7 @@ const NOT_SIMULATED: &[(Register, &[Field])] = &[
     ),
     (register::CTRL3_C, &[ctrl3_c::PP_OD]),
     (register::CTRL4_C, &[ctrl4_c::DRDY_MASK]),
-    (
-        register::CTRL5_C,
-        &[ctrl5_c::ROUNDING_STATUS, ctrl5_c::XL_ULP_EN],
-    ),
+    (register::CTRL5_C, &[ctrl5_c::ROUNDING_STATUS, ctrl5_c::XL_ULP_EN]),
     (register::CTRL6_C, &[ctrl6_c::USR_OFF_W, ctrl6_c::DEN_MODE]),
     (
         register::CTRL7_G,
@@ -95,11 +86,7 @@ const NOT_SIMULATED: &[(Register, &[Field])] = &[
     ),
     (
         register::CTRL8_XL,
-        &[
-            ctrl8_xl::HP_SLOPE_XL_EN,
-            ctrl8_xl::FASTSETTL_MODE_XL,
-            ctrl8_xl::HP_REF_MODE_XL,
-        ],
+        &[ctrl8_xl::HP_SLOPE_XL_EN, ctrl8_xl::FASTSETTL_MODE_XL, ctrl8_xl::HP_REF_MODE_XL],
     ),
     (register::CTRL9_XL, &[ctrl9_xl::DEN_LH, ctrl9_xl::DEN_XL_G]),
 ];
@@ -137,20 +124,14 @@ impl Memory {
         for register in register::ALL {
             described[usize::from(register.address)] = Some(*register);
         }
-        let mut memory = Self {
-            values: [0; 128],
-            others: [[0; 128]; 2],
-            described,
-            violations: Vec::new(),
-        };
+        let mut memory =
+            Self { values: [0; 128], others: [[0; 128]; 2], described, violations: Vec::new() };
         memory.reset();
         memory
     }
 
     pub(super) fn reset(&mut self) {
-        self.values = self
-            .described
-            .map(|register| register.map_or(0, |register| register.reset));
+        self.values = self.described.map(|register| register.map_or(0, |register| register.reset));
         self.others = [[0; 128]; 2];
     }
 
@@ -178,10 +159,7 @@ impl Memory {
                 Some(Violation::WroteReadOnly { address, value })
             }
             Some(register) => {
-                self.put(
-                    register,
-                    (value & register.mask) | (register.reset & !register.mask),
-                );
+                self.put(register, (value & register.mask) | (register.reset & !register.mask));
                 let bits = not_simulated(address, value);
                 if !register.keeps_reserved_bits(value) {
                     Some(Violation::ChangedReservedBits { address, value })
@@ -243,13 +221,7 @@ mod tests {
         memory.write(register::CTRL7_G.address, 0x40);
         memory.write(register::CTRL5_C.address, 0x05);
         assert_eq!(memory.get(register::CTRL7_G), 0x40);
-        assert_eq!(
-            memory.violations(),
-            [Violation::NotSimulated {
-                address: 0x16,
-                bits: 0x40
-            }]
-        );
+        assert_eq!(memory.violations(), [Violation::NotSimulated { address: 0x16, bits: 0x40 }]);
     }
 
     #[test]
@@ -261,14 +233,8 @@ mod tests {
         assert_eq!(
             memory.violations(),
             [
-                Violation::WroteReadOnly {
-                    address: 0x0F,
-                    value: 0
-                },
-                Violation::WroteUnknown {
-                    address: 0x50,
-                    value: 1
-                }
+                Violation::WroteReadOnly { address: 0x0F, value: 0 },
+                Violation::WroteUnknown { address: 0x50, value: 1 }
             ]
         );
     }

@@ -97,11 +97,7 @@ impl Recording {
         if !(rate > 0.0 && rate.is_finite()) {
             return Err(RecordingError::Rate(rate));
         }
-        Ok(Self {
-            rate,
-            samples,
-            interpolation,
-        })
+        Ok(Self { rate, samples, interpolation })
     }
 
     /// Time from the first sample to the last, s.
@@ -142,10 +138,7 @@ mod tests {
     use std::vec;
 
     fn ramp(interpolation: Interpolation) -> Recording {
-        let sample = |t: f64| Stimulus {
-            temperature: t,
-            ..Stimulus::REST
-        };
+        let sample = |t: f64| Stimulus { temperature: t, ..Stimulus::REST };
         let samples = vec![sample(10.0), sample(20.0), sample(40.0)];
         Recording::new(100.0, samples, interpolation).unwrap()
     }
@@ -173,10 +166,7 @@ mod tests {
         let new = |rate, samples| Recording::new(rate, samples, Interpolation::Hold).err();
         assert_eq!(new(100.0, vec![]), Some(RecordingError::Empty));
         for rate in [0.0, -1.0, f64::INFINITY] {
-            assert_eq!(
-                new(rate, vec![Stimulus::REST]),
-                Some(RecordingError::Rate(rate))
-            );
+            assert_eq!(new(rate, vec![Stimulus::REST]), Some(RecordingError::Rate(rate)));
         }
     }
 }

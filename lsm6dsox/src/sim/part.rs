@@ -276,10 +276,7 @@ impl Part {
             }
             PartFault::RegisterFlipped { address, bits } => self.flip(address, bits),
             PartFault::ReservedBits => self.faults.reserved_bits = true,
-            PartFault::DataReadyGlitches {
-                period_ns,
-                width_ns,
-            } => {
+            PartFault::DataReadyGlitches { period_ns, width_ns } => {
                 let [period, width] = [period_ns, width_ns].map(u64::from);
                 self.faults.glitches_ns = Some([period.max(2 * width).max(2), width]);
             }
@@ -348,11 +345,8 @@ impl Part {
 
     fn tick(&mut self, tick: u64, tick_ps: u64) {
         let tick_ns = tick_ps.div_ceil(1000);
-        let Stimulus {
-            specific_force,
-            angular_rate,
-            temperature,
-        } = self.motion.at(tick_ps as f64 * 1.0e-12);
+        let Stimulus { specific_force, angular_rate, temperature } =
+            self.motion.at(tick_ps as f64 * 1.0e-12);
         let add = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|axis| a[axis] + b[axis]);
         let update = if ctrl3_c::BDU.is_set(self.memory.get(register::CTRL3_C)) {
             Update::Blocked
@@ -391,11 +385,7 @@ impl Part {
 
     /// Remaining error of the gyroscope after its start, rad/s.
     fn gyro_start_error(&self, now_ns: u64) -> f64 {
-        let StartTimes {
-            gyro_settled_ns,
-            gyro_start_error,
-            ..
-        } = self.options.start;
+        let StartTimes { gyro_settled_ns, gyro_start_error, .. } = self.options.start;
         let left = (self.gyro_on_ns + gyro_settled_ns).saturating_sub(now_ns);
         if left == 0 {
             return 0.0;

@@ -52,9 +52,8 @@ impl Part {
         } else {
             GyroFilter::Lpf2
         };
-        let cutoff = filter
-            .cutoff(odr(odr_code))
-            .map_or(UNKNOWN_CUTOFF * nominal_rate(odr_code), f64::from);
+        let cutoff =
+            filter.cutoff(odr(odr_code)).map_or(UNKNOWN_CUTOFF * nominal_rate(odr_code), f64::from);
         let sign = match ctrl5_c::ST_G.of(self.memory.get(register::CTRL5_C)) {
             0b01 => 1.0,
             0b11 => -1.0,
@@ -62,11 +61,7 @@ impl Part {
         };
         let asleep = ctrl4_c::SLEEP_G.is_set(self.memory.get(register::CTRL4_C));
         // The gyroscope has no 1.6 Hz rate.
-        let divider = if odr_code > 10 || asleep {
-            0
-        } else {
-            channel::divider(odr_code)
-        };
+        let divider = if odr_code > 10 || asleep { 0 } else { channel::divider(odr_code) };
         Setting {
             divider,
             cutoff: Some(cutoff),
@@ -78,10 +73,7 @@ impl Part {
 }
 
 fn odr(code: u8) -> Odr {
-    Odr::ALL
-        .into_iter()
-        .find(|odr| odr.code() == code)
-        .unwrap_or_default()
+    Odr::ALL.into_iter().find(|odr| odr.code() == code).unwrap_or_default()
 }
 
 /// Nominal rate by ST's names, Hz, for the cut-offs that are fractions of it.

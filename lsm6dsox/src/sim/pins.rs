@@ -12,18 +12,10 @@ const PULSE_NS: u64 = 75_000;
 impl Part {
     /// Returns whether accelerometer and gyroscope are routed to a pin.
     fn routing(&self, pin: Pin) -> (bool, bool) {
-        let (int1, int2) = (
-            self.memory.get(register::INT1_CTRL),
-            self.memory.get(register::INT2_CTRL),
-        );
-        let first = (
-            int1_ctrl::DRDY_XL.is_set(int1),
-            int1_ctrl::DRDY_G.is_set(int1),
-        );
-        let second = (
-            int2_ctrl::DRDY_XL.is_set(int2),
-            int2_ctrl::DRDY_G.is_set(int2),
-        );
+        let (int1, int2) =
+            (self.memory.get(register::INT1_CTRL), self.memory.get(register::INT2_CTRL));
+        let first = (int1_ctrl::DRDY_XL.is_set(int1), int1_ctrl::DRDY_G.is_set(int1));
+        let second = (int2_ctrl::DRDY_XL.is_set(int2), int2_ctrl::DRDY_G.is_set(int2));
         let together = ctrl4_c::INT2_ON_INT1.is_set(self.memory.get(register::CTRL4_C));
         match (pin, together) {
             (Pin::Int1, false) => first,
@@ -123,10 +115,7 @@ impl Part {
         let edge = |routed: bool, channel: &Channel| {
             routed.then(|| self.next_sample_ns(channel)).flatten()
         };
-        [edge(accel, &self.accel), edge(gyro, &self.gyro), glitch]
-            .into_iter()
-            .flatten()
-            .min()
+        [edge(accel, &self.accel), edge(gyro, &self.gyro), glitch].into_iter().flatten().min()
     }
 
     /// Time of the next rising edge of active-low pins: the end of a pulse; latched pins rise when a sample
@@ -140,13 +129,10 @@ impl Part {
             let edge = last.or_else(|| self.next_sample_ns(channel));
             edge.filter(|_| routed).map(|edge| edge + PULSE_NS)
         };
-        [
-            end(accel, self.accel_edge_ns, &self.accel),
-            end(gyro, self.gyro_edge_ns, &self.gyro),
-        ]
-        .into_iter()
-        .flatten()
-        .min()
+        [end(accel, self.accel_edge_ns, &self.accel), end(gyro, self.gyro_edge_ns, &self.gyro)]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     fn next_sample_ns(&self, channel: &Channel) -> Option<u64> {

@@ -22,15 +22,10 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
         Entry::setting(2, "Transmission type", Concern::Stream, Value::U8(254))
             .range_without(&[Value::U8(1), Value::U8(255), Value::U8(241), Value::U8(253)])
             .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
-        Entry::setting(
-            5,
-            "Event timer",
-            Concern::Stream,
-            Value::U16(pdo.default_period_ms()),
-        )
-        .range(Value::U16(0), Value::U16(10_000))
-        .unit("ms")
-        .doc("one frame in N ticks; 0: not sent by the timer"),
+        Entry::setting(5, "Event timer", Concern::Stream, Value::U16(pdo.default_period_ms()))
+            .range(Value::U16(0), Value::U16(10_000))
+            .unit("ms")
+            .doc("one frame in N ticks; 0: not sent by the timer"),
     ]
 }
 

@@ -172,12 +172,7 @@ impl Entry {
     }
 
     pub(super) const fn parameter(subindex: u8, name: &'static str, parameter: Parameter) -> Self {
-        Self::row(
-            subindex,
-            name,
-            Concern::Parameter(parameter),
-            parameter.row(),
-        )
+        Self::row(subindex, name, Concern::Parameter(parameter), parameter.row())
     }
 
     pub(super) const fn parameter_in_micros(
@@ -185,12 +180,7 @@ impl Entry {
         name: &'static str,
         parameter: Parameter,
     ) -> Self {
-        Self::row_in_micros(
-            subindex,
-            name,
-            Concern::Parameter(parameter),
-            parameter.row(),
-        )
+        Self::row_in_micros(subindex, name, Concern::Parameter(parameter), parameter.row())
     }
 
     pub(super) const fn live(subindex: u8, name: &'static str, default: Value) -> Self {

@@ -279,10 +279,7 @@ mod tests {
         assert_eq!(limits.check(Value::U8(255)), Ok(()));
         let limits = Limits::Range(Value::F32(0.0), Value::F32(1.0));
         assert_eq!(limits.check(Value::F32(1.1)), Err(AbortCode::TooHigh));
-        assert_eq!(
-            limits.check(Value::F32(f32::NAN)),
-            Err(AbortCode::InvalidValue)
-        );
+        assert_eq!(limits.check(Value::F32(f32::NAN)), Err(AbortCode::InvalidValue));
     }
 
     #[test]

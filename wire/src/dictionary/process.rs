@@ -27,15 +27,10 @@ pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [En
     while i < fields.len() {
         let field = fields[i];
         if field.index == index {
-            entries[count] = Entry::new(
-                field.subindex,
-                field.name,
-                Role::Process,
-                Access::Ro,
-                field.zero,
-            )
-            .unit(field.unit)
-            .doc(field.doc);
+            entries[count] =
+                Entry::new(field.subindex, field.name, Role::Process, Access::Ro, field.zero)
+                    .unit(field.unit)
+                    .doc(field.doc);
             count += 1;
         }
         i += 1;

@@ -12,12 +12,8 @@ const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for peo
 const RESTART: &str = "takes effect with the next reset of the node or of its communication";
 
 /// Bit rates of a bus, kbit/s, in ascending order.
-const CAN_BIT_RATES: &[Value] = &[
-    Value::U16(125),
-    Value::U16(250),
-    Value::U16(500),
-    Value::U16(1000),
-];
+const CAN_BIT_RATES: &[Value] =
+    &[Value::U16(125), Value::U16(250), Value::U16(500), Value::U16(1000)];
 
 /// Maximum length of the window in the estimator on the board, samples.
 pub const WINDOW_CAPACITY: usize = 256;
@@ -25,11 +21,7 @@ pub const WINDOW_CAPACITY: usize = 256;
 /// Window: at least one sample, at most the estimator's capacity.
 const WINDOW: Row = {
     const PERIOD: f32 = 1.0 / Params::DEFAULT.sample_rate;
-    Row {
-        least: PERIOD,
-        most: WINDOW_CAPACITY as f32 * PERIOD,
-        ..parameter::WINDOW
-    }
+    Row { least: PERIOD, most: WINDOW_CAPACITY as f32 * PERIOD, ..parameter::WINDOW }
 };
 
 /// Estimation of the probability.
@@ -118,10 +110,8 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Foot"),
         shape: Shape::Var,
         doc: Text::new(MEANING_OF_FOOT),
-        entries: &[
-            Entry::setting(0, "Foot", Concern::Node, Value::U8(Foot::FrontLeft.code()))
-                .range(Value::U8(1), Value::U8(6)),
-        ],
+        entries: &[Entry::setting(0, "Foot", Concern::Node, Value::U8(Foot::FrontLeft.code()))
+            .range(Value::U8(1), Value::U8(6))],
     },
     Object {
         index: index::NODE_ID,
@@ -139,27 +129,23 @@ pub(super) const OBJECTS: &[Object] = &[
         doc: Text::new(
             "125, 250, 500 or 1000; what is sent must not take more than three quarters of it",
         ),
-        entries: &[
-            Entry::setting(0, "CAN bit rate", Concern::Node, Value::U16(1000))
-                .one_of(CAN_BIT_RATES)
-                .unit("kbit/s")
-                .doc(RESTART),
-        ],
+        entries: &[Entry::setting(0, "CAN bit rate", Concern::Node, Value::U16(1000))
+            .one_of(CAN_BIT_RATES)
+            .unit("kbit/s")
+            .doc(RESTART)],
     },
     Object {
         index: index::UART_RATE,
         name: Text::new("UART rate"),
         shape: Shape::Var,
         doc: Text::new(""),
-        entries: &[
-            Entry::setting(0, "UART rate", Concern::Node, Value::U32(1_000_000))
-                .range(Value::U32(9_600), Value::U32(3_000_000))
-                .unit("baud")
-                .doc(concat!(
-                    "takes effect with the next reset of the node or of its communication; ",
-                    "3000000 runs at 2963000, 1.2 % below it"
-                )),
-        ],
+        entries: &[Entry::setting(0, "UART rate", Concern::Node, Value::U32(1_000_000))
+            .range(Value::U32(9_600), Value::U32(3_000_000))
+            .unit("baud")
+            .doc(concat!(
+                "takes effect with the next reset of the node or of its communication; ",
+                "3000000 runs at 2963000, 1.2 % below it"
+            ))],
     },
     Object {
         index: index::AUTOSTART,
@@ -184,10 +170,8 @@ pub(super) const OBJECTS: &[Object] = &[
         doc: Text::new(
             "what is logged over UART: 0 nothing, 1 errors, 2 warnings, 3 information, 4 debugging",
         ),
-        entries: &[
-            Entry::setting(0, "Log level", Concern::Stream, Value::U8(3))
-                .range(Value::U8(0), Value::U8(4)),
-        ],
+        entries: &[Entry::setting(0, "Log level", Concern::Stream, Value::U8(3))
+            .range(Value::U8(0), Value::U8(4))],
     },
     Object {
         index: index::SELF_TEST,
@@ -212,12 +196,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Window"),
         shape: Shape::Var,
         doc: Text::new("how far back the estimate looks; only with method 1 of 0x2016"),
-        entries: &[Entry::row_in_micros(
-            0,
-            "Window",
-            Concern::Estimator,
-            WINDOW,
-        )],
+        entries: &[Entry::row_in_micros(0, "Window", Concern::Estimator, WINDOW)],
     },
     Object {
         index: index::BANDWIDTH,

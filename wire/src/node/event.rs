@@ -58,10 +58,7 @@ impl Event {
     /// [`Node::finish`](super::Node::finish).
     #[must_use]
     pub const fn is_answered_later(self) -> bool {
-        matches!(
-            self,
-            Self::Store | Self::Restore | Self::ProtectSupply | Self::ConfirmProgram
-        )
+        matches!(self, Self::Store | Self::Restore | Self::ProtectSupply | Self::ConfirmProgram)
     }
 }
 

@@ -64,10 +64,7 @@ impl Node {
         if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
             event = Some(Event::ResetCommunication);
         }
-        Outcome {
-            reply: answer.map(|answer| CanFrame::of(lss::LSS_SLAVE_COB_ID, answer)),
-            event,
-        }
+        Outcome { reply: answer.map(|answer| CanFrame::of(lss::LSS_SLAVE_COB_ID, answer)), event }
     }
 }
 

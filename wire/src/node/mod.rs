@@ -159,10 +159,7 @@ impl Node {
             self.nmt.apply(NmtCommand::StartRemoteNode);
         }
         self.device.state = self.nmt.state();
-        Some(CanFrame::of(
-            id.cob_id(cob_id::HEARTBEAT),
-            nmt::BOOTUP_FRAME,
-        ))
+        Some(CanFrame::of(id.cob_id(cob_id::HEARTBEAT), nmt::BOOTUP_FRAME))
     }
 
     /// Node id; `None` until one is assigned.
@@ -287,18 +284,12 @@ impl Node {
             Waiting::None => None,
             Waiting::Sdo => {
                 let answer = self.sdo.finish(result)?;
-                Some(CanFrame::of(
-                    self.device.id?.cob_id(cob_id::SDO_RESPONSE),
-                    answer,
-                ))
+                Some(CanFrame::of(self.device.id?.cob_id(cob_id::SDO_RESPONSE), answer))
             }
             Waiting::Lss => {
                 // 2: the storage medium cannot be accessed.
                 let error = if result.is_ok() { 0 } else { 2 };
-                Some(CanFrame::of(
-                    LSS_SLAVE_COB_ID,
-                    [LSS_STORE, error, 0, 0, 0, 0, 0, 0],
-                ))
+                Some(CanFrame::of(LSS_SLAVE_COB_ID, [LSS_STORE, error, 0, 0, 0, 0, 0, 0]))
             }
         }
     }
@@ -389,26 +380,17 @@ impl Node {
             return None;
         }
         self.heartbeat_age = 0;
-        Some(CanFrame::of(
-            id.cob_id(cob_id::HEARTBEAT),
-            nmt::encode_heartbeat(self.device.state),
-        ))
+        Some(CanFrame::of(id.cob_id(cob_id::HEARTBEAT), nmt::encode_heartbeat(self.device.state)))
     }
 
     fn receive_nmt(&mut self, data: &[u8], id: NodeId) -> Option<Event> {
         let (command, target) = nmt::decode_command(data.first_chunk()?).ok()?;
-        if target.raw() == 0 || target.raw() == id.get() {
-            self.command(command)
-        } else {
-            None
-        }
+        if target.raw() == 0 || target.raw() == id.get() { self.command(command) } else { None }
     }
 
     fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
-        self.last_sync = ClockReading {
-            sync: data.first().copied().unwrap_or(0),
-            time: now.into(),
-        };
+        self.last_sync =
+            ClockReading { sync: data.first().copied().unwrap_or(0), time: now.into() };
         self.syncs = self.syncs.wrapping_add(1);
         let asking = self.device.state == NmtState::Operational;
         for pdo in Pdo::ALL.into_iter().filter(|_| asking) {
@@ -428,10 +410,7 @@ impl Node {
     }
 
     fn receive_sdo(&mut self, frame: &CanFrame, id: NodeId) -> Outcome {
-        let served = matches!(
-            self.device.state,
-            NmtState::PreOperational | NmtState::Operational
-        );
+        let served = matches!(self.device.state, NmtState::PreOperational | NmtState::Operational);
         let (true, Some(request)) = (served, frame.data8()) else {
             return Outcome::default();
         };
@@ -452,10 +431,7 @@ impl Node {
             return Outcome::default();
         }
         if data.len() < 4 {
-            return Outcome {
-                reply: self.raise(Fault::PdoLength, data.len() as u32),
-                event: None,
-            };
+            return Outcome { reply: self.raise(Fault::PdoLength, data.len() as u32), event: None };
         }
         let mut reply = self.clear(Fault::PdoLength);
         // A load that is not a number counts as not received.
@@ -464,10 +440,7 @@ impl Node {
             self.device.take_load(load);
             reply = reply.or(self.clear(Fault::PdoTimeout));
         }
-        Outcome {
-            reply,
-            event: load.map(Event::Load),
-        }
+        Outcome { reply, event: load.map(Event::Load) }
     }
 }
 

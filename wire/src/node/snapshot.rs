@@ -48,11 +48,7 @@ impl Snapshot {
             let mut offset = 0;
             for mapped in pdo.mapping() {
                 if mapped.address == address {
-                    let payload = if self.is_taken {
-                        self.payload(pdo)
-                    } else {
-                        [0; 8]
-                    };
+                    let payload = if self.is_taken { self.payload(pdo) } else { [0; 8] };
                     return Some((u64::from_le_bytes(payload) >> offset) as u32);
                 }
                 offset += mapped.bits;

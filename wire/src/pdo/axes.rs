@@ -26,10 +26,7 @@ impl Axes {
             let axes = estimate.probabilities.axes.to_array();
             PerAxis::from_array(axes.map(P8::new))
         };
-        Self {
-            probabilities,
-            timestamp: estimate.timestamp.into(),
-        }
+        Self { probabilities, timestamp: estimate.timestamp.into() }
     }
 
     /// Encodes the frame.

@@ -86,11 +86,7 @@ impl Status {
     /// Debounced decision.
     #[must_use]
     pub const fn decision(self) -> Decision {
-        if self.0 & DECISION != 0 {
-            Decision::Stable
-        } else {
-            Decision::NotStable
-        }
+        if self.0 & DECISION != 0 { Decision::Stable } else { Decision::NotStable }
     }
 
     /// Returns whether the estimate is valid.
@@ -177,16 +173,8 @@ impl Contact {
     /// Decodes the frame; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
-        let [
-            stable_low,
-            stable_high,
-            tangential,
-            vertical,
-            time_low,
-            time_high,
-            sequence,
-            status,
-        ] = *bytes;
+        let [stable_low, stable_high, tangential, vertical, time_low, time_high, sequence, status] =
+            *bytes;
         Self {
             stable: P16(u16::from_le_bytes([stable_low, stable_high])),
             tangential: P8(tangential),
@@ -276,22 +264,10 @@ pub(super) const FIELDS: [Field; 6] = [
                 &[(0, "not_stable"), (1, "stable")],
                 "Debounced decision; stable only where Valid is yes.",
             ),
-            Signal::flag(
-                "Valid",
-                "No fault, and no flag other than a time gap or settling.",
-            ),
-            Signal::flag(
-                "Saturated",
-                "The newest sample is at the end of the sensor's range.",
-            ),
-            Signal::flag(
-                "Fault",
-                "The sensor cannot be believed; the EMCY message says why.",
-            ),
-            Signal::flag(
-                "Starting",
-                "The window is not full, or up is not yet known.",
-            ),
+            Signal::flag("Valid", "No fault, and no flag other than a time gap or settling."),
+            Signal::flag("Saturated", "The newest sample is at the end of the sensor's range."),
+            Signal::flag("Fault", "The sensor cannot be believed; the EMCY message says why."),
+            Signal::flag("Starting", "The window is not full, or up is not yet known."),
         ],
     )
     .doc("bits as in TPDO1"),
@@ -355,19 +331,13 @@ mod tests {
     fn only_a_gap_or_settling_leaves_the_frame_valid() {
         let harmless = |flag: &Flag| matches!(flag, Flag::TimeGap | Flag::Settling);
         for flag in Flag::ALL.into_iter().filter(harmless) {
-            let contact = ContactEstimate {
-                flags: Flags::NONE.with(flag),
-                ..estimate()
-            };
+            let contact = ContactEstimate { flags: Flags::NONE.with(flag), ..estimate() };
             let status = Contact::new(&contact, 0, Faults::NONE).status;
             assert!(status.is_valid() && !status.is_starting(), "{flag:?}");
             assert_eq!(status.decision(), Decision::Stable, "{flag:?}");
         }
         for flag in Flag::ALL.into_iter().filter(|flag| !harmless(flag)) {
-            let doubtful = ContactEstimate {
-                flags: Flags::NONE.with(flag),
-                ..estimate()
-            };
+            let doubtful = ContactEstimate { flags: Flags::NONE.with(flag), ..estimate() };
             let status = Contact::new(&doubtful, 0, Faults::NONE).status;
             assert!(!status.is_valid(), "{flag:?}");
             assert_eq!(status.decision(), Decision::NotStable, "{flag:?}");
@@ -383,10 +353,7 @@ mod tests {
             (Flag::Stale, false, false),
             (Flag::InvalidSample, false, false),
         ] {
-            let doubtful = ContactEstimate {
-                flags: Flags::NONE.with(flag),
-                ..estimate()
-            };
+            let doubtful = ContactEstimate { flags: Flags::NONE.with(flag), ..estimate() };
             let status = Contact::new(&doubtful, 0, Faults::NONE).status;
             let found = (status.is_saturated(), status.is_starting());
             assert_eq!(found, (is_saturated, is_starting), "{flag:?}");

@@ -31,15 +31,7 @@ impl Field {
         zero: Value,
         signals: &'static [Signal],
     ) -> Self {
-        Self {
-            index,
-            subindex,
-            name,
-            zero,
-            unit: "",
-            doc: "",
-            signals,
-        }
+        Self { index, subindex, name, zero, unit: "", doc: "", signals }
     }
 
     pub(super) const fn unit(mut self, unit: &'static str) -> Self {

@@ -64,10 +64,7 @@ impl ClockReading {
         if sync.sync != 0 && age <= (Self::OLDEST_SYNC_US / TIME_STEP_US) as u32 {
             return sync;
         }
-        Self {
-            sync: 0,
-            time: sample,
-        }
+        Self { sync: 0, time: sample }
     }
 }
 
@@ -75,12 +72,7 @@ impl Health {
     /// Creates the frame from flags, error register, number of dropped frames and clock.
     #[must_use]
     pub fn new(flags: Flags, register: u8, dropped: u32, clock: ClockReading) -> Self {
-        Self {
-            flags: flags.bits(),
-            register,
-            dropped: dropped as u8,
-            clock,
-        }
+        Self { flags: flags.bits(), register, dropped: dropped as u8, clock }
     }
 
     /// Returns whether the estimator raised `flag`.
@@ -105,10 +97,7 @@ impl Health {
             flags,
             register,
             dropped,
-            clock: ClockReading {
-                sync,
-                time: LongTime(u32::from_le_bytes([a, b, c, d])),
-            },
+            clock: ClockReading { sync, time: LongTime(u32::from_le_bytes([a, b, c, d])) },
         }
     }
 }
@@ -208,35 +197,24 @@ mod tests {
     #[test]
     fn golden_bytes() {
         let flags = Flags::NONE.with(Flag::Stale).with(Flag::TimeGap);
-        let clock = ClockReading {
-            sync: 240,
-            time: LongTime(0x1234_5678),
-        };
+        let clock = ClockReading { sync: 240, time: LongTime(0x1234_5678) };
         let health = Health::new(flags, 0x81, 0x1_0203, clock);
-        assert_eq!(
-            health.encode(),
-            [0x28, 0x81, 0x03, 240, 0x78, 0x56, 0x34, 0x12]
-        );
+        assert_eq!(health.encode(), [0x28, 0x81, 0x03, 240, 0x78, 0x56, 0x34, 0x12]);
         assert_eq!(Health::decode(&health.encode()), health);
         assert!(health.contains(Flag::Stale) && !health.contains(Flag::Saturated));
     }
 
     #[test]
     fn sync_is_reported_while_recent_and_numbered() {
-        let read = |sync, micros| ClockReading {
-            sync,
-            time: Timestamp::from_micros(micros).into(),
-        };
+        let read =
+            |sync, micros| ClockReading { sync, time: Timestamp::from_micros(micros).into() };
         let day = 86_400_000_000;
         for start in [500_000, day, u64::from(u32::MAX) * TIME_STEP_US] {
             let reported = |sync: u8, age_us: i64| {
                 let sample = Timestamp::from_micros(start.wrapping_add_signed(age_us));
                 let reported = ClockReading::to_report(read(sync, start), sample);
-                let expected = if reported.sync == 0 {
-                    sample.into()
-                } else {
-                    read(sync, start).time
-                };
+                let expected =
+                    if reported.sync == 0 { sample.into() } else { read(sync, start).time };
                 assert_eq!(reported.time, expected, "{start} {age_us}");
                 reported.sync
             };

@@ -156,10 +156,7 @@ pub struct Mapped {
 
 impl Mapped {
     pub(crate) const fn new(index: u16, subindex: u8, bits: u8) -> Self {
-        Self {
-            address: Address::new(index, subindex),
-            bits,
-        }
+        Self { address: Address::new(index, subindex), bits }
     }
 
     /// Entry as stored in the mapping parameter: index, sub-index, bits.

@@ -31,14 +31,8 @@ fn from_bytes([a0, a1, b0, b1, c0, c1, d0, d1]: [u8; 8]) -> [u16; 4] {
 /// Returns whether the motion of the foot is known: no fault of the sensor voids the estimate, up is
 /// known, and the newest sample is neither stale nor invalid.
 fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
-    let unknown = [
-        Flag::AttitudeNotInitialised,
-        Flag::Stale,
-        Flag::InvalidSample,
-    ];
-    let flagged = unknown
-        .into_iter()
-        .any(|flag| estimate.flags.contains(flag));
+    let unknown = [Flag::AttitudeNotInitialised, Flag::Stale, Flag::InvalidSample];
+    let flagged = unknown.into_iter().any(|flag| estimate.flags.contains(flag));
     !faults.void_estimate() && !flagged
 }
 
@@ -208,10 +202,7 @@ impl Bias {
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [x, y, z, temperature] = from_bytes(*bytes).map(|code| Quantity(code as i16));
-        Self {
-            codes: [x, y, z],
-            temperature,
-        }
+        Self { codes: [x, y, z], temperature }
     }
 }
 
@@ -314,12 +305,7 @@ mod tests {
     fn estimate() -> ContactEstimate {
         ContactEstimate {
             timestamp: Timestamp::from_micros(655_360 + 0x1230),
-            orientation: Quaternion {
-                w: 0.5,
-                x: -0.5,
-                y: 1.0,
-                z: -1.0,
-            },
+            orientation: Quaternion { w: 0.5, x: -0.5, y: 1.0, z: -1.0 },
             linear_acceleration: LinearAcceleration(Vec3::new(1.0, -1.0, 1.0e6)),
             angular_rate: AngularRate(Vec3::new(0.125, -34.9, f32::NAN)),
             gyro_bias: AngularRate(Vec3::new(0.001, -0.001, 0.0)),
@@ -370,10 +356,8 @@ mod tests {
         for flag in Flag::ALL {
             estimate.flags = Flags::NONE.with(flag);
             let (motion, temperature) = all(&estimate, Faults::NONE);
-            let unknown = matches!(
-                flag,
-                Flag::AttitudeNotInitialised | Flag::Stale | Flag::InvalidSample
-            );
+            let unknown =
+                matches!(flag, Flag::AttitudeNotInitialised | Flag::Stale | Flag::InvalidSample);
             for code in motion {
                 assert_eq!(code == Quantity::NONE, unknown, "{flag:?}");
             }

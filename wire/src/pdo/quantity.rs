@@ -78,11 +78,7 @@ impl Quantity {
     /// if there is none.
     #[must_use]
     pub fn value(self, step: f64) -> f32 {
-        if self == Self::NONE {
-            f32::NAN
-        } else {
-            f32::from(self.0) * step as f32
-        }
+        if self == Self::NONE { f32::NAN } else { f32::from(self.0) * step as f32 }
     }
 }
 

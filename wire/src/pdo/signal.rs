@@ -48,14 +48,7 @@ impl Signal {
         unit: &'static str,
         comment: &'static str,
     ) -> Self {
-        Self {
-            name,
-            start: 0,
-            length,
-            kind: Kind::Unsigned { factor },
-            unit,
-            comment,
-        }
+        Self { name, start: 0, length, kind: Kind::Unsigned { factor }, unit, comment }
     }
 
     pub(crate) const fn quantity(
@@ -64,14 +57,7 @@ impl Signal {
         unit: &'static str,
         comment: &'static str,
     ) -> Self {
-        Self {
-            name,
-            start: 0,
-            length: 16,
-            kind: Kind::Signed { factor },
-            unit,
-            comment,
-        }
+        Self { name, start: 0, length: 16, kind: Kind::Signed { factor }, unit, comment }
     }
 
     pub(crate) const fn named(
@@ -80,14 +66,7 @@ impl Signal {
         names: &'static [(u8, &'static str)],
         comment: &'static str,
     ) -> Self {
-        Self {
-            name,
-            start: 0,
-            length,
-            kind: Kind::Named(names),
-            unit: "",
-            comment,
-        }
+        Self { name, start: 0, length, kind: Kind::Named(names), unit: "", comment }
     }
 
     pub(crate) const fn flag(name: &'static str, comment: &'static str) -> Self {
@@ -108,10 +87,7 @@ impl Signal {
     pub const fn code_range(&self) -> (i64, i64) {
         match self.kind {
             Kind::Unsigned { .. } => (0, (1 << self.length) - 1),
-            Kind::Signed { .. } => (
-                -((1 << (self.length - 1)) - 1),
-                (1 << (self.length - 1)) - 1,
-            ),
+            Kind::Signed { .. } => (-((1 << (self.length - 1)) - 1), (1 << (self.length - 1)) - 1),
             Kind::Named(names) => (0, names.len() as i64 - 1),
         }
     }

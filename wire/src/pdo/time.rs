@@ -78,10 +78,7 @@ mod tests {
             let time = LongTime::from(Timestamp::from_micros(micros));
             assert_eq!(time, LongTime(expected), "{micros} µs");
             // Numbers of all lengths.
-            micros = micros
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(i)
-                >> (i % 64);
+            micros = micros.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(i) >> (i % 64);
         }
     }
 
@@ -89,11 +86,7 @@ mod tests {
     fn long_and_short_times_of_a_moment_agree() {
         for hours in [0, 1, 2, 24, 10_000] {
             let now = Timestamp::from_micros(hours * 3_600_000_000 + 7_654_321);
-            assert_eq!(
-                LongTime::from(now).short(),
-                ShortTime::from(now),
-                "{hours} h"
-            );
+            assert_eq!(LongTime::from(now).short(), ShortTime::from(now), "{hours} h");
         }
     }
 

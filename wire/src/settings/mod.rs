@@ -149,20 +149,18 @@ impl Settings {
     /// [`Settings::set_all`], or one by one with [`Settings::set`] in an order in which each is compatible with
     /// those before it.
     pub fn iter(&self) -> impl Iterator<Item = (Address, Value)> + '_ {
-        dictionary::settings()
-            .zip(self.raw)
-            .filter_map(|((address, entry), raw)| {
-                Some((address, Value::from_raw(entry.data_type(), raw)?))
-            })
+        dictionary::settings().zip(self.raw).filter_map(|((address, entry), raw)| {
+            Some((address, Value::from_raw(entry.data_type(), raw)?))
+        })
     }
 
     /// Hash of all values, each a word in the order of the dictionary: h ← (h rotated left by 5 ⊕ word) · 0x9E37 79B9
     /// modulo 2³², from 0. Not a protection against a forger.
     #[must_use]
     pub fn hash(&self) -> u32 {
-        self.raw.iter().fold(0, |hash: u32, raw| {
-            (hash.rotate_left(5) ^ raw).wrapping_mul(0x9E37_79B9)
-        })
+        self.raw
+            .iter()
+            .fold(0, |hash: u32, raw| (hash.rotate_left(5) ^ raw).wrapping_mul(0x9E37_79B9))
     }
 
     /// Restores stored settings, in any order: values that are still allowed are applied, defaults
@@ -528,10 +526,8 @@ mod tests {
     #[test]
     fn objects_of_the_estimate_are_window_to_velocity() {
         for (address, entry) in dictionary::settings() {
-            let concerns_the_estimate = !matches!(
-                entry.concern(),
-                Some(Concern::Node | Concern::Stream | Concern::Sensor)
-            );
+            let concerns_the_estimate =
+                !matches!(entry.concern(), Some(Concern::Node | Concern::Stream | Concern::Sensor));
             let is_there = (index::WINDOW..=index::VELOCITY).contains(&address.index);
             assert_eq!(concerns_the_estimate, is_there, "{address:?}");
         }
@@ -544,11 +540,8 @@ mod tests {
             let address = Address::new(index::ESTIMATION, subindex);
             assert_eq!(settings.set(address, Value::U8(value)), Ok(()));
         }
-        let expected = Params {
-            method: Method::HalfWidths,
-            learning: Learning::Frozen,
-            ..Params::DEFAULT
-        };
+        let expected =
+            Params { method: Method::HalfWidths, learning: Learning::Frozen, ..Params::DEFAULT };
         assert_eq!(settings.params(), expected);
     }
 
@@ -571,14 +564,8 @@ mod tests {
         assert_eq!(at_once, settings);
         // Restored from storage, in both orders.
         let stored: std::vec::Vec<_> = settings.iter().collect();
-        assert_eq!(
-            Settings::set_all(stored.iter().copied()),
-            (settings.clone(), 0)
-        );
-        assert_eq!(
-            Settings::set_all(stored.into_iter().rev()),
-            (settings.clone(), 0)
-        );
+        assert_eq!(Settings::set_all(stored.iter().copied()), (settings.clone(), 0));
+        assert_eq!(Settings::set_all(stored.into_iter().rev()), (settings.clone(), 0));
         assert_eq!(settings.set_learnt(None), Ok(()));
         assert_eq!(settings, Settings::default());
     }
@@ -614,10 +601,7 @@ mod tests {
         let before = settings.clone();
         // Motion below stillness.
         let moving = Address::new(index::LEARNT, 2);
-        assert_eq!(
-            settings.set(moving, Value::F32(-1.5)),
-            Err(AbortCode::Incompatible)
-        );
+        assert_eq!(settings.set(moving, Value::F32(-1.5)), Err(AbortCode::Incompatible));
         let mut numbers = learnt().to_array();
         numbers[1] = -4.0;
         let swapped = settings.set_learnt(Some(Learnt::from_array(numbers)));
@@ -676,17 +660,10 @@ mod tests {
         assert_eq!(other.set(part, Value::U8(1)), Ok(()));
         let reading = Vec3::new(1.7, -4.9, 78.1);
         assert_eq!(
-            other
-                .accelerometer()
-                .apply(estimator_core::SpecificForce(reading)),
-            settings
-                .accelerometer()
-                .apply(estimator_core::SpecificForce(reading * 2.0))
+            other.accelerometer().apply(estimator_core::SpecificForce(reading)),
+            settings.accelerometer().apply(estimator_core::SpecificForce(reading * 2.0))
         );
-        assert_eq!(
-            [&settings, &other].map(Settings::accelerometer_range),
-            [1.0, 2.0]
-        );
+        assert_eq!([&settings, &other].map(Settings::accelerometer_range), [1.0, 2.0]);
     }
 
     fn set_mounting(settings: &mut Settings, subindex: u8, value: Value) -> Result<(), AbortCode> {
@@ -724,10 +701,7 @@ mod tests {
     fn a_quaternion_is_written_by_component_and_then_selected() {
         let mut settings = Settings::default();
         for (subindex, part) in (2..).zip([0.8, 0.0, -0.6, 0.0]) {
-            assert_eq!(
-                set_mounting(&mut settings, subindex, Value::F32(part)),
-                Ok(())
-            );
+            assert_eq!(set_mounting(&mut settings, subindex, Value::F32(part)), Ok(()));
             assert_eq!(settings.mounting(), Mounting::IDENTITY);
         }
         assert_eq!(set_mounting(&mut settings, 1, Value::U16(0)), Ok(()));
@@ -740,11 +714,7 @@ mod tests {
             (-1.1, AbortCode::TooLow),
             (f32::NAN, AbortCode::InvalidValue),
         ] {
-            assert_eq!(
-                set_mounting(&mut settings, 2, Value::F32(wrong)),
-                Err(code),
-                "{wrong}"
-            );
+            assert_eq!(set_mounting(&mut settings, 2, Value::F32(wrong)), Err(code), "{wrong}");
         }
         assert_eq!(settings, before);
         assert_eq!(set_mounting(&mut settings, 1, Value::U16(123)), Ok(()));
@@ -766,24 +736,12 @@ mod tests {
     fn a_refused_value_changes_nothing() {
         let mut settings = Settings::default();
         let threshold = Address::new(index::DECISION, 1);
-        assert_eq!(
-            settings.set(threshold, Value::F32(1.5)),
-            Err(AbortCode::TooHigh)
-        );
-        assert_eq!(
-            settings.set(threshold, Value::U8(0)),
-            Err(AbortCode::Length)
-        );
+        assert_eq!(settings.set(threshold, Value::F32(1.5)), Err(AbortCode::TooHigh));
+        assert_eq!(settings.set(threshold, Value::U8(0)), Err(AbortCode::Length));
         let off = Address::new(index::LOAD_INPUT, 5);
-        assert_eq!(
-            settings.set(off, Value::F32(12.5)),
-            Err(AbortCode::Incompatible)
-        );
+        assert_eq!(settings.set(off, Value::F32(12.5)), Err(AbortCode::Incompatible));
         let device = Address::new(index::DEVICE_TYPE, 0);
-        assert_eq!(
-            settings.set(device, Value::U32(1)),
-            Err(AbortCode::ReadOnly)
-        );
+        assert_eq!(settings.set(device, Value::U32(1)), Err(AbortCode::ReadOnly));
         assert_eq!(settings, Settings::default());
     }
 
@@ -814,10 +772,7 @@ mod tests {
         ];
         let (settings, refused) = Settings::set_all(stored.into_iter());
         assert_eq!(refused, 2);
-        assert_eq!(
-            (settings.foot(), settings.log_level()),
-            (Foot::FrontLeft, 1)
-        );
+        assert_eq!((settings.foot(), settings.log_level()), (Foot::FrontLeft, 1));
     }
 
     #[test]
@@ -858,11 +813,9 @@ mod tests {
         let before = tied.worst_load();
         assert_eq!(tied.set(kind, Value::U8(4)), Ok(()));
         assert_eq!(tied.worst_load() + 135 * 50, before + 135 * 25);
-        for (bit_rate, result) in [
-            (500, Ok(())),
-            (250, Ok(())),
-            (125, Err(AbortCode::Incompatible)),
-        ] {
+        for (bit_rate, result) in
+            [(500, Ok(())), (250, Ok(())), (125, Err(AbortCode::Incompatible))]
+        {
             assert_eq!(settings.set(rate, Value::U16(bit_rate)), result);
         }
         assert_eq!(settings.can_bit_rate(), 250_000);
@@ -880,10 +833,7 @@ mod tests {
             assert_eq!(Settings::set_all(stored.into_iter()), (settings.clone(), 0));
         }
         // Only incompatible values are refused.
-        let stored = [
-            (rate, Value::U16(125)),
-            (Address::new(index::LOG_LEVEL, 0), Value::U8(1)),
-        ];
+        let stored = [(rate, Value::U16(125)), (Address::new(index::LOG_LEVEL, 0), Value::U8(1))];
         let (settings, refused) = Settings::set_all(stored.into_iter());
         assert_eq!((settings.can_bit_rate(), refused), (1_000_000, 1));
         assert_eq!(settings.log_level(), 1);
@@ -902,10 +852,7 @@ mod tests {
         let mut settings = Settings::default();
         let address = Address::new(index::TPDO, 1);
         assert_eq!(settings.trigger(Pdo::Contact), Trigger::Ticks(1));
-        assert_eq!(
-            settings.set(address, Value::U32(0x4000_0181)),
-            Err(AbortCode::InvalidValue)
-        );
+        assert_eq!(settings.set(address, Value::U32(0x4000_0181)), Err(AbortCode::InvalidValue));
         assert_eq!(settings.set(address, Value::U32(0xC000_0180)), Ok(()));
         assert_eq!(settings.trigger(Pdo::Contact), Trigger::Off);
     }

@@ -62,10 +62,7 @@ mod tests {
         let mut decoding = Decoding::default();
         let (end, body) = coded.split_last().expect("not empty");
         assert_eq!(*end, 0);
-        let plain = body
-            .iter()
-            .filter_map(|byte| decoding.push(*byte))
-            .collect();
+        let plain = body.iter().filter_map(|byte| decoding.push(*byte)).collect();
         assert!(decoding.is_complete());
         plain
     }
@@ -91,11 +88,7 @@ mod tests {
                 .map(|_| {
                     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                     // A quarter of the bytes are zero.
-                    if state >> 30 == 0 {
-                        0
-                    } else {
-                        (state >> 16) as u8
-                    }
+                    if state >> 30 == 0 { 0 } else { (state >> 16) as u8 }
                 })
                 .collect();
             let coded = encoded(&plain);

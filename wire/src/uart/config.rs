@@ -55,9 +55,7 @@ impl From<Value> for ValueBytes {
         let raw = value.to_raw().to_le_bytes();
         let bytes = match value {
             Value::Text(text) => text.as_bytes(),
-            _ => raw
-                .get(..value.data_type().size().unwrap_or(0))
-                .unwrap_or(&[]),
+            _ => raw.get(..value.data_type().size().unwrap_or(0)).unwrap_or(&[]),
         };
         let cut = bytes.get(..MAX_VALUE).unwrap_or(bytes);
         Self::new(cut).unwrap_or_default()
@@ -205,24 +203,15 @@ mod tests {
         let cases: [(Message, &[u8]); 6] = [
             (Message::ConfigGet(ConfigGet { address }), &[0x14, 0x20, 1]),
             (
-                Message::ConfigSet(ConfigSet {
-                    address,
-                    value: half,
-                }),
+                Message::ConfigSet(ConfigSet { address, value: half }),
                 &[0x14, 0x20, 1, 0, 0, 0, 0x3F],
             ),
             (
-                Message::ConfigResponse(ConfigResponse {
-                    address,
-                    answer: Answer::Value(half),
-                }),
+                Message::ConfigResponse(ConfigResponse { address, answer: Answer::Value(half) }),
                 &[0x14, 0x20, 1, 1, 0, 0, 0, 0x3F],
             ),
             (
-                Message::ConfigResponse(ConfigResponse {
-                    address,
-                    answer: Answer::Done,
-                }),
+                Message::ConfigResponse(ConfigResponse { address, answer: Answer::Done }),
                 &[0x14, 0x20, 1, 0, 0, 0, 0, 0],
             ),
             (
@@ -232,10 +221,7 @@ mod tests {
                 }),
                 &[0x14, 0x20, 1, 0, 0x31, 0, 9, 6],
             ),
-            (
-                Message::Nmt(NmtRequest(Command::EnterPreOperational)),
-                &[0x80],
-            ),
+            (Message::Nmt(NmtRequest(Command::EnterPreOperational)), &[0x80]),
         ];
         for (message, golden) in cases {
             assert_eq!(bytes(&message), golden);

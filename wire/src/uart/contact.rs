@@ -40,11 +40,8 @@ impl ContactMessage {
     /// voids the estimate.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {
-        let probabilities = if faults.void_estimate() {
-            Probabilities::default()
-        } else {
-            estimate.probabilities
-        };
+        let probabilities =
+            if faults.void_estimate() { Probabilities::default() } else { estimate.probabilities };
         Self {
             timestamp: estimate.timestamp,
             stable: P16::new(probabilities.stable),

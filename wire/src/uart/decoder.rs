@@ -165,9 +165,7 @@ mod tests {
 
     fn frame(sequence: u16) -> Vec<u8> {
         let address = Address::new(0x2010, 0);
-        encode(sequence, &Message::ConfigGet(ConfigGet { address }))
-            .as_bytes()
-            .to_vec()
+        encode(sequence, &Message::ConfigGet(ConfigGet { address })).as_bytes().to_vec()
     }
 
     fn decode(bytes: &[u8]) -> (Vec<u16>, Drops) {

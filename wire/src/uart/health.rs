@@ -89,11 +89,7 @@ impl HealthMessage {
         };
         // A register that contradicts the faults is of another version of this format; unknown
         // faults set bits of their own.
-        let known = if unknown_faults == 0 {
-            register
-        } else {
-            register & faults.register()
-        };
+        let known = if unknown_faults == 0 { register } else { register & faults.register() };
         (known == faults.register()).then_some(())?;
         reader.finish(message)
     }
@@ -134,10 +130,7 @@ mod tests {
         // An unknown fault of a newer board leaves the rest readable.
         payload[15] = 0x40;
         payload[11] = 0x83;
-        let newer = HealthMessage {
-            unknown_faults: 0x4000_0000,
-            ..message
-        };
+        let newer = HealthMessage { unknown_faults: 0x4000_0000, ..message };
         let decoded = Message::decode(Kind::Health, &payload);
         assert_eq!(decoded, Some(Message::Health(newer)));
         payload[11] = 0x01;

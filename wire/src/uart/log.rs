@@ -25,11 +25,7 @@ impl LogMessage {
     /// Creates a line; excess text is cut off between two characters.
     #[must_use]
     pub fn new(level: u8, text: &str) -> Self {
-        let mut line = Self {
-            level,
-            text: [0; MAX_LOG],
-            length: 0,
-        };
+        let mut line = Self { level, text: [0; MAX_LOG], length: 0 };
         line.push(text);
         line
     }

@@ -241,18 +241,14 @@ mod tests {
     use super::*;
     use crate::dictionary::Address;
 
-    const GET: Message = Message::ConfigGet(ConfigGet {
-        address: Address::new(0x2010, 0),
-    });
+    const GET: Message = Message::ConfigGet(ConfigGet { address: Address::new(0x2010, 0) });
 
     #[test]
     fn golden_bytes_of_a_frame() {
         let frame = encode(0x0102, &GET);
         assert_eq!(
             frame.as_bytes(),
-            [
-                0, 7, 1, 0x10, 2, 1, 0x10, 0x20, 5, 0x86, 0x65, 0x13, 0x73, 0
-            ]
+            [0, 7, 1, 0x10, 2, 1, 0x10, 0x20, 5, 0x86, 0x65, 0x13, 0x73, 0]
         );
     }
 
@@ -275,10 +271,7 @@ mod tests {
         assert_eq!(parse(&[1, 2, 3]), Err(Problem::TooShort));
         assert_eq!(parse(&with_check(&[1, 2])), Err(Problem::TooShort));
         plain.push(9);
-        assert_eq!(
-            parse(&with_check(&plain)),
-            Err(Problem::Payload(Kind::ConfigGet))
-        );
+        assert_eq!(parse(&with_check(&plain)), Err(Problem::Payload(Kind::ConfigGet)));
         plain[1] = 0xEE;
         assert_eq!(parse(&with_check(&plain)), Err(Problem::Kind(0xEE)));
         plain[0] = 2;

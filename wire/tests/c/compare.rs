@@ -92,11 +92,7 @@ impl Program {
         if sanitizers == Sanitizers::On {
             command.args(["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]);
         }
-        command
-            .arg(folder.join("footfall.c"))
-            .arg(main)
-            .arg("-o")
-            .arg(&program);
+        command.arg(folder.join("footfall.c")).arg(main).arg("-o").arg(&program);
         run(&mut command)?;
         Ok(Self(program))
     }
@@ -158,9 +154,7 @@ fn same(printed: &str, expected: impl Iterator<Item = (String, String)>) -> Resu
 }
 
 fn run(command: &mut Command) -> Result<String, String> {
-    let output = command
-        .output()
-        .map_err(|error| format!("{command:?}: {error}"))?;
+    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
     if output.status.success() {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     } else {

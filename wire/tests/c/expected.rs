@@ -75,11 +75,7 @@ impl Line {
         let phase = status.phase();
         self.named("status.state", phase as u8, phase.name());
         let decision = status.decision();
-        self.named(
-            "status.decision",
-            decision as u8,
-            ["not_stable", "stable"][decision as usize],
-        );
+        self.named("status.decision", decision as u8, ["not_stable", "stable"][decision as usize]);
         self.yes("status.valid", status.is_valid());
         self.yes("status.saturated", status.is_saturated());
         self.yes("status.fault", status.has_fault());
@@ -161,9 +157,8 @@ fn decoded(id: u32, data: &[u8]) -> Result<String, Refused> {
 }
 
 fn emergency(line: &mut Line, emergency: &Emergency) {
-    let (number, name) = emergency
-        .fault
-        .map_or((u8::MAX, "unknown"), |fault| (fault.number(), fault.name()));
+    let (number, name) =
+        emergency.fault.map_or((u8::MAX, "unknown"), |fault| (fault.number(), fault.name()));
     line.value("code", emergency.code);
     line.value("error_register", emergency.register);
     line.named("fault", number, name);
@@ -315,16 +310,10 @@ fn raw(line: &mut Line, sample: &RawSample) {
         Validity::Invalid => (5, "invalid"),
     };
     line.named("validity", code, text);
-    line.real(
-        "temperature_deg_c",
-        sample.temperature.value(TEMPERATURE_STEP),
-    );
+    line.real("temperature_deg_c", sample.temperature.value(TEMPERATURE_STEP));
     let si = sample.to_si();
     let triple = |Vec3 { x, y, z }: Vec3| [x, y, z];
-    let force = sample
-        .acceleration
-        .into_iter()
-        .zip(triple(si.specific_force.0));
+    let force = sample.acceleration.into_iter().zip(triple(si.specific_force.0));
     let rate = sample.rate.into_iter().zip(triple(si.angular_rate.0));
     for (axis, (code, value)) in ["x", "y", "z"].into_iter().zip(force) {
         line.value(format_args!("accelerometer_{axis}_code"), code);
@@ -344,10 +333,7 @@ fn health(line: &mut Line, message: &HealthMessage) {
     line.node_state("node_state", message.state);
     line.value("node", message.id.map_or(0, NodeId::get));
     line.value("faults", message.faults.bits() | message.unknown_faults);
-    line.real(
-        "temperature_deg_c",
-        message.temperature.value(TEMPERATURE_STEP),
-    );
+    line.real("temperature_deg_c", message.temperature.value(TEMPERATURE_STEP));
     for counter in Counter::ALL {
         line.value(counter.name(), message.counters.get(counter));
     }

@@ -40,9 +40,7 @@ fn sanitized(name: &str, language: Language) -> Program {
 /// identifiers of no foot.
 fn can_frames(random: &mut Random) -> Vec<(u32, Vec<u8>)> {
     let bases = Pdo::ALL.map(Pdo::base).into_iter();
-    let bases: Vec<u16> = bases
-        .chain([cob_id::EMERGENCY, cob_id::HEARTBEAT, Load::BASE])
-        .collect();
+    let bases: Vec<u16> = bases.chain([cob_id::EMERGENCY, cob_id::HEARTBEAT, Load::BASE]).collect();
     (0..FRAMES)
         .map(|_| {
             let id = match random.below(16) {
@@ -87,10 +85,8 @@ fn serial_line(random: &mut Random) -> Vec<u8> {
         .map(|entry| entry.expect("readable").path())
         .collect();
     files.sort();
-    let corpus: Vec<Vec<u8>> = files
-        .iter()
-        .map(|file| plain(&fs::read(file).expect("readable")))
-        .collect();
+    let corpus: Vec<Vec<u8>> =
+        files.iter().map(|file| plain(&fs::read(file).expect("readable"))).collect();
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     let mut line = each_value();
     for _ in 0..FRAMES {
@@ -140,10 +136,8 @@ fn each_value() -> Vec<u8> {
         counters: Counters::default(),
     };
     let stages = Stage::ALL.map(|stage| HealthMessage { stage, ..health });
-    let faults = Fault::ALL.map(|fault| HealthMessage {
-        faults: Faults::NONE.with(fault),
-        ..health
-    });
+    let faults =
+        Fault::ALL.map(|fault| HealthMessage { faults: Faults::NONE.with(fault), ..health });
     let counters = Counter::ALL.map(|counter| {
         let mut health = health;
         health.counters.add(counter, 0x0102_0304);
@@ -151,9 +145,7 @@ fn each_value() -> Vec<u8> {
     });
     let healths = stages.into_iter().chain(faults).chain(counters);
     let messages = refusals.into_iter().chain(healths.map(Message::Health));
-    messages
-        .flat_map(|message| encode(0, &message).as_bytes().to_vec())
-        .collect()
+    messages.flat_map(|message| encode(0, &message).as_bytes().to_vec()).collect()
 }
 
 /// First frame of a piece of the corpus before coding.

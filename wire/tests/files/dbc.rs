@@ -23,11 +23,8 @@ pub fn generate() -> String {
     let mut dbc = format!(
         "VERSION \"1\"\n\nNS_ :\n\tBA_\n\tBA_DEF_\n\tBA_DEF_DEF_\n\tCM_\n\tSIG_VALTYPE_\n\tVAL_\n\nBS_:\n\nBU_: {feet} Robot\n"
     );
-    let messages = || {
-        Foot::ALL
-            .into_iter()
-            .flat_map(|foot| Pdo::ALL.map(|pdo| (foot, pdo, id(foot, pdo))))
-    };
+    let messages =
+        || Foot::ALL.into_iter().flat_map(|foot| Pdo::ALL.map(|pdo| (foot, pdo, id(foot, pdo))));
     for (foot, pdo, id) in messages() {
         let name = foot.name();
         let _ = writeln!(dbc, "\nBO_ {id} {name}_{}: 8 {name}", pdo.name());
@@ -78,10 +75,8 @@ BO_ {} {name}_Heartbeat: 1 {name}
     }
     for foot in Foot::ALL {
         let node = foot.default_node_id();
-        let (emergency, heartbeat) = (
-            node.cob_id(cob_id::EMERGENCY),
-            node.cob_id(cob_id::HEARTBEAT),
-        );
+        let (emergency, heartbeat) =
+            (node.cob_id(cob_id::EMERGENCY), node.cob_id(cob_id::HEARTBEAT));
         let _ = writeln!(
             dbc,
             "CM_ BO_ {emergency} \"A fault has come or gone.\";
@@ -114,31 +109,25 @@ CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
     for (_, pdo, id) in messages() {
         for (_, signal) in pdo.signals() {
             let names: String = match signal.kind {
-                Kind::Named(names) => names
-                    .iter()
-                    .map(|(code, name)| format!(" {code} \"{name}\""))
-                    .collect(),
+                Kind::Named(names) => {
+                    names.iter().map(|(code, name)| format!(" {code} \"{name}\"")).collect()
+                }
                 Kind::Signed { .. } => format!(" {NO_VALUE} \"no_value\""),
                 Kind::Unsigned { .. } => continue,
             };
             let _ = writeln!(dbc, "VAL_ {id} {}{names} ;", signal.name);
         }
     }
-    let codes: String = Fault::ALL
-        .map(|fault| format!(" {} \"{}\"", fault.code(), fault.name()))
-        .concat();
-    let numbers: String = Fault::ALL
-        .map(|fault| format!(" {} \"{}\"", fault.number(), fault.name()))
-        .concat();
-    let states: String = NODE_STATES
-        .map(|(state, name)| format!(" {} \"{name}\"", state as u8))
-        .concat();
+    let codes: String =
+        Fault::ALL.map(|fault| format!(" {} \"{}\"", fault.code(), fault.name())).concat();
+    let numbers: String =
+        Fault::ALL.map(|fault| format!(" {} \"{}\"", fault.number(), fault.name())).concat();
+    let states: String =
+        NODE_STATES.map(|(state, name)| format!(" {} \"{name}\"", state as u8)).concat();
     for foot in Foot::ALL {
         let node = foot.default_node_id();
-        let (emergency, heartbeat) = (
-            node.cob_id(cob_id::EMERGENCY),
-            node.cob_id(cob_id::HEARTBEAT),
-        );
+        let (emergency, heartbeat) =
+            (node.cob_id(cob_id::EMERGENCY), node.cob_id(cob_id::HEARTBEAT));
         let _ = writeln!(
             dbc,
             "VAL_ {emergency} EmergencyCode 0 \"gone\"{codes} ;
@@ -154,13 +143,7 @@ fn id(foot: Foot, pdo: Pdo) -> u16 {
 }
 
 fn write_signal(dbc: &mut String, signal: &Signal) {
-    let Signal {
-        name,
-        start,
-        length,
-        unit,
-        ..
-    } = signal;
+    let Signal { name, start, length, unit, .. } = signal;
     let factor = signal.factor();
     let sign = match signal.kind {
         Kind::Signed { .. } => '-',

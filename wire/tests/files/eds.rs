@@ -16,10 +16,8 @@ pub fn generate() -> String {
         .iter()
         .filter(|object| !MANDATORY.contains(&object.index))
         .partition(|object| object.index < 0x2000);
-    let mandatory: Vec<&Object> = OBJECTS
-        .iter()
-        .filter(|object| MANDATORY.contains(&object.index))
-        .collect();
+    let mandatory: Vec<&Object> =
+        OBJECTS.iter().filter(|object| MANDATORY.contains(&object.index)).collect();
     for (name, objects) in [
         ("MandatoryObjects", &mandatory),
         ("OptionalObjects", &optional),
@@ -127,11 +125,7 @@ PDOMapping=0",
     }
     for entry in object.entries {
         let sub = entry.subindex;
-        let _ = writeln!(
-            eds,
-            "\n[{index:04X}sub{sub:X}]\nParameterName={}",
-            entry.name
-        );
+        let _ = writeln!(eds, "\n[{index:04X}sub{sub:X}]\nParameterName={}", entry.name);
         write_value(eds, entry);
         write_comment(eds, &entry.doc);
     }
@@ -219,7 +213,5 @@ fn ascii(text: &str) -> String {
         ('ω', "omega"),
     ]
     .into_iter()
-    .fold(text.to_string(), |text, (sign, name)| {
-        text.replace(sign, name)
-    })
+    .fold(text.to_string(), |text, (sign, name)| text.replace(sign, name))
 }

@@ -124,10 +124,7 @@ fn pdos() -> String {
     for pdo in Pdo::ALL {
         let (name, base, period) = (pdo.name(), pdo.base(), pdo.default_period_ms());
         let number = pdo as u8 + 1;
-        let _ = writeln!(
-            table,
-            "| TPDO{number} {name} | 0x{base:X} + id | {period} ms |"
-        );
+        let _ = writeln!(table, "| TPDO{number} {name} | 0x{base:X} + id | {period} ms |");
     }
     table
 }

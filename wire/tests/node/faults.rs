@@ -41,22 +41,14 @@ fn faults_are_reported_once_remembered_and_cleared() {
     let raised = node.raise(Fault::SensorSilent, 5000).expect("an emergency");
     assert_eq!(raised.id(), 0x80 + u16::from(ID));
     assert_eq!(raised.data(), [0x01, 0x70, 0x81, 0, 0x88, 0x13, 0, 0]);
-    assert_eq!(
-        node.raise(Fault::SensorSilent, 6000),
-        None,
-        "reported already"
-    );
+    assert_eq!(node.raise(Fault::SensorSilent, 6000), None, "reported already");
     node.raise(Fault::CanBusOff, 1).expect("another");
     let register = read(&mut node, Address::new(0x1001, 0), DataType::Unsigned8);
     assert_eq!(register, Ok(PeerValue::Unsigned8(0x91)));
     let history = |node: &mut Node| {
         (0..3)
             .map(|sub| {
-                let data_type = if sub == 0 {
-                    DataType::Unsigned8
-                } else {
-                    DataType::Unsigned32
-                };
+                let data_type = if sub == 0 { DataType::Unsigned8 } else { DataType::Unsigned32 };
                 read(node, Address::new(0x1003, sub), data_type)
             })
             .collect::<Vec<_>>()
@@ -69,20 +61,13 @@ fn faults_are_reported_once_remembered_and_cleared() {
             Ok(PeerValue::Unsigned32(0x7001)),
         ]
     );
-    let bits = read(
-        &mut node,
-        Address::new(index::FAULTS, 0),
-        DataType::Unsigned32,
-    );
+    let bits = read(&mut node, Address::new(index::FAULTS, 0), DataType::Unsigned32);
     assert_eq!(bits, Ok(PeerValue::Unsigned32(1 << 18 | 1)));
     let cleared = node.clear(Fault::SensorSilent).expect("an emergency");
     assert_eq!(cleared.data(), [0, 0, 0x11, 0, 0, 0, 0, 0]);
     assert_eq!(node.clear(Fault::SensorSilent), None);
     let forget = Address::new(0x1003, 0);
-    assert_eq!(
-        refused(&mut node, forget, Value::U8(1)),
-        AbortCode::InvalidValue
-    );
+    assert_eq!(refused(&mut node, forget, Value::U8(1)), AbortCode::InvalidValue);
     accepted(&mut node, forget, Value::U8(0));
     assert_eq!(history(&mut node)[0], Ok(PeerValue::Unsigned8(0)));
 }
@@ -90,11 +75,7 @@ fn faults_are_reported_once_remembered_and_cleared() {
 #[test]
 fn faults_before_the_boot_are_reported_after_each_boot() {
     let mut node = Node::new(Settings::default(), 1);
-    assert_eq!(
-        node.raise(Fault::Panic, 0x0800_4321),
-        None,
-        "not booted yet"
-    );
+    assert_eq!(node.raise(Fault::Panic, 0x0800_4321), None, "not booted yet");
     assert_eq!(node.raise(Fault::CrystalMissing, 0), None);
     for _ in 0..2 {
         node.boot(BootCause::PowerUp);

@@ -43,16 +43,10 @@ fn learnt_values_can_be_read_kept_and_forgotten() {
     node.command(Command::EnterPreOperational);
     assert_eq!(node.settings().params().learnt, None);
     let (result, events) = write(&mut node, command, KEEP);
-    assert_eq!(
-        (result, events),
-        (Ok(()), vec![Event::Calibration(Calibration::Keep)])
-    );
+    assert_eq!((result, events), (Ok(()), vec![Event::Calibration(Calibration::Keep)]));
     assert_eq!(node.settings().params().learnt, Some(learnt()));
     let (result, events) = write(&mut node, command, FORGET);
-    assert_eq!(
-        (result, events),
-        (Ok(()), vec![Event::Calibration(Calibration::Forget)])
-    );
+    assert_eq!((result, events), (Ok(()), vec![Event::Calibration(Calibration::Forget)]));
     assert_eq!(node.settings(), &Settings::default());
     // Also before new values are published.
     state(&mut node, CalibrationState::Settling);

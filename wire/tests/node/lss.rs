@@ -17,10 +17,7 @@ fn lss_assigns_the_node_id() {
         revision_number: dictionary::REVISION,
         serial_number: 0xC0FFEE,
     };
-    let other = lss::LssAddress {
-        serial_number: 1,
-        ..address
-    };
+    let other = lss::LssAddress { serial_number: 1, ..address };
     for frame in lss::encode_switch_selective(&other) {
         assert_eq!(send(&mut node, 0x7E5, &frame), Outcome::default());
     }
@@ -39,22 +36,14 @@ fn lss_assigns_the_node_id() {
     assert_eq!(timing.reply.expect("an answer").data()[..2], [0x13, 1]);
     let stored = send(&mut node, 0x7E5, &lss::encode_store());
     assert_eq!((stored.reply, stored.event), (None, Some(Event::Store)));
-    assert_eq!(
-        node.finish(Ok(())).expect("an answer").data()[..2],
-        [0x17, 0]
-    );
+    assert_eq!(node.finish(Ok(())).expect("an answer").data()[..2], [0x17, 0]);
     // The setting was changed by other means: the id assigned by LSS takes precedence.
     assert!(node.write(setting, &[0x33]).is_ok());
     let again = send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
     assert_eq!(again.event, Some(Event::Changed(setting)));
     // The old id applies until the reset.
     assert_eq!(node.id().map(wire::NodeId::get), Some(ID));
-    assert_eq!(
-        node.boot(BootCause::Commanded)
-            .expect("a boot-up message")
-            .id(),
-        0x722
-    );
+    assert_eq!(node.boot(BootCause::Commanded).expect("a boot-up message").id(), 0x722);
 }
 
 #[test]

@@ -57,10 +57,7 @@ fn every_setting_takes_its_limits_and_refuses_values_beyond() {
             // The load thresholds limit each other.
             if result == Err(AbortCode::Incompatible.code()) {
                 let bit_rate = address.index == index::CAN_BIT_RATE && value == low;
-                assert!(
-                    address.index == index::LOAD_INPUT || bit_rate,
-                    "{address:?}"
-                );
+                assert!(address.index == index::LOAD_INPUT || bit_rate, "{address:?}");
                 continue;
             }
             assert_eq!(result, Ok(()), "{address:?} {value:?}");
@@ -71,46 +68,30 @@ fn every_setting_takes_its_limits_and_refuses_values_beyond() {
         }
         let choice = matches!(entry.limits(), Limits::OneOf(_) | Limits::RangeWithout(_));
         let (below, above) = match (low, high) {
-            (Value::U8(low), Value::U8(high)) => (
-                low.checked_sub(1).map(Value::U8),
-                high.checked_add(1).map(Value::U8),
-            ),
-            (Value::U16(low), Value::U16(high)) => (
-                low.checked_sub(1).map(Value::U16),
-                high.checked_add(1).map(Value::U16),
-            ),
-            (Value::U32(low), Value::U32(high)) => (
-                low.checked_sub(1).map(Value::U32),
-                high.checked_add(1).map(Value::U32),
-            ),
+            (Value::U8(low), Value::U8(high)) => {
+                (low.checked_sub(1).map(Value::U8), high.checked_add(1).map(Value::U8))
+            }
+            (Value::U16(low), Value::U16(high)) => {
+                (low.checked_sub(1).map(Value::U16), high.checked_add(1).map(Value::U16))
+            }
+            (Value::U32(low), Value::U32(high)) => {
+                (low.checked_sub(1).map(Value::U32), high.checked_add(1).map(Value::U32))
+            }
             (Value::F32(low), Value::F32(high)) => {
                 let nan = refused(&mut node, address, Value::F32(f32::NAN));
                 assert_eq!(nan, AbortCode::InvalidValue);
-                (
-                    Some(Value::F32(low.next_down())),
-                    Some(Value::F32(high.next_up())),
-                )
+                (Some(Value::F32(low.next_down())), Some(Value::F32(high.next_up())))
             }
             other => panic!("{other:?}"),
         };
         let reason = |standard| {
-            if choice {
-                AbortCode::InvalidValue
-            } else {
-                standard
-            }
+            if choice { AbortCode::InvalidValue } else { standard }
         };
         if let Some(below) = below {
-            assert_eq!(
-                refused(&mut node, address, below),
-                reason(AbortCode::TooLow)
-            );
+            assert_eq!(refused(&mut node, address, below), reason(AbortCode::TooLow));
         }
         if let Some(above) = above {
-            assert_eq!(
-                refused(&mut node, address, above),
-                reason(AbortCode::TooHigh)
-            );
+            assert_eq!(refused(&mut node, address, above), reason(AbortCode::TooHigh));
         }
     }
 }
@@ -125,10 +106,7 @@ fn the_lock_refuses_all_other_settings_and_the_defaults() {
         assert_eq!(code, AbortCode::Locked, "{address:?}");
     }
     let restore = Address::new(index::RESTORE, 1);
-    assert_eq!(
-        refused(&mut node, restore, Value::U32(SIGNATURE_RESTORE)),
-        AbortCode::Locked
-    );
+    assert_eq!(refused(&mut node, restore, Value::U32(SIGNATURE_RESTORE)), AbortCode::Locked);
     // The lock itself can be stored and removed.
     let store = Address::new(index::STORE, 1);
     accepted(&mut node, store, Value::U32(SIGNATURE_STORE));
@@ -151,17 +129,11 @@ fn writes_of_read_only_objects_and_wrong_lengths_are_refused() {
         }
     }
     let highest = Address::new(index::BANDWIDTH, 0);
-    assert_eq!(
-        refused(&mut node, highest, Value::U8(6)),
-        AbortCode::ReadOnly
-    );
+    assert_eq!(refused(&mut node, highest, Value::U8(6)), AbortCode::ReadOnly);
     let wide = Address::new(index::FOOT, 0);
     assert_eq!(refused(&mut node, wide, Value::U16(1)), AbortCode::TooLong);
     let narrow = Address::new(index::WINDOW, 0);
-    assert_eq!(
-        refused(&mut node, narrow, Value::U16(1)),
-        AbortCode::TooShort
-    );
+    assert_eq!(refused(&mut node, narrow, Value::U16(1)), AbortCode::TooShort);
 }
 
 #[test]
@@ -202,10 +174,7 @@ fn the_state_of_the_board_can_be_read() {
     let mut node = node();
     node.set_stage(Stage::HoldStill);
     node.set_brown_out_level(3);
-    node.set_crash(Crash {
-        fault: Fault::HardFault,
-        program_counter: 0x0800_1234,
-    });
+    node.set_crash(Crash { fault: Fault::HardFault, program_counter: 0x0800_1234 });
     let mut counters = Counters::default();
     counters.add(Counter::CanBusOff, 3);
     node.tick(&ContactEstimate::default(), 0.0, &counters, |_| ());
@@ -249,11 +218,7 @@ fn each_stream_of_the_serial_line_has_its_period() {
         let event = node.write(address, &ticks.to_le_bytes());
         assert_eq!(event, Ok(Some(Event::Changed(address))));
     }
-    let streams = UartStreams {
-        contact: 2,
-        raw: 30,
-        health: 400,
-    };
+    let streams = UartStreams { contact: 2, raw: 30, health: 400 };
     assert_eq!(node.settings().uart_streams(), streams);
 }
 

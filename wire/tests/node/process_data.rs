@@ -24,12 +24,7 @@ fn pdos_match_the_mappings_of_the_dictionary() {
             stable: 0.9,
         },
         decision: Decision::Stable,
-        orientation: Quaternion {
-            w: 0.5,
-            x: -0.5,
-            y: 0.5,
-            z: -0.5,
-        },
+        orientation: Quaternion { w: 0.5, x: -0.5, y: 0.5, z: -0.5 },
         linear_acceleration: LinearAcceleration(Vec3::new(1.0, -2.0, 3.0)),
         angular_rate: AngularRate(Vec3::new(-0.1, 0.2, -0.3)),
         gyro_bias: AngularRate(Vec3::new(0.01, -0.02, 0.03)),
@@ -50,8 +45,7 @@ fn pdos_match_the_mappings_of_the_dictionary() {
     let mut od = ObjectDictionary::<64>::new();
     for (address, entry) in dictionary::entries().filter(|(_, entry)| entry.is_mappable()) {
         let value = read(&mut node, address, entry.data_type()).expect("readable");
-        od.insert(peer_address(address), PeerEntry::ro(value))
-            .expect("room");
+        od.insert(peer_address(address), PeerEntry::ro(value)).expect("room");
     }
     for pdo in Pdo::ALL {
         let mut mapping = PdoMapping::<8>::new();
@@ -142,10 +136,7 @@ fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
 fn the_load_is_received_over_rpdo1_when_operational() {
     let mut node = node();
     let rpdo = 0x200 + u16::from(ID);
-    assert_eq!(
-        send(&mut node, rpdo, &Load(5.0).encode()),
-        Outcome::default()
-    );
+    assert_eq!(send(&mut node, rpdo, &Load(5.0).encode()), Outcome::default());
     node.command(Command::StartRemoteNode);
     let outcome = send(&mut node, rpdo, &Load(5.0).encode());
     assert_eq!(outcome.event, Some(Event::Load(Load(5.0))));
@@ -171,20 +162,13 @@ fn a_load_is_valid_for_the_event_timer() {
     let source = Address::new(index::LOAD_INPUT, 1);
     accepted(&mut node, source, Value::U8(2));
     node.command(Command::StartRemoteNode);
-    assert_eq!(
-        emergencies(&mut node, 200),
-        [[0; 8]; 0],
-        "the timer starts with the first"
-    );
+    assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0], "the timer starts with the first");
     send(&mut node, rpdo, &Load(5.0).encode());
     assert_eq!(emergencies(&mut node, 100), [[0; 8]; 0]);
     assert_eq!(node.load(), Some(Load(5.0)));
     // A value that is not a number does not restart the timer.
     send(&mut node, rpdo, &f32::NAN.to_le_bytes());
-    assert_eq!(
-        emergencies(&mut node, 50),
-        [[0x50, 0x82, 0x11, 21, 100, 0, 0, 0]]
-    );
+    assert_eq!(emergencies(&mut node, 50), [[0x50, 0x82, 0x11, 21, 100, 0, 0, 0]]);
     assert_eq!(node.load(), None);
     assert!(is_nan(&mut node));
     let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
@@ -205,11 +189,9 @@ fn no_load_is_valid_for_longer_than_a_second() {
     let mut node = node();
     node.command(Command::EnterPreOperational);
     let timer = Address::new(index::RPDO, 5);
-    for (limit, code) in [
-        (0, AbortCode::TooLow),
-        (1_001, AbortCode::TooHigh),
-        (u16::MAX, AbortCode::TooHigh),
-    ] {
+    for (limit, code) in
+        [(0, AbortCode::TooLow), (1_001, AbortCode::TooHigh), (u16::MAX, AbortCode::TooHigh)]
+    {
         assert_eq!(refused(&mut node, timer, Value::U16(limit)), code);
     }
     accepted(&mut node, timer, Value::U16(1_000));
@@ -238,10 +220,7 @@ fn loads_outside_the_limits_are_refused_over_sdo() {
 #[test]
 fn a_fault_of_the_sensor_prevents_stable_in_every_frame() {
     let estimate = ContactEstimate {
-        probabilities: Probabilities {
-            stable: 1.0,
-            ..Default::default()
-        },
+        probabilities: Probabilities { stable: 1.0, ..Default::default() },
         decision: Decision::Stable,
         ..Default::default()
     };
@@ -264,10 +243,8 @@ fn zero_velocity_sigma_is_that_of_the_newest_estimate() {
     let object = Address::new(index::VELOCITY_SIGMA, 0);
     let mut node = node();
     assert_eq!(node.read(object), Ok(Value::F32(100.0)));
-    let estimate = ContactEstimate {
-        velocity_sigma: VelocitySigma(0.04),
-        ..ContactEstimate::default()
-    };
+    let estimate =
+        ContactEstimate { velocity_sigma: VelocitySigma(0.04), ..ContactEstimate::default() };
     tick(&mut node, &estimate);
     assert_eq!(node.read(object), Ok(Value::F32(0.04)));
     node.raise(Fault::SensorFrozen, 0);

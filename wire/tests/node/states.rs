@@ -91,10 +91,7 @@ fn sdo_is_not_served_when_stopped() {
     let mut node = node();
     node.command(Command::StopRemoteNode);
     let request = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
-    assert_eq!(
-        send(&mut node, 0x600 + u16::from(ID), &request),
-        Outcome::default()
-    );
+    assert_eq!(send(&mut node, 0x600 + u16::from(ID), &request), Outcome::default());
 }
 
 #[test]
@@ -111,18 +108,13 @@ fn sync_and_time_are_passed_on() {
     let mut node = node();
     assert_eq!(send(&mut node, 0x80, &[]).event, Some(Event::Sync(None)));
     let time = TimeOfDay::new(12_345_678, 15_000);
-    assert_eq!(
-        send(&mut node, 0x100, &time.encode()).event,
-        Some(Event::Time(time))
-    );
+    assert_eq!(send(&mut node, 0x100, &time.encode()).event, Some(Event::Time(time)));
     assert_eq!(send(&mut node, 0x100, &[1, 2]), Outcome::default());
     // It is kept, with its reception time.
     assert_eq!(node.time(), Some((time, NOW)));
-    for (sub, value) in [
-        (1, Value::U16(15_000)),
-        (2, Value::U32(12_345_678)),
-        (3, Value::U32(500_000)),
-    ] {
+    for (sub, value) in
+        [(1, Value::U16(15_000)), (2, Value::U32(12_345_678)), (3, Value::U32(500_000))]
+    {
         assert_eq!(node.read(Address::new(index::TIME, sub)), Ok(value));
     }
 }

@@ -19,9 +19,7 @@ pub fn make() -> Result<PathBuf, String> {
     if fs::read_to_string(&installed).is_ok_and(|installed| installed == REQUIREMENTS) {
         return Ok(interpreter);
     }
-    run(Command::new("python3")
-        .args(["-m", "venv", "--clear"])
-        .arg(&folder))?;
+    run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
     run(Command::new(&interpreter)
         .args(["-m", "pip", "install", "--quiet"])
         .arg("--disable-pip-version-check")
@@ -31,9 +29,7 @@ pub fn make() -> Result<PathBuf, String> {
 }
 
 fn run(command: &mut Command) -> Result<(), String> {
-    let output = command
-        .output()
-        .map_err(|error| format!("{command:?}: {error}"))?;
+    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
     if output.status.success() {
         Ok(())
     } else {

@@ -50,20 +50,12 @@ impl Truth {
             (value, 0.5 / steps + 1.0e-7)
         };
         // Half a step, and the rounding error of an f32 at the end of the range.
-        let unknown = [
-            Flag::AttitudeNotInitialised,
-            Flag::Stale,
-            Flag::InvalidSample,
-        ]
-        .into_iter()
-        .any(|flag| self.estimate.flags.contains(flag));
+        let unknown = [Flag::AttitudeNotInitialised, Flag::Stale, Flag::InvalidSample]
+            .into_iter()
+            .any(|flag| self.estimate.flags.contains(flag));
         let no_value = |step: f64| (-32_768.0 * step, 1.0e-9);
         let q = |value: f32, step: f64| {
-            if fault || unknown {
-                no_value(step)
-            } else {
-                (f64::from(value), step * 0.505)
-            }
+            if fault || unknown { no_value(step) } else { (f64::from(value), step * 0.505) }
         };
         let valid = !self.estimate.flags.are_doubt() && !fault;
         let stable = self.estimate.decision == Decision::Stable;
@@ -72,12 +64,8 @@ impl Truth {
             _ if fault => Phase::Unknown,
             phase => phase,
         };
-        let Probabilities {
-            axes,
-            tangential,
-            vertical,
-            stable: total,
-        } = self.estimate.probabilities;
+        let Probabilities { axes, tangential, vertical, stable: total } =
+            self.estimate.probabilities;
         let orientation = self.estimate.orientation;
         let acceleration = self.estimate.linear_acceleration.0;
         let rate = self.estimate.angular_rate.0;

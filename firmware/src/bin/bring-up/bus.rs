@@ -16,12 +16,8 @@ const READS: u32 = 25_000;
 const ENOUGH: u32 = 1_000;
 
 /// Bytes that are written and read: to the user offsets, which the start of the sensor clears.
-const PATTERNS: [[u8; 3]; 4] = [
-    [0x00, 0xFF, 0x00],
-    [0x55, 0xAA, 0x55],
-    [0xFF, 0x00, 0xFF],
-    [0x33, 0x0F, 0xC9],
-];
+const PATTERNS: [[u8; 3]; 4] =
+    [[0x00, 0xFF, 0x00], [0x55, 0xAA, 0x55], [0xFF, 0x00, 0xFF], [0x33, 0x0F, 0xC9]];
 
 /// Reads that were wrong or failed at the present clock of the bus, and all reads.
 async fn misreads(bus: &mut SensorBus) -> (u32, u32) {

@@ -103,10 +103,7 @@ async fn run(board: Board) {
         defmt::error!("the serial line cannot have its rate");
         return;
     };
-    let mut out = Out {
-        uart,
-        report: Report::default(),
-    };
+    let mut out = Out { uart, report: Report::default() };
     measure_chip(&mut out, board.clock, board.serial).await;
     let sensor = measure_sensor(&mut out, board.sensor, board.timebase).await;
     match board.clock {
@@ -149,24 +146,14 @@ async fn measure_chip(out: &mut Out, clock: Source, serial: u32) {
         "chip",
         format_args!("{:#05x}, revision {:#06x}", chip.dev_id(), chip.rev_id()),
         "0x413",
-        Verdict::when(
-            chip.dev_id() == DEVICE,
-            "not an STM32F405: another program is needed",
-        ),
+        Verdict::when(chip.dev_id() == DEVICE, "not an STM32F405: another program is needed"),
     )
     .await;
-    out.line(
-        "serial number",
-        format_args!("{serial:#010x}"),
-        "",
-        Verdict::Pass,
-    )
-    .await;
+    out.line("serial number", format_args!("{serial:#010x}"), "", Verdict::Pass).await;
     match clock {
         Source::Crystal => {
             let value = format_args!("{CRYSTAL_MHZ} MHz");
-            out.line("crystal", value, "within 6 %", Verdict::Pass)
-                .await;
+            out.line("crystal", value, "within 6 %", Verdict::Pass).await;
         }
         Source::Internal(0) => {
             let verdict = Verdict::Fail("it does not start: solder joints, load capacitors");
@@ -184,8 +171,7 @@ async fn measure_chip(out: &mut Out, clock: Source, serial: u32) {
         3 => Verdict::Pass,
         _ => Verdict::NotTested("the foot's program sets 3 at its first start"),
     };
-    out.line("brown-out level", format_args!("{level}"), "3", verdict)
-        .await;
+    out.line("brown-out level", format_args!("{level}"), "3", verdict).await;
     let options = FLASH.optcr().read();
     let is_open = options.rdp() == 0xAA;
     out.line(
@@ -211,13 +197,7 @@ async fn measure_supply(out: &mut Out) {
         None => Verdict::NotTested("the chip's reference cannot be read"),
     };
     let volts = mv.unwrap_or(0) as f32 / 1000.0;
-    out.line(
-        "supply",
-        format_args!("{volts:.2} V"),
-        "3.0 to 3.6 V",
-        verdict,
-    )
-    .await;
+    out.line("supply", format_args!("{volts:.2} V"), "3.0 to 3.6 V", verdict).await;
 }
 
 /// The sensor's driver, and its noise.
@@ -230,36 +210,21 @@ async fn measure_sensor(out: &mut Out, bus: SensorBus, mut timebase: Timebase) -
     bus::measure(out, driver.bus()).await;
     if driver.init(&mut Delay).await.is_err() {
         let verdict = Verdict::Fail("see the lines of the bus");
-        out.line("sensor", format_args!("does not start"), "", verdict)
-            .await;
+        out.line("sensor", format_args!("does not start"), "", verdict).await;
         return None;
     }
     let test = driver.self_test(&mut Delay).await;
     let (value, passed) = match &test {
-        Ok(test) => (
-            if test.passed() {
-                "all axes"
-            } else {
-                "beyond its limits"
-            },
-            test.passed(),
-        ),
+        Ok(test) => (if test.passed() { "all axes" } else { "beyond its limits" }, test.passed()),
         Err(_) => ("no answer", false),
     };
     let remedy = "keep it still and repeat; replace the sensor";
     let verdict = Verdict::when(passed, remedy);
-    out.line(
-        "sensor's self-test",
-        format_args!("{value}"),
-        "DS12814",
-        verdict,
-    )
-    .await;
+    out.line("sensor's self-test", format_args!("{value}"), "DS12814", verdict).await;
     let trim = driver.frequency_fine().await;
     if driver.init(&mut Delay).await.is_err() {
         let verdict = Verdict::Fail("it does not start again after its self-test");
-        out.line("sensor", format_args!("silent"), "", verdict)
-            .await;
+        out.line("sensor", format_args!("silent"), "", verdict).await;
         return None;
     }
     let trim = trim.map_or(1.0, |trim| trim.ratio() as f32);
@@ -283,22 +248,14 @@ async fn measure_sensor(out: &mut Out, bus: SensorBus, mut timebase: Timebase) -
         "force at rest",
         format_args!("{force:.2} m/s2"),
         "7.84 to 11.77",
-        Verdict::of(
-            force,
-            &(7.84..=11.77),
-            "half or twice is another part, such as an LSM6DSO32",
-        ),
+        Verdict::of(force, &(7.84..=11.77), "half or twice is another part, such as an LSM6DSO32"),
     )
     .await;
     out.line(
         "sensor's temperature",
         format_args!("{:.1} C", rest.celsius),
         "0 to 60",
-        Verdict::of(
-            rest.celsius,
-            &(0.0..=60.0),
-            "let it come to the temperature of the room",
-        ),
+        Verdict::of(rest.celsius, &(0.0..=60.0), "let it come to the temperature of the room"),
     )
     .await;
     Some((driver, rest))
@@ -349,14 +306,10 @@ async fn measure_polarity(
     }
     let verdict = match ticks {
         0 => Verdict::NotTested("no edge came"),
-        _ => Verdict::when(
-            inverted < ticks / 2,
-            "INT1 is inverted: no inverter in its wire",
-        ),
+        _ => Verdict::when(inverted < ticks / 2, "INT1 is inverted: no inverter in its wire"),
     };
     let value = format_args!("{inverted} of {ticks} inverted");
-    out.line("polarity of INT1", value, "less than half", verdict)
-        .await;
+    out.line("polarity of INT1", value, "less than half", verdict).await;
 }
 
 /// Measures the data-ready line: 6.67 kHz, within 5 % of what the part says of its own clock.
@@ -372,11 +325,7 @@ async fn measure_edges(out: &mut Out, timebase: &mut Timebase, trim: f32) {
         "interval of INT1",
         format_args!("{interval:.2} us, {nominal:.2} by trim"),
         "within 5 %",
-        Verdict::of(
-            interval / nominal,
-            &(0.95..=1.05),
-            "the wire from INT1; its resistor",
-        ),
+        Verdict::of(interval / nominal, &(0.95..=1.05), "the wire from INT1; its resistor"),
     )
     .await;
     let mut jitter = Jitter::new(interval);

@@ -33,8 +33,7 @@ pub async fn reference() -> Option<u16> {
     });
     ADC123_COMMON.ccr().modify(|w| w.set_tsvrefe(true));
     let input = usize::from(REFERENCE - FIRST_OF_SMPR1);
-    ADC1.smpr1()
-        .modify(|w| w.set_smp(input, SampleTime::CYCLES480));
+    ADC1.smpr1().modify(|w| w.set_smp(input, SampleTime::CYCLES480));
     ADC1.sqr3().modify(|w| w.set_sq(0, REFERENCE));
     ADC1.cr2().modify(|w| w.set_adon(true));
     Timer::after(Duration::from_millis(1)).await;

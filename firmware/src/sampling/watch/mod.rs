@@ -120,11 +120,8 @@ impl Watch {
     /// Adds a sample to the history; returns the issue with it, if there is one.
     pub(super) fn issue(&mut self, tick: &Tick, raw: &RawSample) -> Option<SampleIssue> {
         let (is_fresh, saturated) = (raw.is_fresh(), raw.is_saturated());
-        self.saturated_ticks = if is_fresh && saturated {
-            self.saturated_ticks.saturating_add(1)
-        } else {
-            0
-        };
+        self.saturated_ticks =
+            if is_fresh && saturated { self.saturated_ticks.saturating_add(1) } else { 0 };
         // At the end of the range a working sensor repeats as well.
         if !saturated {
             self.frozen.update(raw);
@@ -165,11 +162,7 @@ impl Watch {
         // Of a line that is dead none follows, of a sensor that is too slow too few.
         if self.edge_missed && is_right && self.without_edge == 0 {
             let is_soon = self.turn.wrapping_sub(self.lost_turn) <= LOST_WITHIN;
-            self.lost = if is_soon {
-                self.lost.saturating_add(1)
-            } else {
-                1
-            };
+            self.lost = if is_soon { self.lost.saturating_add(1) } else { 1 };
             self.lost_turn = self.turn;
             if self.lost >= LOST {
                 self.read_by_timer();

@@ -20,11 +20,7 @@ fn moving(k: i16) -> RawSample {
 }
 
 fn tick(edge: bool, edges: Option<u16>) -> Tick {
-    Tick {
-        edge: edge.then(|| Timestamp::from_micros(1)),
-        edges,
-        ..Tick::default()
-    }
+    Tick { edge: edge.then(|| Timestamp::from_micros(1)), edges, ..Tick::default() }
 }
 
 fn ordinary() -> Tick {
@@ -55,10 +51,7 @@ fn edges_are_counted_only_by_hardware_and_on_ticks_in_a_row() {
         (None, 0, None),
     ] {
         let mut watch = Watch::default();
-        let tick = Tick {
-            missed,
-            ..tick(true, edges)
-        };
+        let tick = Tick { missed, ..tick(true, edges) };
         assert_eq!(watch.issue(&tick, &moving(0)), issue, "{edges:?}, {missed}");
     }
 }
@@ -96,10 +89,7 @@ fn the_second_repeat_is_untrusted_and_the_third_is_a_fault() {
         (issue, watch.count(issue, now))
     });
     let repeat = Some(SampleIssue::Repeat);
-    assert_eq!(
-        issues,
-        [(None, None), (None, None), (repeat, None), (repeat, repeat)]
-    );
+    assert_eq!(issues, [(None, None), (None, None), (repeat, None), (repeat, repeat)]);
     assert_eq!(watch.frozen_axes(), 0b11_1111);
     watch.issue(&ordinary(), &moving(1));
     assert_eq!(watch.frozen_axes(), 0);
@@ -162,10 +152,7 @@ fn a_good_tick_ends_the_bad_ones_and_is_remembered() {
 
 #[test]
 fn a_restart_resets_everything_except_the_read_back_turn() {
-    let mut watch = Watch {
-        turn: 7,
-        ..Watch::default()
-    };
+    let mut watch = Watch { turn: 7, ..Watch::default() };
     watch.issue(&tick(false, None), &moving(0));
     watch.count(Some(SampleIssue::Edge), Timestamp::from_micros(1));
     watch.restart();
@@ -177,14 +164,8 @@ fn a_restart_resets_everything_except_the_read_back_turn() {
 fn dead_line_differs_from_a_silent_sensor() {
     let mut watch = Watch::default();
     let dead = tick(false, Some(0));
-    assert_eq!(
-        watch.issue(&dead, &moving(1)),
-        Some(SampleIssue::Unannounced)
-    );
-    assert_eq!(
-        watch.issue(&dead, &sample(0, [0; 6])),
-        Some(SampleIssue::Edge)
-    );
+    assert_eq!(watch.issue(&dead, &moving(1)), Some(SampleIssue::Unannounced));
+    assert_eq!(watch.issue(&dead, &sample(0, [0; 6])), Some(SampleIssue::Edge));
 }
 
 #[test]
@@ -194,11 +175,7 @@ fn third_lost_edge_soon_has_samples_read_by_the_timer() {
         for lost in 0..3 {
             for k in 0..between {
                 assert_eq!(watch.read_at, ReadAt::Edge, "{lost}, {k}");
-                let tick = if k == 0 {
-                    tick(false, Some(6))
-                } else {
-                    ordinary()
-                };
+                let tick = if k == 0 { tick(false, Some(6)) } else { ordinary() };
                 watch.issue(&tick, &moving(k));
                 watch.turn += 1;
                 if lost == 2 && k == 1 {
@@ -213,12 +190,7 @@ fn third_lost_edge_soon_has_samples_read_by_the_timer() {
 #[test]
 fn ticks_that_show_a_lost_edge() {
     let after = |first: Tick, second: Tick| {
-        let mut watch = Watch {
-            turn: 10,
-            lost: LOST - 1,
-            lost_turn: 9,
-            ..Watch::default()
-        };
+        let mut watch = Watch { turn: 10, lost: LOST - 1, lost_turn: 9, ..Watch::default() };
         watch.issue(&ordinary(), &moving(0));
         let issue = watch.issue(&first, &moving(1));
         assert_eq!(issue, Some(SampleIssue::Unannounced));
@@ -241,10 +213,7 @@ fn ticks_that_show_a_lost_edge() {
 #[test]
 fn a_wrong_rate_is_an_issue_of_the_timer_after_a_while() {
     for wrong in [tick(true, Some(3)), tick(true, Some(60))] {
-        let mut watch = Watch {
-            read_at: ReadAt::Timer,
-            ..Watch::default()
-        };
+        let mut watch = Watch { read_at: ReadAt::Timer, ..Watch::default() };
         let first_issue = |watch: &mut Watch| {
             let issue = (0..1000).find(|k| watch.issue(&wrong, &moving(*k)).is_some());
             issue.expect("an issue")
@@ -263,16 +232,10 @@ fn a_wrong_rate_is_an_issue_of_the_timer_after_a_while() {
 
 #[test]
 fn edges_of_a_second_end_the_reading_by_timer() {
-    let mut watch = Watch {
-        read_at: ReadAt::Timer,
-        ..Watch::default()
-    };
+    let mut watch = Watch { read_at: ReadAt::Timer, ..Watch::default() };
     watch.restart();
     assert_eq!(watch.issue(&tick(false, Some(0)), &moving(0)), None);
-    assert_eq!(
-        watch.issue(&tick(false, Some(0)), &sample(0, [0; 6])),
-        Some(SampleIssue::Stale)
-    );
+    assert_eq!(watch.issue(&tick(false, Some(0)), &sample(0, [0; 6])), Some(SampleIssue::Stale));
     let ticks = |watch: &mut Watch, ticks: i16, tick: Tick| {
         for k in 0..ticks {
             assert_eq!(watch.issue(&tick, &moving(k)), None);

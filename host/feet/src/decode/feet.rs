@@ -18,9 +18,7 @@ impl Default for Feet {
     /// 0x15 `L`, 0x16 `R`.
     fn default() -> Self {
         let name = |foot: Foot| (foot.default_node_id().get(), Some(foot.name().into()));
-        Self {
-            names: Foot::ALL.into_iter().map(name).collect(),
-        }
+        Self { names: Foot::ALL.into_iter().map(name).collect() }
     }
 }
 
@@ -149,8 +147,7 @@ mod tests {
         assert_eq!(feet.name(node(33)).as_deref(), Some("FL"));
         assert!(feet.contains(node(0x11)) && feet.name(node(0x11)).is_none());
         let mut feet = Feet::default();
-        feet.call(&[(node(0x11), name("FR")), (node(0x12), name("FL"))])
-            .unwrap();
+        feet.call(&[(node(0x11), name("FR")), (node(0x12), name("FL"))]).unwrap();
         assert_eq!(feet.name(node(0x11)).as_deref(), Some("FR"));
         assert_eq!(feet.name(node(0x12)).as_deref(), Some("FL"));
     }

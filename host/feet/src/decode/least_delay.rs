@@ -23,11 +23,7 @@ impl LeastDelay {
     #[must_use]
     pub const fn of(made_us: u64, at: Timestamp) -> Self {
         let difference = difference(made_us, at);
-        Self {
-            newest: difference,
-            before: difference,
-            since: at,
-        }
+        Self { newest: difference, before: difference, since: at }
     }
 
     /// Processes the next contact.

@@ -15,11 +15,7 @@ pub(crate) struct Lines<R> {
 
 impl<R: BufRead> Lines<R> {
     pub(crate) const fn new(source: R) -> Self {
-        Self {
-            source,
-            number: 0,
-            line: Vec::new(),
-        }
+        Self { source, number: 0, line: Vec::new() }
     }
 
     /// Returns the next line without line feed, and its number from 1; `None` after the last. A byte order

@@ -127,11 +127,7 @@ impl Listener {
     /// Adds to a boot-up the faults received just before it.
     fn with_faults_at_start(&mut self, said: Said, foot: &FootKey, at: Timestamp) -> Said {
         match &said {
-            Said::Emergency(Emergency {
-                code: 1..,
-                fault: Some(fault),
-                ..
-            }) => {
+            Said::Emergency(Emergency { code: 1.., fault: Some(fault), .. }) => {
                 let before = self.raised_since(foot, at);
                 let now = (at, before.with(*fault));
                 self.raised.insert(foot.clone(), now);
@@ -181,10 +177,8 @@ impl Listener {
                 (None, Message::ConfigResponse(answer)) => Said::Answer(answer),
                 (None, _) => continue,
             };
-            let foot = FootKey {
-                line: Arc::clone(&line),
-                node: serial.stream.node.map(NodeId::get),
-            };
+            let foot =
+                FootKey { line: Arc::clone(&line), node: serial.stream.node.map(NodeId::get) };
             self.heard.push_back(Heard { at, foot, said });
         }
     }
@@ -305,10 +299,7 @@ mod tests {
     }
 
     fn estimate(micros: u64) -> ContactEstimate {
-        ContactEstimate {
-            timestamp: Timestamp::from_micros(micros),
-            ..ContactEstimate::default()
-        }
+        ContactEstimate { timestamp: Timestamp::from_micros(micros), ..ContactEstimate::default() }
     }
 
     fn contact(node: u16, micros: u64) -> CanFrame {
@@ -323,13 +314,7 @@ mod tests {
     /// Returns the row and foot of the only contact received.
     fn only_contact(heard: &[Heard]) -> (&FootKey, &ContactRow) {
         match heard {
-            [
-                Heard {
-                    foot,
-                    said: Said::Contact(row),
-                    ..
-                },
-            ] => (foot, row),
+            [Heard { foot, said: Said::Contact(row), .. }] => (foot, row),
             _ => panic!("{heard:?}"),
         }
     }
@@ -359,11 +344,7 @@ mod tests {
             listener.frame("can0", &contact(0x12, ms * 1000), at(ms * 1000));
         }
         let nodes: Vec<_> = all(&mut listener).iter().map(|h| h.foot.node).collect();
-        assert_eq!(
-            nodes.len(),
-            38,
-            "one of 0x11, and all of 0x12 but the newest"
-        );
+        assert_eq!(nodes.len(), 38, "one of 0x11, and all of 0x12 but the newest");
         assert_eq!(nodes[0], Some(0x11));
         listener.idle(at(100_000));
         assert_eq!(all(&mut listener).len(), 1, "the newest of 0x12");

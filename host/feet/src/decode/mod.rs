@@ -83,10 +83,7 @@ pub enum DecodeError {
 impl DecodeError {
     /// Returns the conversion of an error of the operating system about a file.
     fn unreadable(file: &str) -> impl Fn(io::Error) -> Self {
-        |source| Self::Unreadable {
-            file: file.to_owned(),
-            source,
-        }
+        |source| Self::Unreadable { file: file.to_owned(), source }
     }
 }
 
@@ -138,11 +135,7 @@ pub fn decode(bytes: &[u8], file: &str, feet: &Feet) -> Result<Decoded, DecodeEr
         rows.push(row);
         Ok(())
     })?;
-    Ok(Decoded {
-        rows,
-        report,
-        notices,
-    })
+    Ok(Decoded { rows, report, notices })
 }
 
 fn stream(
@@ -152,10 +145,7 @@ fn stream(
     sink: RowSink<'_>,
 ) -> Result<FileOutcome, DecodeError> {
     let unreadable = DecodeError::unreadable(file);
-    let mut source = Source {
-        inner: decompressed(source).map_err(&unreadable)?,
-        is_cut: false,
-    };
+    let mut source = Source { inner: decompressed(source).map_err(&unreadable)?, is_cut: false };
     let mut head = Vec::new();
     let read = source.by_ref().take(HEAD).read_to_end(&mut head);
     read.map_err(unreadable)?;
@@ -180,9 +170,9 @@ fn stream(
     };
     if source.is_cut {
         outcome.report.count_problem("compressed_data_cut_off");
-        outcome.notices.push(format!(
-            "{file}: the compressed data ends early; what came before is decoded"
-        ));
+        outcome
+            .notices
+            .push(format!("{file}: the compressed data ends early; what came before is decoded"));
     }
     Ok(outcome)
 }
@@ -211,11 +201,8 @@ mod tests {
 
     #[test]
     fn unrecognised_file_error_names_accepted_formats() {
-        let error = |bytes: &[u8]| {
-            decode(bytes, "x.bin", &Feet::default())
-                .unwrap_err()
-                .to_string()
-        };
+        let error =
+            |bytes: &[u8]| decode(bytes, "x.bin", &Feet::default()).unwrap_err().to_string();
         assert_eq!(error(b""), "x.bin is empty");
         for neither in [
             &b"t,ax,ay\n0,1,2\n"[..],
@@ -225,10 +212,7 @@ mod tests {
             &[0; 50],
         ] {
             let error = error(neither);
-            assert!(
-                error.starts_with("x.bin is neither a log of candump"),
-                "{error}"
-            );
+            assert!(error.starts_with("x.bin is neither a log of candump"), "{error}");
         }
     }
 

@@ -204,9 +204,7 @@ mod tests {
 
     #[test]
     fn names_are_unique() {
-        let names: Vec<_> = Trouble::all()
-            .map(|trouble| words(trouble.name()))
-            .collect();
+        let names: Vec<_> = Trouble::all().map(|trouble| words(trouble.name())).collect();
         let distinct: BTreeSet<_> = names.iter().collect();
         assert_eq!(distinct.len(), names.len());
     }

@@ -90,10 +90,7 @@ pub struct Report {
 
 impl Report {
     pub(super) fn new(format: Medium) -> Self {
-        Self {
-            format,
-            ..Self::default()
-        }
+        Self { format, ..Self::default() }
     }
 
     pub(super) fn count_frame(&mut self, kind: &'static str) {

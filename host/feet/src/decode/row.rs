@@ -113,10 +113,7 @@ impl ContactRow {
     pub fn flag_names(&self) -> Vec<&'static str> {
         let (status, flags) = (self.status, self.flags.map(Flags::from_bits));
         let of_status = [
-            (
-                flags.is_none() && status.is_saturated(),
-                Flag::Saturated.name(),
-            ),
+            (flags.is_none() && status.is_saturated(), Flag::Saturated.name()),
             (flags.is_none() && status.is_starting(), "starting"),
             (status.has_fault(), "fault"),
         ];
@@ -211,20 +208,8 @@ mod tests {
             stable: 0.5,
             tangential: 0.25,
             vertical: 0.75,
-            axes: Some(PerAxis {
-                ax: 0.1,
-                ay: 0.2,
-                az: 0.3,
-                wx: 0.4,
-                wy: 0.5,
-                wz: 0.6,
-            }),
-            orientation: Some(Quaternion {
-                w: 0.91,
-                x: 0.92,
-                y: 0.93,
-                z: 0.94,
-            }),
+            axes: Some(PerAxis { ax: 0.1, ay: 0.2, az: 0.3, wx: 0.4, wy: 0.5, wz: 0.6 }),
+            orientation: Some(Quaternion { w: 0.91, x: 0.92, y: 0.93, z: 0.94 }),
             acceleration: Some(Vec3::new(1.0, f32::NAN, 3.0)),
             rate: Some(Vec3::new(4.0, 5.0, 6.0)),
             bias: Some(Vec3::new(7.0, 8.0, 9.0)),
@@ -239,18 +224,10 @@ mod tests {
         let (bare, full) = (written(&bare), written(&full));
         let columns = HEADER.split(',').count();
         assert_eq!((bare.len(), full.len()), (columns, columns));
-        assert_eq!(
-            bare[..12],
-            [
-                "1.000010", "", "", "", "", "", "", "0", "0", "0.5", "0", "0"
-            ]
-        );
+        assert_eq!(bare[..12], ["1.000010", "", "", "", "", "", "", "0", "0", "0.5", "0", "0"]);
         assert!(bare[12..32].iter().all(String::is_empty));
         assert_eq!(bare[32..], ["unknown", "0", "doubtful"]);
-        let cells: Vec<_> = HEADER
-            .split(',')
-            .zip(full.iter().map(String::as_str))
-            .collect();
+        let cells: Vec<_> = HEADER.split(',').zip(full.iter().map(String::as_str)).collect();
         assert_eq!(
             cells,
             [
@@ -297,20 +274,11 @@ mod tests {
     fn flags_are_as_precise_as_the_frames_received() {
         let names = |status: u8, flags: Option<u8>| {
             let status = Status::from_bits(status);
-            ContactRow {
-                status,
-                flags,
-                ..ContactRow::default()
-            }
-            .flag_names()
-            .join("|")
+            ContactRow { status, flags, ..ContactRow::default() }.flag_names().join("|")
         };
         assert_eq!(names(0x10, None), "");
         assert_eq!(names(0xA0, None), "saturated|starting");
-        assert_eq!(
-            names(0x80, Some(0b11)),
-            "window_not_full|attitude_not_initialised"
-        );
+        assert_eq!(names(0x80, Some(0b11)), "window_not_full|attitude_not_initialised");
         assert_eq!(names(0x40, Some(0)), "fault");
         assert_eq!(names(0x00, None), "doubtful");
     }

@@ -43,18 +43,12 @@ pub(super) fn decode(
     if decoder.is_inside_frame() {
         stream.report.count_problem("unfinished_frames");
     }
-    Ok(Some(FileOutcome {
-        report: stream.report,
-        notices: Vec::new(),
-    }))
+    Ok(Some(FileOutcome { report: stream.report, notices: Vec::new() }))
 }
 
 /// Returns whether the frame is undamaged but of an unknown version, kind or payload.
 const fn is_whole(problem: &Problem) -> bool {
-    matches!(
-        problem,
-        Problem::Version(_) | Problem::Kind(_) | Problem::Payload(_)
-    )
+    matches!(problem, Problem::Version(_) | Problem::Kind(_) | Problem::Payload(_))
 }
 
 /// Name of a problem in the report.
@@ -100,11 +94,7 @@ pub(crate) struct Stream {
 
 impl Stream {
     pub(crate) fn new(feet: Feet) -> Self {
-        Self {
-            report: Report::new(Medium::Uart),
-            feet,
-            ..Self::default()
-        }
+        Self { report: Report::new(Medium::Uart), feet, ..Self::default() }
     }
 
     /// Processes a frame; returns a row for a contact.
@@ -158,8 +148,7 @@ impl Stream {
             ..ContactRow::default()
         };
         if let Some(last) = self.last.replace(row.timestamp) {
-            self.report
-                .count_step(last.as_micros(), row.timestamp.as_micros());
+            self.report.count_step(last.as_micros(), row.timestamp.as_micros());
         }
         row
     }

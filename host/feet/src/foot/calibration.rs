@@ -21,10 +21,7 @@ pub fn state(client: &mut Client) -> Result<CalibrationState, RequestError> {
     let code = client.read_number(index::CALIBRATION, STATE)?;
     let state = u8::try_from(code).ok();
     let state = state.and_then(CalibrationState::from_code);
-    state.ok_or(RequestError::Unknown {
-        what: "the state of the calibration",
-        code,
-    })
+    state.ok_or(RequestError::Unknown { what: "the state of the calibration", code })
 }
 
 /// Reads the bias of the gyroscope along each axis, rad/s; `None` if it is not finite.

@@ -195,12 +195,7 @@ mod tests {
             let Address { index, subindex } = named.address;
             assert_eq!(Named::find(&format!("0x{index:04X}:{subindex}")), Ok(named));
         }
-        for known in [
-            "foot",
-            "window",
-            "half_width.acceleration_m_s2.ax",
-            "decision.threshold",
-        ] {
+        for known in ["foot", "window", "half_width.acceleration_m_s2.ax", "decision.threshold"] {
             assert!(names.contains(known), "{known}: {names:?}");
         }
     }
@@ -210,44 +205,25 @@ mod tests {
         let node = NodeId::new(0x12);
         for named in Named::settings() {
             let default = named.default(node);
-            assert_eq!(
-                named.parse(&named.text(default), node),
-                Ok(default),
-                "{}",
-                named.name()
-            );
+            assert_eq!(named.parse(&named.text(default), node), Ok(default), "{}", named.name());
             assert!(named.parse("x", node).is_err() && named.parse("1e30", node).is_err());
         }
         for text in ["0x0", "-1ms", "50samples", "x,z,y", "0.8,0.6,0,0", "ON"] {
             let of_words = ["window", "axes", "method", "learning"];
             let mut named = of_words.map(|name| Named::find(name).expect("there is one"));
-            assert!(
-                named
-                    .iter_mut()
-                    .all(|named| named.parse(text, node).is_err()),
-                "{text}"
-            );
+            assert!(named.iter_mut().all(|named| named.parse(text, node).is_err()), "{text}");
         }
         let threshold = Named::find("decision.threshold").expect("there is one");
         assert_eq!(
-            threshold
-                .parse("1.5", node)
-                .map_err(|error| error.to_string()),
-            Err(format!(
-                "decision.threshold is \"1.5\", but {} is expected",
-                threshold.range()
-            ))
+            threshold.parse("1.5", node).map_err(|error| error.to_string()),
+            Err(format!("decision.threshold is \"1.5\", but {} is expected", threshold.range()))
         );
     }
 
     #[test]
     fn unknown_name_is_an_error_that_names_it() {
         let error = Named::find("half_width.axx").expect_err("there is none");
-        assert!(
-            error
-                .to_string()
-                .starts_with("no object is called \"half_width.axx\"")
-        );
+        assert!(error.to_string().starts_with("no object is called \"half_width.axx\""));
     }
 
     #[test]
@@ -274,10 +250,7 @@ mod tests {
             for address in key.objects() {
                 let name = Named::at(address).expect("an object").name();
                 let path = key.path.trim_start_matches("feet.FL.");
-                assert!(
-                    name == path || name.starts_with(&format!("{path}.")),
-                    "{name}"
-                );
+                assert!(name == path || name.starts_with(&format!("{path}.")), "{name}");
             }
         }
         let named = Named::settings().filter(|named| !named.entry.key.is_empty());

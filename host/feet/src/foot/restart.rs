@@ -56,9 +56,7 @@ impl Client {
                 return self.first_answer();
             }
         }
-        Err(self.no_answer(format!(
-            "it was commanded to reset {TRIES} times, and has not"
-        )))
+        Err(self.no_answer(format!("it was commanded to reset {TRIES} times, and has not")))
     }
 
     /// Waits for a start of the foot: as the given node, or as any node with its serial number.

@@ -125,10 +125,7 @@ pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsErr
         if line.is_empty() {
             continue;
         }
-        let wrong = |message: String| SettingsError::Line {
-            line: number,
-            message,
-        };
+        let wrong = |message: String| SettingsError::Line { line: number, message };
         let (name, value) = line
             .split_once('=')
             .ok_or_else(|| wrong(format!("{line:?} is not a setting, such as window = 50ms")))?;
@@ -319,12 +316,7 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
         let read = read.map_err(not_taken)?;
         if read != *value {
             let (name, written, read) = (named.name(), named.text(*value), named.text(read));
-            return Err(Box::new(|undone| SettingsError::ReadBack {
-                name,
-                written,
-                read,
-                undone,
-            }));
+            return Err(Box::new(|undone| SettingsError::ReadBack { name, written, read, undone }));
         }
     }
     Ok(())

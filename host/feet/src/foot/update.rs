@@ -169,11 +169,7 @@ struct Installed {
 
 impl Installed {
     fn new(client: &Client, updated: Updated) -> Self {
-        Self {
-            updated,
-            node: client.node(),
-            starts: client.starts_of_foot(),
-        }
+        Self { updated, node: client.node(), starts: client.starts_of_foot() }
     }
 }
 
@@ -218,12 +214,7 @@ fn install(
         error => error.into(),
     })?;
     if runs == Runs::Program && before.identification == image.header.identification() {
-        let updated = Updated {
-            foot,
-            serial,
-            before,
-            after: None,
-        };
+        let updated = Updated { foot, serial, before, after: None };
         return Ok(Installed::new(client, updated));
     }
     let state = match runs {
@@ -344,12 +335,7 @@ fn is_sent(client: &mut Client, image: &Image, found: u32) -> Result<(), UpdateE
     if found == sent {
         return Ok(());
     }
-    Err(UpdateError::OtherProgram {
-        foot: client.foot(),
-        found,
-        sent,
-        why: refusal(client)?,
-    })
+    Err(UpdateError::OtherProgram { foot: client.foot(), found, sent, why: refusal(client)? })
 }
 
 fn control(client: &mut Client, command: u8) -> Result<(), RequestError> {

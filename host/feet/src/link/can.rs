@@ -35,11 +35,7 @@ impl Interface {
     pub(super) fn open(name: &str) -> Result<Self, LinkError> {
         let device = format!("can:{name}");
         let socket = CanSocket::open(name).map_err(LinkError::device(&device))?;
-        Ok(Self {
-            name: name.into(),
-            device,
-            socket,
-        })
+        Ok(Self { name: name.into(), device, socket })
     }
 }
 

@@ -56,11 +56,7 @@ impl SimulatedFeet {
     /// Creates a robot whose time passes only while data are awaited, and on whose clock timeouts are measured.
     #[must_use]
     pub fn in_steps(demo: &Demo) -> Self {
-        Self {
-            clock: LineClock::in_steps(),
-            pace: Pace::new(Speed::Max),
-            ..Self::new(demo)
-        }
+        Self { clock: LineClock::in_steps(), pace: Pace::new(Speed::Max), ..Self::new(demo) }
     }
 
     /// Simulates a tick, and collects the output of the feet.

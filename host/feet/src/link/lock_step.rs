@@ -29,18 +29,14 @@ pub(super) struct LockStepLine {
 
 impl LockStepLine {
     pub(super) fn open(port: &str) -> io::Result<Self> {
-        let mut line = Self {
-            stream: UnixStream::connect(port)?,
-            clock: LineClock::in_steps(),
-        };
+        let mut line = Self { stream: UnixStream::connect(port)?, clock: LineClock::in_steps() };
         // Reads the time.
-        line.run(Duration::ZERO)
-            .map_err(|error| match error.kind() {
-                ErrorKind::UnexpectedEof | ErrorKind::BrokenPipe | ErrorKind::ConnectionReset => {
-                    io::Error::new(ErrorKind::ResourceBusy, "another program has it open")
-                }
-                _ => error,
-            })?;
+        line.run(Duration::ZERO).map_err(|error| match error.kind() {
+            ErrorKind::UnexpectedEof | ErrorKind::BrokenPipe | ErrorKind::ConnectionReset => {
+                io::Error::new(ErrorKind::ResourceBusy, "another program has it open")
+            }
+            _ => error,
+        })?;
         Ok(line)
     }
 
@@ -66,9 +62,7 @@ impl LockStepLine {
         self.clock.advance_to(us);
         let mut output = Vec::new();
         let length = u64::from(u32::from_le_bytes(length));
-        let count = Read::by_ref(&mut self.stream)
-            .take(length)
-            .read_to_end(&mut output)?;
+        let count = Read::by_ref(&mut self.stream).take(length).read_to_end(&mut output)?;
         match count as u64 == length {
             true => Ok(output),
             false => Err(ErrorKind::UnexpectedEof.into()),

@@ -202,11 +202,9 @@ pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
         Source::Can { interface } => Box::new(can::Interface::open(interface)?),
         #[cfg(not(target_os = "linux"))]
         Source::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
-        Source::File {
-            path,
-            speed,
-            playback,
-        } => file::open(path, speed.unwrap_or(Speed::REAL), playback)?,
+        Source::File { path, speed, playback } => {
+            file::open(path, speed.unwrap_or(Speed::REAL), playback)?
+        }
         Source::Demo(demo) => Box::new(demo::SimulatedFeet::new(demo)),
     })
 }

@@ -72,11 +72,7 @@ impl Pace {
 
     const fn on(clock: LineClock, speed: Speed) -> Self {
         let start = None;
-        Self {
-            speed,
-            start,
-            clock,
-        }
+        Self { speed, start, clock }
     }
 
     /// Time until data recorded at `micros` is due.

@@ -39,11 +39,7 @@ impl Port {
             Device::LockStep(line) => line.clock.clone(),
         };
         let name = name.into();
-        Ok(Self {
-            name,
-            clock,
-            device,
-        })
+        Ok(Self { name, clock, device })
     }
 
     /// Reads the bytes that arrive within `longest`; empty if there are none.
@@ -114,10 +110,9 @@ fn take_alone(port: &SerialPort) -> io::Result<()> {
 
     match flock(port, FlockOperation::NonBlockingLockExclusive) {
         Ok(()) => Ok(()),
-        Err(Errno::WOULDBLOCK) => Err(io::Error::new(
-            io::ErrorKind::ResourceBusy,
-            "another program has it open",
-        )),
+        Err(Errno::WOULDBLOCK) => {
+            Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program has it open"))
+        }
         // The system does not support locks on ports.
         Err(Errno::NOTSUP | Errno::NOSYS | Errno::INVAL) => Ok(()),
         Err(error) => Err(error.into()),

@@ -155,10 +155,7 @@ impl SlcanAdapter {
     /// Sends a command and waits for its response.
     fn command(&mut self, command: &str) -> Result<(), LinkError> {
         self.port.write(format!("{command}\r").as_bytes())?;
-        let error = |what| LinkError::Adapter {
-            device: self.interface.to_string(),
-            what,
-        };
+        let error = |what| LinkError::Adapter { device: self.interface.to_string(), what };
         let end = self.port.clock.now() + ANSWER_TIMEOUT;
         loop {
             let left = self.port.clock.until(end);
@@ -239,10 +236,7 @@ mod tests {
         for (text, word) in [
             ("t19\r", line("t19")),
             ("t1919\r", line("t1919")),
-            (
-                "t0800\r",
-                SlcanWord::Frame(CanFrame::new(0x080, &[]).expect("a frame")),
-            ),
+            ("t0800\r", SlcanWord::Frame(CanFrame::new(0x080, &[]).expect("a frame"))),
             ("t19\u{e4}1AB\r", line("t19\u{e4}1AB")),
             ("T000001911AB\r", SlcanWord::OtherFrame),
             ("r1910\r", SlcanWord::OtherFrame),

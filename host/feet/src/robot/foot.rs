@@ -2,9 +2,9 @@
 
 use estimator_core::{Timestamp, Validity};
 use firmware::Start;
-use firmware::uart_requests::UartReceiver;
 use firmware::ports::{Input, Reloaded, Request};
 use firmware::sampling::{Activity, Measurement, SensorFault};
+use firmware::uart_requests::UartReceiver;
 use gait::control::MOST_FEET;
 use gait::{EndlessRounds, Walked};
 use storage::{Erase, Origin, Storage};
@@ -152,10 +152,8 @@ impl SimulatedFoot {
         }
         let mut measurement = board::measurement(sample, walked.raw);
         if self.self_test.take().is_some() && self.failing_axes != 0 {
-            measurement.fault = Some(SensorFault {
-                fault: Fault::SensorSelfTest,
-                detail: self.failing_axes,
-            });
+            measurement.fault =
+                Some(SensorFault { fault: Fault::SensorSelfTest, detail: self.failing_axes });
         }
         measurement
     }
@@ -196,10 +194,7 @@ impl SimulatedFoot {
 
 /// Starts the program of a board.
 fn started(settings: Settings, serial: u32, cause: BootCause) -> Program {
-    let start = Start {
-        cause,
-        ..board::switched_on(serial)
-    };
+    let start = Start { cause, ..board::switched_on(serial) };
     let program = Program::new(settings, start);
     program.unwrap_or_else(|_| unreachable!("stored settings fit each other"))
 }

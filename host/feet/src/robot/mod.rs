@@ -176,11 +176,7 @@ mod tests {
             let contacts = frames.iter().filter(|(_, frame)| frame.id() == id);
             assert_eq!(contacts.count(), 1000, "{}", position.name());
         }
-        assert!(
-            frames
-                .windows(2)
-                .all(|pair| pair[0].0.as_micros() < pair[1].0.as_micros())
-        );
+        assert!(frames.windows(2).all(|pair| pair[0].0.as_micros() < pair[1].0.as_micros()));
     }
 
     #[test]
@@ -202,11 +198,7 @@ mod tests {
         assert!(rows.len() >= 11_999);
         let share = rows.iter().filter(|row| stable(row)).count() as f64 / rows.len() as f64;
         assert!((0.2..0.9).contains(&share), "{share}");
-        assert!(
-            heard
-                .iter()
-                .any(|heard| matches!(heard.said, Said::Load(load) if load > 10.0))
-        );
+        assert!(heard.iter().any(|heard| matches!(heard.said, Said::Load(load) if load > 10.0)));
     }
 
     #[test]

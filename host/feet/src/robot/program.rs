@@ -17,19 +17,12 @@ impl Program {
     /// # Errors
     /// The parameters of the settings are inconsistent.
     pub(super) fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
-        Ok(Self {
-            foot: Foot::new(settings, start)?,
-            ports: Ports::new(),
-        })
+        Ok(Self { foot: Foot::new(settings, start)?, ports: Ports::new() })
     }
 
     /// Runs the program for the millisecond that begins at `time`; the data-ready edge is at the time of the sample.
     pub(super) fn tick(&mut self, time: Timestamp, measurement: &Measurement) {
-        let tick = Tick {
-            time,
-            edge: Some(measurement.sample.timestamp),
-            ..Tick::default()
-        };
+        let tick = Tick { time, edge: Some(measurement.sample.timestamp), ..Tick::default() };
         self.foot.tick(&tick, measurement, None, &self.ports);
     }
 

@@ -119,12 +119,7 @@ mod tests {
         }
         let heartbeats = frames.iter().filter(|frame| frame.id() == 0x711).count() - 1;
         assert_eq!(heartbeats, 2);
-        assert!(
-            transmission
-                .can
-                .windows(2)
-                .all(|pair| pair[0].at < pair[1].at)
-        );
+        assert!(transmission.can.windows(2).all(|pair| pair[0].at < pair[1].at));
         let log = transmission.can_log();
         let first = log.lines().next();
         assert!(

@@ -6,12 +6,7 @@ use estimator_core::Load;
 use recordings::input::bag::{Channel, Replacement};
 
 /// Names of the forces, in Unitree's order.
-const FORCES: [&str; 4] = [
-    "foot_force[0]",
-    "foot_force[1]",
-    "foot_force[2]",
-    "foot_force[3]",
-];
+const FORCES: [&str; 4] = ["foot_force[0]", "foot_force[1]", "foot_force[2]", "foot_force[3]"];
 
 /// Source of the states, and unit of their forces.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,12 +30,7 @@ pub(super) struct LowState {
 
 impl LowState {
     pub(super) fn new(of: &LowStates) -> Self {
-        Self {
-            of: of.clone(),
-            forces: [0.0; FEET.len()],
-            replacement: None,
-            is_found: false,
-        }
+        Self { of: of.clone(), forces: [0.0; FEET.len()], replacement: None, is_found: false }
     }
 
     /// Sets the force of a foot in the order of [`FEET`]; an unknown load is 0.

@@ -215,10 +215,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
         match replaced.map_err(|what| no_forces(self.file, &channel.topic, what))? {
             None => Ok(()),
             Some(message) => {
-                let channel = Channel {
-                    topic: LOW_STATE_TOPIC.to_owned(),
-                    ..channel.clone()
-                };
+                let channel = Channel { topic: LOW_STATE_TOPIC.to_owned(), ..channel.clone() };
                 self.bag.copy(&channel, written, &message).map_err(io_error)
             }
         }
@@ -248,11 +245,7 @@ mod tests {
             encoding: "json".to_owned(),
             metadata: BTreeMap::new(),
         };
-        let written = Written {
-            log_ns: 7,
-            publish_ns: 7,
-            sequence: None,
-        };
+        let written = Written { log_ns: 7, publish_ns: 7, sequence: None };
         bag.copy(&other, written, b"{}").unwrap();
         bag.finish().unwrap();
         let mut table = "t,ax,ay,az,wx,wy,wz\n".to_owned();
@@ -274,14 +267,7 @@ mod tests {
         };
         let mut feet = ["front left", "front_left"].map(foot);
         let of_all_feet = OfAllFeet::default();
-        write(
-            &path("walk.mcap"),
-            &mut feet,
-            &of_all_feet,
-            false,
-            &path("contacts.mcap"),
-        )
-        .unwrap();
+        write(&path("walk.mcap"), &mut feet, &of_all_feet, false, &path("contacts.mcap")).unwrap();
         let bytes = std::fs::read(path("contacts.mcap")).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let counts = summary.stats.unwrap().channel_message_counts;

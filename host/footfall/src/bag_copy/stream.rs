@@ -81,11 +81,7 @@ impl<'a> Stream<'a> {
         Ok(next.map(|(time, is_event)| {
             let since = i64::try_from(time.as_micros()).unwrap_or(i64::MAX);
             let time_us = self.about.start_us.saturating_add(since);
-            Due {
-                time_us,
-                written_us: self.about.written_us(time_us),
-                is_event,
-            }
+            Due { time_us, written_us: self.about.written_us(time_us), is_event }
         }))
     }
 

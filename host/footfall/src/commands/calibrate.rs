@@ -95,11 +95,7 @@ impl CalibrateArguments {
         let configuration = self.output.as_deref().map(Target::Configuration);
         targets::check(&self.inputs, configuration.as_slice())?;
         let resolved = self.recording.resolved(None)?;
-        if self.rests {
-            self.calibrate_sensor(&resolved)
-        } else {
-            self.learn(&resolved)
-        }
+        if self.rests { self.calibrate_sensor(&resolved) } else { self.learn(&resolved) }
     }
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
@@ -171,11 +167,7 @@ impl CalibrateArguments {
                 let foot = stored.about.foot_or_name().to_owned();
                 let loaded = stored.into_loaded();
                 let loaded = loaded.map_err(|error| Error::Replay(error.into()))?;
-                inputs.entry(foot).or_default().push(Input {
-                    file: file.clone(),
-                    format,
-                    loaded,
-                });
+                inputs.entry(foot).or_default().push(Input { file: file.clone(), format, loaded });
             }
         }
         let names: Vec<&str> = inputs.keys().map(String::as_str).collect();
@@ -190,10 +182,8 @@ impl CalibrateArguments {
             };
             let inputs = inputs.into_iter().map(Ok);
             let report = self.learn_foot(resolved, Some(&foot), &hints, inputs);
-            let report = report.map_err(|source| Error::OfFoot {
-                foot: foot.clone(),
-                source: Box::new(source),
-            })?;
+            let report = report
+                .map_err(|source| Error::OfFoot { foot: foot.clone(), source: Box::new(source) })?;
             feet.insert(foot, report);
         }
         let report = FeetReport { feet };
@@ -274,11 +264,7 @@ impl CalibrateArguments {
         }
         let recordings = recordings.iter().map(|input| &input.loaded.recording);
         let sensor = SensorCalibration::of(recordings).map_err(CalibrationError::from)?;
-        let report = WithInputs {
-            report: sensor,
-            mounting: None,
-            inputs,
-        };
+        let report = WithInputs { report: sensor, mounting: None, inputs };
         self.write_outputs(resolved, &report, |file| {
             let mut file = file.of_foot(self.foot.clone());
             file.set_sensor(&report.report);

@@ -24,10 +24,7 @@ pub struct ConfigArguments {
 impl ConfigArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let text = if let Some(path) = &self.check {
-            let resolved = Resolved {
-                preset: self.preset,
-                ..read_config(path)?
-            };
+            let resolved = Resolved { preset: self.preset, ..read_config(path)? };
             resolved.check(Format::Csv)?;
             format!("{}: ok\n", path.display())
         } else {

@@ -83,10 +83,8 @@ impl ConvertArguments {
         }
         let mut looked = Vec::new();
         for foot in &mut feet {
-            let (looked_at, findings) = look(foot, span).map_err(|source| InputError::Spool {
-                file: file.clone(),
-                source,
-            })?;
+            let (looked_at, findings) = look(foot, span)
+                .map_err(|source| InputError::Spool { file: file.clone(), source })?;
             let place = recording::place(&file, foot.stored.about.foot.as_deref());
             self.reading.report(&place, &findings)?;
             looked.push(looked_at);

@@ -30,10 +30,7 @@ pub struct DemoArguments {
 
 impl Default for DemoArguments {
     fn default() -> Self {
-        Self {
-            out: DIRECTORY.into(),
-            seed: DEMO_SEED,
-        }
+        Self { out: DIRECTORY.into(), seed: DEMO_SEED }
     }
 }
 
@@ -53,15 +50,9 @@ impl DemoArguments {
         let [samples, picture, can, uart] = &files;
         write_file(can, |to| to.write_all(sent.can_log().as_bytes()))?;
         write_file(uart, |to| to.write_all(&sent.uart))?;
-        write_file(samples, |to| {
-            write_samples(&recording.samples, estimates, to)
-        })?;
-        write_file(picture, |to| {
-            to.write_all(plot::svg(recording, estimates)?.as_bytes())
-        })?;
-        let summary = Summaries {
-            recordings: vec![Summary::of(recording, estimates)],
-        };
+        write_file(samples, |to| write_samples(&recording.samples, estimates, to))?;
+        write_file(picture, |to| to.write_all(plot::svg(recording, estimates)?.as_bytes()))?;
+        let summary = Summaries { recordings: vec![Summary::of(recording, estimates)] };
         print(&summary, SummaryStyle::Text, &files).map_err(Error::Print)
     }
 }

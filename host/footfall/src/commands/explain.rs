@@ -19,10 +19,9 @@ impl ExplainArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let wanted = self.what.join(" ");
         let explained = match Trouble::find(&wanted) {
-            _ if self.what.is_empty() => Trouble::all()
-                .map(line)
-                .chain(words().map(word_line))
-                .collect(),
+            _ if self.what.is_empty() => {
+                Trouble::all().map(line).chain(words().map(word_line)).collect()
+            }
             Some(trouble) => text(trouble),
             None => words()
                 .find(|(_, name, _)| *name == wanted.to_lowercase().replace([' ', '-'], "_"))

@@ -126,10 +126,7 @@ impl Arguments {
             (false, true) => Verbosity::Verbose,
             (false, false) => Verbosity::Normal,
         });
-        match self
-            .command
-            .unwrap_or(Command::Demo(demo::DemoArguments::default()))
-        {
+        match self.command.unwrap_or(Command::Demo(demo::DemoArguments::default())) {
             Command::Replay(arguments) => arguments.run(),
             Command::Convert(arguments) => arguments.run(),
             Command::Demo(arguments) => arguments.run(),

@@ -98,9 +98,8 @@ impl ReplayArguments {
         self.check_targets()?;
         let jobs = self.jobs.unwrap_or_else(jobs::all_cores);
         let bars = Bars::default();
-        let done = jobs::run(&self.inputs, jobs, |input| {
-            self.replay(&resolved, input, span, jobs, &bars)
-        });
+        let done =
+            jobs::run(&self.inputs, jobs, |input| self.replay(&resolved, input, span, jobs, &bars));
         let done: Vec<Done> = done.into_iter().collect::<Result<_, _>>()?;
         let names = done.iter().flat_map(|done| done.names.iter().flatten());
         let names: Vec<&str> = names.map(String::as_str).collect();
@@ -119,8 +118,7 @@ impl ReplayArguments {
             feet.extend(done.feet);
         }
         if let Some(bag) = self.bag() {
-            self.copied
-                .copy(&self.inputs, bag, &mut copied, self.estimate_again)?;
+            self.copied.copy(&self.inputs, bag, &mut copied, self.estimate_again)?;
         }
         self.write(feet)
     }
@@ -216,9 +214,7 @@ impl ReplayArguments {
         let recorded = stored.iter().filter(|stored| stored.has_estimates());
         let recorded = recorded.count();
         if recorded > 0 {
-            let RecordingArguments {
-                config, reading, ..
-            } = &self.recording;
+            let RecordingArguments { config, reading, .. } = &self.recording;
             let config = config.as_deref();
             let ineffective = estimator_options(preset, config, self.window, &reading.mounting);
             notices.extend(without_effect(&file, &ineffective));
@@ -291,17 +287,13 @@ impl ReplayArguments {
         for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
             let (foot, events, recognised) = replayed?;
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
-            copied.extend(events.map(|events| {
-                CopiedFoot {
-                    name: names.first().cloned().unwrap_or_default(),
-                    place: names
-                        .iter()
-                        .find_map(|name| crate::ros::compat::place(name)),
-                    stored,
-                    params: params_of(names),
-                    span,
-                    events,
-                }
+            copied.extend(events.map(|events| CopiedFoot {
+                name: names.first().cloned().unwrap_or_default(),
+                place: names.iter().find_map(|name| crate::ros::compat::place(name)),
+                stored,
+                params: params_of(names),
+                span,
+                events,
             }));
             feet.push(foot);
             details.push(recognised);
@@ -316,14 +308,7 @@ impl ReplayArguments {
             (read - started).as_secs_f64(),
             read.elapsed().as_secs_f64()
         ));
-        Ok(Done {
-            feet,
-            names,
-            copied,
-            file,
-            notices,
-            details,
-        })
+        Ok(Done { feet, names, copied, file, notices, details })
     }
 
     /// Writes the requested results.
@@ -348,17 +333,15 @@ impl ReplayArguments {
             true => SummaryStyle::Silent,
             false => SummaryStyle::of(self.json),
         };
-        let summaries = Summaries {
-            recordings: feet.into_iter().map(|foot| foot.foot.summary).collect(),
-        };
+        let summaries =
+            Summaries { recordings: feet.into_iter().map(|foot| foot.foot.summary).collect() };
         print(&summaries, style, &written).map_err(Error::Print)
     }
 }
 
 /// Returns whether the file is a bag by its name.
 fn is_bag(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 /// Returns the recognised properties of a recording.

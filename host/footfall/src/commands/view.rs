@@ -83,8 +83,6 @@ impl ViewArguments {
             self.seconds,
         );
         #[cfg(not(feature = "foxglove"))]
-        Err(Feature::Foxglove
-            .missing_for(format_args!("footfall view {source}"))
-            .into())
+        Err(Feature::Foxglove.missing_for(format_args!("footfall view {source}")).into())
     }
 }

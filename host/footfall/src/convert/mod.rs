@@ -45,11 +45,7 @@ impl ConvertFormat {
             return Some(Self::Csv);
         }
         let name = path.file_name()?.to_string_lossy().to_lowercase();
-        let forms = [
-            (".csv", Self::Csv),
-            (".parquet", Self::Parquet),
-            (".mcap", Self::Mcap),
-        ];
+        let forms = [(".csv", Self::Csv), (".parquet", Self::Parquet), (".mcap", Self::Mcap)];
         let found = forms.into_iter().find(|(ending, _)| name.ends_with(ending));
         found.map(|(_, form)| form)
     }

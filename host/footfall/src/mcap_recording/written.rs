@@ -33,10 +33,7 @@ impl McapRecording {
             _ => OutputError::unwritable(path)(source),
         })?;
         let file = McapFile::new(file).map_err(unwritable(path))?;
-        Ok(Self {
-            path: path.to_owned(),
-            file,
-        })
+        Ok(Self { path: path.to_owned(), file })
     }
 
     /// Writes pending messages and returns the message counts by topic and the name of the file.

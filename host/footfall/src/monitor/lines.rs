@@ -79,9 +79,7 @@ fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
         p_vertical: row.map(|row| row.vertical),
         state: row.map(|row| row.status.phase().name()),
         decision: row.map(|row| u8::from(row.status.decision() == Decision::Stable)),
-        flags: row
-            .map(feet::decode::ContactRow::flag_names)
-            .unwrap_or_default(),
+        flags: row.map(feet::decode::ContactRow::flag_names).unwrap_or_default(),
         faults: foot.faults.iter().map(wire::Fault::name).collect(),
         rate_hz: foot.second.rate_hz(),
         jitter_ms: foot.second.jitter_ms(),

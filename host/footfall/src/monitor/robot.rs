@@ -49,10 +49,7 @@ impl MonitorState {
     /// Creates the state before the first arrival.
     #[must_use]
     pub fn new(feet: Feet) -> Self {
-        Self {
-            session: Session::new(feet),
-            ..Self::default()
-        }
+        Self { session: Session::new(feet), ..Self::default() }
     }
 
     /// Receives from a feed until `due` on its clock.
@@ -195,11 +192,7 @@ mod tests {
     #[test]
     fn four_feet_at_1_khz_lose_no_contact() {
         let robot = watched("demo:feet=4,speed=max,seconds=6");
-        let names: Vec<_> = robot
-            .feet()
-            .iter()
-            .map(|foot| foot.name_or("node "))
-            .collect();
+        let names: Vec<_> = robot.feet().iter().map(|foot| foot.name_or("node ")).collect();
         assert_eq!(names, ["FL", "FR", "RL", "RR"]);
         for foot in robot.feet() {
             assert_eq!((foot.missing, foot.dropped), (0, 0), "{:?}", foot.name);
@@ -245,11 +238,7 @@ mod tests {
             robot.take(fed);
         }
         assert_eq!(robot.feet().len(), 1);
-        assert!(
-            robot.feet()[0]
-                .second
-                .is_of_several_boards(robot.session().now())
-        );
+        assert!(robot.feet()[0].second.is_of_several_boards(robot.session().now()));
         let mut json = Vec::new();
         crate::monitor::lines::write_json(&robot, &mut json).expect("memory");
         let line: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
@@ -259,16 +248,10 @@ mod tests {
 
     #[test]
     fn single_board_is_not_reported_as_several() {
-        for source in [
-            "demo:speed=max,seconds=5",
-            "demo:feet=2,speed=max,seconds=5,line=uart",
-        ] {
+        for source in ["demo:speed=max,seconds=5", "demo:feet=2,speed=max,seconds=5,line=uart"] {
             let robot = watched(source);
             for foot in robot.feet() {
-                assert!(
-                    !foot.second.is_of_several_boards(robot.session().now()),
-                    "{source}"
-                );
+                assert!(!foot.second.is_of_several_boards(robot.session().now()), "{source}");
             }
         }
     }
@@ -285,11 +268,7 @@ mod tests {
     #[test]
     fn serial_foot_is_named_by_its_first_health_message() {
         let robot = watched("demo:feet=2,speed=max,seconds=2,line=uart");
-        let names: Vec<_> = robot
-            .feet()
-            .iter()
-            .map(|foot| foot.name_or("node "))
-            .collect();
+        let names: Vec<_> = robot.feet().iter().map(|foot| foot.name_or("node ")).collect();
         assert_eq!(names, ["L", "R"]);
         assert!(robot.feet().iter().all(|foot| foot.missing == 0));
     }
@@ -315,17 +294,10 @@ mod tests {
         let reason = |robot: &MonitorState| robot.feet()[0].started.and_then(|(_, reason)| reason);
         assert_eq!(reason(&robot), Some(Fault::WatchdogReset));
         assert_eq!(robot.feet()[0].faults, Faults::NONE);
-        let texts: Vec<_> = robot
-            .events
-            .iter()
-            .map(|e| (e.t, e.text.as_str()))
-            .collect();
+        let texts: Vec<_> = robot.events.iter().map(|e| (e.t, e.text.as_str())).collect();
         assert_eq!(texts[0], (0.0, "has started"));
         assert!(texts[1].1.starts_with("fault 0x"), "{texts:?}");
-        assert!(
-            texts[2].1.starts_with("cleared: 0x") && texts[2].0 == 0.9,
-            "{texts:?}"
-        );
+        assert!(texts[2].1.starts_with("cleared: 0x") && texts[2].0 == 0.9, "{texts:?}");
     }
 
     #[test]
@@ -338,19 +310,13 @@ mod tests {
         receive(900, 0x091, &watchdog);
         receive(901, 0x711, &[0]);
         let foot = robot.feet()[0];
-        assert_eq!(
-            foot.started.and_then(|(_, reason)| reason),
-            Some(Fault::WatchdogReset)
-        );
+        assert_eq!(foot.started.and_then(|(_, reason)| reason), Some(Fault::WatchdogReset));
         assert_eq!(foot.faults, Faults::NONE.with(Fault::WatchdogReset));
     }
 
     #[test]
     fn health_flags_apply_to_following_contacts() {
-        for source in [
-            "demo:speed=max,seconds=3",
-            "demo:speed=max,seconds=3,line=uart",
-        ] {
+        for source in ["demo:speed=max,seconds=3", "demo:speed=max,seconds=3,line=uart"] {
             let robot = watched(source);
             let row = robot.feet()[0].row.as_ref().expect("a contact");
             assert_eq!(row.flag_names(), ["settling"], "{source}");
@@ -383,11 +349,7 @@ mod tests {
         for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
             // Edges have 10 % jitter; nothing is read from 2 s to 5 s.
             let made_us = ms * 1000 + ms * 37 % 100;
-            let read_us = if ms < 2000 {
-                made_us
-            } else {
-                made_us.max(5_000_000)
-            };
+            let read_us = if ms < 2000 { made_us } else { made_us.max(5_000_000) };
             let contact = Contact {
                 timestamp: ShortTime((made_us / 10) as u16),
                 sequence: ms as u8,
@@ -400,10 +362,7 @@ mod tests {
                     ClockReading::default(),
                     Timestamp::from_micros(made_us),
                 );
-                let health = Health {
-                    clock,
-                    ..Health::default()
-                };
+                let health = Health { clock, ..Health::default() };
                 frames.push((0x511, health.encode()));
             }
             for (id, bytes) in frames {

@@ -27,12 +27,7 @@ pub(super) struct Polyline {
 
 impl Polyline {
     pub(super) const fn new(width: Width) -> Self {
-        Self {
-            width,
-            pieces: Vec::new(),
-            piece: Vec::new(),
-            bucket: None,
-        }
+        Self { width, pieces: Vec::new(), piece: Vec::new(), bucket: None }
     }
 
     /// Appends a value. A missing value ends the current piece.
@@ -74,12 +69,7 @@ pub(super) struct Stretching<T> {
 
 impl<T: Copy + PartialEq> Stretching<T> {
     pub(super) const fn new(width: Width) -> Self {
-        Self {
-            width,
-            winners: Vec::new(),
-            votes: Vec::new(),
-            column: 0,
-        }
+        Self { width, winners: Vec::new(), votes: Vec::new(), column: 0 }
     }
 
     /// Appends a value.
@@ -114,8 +104,7 @@ impl<T: Copy + PartialEq> Stretching<T> {
         let starts = self.winners.iter().skip(1).map(|(start, _)| *start);
         let ends = starts.chain([*columns]);
         let runs = self.winners.iter().zip(ends);
-        runs.map(|((start, value), end)| (time_of(*start)..time_of(end), *value))
-            .collect()
+        runs.map(|((start, value), end)| (time_of(*start)..time_of(end), *value)).collect()
     }
 }
 
@@ -222,10 +211,7 @@ mod tests {
         let values = ["a", "a", "a", "a", "b", "a", "b", "a", "b", "b", "b", "b"];
         let timed = (0..).map(f64::from).zip(values);
         // Columns of three samples: aaa, aba, bab, bbb.
-        assert_eq!(
-            stretches(timed, &(0.0..12.0), 4),
-            [(0.0..6.0, "a"), (6.0..12.0, "b")]
-        );
+        assert_eq!(stretches(timed, &(0.0..12.0), 4), [(0.0..6.0, "a"), (6.0..12.0, "b")]);
     }
 
     #[test]

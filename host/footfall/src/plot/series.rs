@@ -38,10 +38,7 @@ impl Collector {
     #[must_use]
     pub fn new(width: Width, shade: u32) -> Self {
         let line = || Polyline::new(width.clone());
-        let shades = Width {
-            columns: width.columns / shade,
-            ..width.clone()
-        };
+        let shades = Width { columns: width.columns / shade, ..width.clone() };
         Self {
             load: line(),
             probabilities: [line(), line(), line()],

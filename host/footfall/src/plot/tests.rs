@@ -19,10 +19,7 @@ fn picture_of_phases(
 ) -> String {
     let samples: Vec<_> = (0..samples)
         .map(|k| RecordedSample {
-            imu: ImuSample {
-                timestamp: Timestamp::from_micros(k * 1000),
-                ..ImuSample::default()
-            },
+            imu: ImuSample { timestamp: Timestamp::from_micros(k * 1000), ..ImuSample::default() },
             load,
             label,
         })
@@ -49,8 +46,7 @@ fn picture_of_phases(
 
 /// Returns the number of blocks of a colour: one per panel and interval, plus one in the legend.
 fn blocks(svg: &str, RGBColor(r, g, b): RGBColor) -> usize {
-    svg.matches(&format!("fill=\"#{r:02X}{g:02X}{b:02X}\""))
-        .count()
+    svg.matches(&format!("fill=\"#{r:02X}{g:02X}{b:02X}\"")).count()
 }
 
 #[test]
@@ -89,22 +85,11 @@ fn brief_state_is_not_drawn_as_a_hairline() {
 #[test]
 fn axes_and_legend_name_the_drawn_series() {
     let svg = picture(1000, Some(Load(5.0)), Some(Label::Stable));
-    let alone = [
-        "busy walk",
-        "time (s)",
-        "label: stable",
-        "state: swing",
-        "state: slip",
-    ];
+    let alone = ["busy walk", "time (s)", "label: stable", "state: swing", "state: slip"];
     for text in alone {
         assert!(svg.contains(text), "{text}");
     }
-    for text in [
-        "vertical force (N)",
-        "P tangential",
-        "P vertical",
-        "P stable",
-    ] {
+    for text in ["vertical force (N)", "P tangential", "P vertical", "P stable"] {
         assert_eq!(svg.matches(&format!("\n{text}\n")).count(), 2, "{text}");
     }
 }

@@ -202,12 +202,10 @@ mod tests {
     }
 
     fn contacts(published: &[Published]) -> impl Iterator<Item = &RosContact> {
-        published
-            .iter()
-            .filter_map(|published| match &published.message {
-                RosMessage::Contact(contact) => Some(contact),
-                _ => None,
-            })
+        published.iter().filter_map(|published| match &published.message {
+            RosMessage::Contact(contact) => Some(contact),
+            _ => None,
+        })
     }
 
     /// Returns for each diagnostic message whether it reports several boards.
@@ -235,23 +233,16 @@ mod tests {
         }
         let diagnoses = diagnoses(&published);
         assert_eq!(diagnoses.first(), Some(&false));
-        assert!(
-            diagnoses[1..].iter().all(|several| *several),
-            "{diagnoses:?}"
-        );
+        assert!(diagnoses[1..].iter().all(|several| *several), "{diagnoses:?}");
     }
 
     #[test]
     fn probability_is_0_for_invalid_contacts() {
         let published = messages(wire::Foot::Right.default_node_id());
-        let numbers = published
-            .iter()
-            .filter_map(|published| match published.message {
-                RosMessage::Number(number) if published.topic.ends_with("probability") => {
-                    Some(number)
-                }
-                _ => None,
-            });
+        let numbers = published.iter().filter_map(|published| match published.message {
+            RosMessage::Number(number) if published.topic.ends_with("probability") => Some(number),
+            _ => None,
+        });
         let mut doubtful = 0;
         for (contact, number) in contacts(&published).zip(numbers) {
             if contact.valid {
@@ -267,12 +258,10 @@ mod tests {
     #[test]
     fn velocity_is_uninformative_for_invalid_contacts() {
         let published = messages(wire::Foot::Right.default_node_id());
-        let velocities = published
-            .iter()
-            .filter_map(|published| match &published.message {
-                RosMessage::Velocity(velocity) => Some(velocity),
-                _ => None,
-            });
+        let velocities = published.iter().filter_map(|published| match &published.message {
+            RosMessage::Velocity(velocity) => Some(velocity),
+            _ => None,
+        });
         let mut precise = 0;
         for (contact, velocity) in contacts(&published).zip(velocities) {
             let variance = velocity.covariance[0][0];
@@ -318,11 +307,8 @@ mod tests {
         };
         let contact = |session: &mut Session, ms: u64| {
             let at = Timestamp::from_micros(1000 * ms);
-            let row = ContactRow {
-                timestamp: at,
-                foot: Some("FL".into()),
-                ..ContactRow::default()
-            };
+            let row =
+                ContactRow { timestamp: at, foot: Some("FL".into()), ..ContactRow::default() };
             session.take(Fed::Arrived((at, Arrival::Estimate(Box::new(row)))));
         };
         for ms in 0..100 {
@@ -333,9 +319,7 @@ mod tests {
             let times = (from_ms..to_ms).step_by(20);
             let words = times.flat_map(|ms| {
                 session.idle(Duration::from_millis(ms - 99));
-                last_words(&next(&mut session))
-                    .into_iter()
-                    .map(move |words| (ms, words))
+                last_words(&next(&mut session)).into_iter().map(move |words| (ms, words))
             });
             words.collect()
         };
@@ -343,25 +327,16 @@ mod tests {
         let all = idle(110, 2000);
         let of_all = all.iter().filter(|(_, words)| words == none_stands);
         assert_eq!(of_all.count(), 95);
-        let rest: Vec<_> = all
-            .iter()
-            .filter(|(_, words)| words != none_stands)
-            .collect();
+        let rest: Vec<_> = all.iter().filter(|(_, words)| words != none_stands).collect();
         let number = "/footfall/FL/contact/probability 0".to_owned();
-        let expected = [
-            (610, number),
-            (610, SILENT.to_owned()),
-            (1610, SILENT.to_owned()),
-        ];
+        let expected = [(610, number), (610, SILENT.to_owned()), (1610, SILENT.to_owned())];
         assert!(rest.iter().copied().eq(&expected), "{rest:?}");
         contact(&mut session, 2000);
         let back = next(&mut session);
-        let said = back
-            .iter()
-            .filter_map(|published| match &published.message {
-                RosMessage::Diagnostics(array) => Some(array.status[0].message.as_str()),
-                _ => None,
-            });
+        let said = back.iter().filter_map(|published| match &published.message {
+            RosMessage::Diagnostics(array) => Some(array.status[0].message.as_str()),
+            _ => None,
+        });
         assert!(said.eq(["no fault"]));
         let last = last_words(&bridge.end(&session));
         assert_eq!(last.len(), 3, "{last:?}");

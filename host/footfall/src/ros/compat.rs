@@ -203,19 +203,14 @@ impl AllFeet {
         let mut compats = compats.to_vec();
         compats.sort_unstable();
         compats.dedup();
-        Self {
-            compats,
-            ..Self::default()
-        }
+        Self { compats, ..Self::default() }
     }
 
     /// Names of the feet that have sent no contact in the second after the first one of any foot, and count as in swing;
     /// none before.
     #[must_use]
     pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
-        let since_us = self
-            .first_us
-            .map(|first_us| listened_us.saturating_sub(first_us));
+        let since_us = self.first_us.map(|first_us| listened_us.saturating_sub(first_us));
         let is_known = since_us >= Some(ABSENT_US);
         let feet = FEET.iter().zip(self.heard);
         let absent = feet.filter(|(_, heard)| is_known && !heard);
@@ -247,10 +242,8 @@ impl AllFeet {
         at: Timestamp,
         listened_us: u64,
     ) -> Vec<Published> {
-        self.feet[place] = Some(Stance {
-            stands: contact.valid && contact.decision,
-            stamp: contact.header.stamp,
-        });
+        self.feet[place] =
+            Some(Stance { stands: contact.valid && contact.decision, stamp: contact.header.stamp });
         self.heard[place] = true;
         self.first_us.get_or_insert(listened_us);
         self.made_us.get_or_insert(listened_us);
@@ -301,10 +294,7 @@ mod tests {
 
     fn contact(foot: &str, p_stable: f32, us: u64) -> (RosContact, Timestamp) {
         let at = Timestamp::from_micros(us);
-        let header = Header {
-            stamp: at.into(),
-            frame_id: "ignored".to_owned(),
-        };
+        let header = Header { stamp: at.into(), frame_id: "ignored".to_owned() };
         let contact = RosContact {
             header,
             foot: foot.to_owned(),
@@ -415,9 +405,8 @@ mod tests {
 
     #[test]
     fn silent_foot_is_skipped_and_reported_in_swing() {
-        let contacts: Vec<_> = (0..60)
-            .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
-            .collect();
+        let contacts: Vec<_> =
+            (0..60).flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000))).collect();
         let times = [20_000, 40_000].map(|us| (us, [1.0, 1.0, 1.0, 0.0]));
         assert_eq!(made(Compat::Pronto, &contacts), times);
     }
@@ -445,10 +434,7 @@ mod tests {
         // Loads and heartbeats continue.
         let mut others = (0..20).filter_map(|ms| of(all.hear(micros(61_000 + 1000 * ms))));
         let (_, contacts) = others.next().expect("one is due");
-        assert_eq!(
-            (contacts, others.next()),
-            (vec![true, false, false, false], None)
-        );
+        assert_eq!((contacts, others.next()), (vec![true, false, false, false], None));
         assert_eq!(of(all.end()), none(80_000));
     }
 

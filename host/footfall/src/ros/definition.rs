@@ -11,24 +11,12 @@ const BETWEEN: &str =
 
 /// Names and fields of nested messages.
 const NESTED: [(&str, &str); 10] = [
-    (
-        "std_msgs/Header",
-        "builtin_interfaces/Time stamp\nstring frame_id\n",
-    ),
+    ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
-    (
-        "geometry_msgs/Quaternion",
-        "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
-    ),
+    ("geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"),
     ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
-    (
-        "geometry_msgs/TwistWithCovariance",
-        "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
-    ),
-    (
-        "geometry_msgs/Twist",
-        "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
-    ),
+    ("geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"),
+    ("geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"),
     ("diagnostic_msgs/DiagnosticStatus", STATUS),
     ("diagnostic_msgs/KeyValue", "string key\nstring value\n"),
     ("inekf_msgs/Contact", NUMBERED_CONTACT),
@@ -167,9 +155,7 @@ mod tests {
 
     /// Value of a constant of a definition.
     fn constant(definition: &str, name: &str) -> Option<u8> {
-        let line = definition
-            .lines()
-            .find_map(|line| line.strip_prefix(&format!("uint8 {name}=")));
+        let line = definition.lines().find_map(|line| line.strip_prefix(&format!("uint8 {name}=")));
         line.and_then(|value| value.parse().ok())
     }
 
@@ -182,11 +168,7 @@ mod tests {
         }
         for flag in Flag::ALL {
             let name = format!("FLAG_{}", flag.name().to_uppercase());
-            assert_eq!(
-                constant(CONTACT, &name),
-                Some(Flags::NONE.with(flag).bits()),
-                "{name}"
-            );
+            assert_eq!(constant(CONTACT, &name), Some(Flags::NONE.with(flag).bits()), "{name}");
         }
     }
 

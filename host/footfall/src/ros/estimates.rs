@@ -32,11 +32,7 @@ impl EstimateMessages {
     /// Creates a converter for the foot `name`.
     #[must_use]
     pub fn new(name: &str) -> Self {
-        Self {
-            name: name.to_owned(),
-            topics: FootTopics::of(name),
-            sequence: 0,
-        }
+        Self { name: name.to_owned(), topics: FootTopics::of(name), sequence: 0 }
     }
 
     /// Topics of the messages.

@@ -148,12 +148,7 @@ impl Foot {
                 if is_near(first, made) && is_near(second, made) =>
             {
                 let force = with_gravity(acceleration, orientation);
-                Some(with_noise(self.imu(
-                    stamp,
-                    Some(orientation),
-                    vector(rate),
-                    force,
-                )))
+                Some(with_noise(self.imu(stamp, Some(orientation), vector(rate), force)))
             }
             _ => None,
         };
@@ -268,10 +263,7 @@ impl Foot {
 
 /// Counters of the board, or on CAN the number of drops.
 fn counts(foot: &LiveFoot) -> Vec<KeyValue> {
-    let pair = |key: &str, value: String| KeyValue {
-        key: key.to_owned(),
-        value,
-    };
+    let pair = |key: &str, value: String| KeyValue { key: key.to_owned(), value };
     if let Some(board) = &foot.board {
         let value = |counter| board.counters.get(counter).to_string();
         let count = |counter: Counter| pair(counter.name(), value(counter));

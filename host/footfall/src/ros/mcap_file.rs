@@ -48,11 +48,7 @@ impl<W: Write + Seek> McapFile<W> {
             .chunk_size(Some(CHUNK))
             // Written data is never changed, so complete chunks survive truncation.
             .disable_seeking(true);
-        Ok(Self {
-            writer: options.create(to)?,
-            channels: HashMap::new(),
-            chunk_began_us: None,
-        })
+        Ok(Self { writer: options.create(to)?, channels: HashMap::new(), chunk_began_us: None })
     }
 
     /// Appends a message.
@@ -62,10 +58,8 @@ impl<W: Write + Seek> McapFile<W> {
     pub fn write(&mut self, published: &Published) -> Result<(), McapError> {
         let definition = Definition::of(&published.message);
         let is_own = |channel: &Channel| channel.message == definition.name;
-        let schema = || Schema {
-            encoding: "ros2msg".to_owned(),
-            text: definition.text().into_bytes(),
-        };
+        let schema =
+            || Schema { encoding: "ros2msg".to_owned(), text: definition.text().into_bytes() };
         let (channel_id, sequence) = match self.next(&published.topic, is_own) {
             Some(next) => next,
             None => self.declare(Channel {
@@ -77,12 +71,7 @@ impl<W: Write + Seek> McapFile<W> {
             })?,
         };
         let log_time = published.at.as_micros().saturating_mul(1000);
-        let header = MessageHeader {
-            channel_id,
-            sequence,
-            log_time,
-            publish_time: log_time,
-        };
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
         self.put(&header, &published.message.cdr())
     }
 
@@ -139,26 +128,15 @@ impl<W: Write + Seek> McapFile<W> {
     fn declare(&mut self, channel: Channel) -> Result<(u16, u32), McapError> {
         let message = &channel.message;
         let schema = match &channel.schema {
-            Some(schema) => self
-                .writer
-                .add_schema(message, &schema.encoding, &schema.text)?,
+            Some(schema) => self.writer.add_schema(message, &schema.encoding, &schema.text)?,
             // The name of the type is kept without its definition.
             None if !message.is_empty() => self.writer.add_schema(message, "", &[])?,
             None => 0,
         };
-        let Channel {
-            topic,
-            encoding,
-            metadata,
-            ..
-        } = &channel;
+        let Channel { topic, encoding, metadata, .. } = &channel;
         let id = self.writer.add_channel(schema, topic, encoding, metadata)?;
         let of_topic = self.channels.entry(topic.as_str().into()).or_default();
-        of_topic.push(Declared {
-            id,
-            channel,
-            messages: 1,
-        });
+        of_topic.push(Declared { id, channel, messages: 1 });
         Ok((id, 0))
     }
 

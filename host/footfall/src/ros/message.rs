@@ -42,11 +42,7 @@ impl LowState {
     /// Creates a message with these forces.
     #[must_use]
     pub fn with_forces(foot_force: [i16; 4]) -> Self {
-        Self {
-            foot_force,
-            foot_force_est: foot_force,
-            ..Self::default()
-        }
+        Self { foot_force, foot_force_est: foot_force, ..Self::default() }
     }
 }
 
@@ -173,10 +169,7 @@ mod tests {
         let number = RosMessage::Number(0.5).cdr();
         assert_eq!(number, [0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0xE0, 0x3F]);
         let contact = RosContact {
-            header: Header {
-                stamp: Time { sec: 1, nanosec: 2 },
-                frame_id: "ab".to_owned(),
-            },
+            header: Header { stamp: Time { sec: 1, nanosec: 2 }, frame_id: "ab".to_owned() },
             foot: "F".to_owned(),
             node: 7,
             p_stable: 1.0,

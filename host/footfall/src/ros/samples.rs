@@ -63,10 +63,7 @@ impl SampleMessages {
     /// Publishes the load topic even if there is no load, so that of several feet either all have it or none.
     #[must_use]
     pub fn with_load(self) -> Self {
-        Self {
-            has_load: true,
-            ..self
-        }
+        Self { has_load: true, ..self }
     }
 
     /// Returns the messages of a sample acquired at `at` since 1970.
@@ -120,11 +117,8 @@ mod tests {
     fn end_of_the_load_is_published_once() {
         let mut samples = SampleMessages::new("FL");
         let mut loads = |load: Option<f32>| -> Vec<f64> {
-            let sample = RecordedSample {
-                imu: ImuSample::default(),
-                load: load.map(Load),
-                label: None,
-            };
+            let sample =
+                RecordedSample { imu: ImuSample::default(), load: load.map(Load), label: None };
             let published = samples.messages(&sample, Timestamp::default());
             let number = |published: Published| match published.message {
                 RosMessage::Number(number) => Some(number),

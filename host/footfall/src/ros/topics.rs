@@ -62,10 +62,7 @@ impl FootTopics {
 
     /// Returns the header of a message of the foot.
     pub(crate) fn header(&self, stamp: Timestamp) -> Header {
-        Header {
-            stamp: Time::from(stamp),
-            frame_id: self.frame.to_string(),
-        }
+        Header { stamp: Time::from(stamp), frame_id: self.frame.to_string() }
     }
 
     /// Returns all topics of streaming feet with their message types, including diagnostics.
@@ -93,11 +90,7 @@ fn topic_part(name: &str) -> String {
             part.push('_');
         }
     }
-    if part.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        part
-    } else {
-        format!("foot_{part}")
-    }
+    if part.starts_with(|c: char| c.is_ascii_alphabetic()) { part } else { format!("foot_{part}") }
 }
 
 #[cfg(test)]

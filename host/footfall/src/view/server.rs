@@ -31,10 +31,7 @@ const GOODBYE: Duration = Duration::from_secs(1);
 /// Resolves a host given as an address or a name. If a name has addresses of both kinds, IPv4 is preferred, as
 /// viewers try it first.
 fn address_of(host: &str, port: u16) -> Result<SocketAddr, ViewError> {
-    let unknown = |source| ViewError::Host {
-        host: host.to_owned(),
-        source,
-    };
+    let unknown = |source| ViewError::Host { host: host.to_owned(), source };
     let addresses: Vec<SocketAddr> = match host.parse::<IpAddr>() {
         Ok(host) => vec![SocketAddr::new(host, port)],
         Err(_) => (host, port).to_socket_addrs().map_err(unknown)?.collect(),

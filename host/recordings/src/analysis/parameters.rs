@@ -133,19 +133,15 @@ pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
             all.push(format!("{name} = {} ({})", shown(*value), shown(was)));
         }
     }
-    for (name, now, then) in [
-        ("method", now.method, then.method),
-        ("learning", now.learning, then.learning),
-    ] {
+    for (name, now, then) in
+        [("method", now.method, then.method), ("learning", now.learning, then.learning)]
+    {
         if now != then {
             all.push(format!("{name} = {now} ({then})"));
         }
     }
     if now.window != then.window {
-        all.push(format!(
-            "window = \"{}\"",
-            crate::config::window_text(params.window)
-        ));
+        all.push(format!("window = \"{}\"", crate::config::window_text(params.window)));
     }
     if now.gyro_timing != then.gyro_timing {
         let timing = crate::config::gyro_timing_text(params.attitude.gyro_timing);

@@ -201,11 +201,7 @@ impl Tally {
         let samples = self.summary.samples.max(1) as f64;
         let counts = Phase::ALL.into_iter().zip(self.states);
         let shares = counts.map(|(phase, count)| (phase.name(), count as f64 / samples));
-        Summary {
-            state_shares: shares.collect(),
-            metrics: self.metrics.finish(),
-            ..self.summary
-        }
+        Summary { state_shares: shares.collect(), metrics: self.metrics.finish(), ..self.summary }
     }
 }
 
@@ -243,11 +239,8 @@ impl fmt::Display for Summary {
             write!(f, "\n{SLIP_NOTE}")?;
         }
         if !self.flag_counts.is_empty() {
-            let counts: Vec<_> = self
-                .flag_counts
-                .iter()
-                .map(|(name, count)| format!("{name} {count}"))
-                .collect();
+            let counts: Vec<_> =
+                self.flag_counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
             write!(f, "\nflags    {}", counts.join(", "))?;
         }
         if let Some(metrics) = &self.metrics {

@@ -28,11 +28,7 @@ impl WholeFile {
         // A link is resolved, so that its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let unfinished = Unfinished::new(&path);
-        Ok(Self {
-            to: BufWriter::new(File::create(&unfinished.0)?),
-            unfinished,
-            path,
-        })
+        Ok(Self { to: BufWriter::new(File::create(&unfinished.0)?), unfinished, path })
     }
 
     /// Renames the file to its final name.
@@ -61,11 +57,7 @@ struct Unfinished(PathBuf);
 /// Removes a file, or a folder with its content.
 fn remove(path: &Path) {
     // After success nothing has this name. After a failure the first error counts, not that of the removal.
-    let _ = if path.is_dir() {
-        fs::remove_dir_all(path)
-    } else {
-        fs::remove_file(path)
-    };
+    let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
 }
 
 /// Unfinished files and folders of this process. No other can be started while they are locked.

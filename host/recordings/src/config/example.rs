@@ -121,15 +121,11 @@ mod tests {
             .map(|key| key.path.split('.').next().unwrap_or_default().to_owned())
             .collect();
         // The reader lists the known keys.
-        let error = Overrides::parse("zzz = 1", "x.toml")
-            .unwrap_err()
-            .to_string();
+        let error = Overrides::parse("zzz = 1", "x.toml").unwrap_err().to_string();
         let (_, expected) = error.split_once("expected one of ").expect("a list");
         let expected = expected.split(';').next().unwrap_or_default();
-        let expected: BTreeSet<String> = expected
-            .split(", ")
-            .map(|key| key.trim_matches('`').to_owned())
-            .collect();
+        let expected: BTreeSet<String> =
+            expected.split(", ").map(|key| key.trim_matches('`').to_owned()).collect();
         assert_eq!(tops, expected);
         // Every key has a meaning and a range.
         for key in keys() {

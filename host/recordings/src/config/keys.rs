@@ -40,18 +40,14 @@ const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [-0.9, 2.4, 0.6, -4.7, 4.6, 4.6];
 /// Returns all keys, in file order.
 #[must_use]
 pub fn keys() -> Vec<Key> {
-    let key = |path: &str, kind| Key {
-        path: path.to_owned(),
-        kind,
-    };
+    let key = |path: &str, kind| Key { path: path.to_owned(), kind };
     let mut numbers: Vec<Key> = Vec::new();
     for number in Parameter::ALL {
         let (path, _) = split_axis(number.name());
         match numbers.last_mut() {
-            Some(Key {
-                path: last,
-                kind: Kind::Numbers(axes),
-            }) if *last == path => axes.push(number),
+            Some(Key { path: last, kind: Kind::Numbers(axes) }) if *last == path => {
+                axes.push(number)
+            }
             _ => numbers.push(key(path, Kind::Numbers(vec![number]))),
         }
     }
@@ -67,11 +63,7 @@ pub fn keys() -> Vec<Key> {
     ]);
     all.extend(rest);
     all.push(key(parameter::GYRO_DELAY.name, Kind::GyroTiming));
-    all.extend(
-        (0..)
-            .zip(Learnt::ROWS)
-            .map(|(place, row)| key(row.name, Kind::Learnt(place))),
-    );
+    all.extend((0..).zip(Learnt::ROWS).map(|(place, row)| key(row.name, Kind::Learnt(place))));
     for limits in [ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS] {
         all.push(key(limits.key, Kind::Correction(limits)));
     }
@@ -87,14 +79,7 @@ pub fn keys() -> Vec<Key> {
 
 /// Returns the keys that a foot can have values of its own for, without the table of the foot.
 pub(super) fn keys_of_a_foot() -> Vec<Key> {
-    const TABLES: [&str; 6] = [
-        "axes",
-        "learnt",
-        "accelerometer",
-        "gyroscope",
-        "decision",
-        "load",
-    ];
+    const TABLES: [&str; 6] = ["axes", "learnt", "accelerometer", "gyroscope", "decision", "load"];
     let mut all = keys();
     all.retain(|key| TABLES.contains(&key.path.split('.').next().unwrap_or_default()));
     all
@@ -207,15 +192,11 @@ impl Key {
             Kind::Window => quoted(&window_text(params.window)),
             Kind::GyroTiming => quoted(&gyro_timing_text(params.attitude.gyro_timing)),
             Kind::Learnt(place) => {
-                let values = params
-                    .learnt
-                    .map_or(LEARNT_EXAMPLE, |learnt| learnt.to_array());
+                let values = params.learnt.map_or(LEARNT_EXAMPLE, |learnt| learnt.to_array());
                 values.get(*place).copied().map_or_else(String::new, shown)
             }
             Kind::Correction(limits) => {
-                let each = limits
-                    .axes
-                    .map(|axis| format!("{axis} = {}", shown(limits.none)));
+                let each = limits.axes.map(|axis| format!("{axis} = {}", shown(limits.none)));
                 format!("{{ {} }}", each.join(", "))
             }
         }

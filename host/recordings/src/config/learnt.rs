@@ -22,21 +22,7 @@ pub struct LearntValues {
 
 impl From<Learnt> for LearntValues {
     fn from(of: Learnt) -> Self {
-        let Learnt {
-            still,
-            moving,
-            width,
-            speed,
-            still_seconds,
-            moving_seconds,
-        } = of;
-        Self {
-            still,
-            moving,
-            width,
-            speed,
-            still_seconds,
-            moving_seconds,
-        }
+        let Learnt { still, moving, width, speed, still_seconds, moving_seconds } = of;
+        Self { still, moving, width, speed, still_seconds, moving_seconds }
     }
 }

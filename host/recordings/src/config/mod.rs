@@ -177,17 +177,12 @@ impl Overrides {
             Ok(table) => reader.all(table.get_ref()),
             Err(error) => {
                 let at = error.span().map_or(0, |span| span.start);
-                reader
-                    .errors
-                    .push((at, error.message().trim().replace('\n', ", ")));
+                reader.errors.push((at, error.message().trim().replace('\n', ", ")));
                 Settings::default()
             }
         };
         if reader.errors.is_empty() {
-            return Ok(Self {
-                all,
-                feet: reader.feet,
-            });
+            return Ok(Self { all, feet: reader.feet });
         }
         reader.errors.sort_by_key(|(at, _)| *at);
         let errors = reader.errors.into_iter().take(MOST_ERRORS);
@@ -200,9 +195,7 @@ impl Overrides {
                 message,
             }
         });
-        Err(ConfigError::Wrong {
-            errors: errors.collect(),
-        })
+        Err(ConfigError::Wrong { errors: errors.collect() })
     }
 
     /// Returns the correction of the sensor's errors and its mounting in the foot.
@@ -216,8 +209,7 @@ impl Overrides {
     pub fn foot_corrections(&self) -> BTreeMap<String, Correction> {
         let all = self.correction();
         let feet = self.feet.iter();
-        feet.map(|(name, foot)| (name.clone(), foot.corrected(all)))
-            .collect()
+        feet.map(|(name, foot)| (name.clone(), foot.corrected(all))).collect()
     }
 
     /// Applies the settings of a foot with these names to `params`, after those of all.
@@ -239,10 +231,7 @@ impl Overrides {
 fn key_on_line(text: &str, line: usize) -> Option<String> {
     let so_far: Vec<&str> = text.lines().take(line).map(str::trim).collect();
     let (key, _) = so_far.last()?.split_once('=')?;
-    let table = so_far
-        .iter()
-        .rev()
-        .find_map(|line| line.strip_prefix('[')?.split(']').next());
+    let table = so_far.iter().rev().find_map(|line| line.strip_prefix('[')?.split(']').next());
     Some(match table {
         Some(table) => format!("{}.{}", table.trim(), key.trim()),
         None => key.trim().to_owned(),

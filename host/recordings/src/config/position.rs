@@ -67,11 +67,7 @@ mod tests {
             ("gyroscope.bias_rad_s", 5, 1),
             ("gyroscope.bias_rad_s.wy", 5, 24),
         ] {
-            assert_eq!(
-                Position::of_key(text, key),
-                Some(Position { line, column }),
-                "{key}"
-            );
+            assert_eq!(Position::of_key(text, key), Some(Position { line, column }), "{key}");
         }
         assert_eq!(Position::of_key(text, "attitude.rest.duration_s"), None);
         assert_eq!(Position::of_key("not = [toml", "not"), None);

@@ -55,18 +55,12 @@ impl Preset {
     /// and gravity are placeholders: they depend on the recording.
     #[must_use]
     pub fn params(self, format: Format) -> Params {
-        let default_with_load_of = |other: Params| Params {
-            load: other.load,
-            ..default_params()
-        };
+        let default_with_load_of = |other: Params| Params { load: other.load, ..default_params() };
         match (self, format) {
             (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
             (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
             // A NAO weighs a third of the load from which the paper's ATLAS is loaded.
-            (Self::Paper, Format::Lcd) => Params {
-                load: default_params().load,
-                ..Params::PAPER
-            },
+            (Self::Paper, Format::Lcd) => Params { load: default_params().load, ..Params::PAPER },
             (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
             (Self::Default, _) => default_params(),
             (Self::Paper, _) => Params::PAPER,
@@ -119,10 +113,7 @@ mod tests {
 
     #[test]
     fn bandwidths_follow_the_noise_if_it_is_known() {
-        let noise = Noise {
-            specific_force: Some(0.5),
-            angular_rate: None,
-        };
+        let noise = Noise { specific_force: Some(0.5), angular_rate: None };
         let params = with_bandwidth_of(&noise, Params::DEFAULT);
         assert_eq!((params.bandwidth.ax, params.bandwidth.az), (0.5, 0.5));
         assert_eq!(params.bandwidth.wz, Params::DEFAULT.bandwidth.wz);

@@ -50,10 +50,7 @@ pub struct Origins<'a> {
 impl ParameterRefusal {
     /// Joins the refusals of several parameters, a line for each.
     pub(super) fn of_all(refusals: Vec<Self>) -> Result<(), Self> {
-        let sentences: Vec<String> = refusals
-            .into_iter()
-            .map(|Self(sentence)| sentence)
-            .collect();
+        let sentences: Vec<String> = refusals.into_iter().map(|Self(sentence)| sentence).collect();
         match sentences.is_empty() {
             true => Ok(()),
             false => Err(Self(sentences.join("\n"))),
@@ -70,12 +67,8 @@ impl Origins<'_> {
         for (foot, own) in &self.overrides.feet {
             let mut of_foot = *params;
             own.apply(&mut of_foot);
-            if let Err(ParamsError::OutOfRange {
-                field,
-                value,
-                min,
-                max,
-            }) = of_foot.validate::<CAPACITY>()
+            if let Err(ParamsError::OutOfRange { field, value, min, max }) =
+                of_foot.validate::<CAPACITY>()
                 && own.determines(field)
             {
                 let key = self.in_file(&format!("feet.{foot}.{field}"));
@@ -107,12 +100,7 @@ impl Origins<'_> {
                 "{} comes to {samples} samples at this sample rate, allowed is 1 to {capacity}",
                 self.window_name()
             )),
-            ParamsError::OutOfRange {
-                field,
-                value,
-                min,
-                max,
-            } => {
+            ParamsError::OutOfRange { field, value, min, max } => {
                 let (subject, hint) = match *field {
                     "window" => (self.window_name(), ""),
                     "sample_rate_hz" => {
@@ -183,9 +171,7 @@ fn out_of_range(subject: &str, field: &str, numbers: [f32; 3]) -> ParameterRefus
         "load.off_threshold" => ", and not above load.on_threshold",
         _ => "",
     };
-    ParameterRefusal(format!(
-        "{subject} is {is}{unit}, allowed is {low} to {high}{unit}{end}"
-    ))
+    ParameterRefusal(format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}{end}"))
 }
 
 #[cfg(test)]
@@ -218,14 +204,8 @@ mod tests {
     #[test]
     fn error_names_key_unit_and_file() {
         for (text, expected) in [
-            (
-                "sample_rate_hz = 1",
-                "sample_rate_hz is 1 Hz, allowed is 20 to 10000 Hz",
-            ),
-            (
-                "window = '0ms'",
-                "window is 0 ms, allowed is 0.1 to 1000000 ms",
-            ),
+            ("sample_rate_hz = 1", "sample_rate_hz is 1 Hz, allowed is 20 to 10000 Hz"),
+            ("window = '0ms'", "window is 0 ms, allowed is 0.1 to 1000000 ms"),
             (
                 "bandwidth.acceleration_m_s2 = -1",
                 "bandwidth.acceleration_m_s2 (ax) is -1 m/s², allowed is 1e-6 to 1000 m/s²",
@@ -234,22 +214,10 @@ mod tests {
                 "half_width.angular_rate_rad_s.wy = 0",
                 "half_width.angular_rate_rad_s (wy) is 0 rad/s, allowed is 1e-6 to 3 rad/s",
             ),
-            (
-                "decision.threshold = 1.5",
-                "decision.threshold is 1.5, allowed is 0.01 to 0.99",
-            ),
-            (
-                "decision.on_delay_s = -1",
-                "decision.on_delay_s is -1 s, allowed is 0 to 10 s",
-            ),
-            (
-                "decision.off_delay_s = -1",
-                "decision.off_delay_s is -1 s, allowed is 0 to 0.2 s",
-            ),
-            (
-                "load.on_threshold = nan",
-                "load.on_threshold is NaN, allowed is -1e9 to 1e9",
-            ),
+            ("decision.threshold = 1.5", "decision.threshold is 1.5, allowed is 0.01 to 0.99"),
+            ("decision.on_delay_s = -1", "decision.on_delay_s is -1 s, allowed is 0 to 10 s"),
+            ("decision.off_delay_s = -1", "decision.off_delay_s is -1 s, allowed is 0 to 0.2 s"),
+            ("load.on_threshold = nan", "load.on_threshold is NaN, allowed is -1e9 to 1e9"),
             (
                 "load.off_threshold = -1e10",
                 "load.off_threshold is -1e10, allowed is -1e9 to 12, and not above load.on_threshold",
@@ -262,10 +230,7 @@ mod tests {
                 "attitude.motion_time_constant_s = 0",
                 "attitude.motion_time_constant_s is 0 s, allowed is 0.1 to 100 s",
             ),
-            (
-                "attitude.quiet_gain = 0",
-                "attitude.quiet_gain is 0, allowed is 1 to 10000",
-            ),
+            ("attitude.quiet_gain = 0", "attitude.quiet_gain is 0, allowed is 1 to 10000"),
             (
                 "attitude.quiet_acceleration_m_s2 = 0",
                 "attitude.quiet_acceleration_m_s2 is 0 m/s², allowed is 0.001 to 10 m/s²",
@@ -329,31 +294,16 @@ mod tests {
     #[test]
     fn implausible_learnt_value_is_rejected_by_key() {
         for (from, to, expected) in [
-            (
-                "speed = -5",
-                "speed = -20",
-                "learnt.speed is -20, allowed is -11.5 to 0",
-            ),
-            (
-                "moving = 1",
-                "moving = -2",
-                "learnt.moving is -2, allowed is -1 to 6",
-            ),
-            (
-                "width = 0.5",
-                "width = nan",
-                "learnt.width is NaN, allowed is 0 to 2",
-            ),
+            ("speed = -5", "speed = -20", "learnt.speed is -20, allowed is -11.5 to 0"),
+            ("moving = 1", "moving = -2", "learnt.moving is -2, allowed is -1 to 6"),
+            ("width = 0.5", "width = nan", "learnt.width is NaN, allowed is 0 to 2"),
             (
                 "still_seconds = 2",
                 "still_seconds = -2",
                 "learnt.still_seconds is -2, allowed is 0 to 1000",
             ),
         ] {
-            assert_eq!(
-                refusal(&with_learnt(from, to), None),
-                format!("c.toml, key {expected}")
-            );
+            assert_eq!(refusal(&with_learnt(from, to), None), format!("c.toml, key {expected}"));
         }
     }
 
@@ -374,16 +324,8 @@ mod tests {
         };
         let window = Some(WindowLength::Samples(50));
         for (text, window, name) in [
-            (
-                "half_width.acceleration_m_s2 = 1",
-                None,
-                "c.toml, key half_width",
-            ),
-            (
-                "[bandwidth]\nangular_rate_rad_s = { wx = 1 }",
-                None,
-                "c.toml, key bandwidth",
-            ),
+            ("half_width.acceleration_m_s2 = 1", None, "c.toml, key half_width"),
+            ("[bandwidth]\nangular_rate_rad_s = { wx = 1 }", None, "c.toml, key bandwidth"),
             ("window = '20ms'", None, "c.toml, key window"),
             ("", window, "--window"),
         ] {

@@ -86,9 +86,7 @@ impl Resolved {
             axes.set(&mut correction, &mut foot_corrections);
         }
         Hints {
-            sample_rate: self
-                .sample_rate
-                .or(self.overrides.all.get(Parameter::SampleRate)),
+            sample_rate: self.sample_rate.or(self.overrides.all.get(Parameter::SampleRate)),
             gravity: self.gravity.or(self.overrides.all.gravity),
             correction,
             foot_corrections,
@@ -107,10 +105,7 @@ impl Resolved {
             overrides: &self.overrides,
             window: self.window,
             recording,
-            sample_rate: match (
-                self.sample_rate,
-                self.overrides.all.get(Parameter::SampleRate),
-            ) {
+            sample_rate: match (self.sample_rate, self.overrides.all.get(Parameter::SampleRate)) {
                 (Some(_), _) => RateOrigin::Option,
                 (None, Some(_)) => RateOrigin::Configuration,
                 (None, None) => RateOrigin::Recording,
@@ -132,9 +127,7 @@ impl Resolved {
     /// # Errors
     /// Each parameter that is out of range, or the first without an effect.
     pub fn check_before_reading(&self, format: Format) -> Result<(), ParameterRefusal> {
-        self.check_params(format, |error| {
-            !matches!(error, ParamsError::WindowLength { .. })
-        })
+        self.check_params(format, |error| !matches!(error, ParamsError::WindowLength { .. }))
     }
 
     fn check_params(
@@ -174,10 +167,7 @@ impl Resolved {
     pub fn check_axes(&self, names: &[&str]) -> Result<(), NoSuchFoot> {
         match self.absent_foot(names) {
             None => Ok(()),
-            Some(foot) => Err(NoSuchFoot {
-                foot: foot.to_owned(),
-                feet: names.join(", "),
-            }),
+            Some(foot) => Err(NoSuchFoot { foot: foot.to_owned(), feet: names.join(", ") }),
         }
     }
 
@@ -221,11 +211,8 @@ mod tests {
     use super::*;
 
     fn of_file(text: &str) -> Resolved {
-        Resolved::of_file(ConfigFile {
-            name: "c.toml".to_owned(),
-            text: text.to_owned(),
-        })
-        .expect("a configuration")
+        Resolved::of_file(ConfigFile { name: "c.toml".to_owned(), text: text.to_owned() })
+            .expect("a configuration")
     }
 
     fn hints(resolved: &Resolved) -> Hints {
@@ -264,10 +251,7 @@ mod tests {
         assert_eq!(file, (duration, Some(500.0), removed, of_all, own));
         let count = WindowLength::Samples(7);
         let included = Some(Gravity::Included);
-        assert_eq!(
-            options,
-            (count, Some(400.0), included, given.clone(), given)
-        );
+        assert_eq!(options, (count, Some(400.0), included, given.clone(), given));
     }
 
     #[test]
@@ -276,10 +260,7 @@ mod tests {
         let file = of_file("sample_rate_hz = 500");
         assert_eq!(origin(&Resolved::default()), RateOrigin::Recording);
         assert_eq!(origin(&file), RateOrigin::Configuration);
-        let option = Resolved {
-            sample_rate: Some(500.0),
-            ..file
-        };
+        let option = Resolved { sample_rate: Some(500.0), ..file };
         assert_eq!(origin(&option), RateOrigin::Option);
     }
 }

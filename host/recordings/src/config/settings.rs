@@ -177,8 +177,7 @@ impl Reader {
                 axes if value.get_ref().is_table() => {
                     let names: Vec<&str> = axes.iter().map(|number| axis(*number)).collect();
                     let read = self.each(value, &names, |_, read| Ok(read)).into_iter();
-                    to.numbers
-                        .extend(read.map(|(place, read)| (axes[place], read)));
+                    to.numbers.extend(read.map(|(place, read)| (axes[place], read)));
                 }
                 axes => {
                     let read: Option<f32> = self.take(value, "a number or a table of axes");
@@ -190,8 +189,7 @@ impl Reader {
             Kind::Correction(limits) => {
                 let read = self.each(value, &limits.axes, |axis, read| limits.checked(axis, read));
                 let read = read.into_iter();
-                to.corrections
-                    .extend(read.map(|(place, read)| (*limits, place, read)));
+                to.corrections.extend(read.map(|(place, read)| (*limits, place, read)));
             }
         }
     }
@@ -251,18 +249,14 @@ impl Reader {
     fn take<T: DeserializeOwned>(&mut self, value: &Value<'_>, expected: &str) -> Option<T> {
         let read = T::deserialize(ValueDeserializer::from(value.clone()));
         let read = read.map_err(|error| {
-            let (what, _) = error
-                .message()
-                .split_once(", expected ")
-                .unwrap_or_default();
+            let (what, _) = error.message().split_once(", expected ").unwrap_or_default();
             format!("{what}, expected {expected}")
         });
         self.noted(value, read)
     }
 
     fn noted<T>(&mut self, at: &Value<'_>, read: Result<T, String>) -> Option<T> {
-        read.map_err(|error| self.errors.push((at.span().start, error)))
-            .ok()
+        read.map_err(|error| self.errors.push((at.span().start, error))).ok()
     }
 
     fn unknown(&mut self, key: &Spanned<impl AsRef<str>>, known: &[&str]) {
@@ -312,27 +306,15 @@ mod tests {
                 "load.threshold = 1",
                 "unknown field `threshold`, expected one of `on_threshold`, `off_threshold`",
             ),
-            (
-                "gyroscope.bias = 1",
-                "unknown field `bias`, expected one of `bias_rad_s`",
-            ),
+            ("gyroscope.bias = 1", "unknown field `bias`, expected one of `bias_rad_s`"),
             (
                 "feet.FL.window = 1",
                 "unknown field `window`, expected one of `axes`, `decision`, `load`, `learnt`, \
                  `accelerometer`, `gyroscope`",
             ),
-            (
-                "load = 3",
-                "invalid type: integer `3`, expected the table load",
-            ),
-            (
-                "feet.FL = 3",
-                "invalid type: integer `3`, expected a table of settings",
-            ),
-            (
-                "gyroscope.bias_rad_s = 3",
-                "invalid type: integer `3`, expected a table of axes",
-            ),
+            ("load = 3", "invalid type: integer `3`, expected the table load"),
+            ("feet.FL = 3", "invalid type: integer `3`, expected a table of settings"),
+            ("gyroscope.bias_rad_s = 3", "invalid type: integer `3`, expected a table of axes"),
             (
                 "attitude.rest.time_s = 1",
                 "unknown field `time_s`, expected one of `duration_s`, `acceleration_m_s2`, \

@@ -65,20 +65,9 @@ fn every_key_reaches_its_parameter() {
                 bias_time_constant: 18.0,
             },
         },
-        decision: DecisionParams {
-            threshold: 0.6,
-            on_delay: 0.1,
-            off_delay: 0.2,
-        },
-        load: LoadParams {
-            on_threshold: 20.0,
-            off_threshold: 10.0,
-        },
-        velocity: VelocityParams {
-            speed: 0.3,
-            lever: 0.4,
-            floor: 0.05,
-        },
+        decision: DecisionParams { threshold: 0.6, on_delay: 0.1, off_delay: 0.2 },
+        load: LoadParams { on_threshold: 20.0, off_threshold: 10.0 },
+        velocity: VelocityParams { speed: 0.3, lever: 0.4, floor: 0.05 },
     };
     assert_eq!(params, expected);
 }
@@ -169,10 +158,7 @@ fn the_load_trigger_is_in_the_unit_of_the_formats_load() {
         (Format::Lcd, Params::DEFAULT),
         (Format::PceGo1, Params::PAPER_GO1),
     ] {
-        let expected = Params {
-            load: with_its_load.load,
-            ..default_params()
-        };
+        let expected = Params { load: with_its_load.load, ..default_params() };
         assert_eq!(Preset::Default.params(format), expected, "{format:?}");
     }
 }
@@ -235,10 +221,7 @@ fn invalid_number_of_a_foot_is_refused_by_its_key() {
             ),
         ),
         // An error of the file is reported when the foot is estimated.
-        (
-            "decision.threshold = 1.5\n[feet.fl]\nload.on_threshold = 20\n",
-            None,
-        ),
+        ("decision.threshold = 1.5\n[feet.fl]\nload.on_threshold = 20\n", None),
     ] {
         assert_eq!(refusal(text).as_deref(), expected, "{text}");
     }

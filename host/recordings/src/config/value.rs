@@ -12,16 +12,12 @@ use crate::input::{Correction, is_among};
 use super::notation::Notation;
 
 /// Words for whether samples contain gravity.
-pub const GRAVITIES: [(&str, Gravity); 2] = [
-    ("included", Gravity::Included),
-    ("removed", Gravity::Removed),
-];
+pub const GRAVITIES: [(&str, Gravity); 2] =
+    [("included", Gravity::Included), ("removed", Gravity::Removed)];
 
 /// Words for the source of the limits of stillness.
-pub const METHODS: [(&str, Method); 2] = [
-    ("self_calibrating", Method::SelfCalibrating),
-    ("half_widths", Method::HalfWidths),
-];
+pub const METHODS: [(&str, Method); 2] =
+    [("self_calibrating", Method::SelfCalibrating), ("half_widths", Method::HalfWidths)];
 
 /// Words for whether a foot continues to learn.
 pub const LEARNINGS: [(&str, Learning); 2] = [("on", Learning::On), ("frozen", Learning::Frozen)];
@@ -32,18 +28,16 @@ pub fn word_of<T: Copy + PartialEq, const N: usize>(
     value: T,
 ) -> &'static str {
     let mut rows = table.iter();
-    rows.find_map(|(word, of)| (*of == value).then_some(*word))
-        .unwrap_or_default()
+    rows.find_map(|(word, of)| (*of == value).then_some(*word)).unwrap_or_default()
 }
 
 /// Returns the value of a word in one of these tables.
 fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, String> {
     let mut rows = table.iter();
-    rows.find_map(|(word, value)| (*word == text).then_some(*value))
-        .ok_or_else(|| {
-            let [(one, _), (other, _)] = table;
-            format!("{text:?} is neither \"{one}\" nor \"{other}\"")
-        })
+    rows.find_map(|(word, value)| (*word == text).then_some(*value)).ok_or_else(|| {
+        let [(one, _), (other, _)] = table;
+        format!("{text:?} is neither \"{one}\" nor \"{other}\"")
+    })
 }
 
 /// Formats the length of a window as [`parse_window`] reads it.
@@ -86,11 +80,9 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
 /// A sentence with the accepted notation.
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
-    seconds
-        .filter(|seconds: &f64| (0.0..=1.0e9).contains(seconds))
-        .ok_or_else(|| {
-            format!("{text:?} is no time since the first sample: write seconds, such as 2.5")
-        })
+    seconds.filter(|seconds: &f64| (0.0..=1.0e9).contains(seconds)).ok_or_else(|| {
+        format!("{text:?} is no time since the first sample: write seconds, such as 2.5")
+    })
 }
 
 /// Parses the method: `self_calibrating` or `half_widths`.
@@ -114,18 +106,12 @@ pub fn parse_learning(text: &str) -> Result<Learning, String> {
 /// # Errors
 /// A sentence with the accepted notation.
 pub fn parse_sample_rate(text: &str) -> Result<f32, String> {
-    text.parse()
-        .map_err(|_| no_sample_rate(text))
-        .and_then(checked_sample_rate)
+    text.parse().map_err(|_| no_sample_rate(text)).and_then(checked_sample_rate)
 }
 
 /// Checks that a sample rate in Hz is above 0 and finite.
 pub(super) fn checked_sample_rate(rate: f32) -> Result<f32, String> {
-    if rate.is_finite() && rate > 0.0 {
-        Ok(rate)
-    } else {
-        Err(no_sample_rate(&rate.to_string()))
-    }
+    if rate.is_finite() && rate > 0.0 { Ok(rate) } else { Err(no_sample_rate(&rate.to_string())) }
 }
 
 fn no_sample_rate(text: &str) -> String {
@@ -271,10 +257,7 @@ mod tests {
     #[test]
     fn method_and_learning_are_words() {
         assert_eq!(parse_method("half_widths"), Ok(Method::HalfWidths));
-        assert_eq!(
-            parse_method("self_calibrating"),
-            Ok(Method::SelfCalibrating)
-        );
+        assert_eq!(parse_method("self_calibrating"), Ok(Method::SelfCalibrating));
         assert!(parse_method("paper").is_err());
         assert_eq!(parse_learning("on"), Ok(Learning::On));
         assert_eq!(parse_learning("frozen"), Ok(Learning::Frozen));
@@ -302,17 +285,11 @@ mod tests {
     #[test]
     fn axes_are_three_names_or_a_quaternion() {
         for (text, read) in [("x,-z,y", "x,-z,y"), ("1,0,0,0", "x,y,z")] {
-            assert_eq!(
-                parse_axes(text).map(|axes| axes.to_string()),
-                Ok(read.to_owned())
-            );
+            assert_eq!(parse_axes(text).map(|axes| axes.to_string()), Ok(read.to_owned()));
         }
         for (text, error) in [
             ("x,z", "\"x,z\" is neither axes nor a quaternion: write "),
-            (
-                "x,z,y",
-                "x,z,y is left-handed, and a sensor is not: flip the sign of ",
-            ),
+            ("x,z,y", "x,z,y is left-handed, and a sensor is not: flip the sign of "),
         ] {
             let refused = parse_axes(text).unwrap_err();
             assert!(refused.starts_with(error), "{refused}");

@@ -37,17 +37,12 @@ impl Loaded {
         let (Self::Unloaded, Self::Since(start, peak)) = (*self, before) else {
             return None;
         };
-        let duration_us = now
-            .micros_since(start)
-            .filter(|us| *us >= SHORTEST_SWING_US)?;
+        let duration_us = now.micros_since(start).filter(|us| *us >= SHORTEST_SWING_US)?;
         let of = |kind, time| ContactEvent {
             duration_us: Some(duration_us),
             peak,
             ..ContactEvent::new(kind, time)
         };
-        Some([
-            of(EventKind::UnstableStart, start),
-            of(EventKind::UnstableEnd, now),
-        ])
+        Some([of(EventKind::UnstableStart, start), of(EventKind::UnstableEnd, now)])
     }
 }

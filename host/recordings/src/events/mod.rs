@@ -137,8 +137,7 @@ enum State {
 impl Events {
     /// Processes the next estimate.
     pub fn add(&mut self, estimate: &ContactEstimate) {
-        self.unstable
-            .extend(self.loaded.add(estimate).into_iter().flatten());
+        self.unstable.extend(self.loaded.add(estimate).into_iter().flatten());
         match (&mut self.state, estimate.decision) {
             (State::Unstable(unstable), Decision::NotStable) => unstable.add(estimate),
             (state, Decision::NotStable) => {
@@ -185,12 +184,8 @@ impl Events {
                 }
                 if let Some(now) = now {
                     self.known.extend(self.unstable.drain(..));
-                    self.stance = Stance {
-                        touch_down: Some(now),
-                        peak: 0.0,
-                    };
-                    self.waiting
-                        .push(ContactEvent::new(EventKind::TouchDown, now));
+                    self.stance = Stance { touch_down: Some(now), peak: 0.0 };
+                    self.waiting.push(ContactEvent::new(EventKind::TouchDown, now));
                 }
             }
             Verdict::Unknown => {
@@ -260,13 +255,7 @@ impl Events {
 
 impl ContactEvent {
     const fn new(kind: EventKind, time: Timestamp) -> Self {
-        Self {
-            time,
-            kind,
-            duration_us: None,
-            peak: 0.0,
-            distance_m: None,
-        }
+        Self { time, kind, duration_us: None, peak: 0.0, distance_m: None }
     }
 }
 

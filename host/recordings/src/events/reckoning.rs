@@ -8,12 +8,8 @@ use crate::samples::space::{Rotation, Vector};
 const LONGEST_STEP_US: u64 = 20_000;
 
 /// Flags of samples that cannot be integrated.
-const UNSOUND: [Flag; 4] = [
-    Flag::AttitudeNotInitialised,
-    Flag::Saturated,
-    Flag::Stale,
-    Flag::InvalidSample,
-];
+const UNSOUND: [Flag; 4] =
+    [Flag::AttitudeNotInitialised, Flag::Saturated, Flag::Stale, Flag::InvalidSample];
 
 /// Motion since the foot last stood: its acceleration without gravity, rotated into the world frame and integrated
 /// twice with the trapezoidal rule.
@@ -100,8 +96,5 @@ fn up(estimate: &ContactEstimate) -> Vector {
 
 fn rotation(estimate: &ContactEstimate) -> Rotation {
     let q = estimate.orientation;
-    Rotation {
-        w: q.w.into(),
-        v: Vector::new(q.x.into(), q.y.into(), q.z.into()),
-    }
+    Rotation { w: q.w.into(), v: Vector::new(q.x.into(), q.y.into(), q.z.into()) }
 }

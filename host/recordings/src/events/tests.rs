@@ -32,12 +32,7 @@ fn estimate(does: char, ms: u64) -> ContactEstimate {
     };
     ContactEstimate {
         timestamp: Timestamp::from_micros(1000 * ms),
-        probabilities: Probabilities {
-            stable,
-            tangential,
-            vertical,
-            ..Probabilities::default()
-        },
+        probabilities: Probabilities { stable, tangential, vertical, ..Probabilities::default() },
         decision: match does {
             's' => Decision::Stable,
             _ => Decision::NotStable,
@@ -48,12 +43,7 @@ fn estimate(does: char, ms: u64) -> ContactEstimate {
             _ => Flags::NONE,
         },
         orientation: match does {
-            'r' => Quaternion {
-                w: 0.99905,
-                x: 0.0,
-                y: 0.04362,
-                z: 0.0,
-            },
+            'r' => Quaternion { w: 0.99905, x: 0.0, y: 0.04362, z: 0.0 },
             _ => Quaternion::IDENTITY,
         },
         linear_acceleration: LinearAcceleration(Vec3::new(0.6 * along, 0.8 * along, 0.3)),
@@ -101,11 +91,7 @@ fn motions_yield_events() {
             "200L 300s 200F 250L 200F 150L 200F 60L 200F 150L 400s",
             SLIPPERY,
         ),
-        (
-            "unusable samples make no unstable stance",
-            "300s 200F 100L 1H 100L 200F",
-            "lift_off 300",
-        ),
+        ("unusable samples make no unstable stance", "300s 200F 100L 1H 100L 200F", "lift_off 300"),
         ("it stands at the start", "180h 500s 300f", "lift_off 680"),
         (
             "a slip within a stance",
@@ -117,22 +103,10 @@ fn motions_yield_events() {
             "100s 200L 300F 50s",
             "slip_start 100 200, slip_end 300 200, lift_off 300, touch_down 600",
         ),
-        (
-            "a short one is the lift-off",
-            "100s 60L 300F 50s",
-            "lift_off 100, touch_down 460",
-        ),
+        ("a short one is the lift-off", "100s 60L 300F 50s", "lift_off 100, touch_down 460"),
         ("it rocks about its toe", "100s 30a 120r 100s", ""),
-        (
-            "it rolls off about its toe",
-            "100s 30a 120r 300f 50s",
-            "lift_off 100, touch_down 550",
-        ),
-        (
-            "a slide before a roll",
-            "100s 150a 50r 100s",
-            "slip_start 100 200, slip_end 300 200",
-        ),
+        ("it rolls off about its toe", "100s 30a 120r 300f 50s", "lift_off 100, touch_down 550"),
+        ("a slide before a roll", "100s 150a 50r 100s", "slip_start 100 200, slip_end 300 200"),
         ("it sinks", "100s 200v 100s", ""),
         (
             "the end of the stance is unseen",
@@ -149,11 +123,7 @@ fn motions_yield_events() {
     }
     // A short shock in the stance is not a swing.
     let knocked = events("200s 50f 200s");
-    assert!(
-        knocked
-            .iter()
-            .all(|event| event.kind.name().starts_with("slip"))
-    );
+    assert!(knocked.iter().all(|event| event.kind.name().starts_with("slip")));
 }
 
 #[test]
@@ -168,14 +138,9 @@ fn slip_has_a_distance_and_a_peak() {
     }
     let hidden = events("100s 100b 1h 100c 100s");
     assert_eq!(hidden.len(), 2);
-    assert_eq!(
-        (hidden[0].distance_m, hidden[0].duration_us),
-        (None, Some(201_000))
-    );
+    assert_eq!((hidden[0].distance_m, hidden[0].duration_us), (None, Some(201_000)));
     let stance = events("300f 100s 100b 100s 300f");
-    let of = stance
-        .iter()
-        .map(|event| (event.peak, event.distance_m.is_some()));
+    let of = stance.iter().map(|event| (event.peak, event.distance_m.is_some()));
     let of: Vec<_> = of.collect();
     assert_eq!(of, [(0.95, false), (0.1, true), (0.1, true), (0.95, false)]);
 }
@@ -194,22 +159,9 @@ fn row_has_a_cell_for_every_header_name() {
         write_event(foot, event, start_us, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     };
-    assert_eq!(
-        row(None, &event, -2_000_000),
-        "-0.500000,slip_end,1.000020,0.25,0.012300\n"
-    );
-    let blank = ContactEvent {
-        kind: EventKind::TouchDown,
-        duration_us: None,
-        distance_m: None,
-        ..event
-    };
-    assert_eq!(
-        row(Some("a,b"), &blank, 0),
-        "\"a,b\",1.500000,touch_down,,0.25,\n"
-    );
-    assert_eq!(
-        row(None, &blank, 0).matches(',').count(),
-        HEADER.matches(',').count()
-    );
+    assert_eq!(row(None, &event, -2_000_000), "-0.500000,slip_end,1.000020,0.25,0.012300\n");
+    let blank =
+        ContactEvent { kind: EventKind::TouchDown, duration_us: None, distance_m: None, ..event };
+    assert_eq!(row(Some("a,b"), &blank, 0), "\"a,b\",1.500000,touch_down,,0.25,\n");
+    assert_eq!(row(None, &blank, 0).matches(',').count(), HEADER.matches(',').count());
 }

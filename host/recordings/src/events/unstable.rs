@@ -151,8 +151,7 @@ impl Unstable {
     /// Verdict on the stretch if it ends here.
     pub(super) fn verdict(&self) -> Verdict {
         let lasted = |from: Timestamp, to: Timestamp| {
-            to.micros_since(from)
-                .is_some_and(|us| us >= SHORTEST_SWING_US)
+            to.micros_since(from).is_some_and(|us| us >= SHORTEST_SWING_US)
         };
         let has_swung = match self.has_load {
             true => self.unloaded.is_some(),
@@ -162,10 +161,7 @@ impl Unstable {
         match self.left_ground().filter(|_| has_swung) {
             Some(left) if lasted(self.start, self.newest) => {
                 let slip = slid_until(left);
-                Verdict::Swing {
-                    lift_off: if slip { left } else { self.start },
-                    slip,
-                }
+                Verdict::Swing { lift_off: if slip { left } else { self.start }, slip }
             }
             _ if self.unknown_us >= SHORTEST_SWING_US => Verdict::Unknown,
             _ if self.rolled.map_or(self.slid, slid_until) => Verdict::Slip,

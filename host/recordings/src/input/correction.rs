@@ -36,11 +36,7 @@ impl Correction {
     #[must_use]
     pub fn corrected(&self, imu: ImuSample) -> ImuSample {
         let (specific_force, angular_rate) = self.apply(imu.specific_force, imu.angular_rate);
-        ImuSample {
-            specific_force,
-            angular_rate,
-            ..imu
-        }
+        ImuSample { specific_force, angular_rate, ..imu }
     }
 }
 

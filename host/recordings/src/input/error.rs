@@ -424,9 +424,7 @@ impl InputError {
     /// Returns whether the error may come from a truncated row with this number of cells.
     pub(super) fn may_be_a_cut(&self, cells: usize) -> bool {
         match self {
-            Self::ColumnCount {
-                found, expected, ..
-            } => found < expected,
+            Self::ColumnCount { found, expected, .. } => found < expected,
             Self::NotANumber { cell, .. } | Self::Blank { cell } | Self::Validity { cell, .. } => {
                 cell.column == cells
             }
@@ -437,10 +435,9 @@ impl InputError {
     /// Adds a column that may hold the times, if no column is known to.
     pub(super) fn with_time_column(self, column: Option<String>) -> Self {
         match self {
-            Self::UnknownSampleRate { file, .. } => Self::UnknownSampleRate {
-                file,
-                time_column: column.filter(|name| name != "t"),
-            },
+            Self::UnknownSampleRate { file, .. } => {
+                Self::UnknownSampleRate { file, time_column: column.filter(|name| name != "t") }
+            }
             other => other,
         }
     }

@@ -134,11 +134,9 @@ mod tests {
     fn unknown_format_error_lists_the_known_ones() {
         assert_eq!(
             "xls".parse::<Format>(),
-            Err(
-                "there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
+            Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
                  parquet, mcap, rosbag2"
-                    .to_owned()
-            )
+                .to_owned())
         );
     }
 }

@@ -120,9 +120,7 @@ impl Opened {
     /// The errors of [`Self::store`].
     pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
         let file = self.file().to_owned();
-        self.store(hints)?
-            .into_loaded()
-            .map_err(|source| InputError::Spool { file, source })
+        self.store(hints)?.into_loaded().map_err(|source| InputError::Spool { file, source })
     }
 
     /// Reads the recording of each foot: one per selected topic of a bag, one in all other files.
@@ -155,12 +153,7 @@ impl Opened {
             }
             Source::Container(Container { file, format, .. }) => {
                 let feature = format.missing_feature().unwrap_or_default();
-                return Err(ContainerError::NotBuilt {
-                    file,
-                    format,
-                    feature,
-                }
-                .into());
+                return Err(ContainerError::NotBuilt { file, format, feature }.into());
             }
         };
         if let ([only], Some(_)) = (&mut feet[..], foot) {
@@ -203,11 +196,7 @@ impl Opened {
             }
             _ => return Ok(()),
         };
-        Err(InputError::TableOptions {
-            file,
-            format,
-            options,
-        })
+        Err(InputError::TableOptions { file, format, options })
     }
 }
 

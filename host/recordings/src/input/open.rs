@@ -23,10 +23,7 @@ pub(super) enum Source {
 /// A container read from the disk, in one or several files.
 #[cfg_attr(
     not(any(feature = "bags", feature = "parquet")),
-    allow(
-        dead_code,
-        reason = "without readers nothing asks where a container is"
-    )
+    allow(dead_code, reason = "without readers nothing asks where a container is")
 )]
 pub(super) struct Container {
     pub(super) format: Format,
@@ -41,10 +38,7 @@ pub(super) struct Container {
 /// A file of a container.
 #[cfg_attr(
     not(feature = "bags"),
-    allow(
-        dead_code,
-        reason = "without readers nothing asks where a container is"
-    )
+    allow(dead_code, reason = "without readers nothing asks where a container is")
 )]
 pub(super) struct Part {
     pub(super) format: Format,
@@ -89,12 +83,7 @@ impl Source {
                 Err(other_format(file, given, Some(format)))
             }
             (Opened::Parts(format, parts), _) => match format.missing_feature() {
-                Some(feature) => Err(ContainerError::NotBuilt {
-                    file,
-                    format,
-                    feature,
-                }
-                .into()),
+                Some(feature) => Err(ContainerError::NotBuilt { file, format, feature }.into()),
                 None => Ok(Self::Container(Container {
                     format,
                     file,
@@ -175,12 +164,7 @@ impl Opened {
         let mut copy = NamedTempFile::new()?;
         io::copy(&mut text, &mut copy)?;
         let copy = copy.into_temp_path();
-        Ok(Self::of(Part {
-            format,
-            path: copy.to_path_buf(),
-            first_pass: None,
-            _copy: Some(copy),
-        }))
+        Ok(Self::of(Part { format, path: copy.to_path_buf(), first_pass: None, _copy: Some(copy) }))
     }
 
     fn of(part: Part) -> Self {

@@ -58,11 +58,7 @@ pub(super) fn first_of<T: fmt::Display>(
     shown: usize,
 ) -> String {
     let mut names = names.into_iter();
-    let first: Vec<_> = names
-        .by_ref()
-        .take(shown)
-        .map(|name| name.to_string())
-        .collect();
+    let first: Vec<_> = names.by_ref().take(shown).map(|name| name.to_string()).collect();
     match names.count() {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
@@ -172,10 +168,7 @@ pub enum ContainerError {
         topics: Vec<String>,
     },
     /// No IMU has the selected frame.
-    #[error(
-        "{file} has no IMU with the frame {frame:?}; it has {}",
-        listed(frames)
-    )]
+    #[error("{file} has no IMU with the frame {frame:?}; it has {}", listed(frames))]
     NoSuchFrame {
         /// Path of the file, as given.
         file: String,
@@ -304,12 +297,6 @@ impl ContainerError {
     /// Returns whether the same file may be read elsewhere: a program or a feature is missing here.
     #[must_use]
     pub const fn is_of_this_machine(&self) -> bool {
-        matches!(
-            self,
-            Self::Foreign {
-                kind: Foreign::Ros1Bag,
-                ..
-            } | Self::NotBuilt { .. }
-        )
+        matches!(self, Self::Foreign { kind: Foreign::Ros1Bag, .. } | Self::NotBuilt { .. })
     }
 }

@@ -37,13 +37,10 @@ impl FromStr for Rename {
     /// Reads `OLD=NEW`.
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once('=') {
-            Some((old, new)) if !old.is_empty() && !new.is_empty() => Ok(Self {
-                old: old.to_owned(),
-                new: new.to_owned(),
-            }),
-            _ => Err(format!(
-                "{text:?} is no name: write OLD=NEW, such as leg_1=FL"
-            )),
+            Some((old, new)) if !old.is_empty() && !new.is_empty() => {
+                Ok(Self { old: old.to_owned(), new: new.to_owned() })
+            }
+            _ => Err(format!("{text:?} is no name: write OLD=NEW, such as leg_1=FL")),
         }
     }
 }
@@ -132,10 +129,7 @@ impl FromStr for LoadTopic {
                 "{text:?} is no topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z or /lowstate:foot_force[0]"
             ));
         }
-        Ok(Self {
-            topic: absolute(topic),
-            field: field.map(str::to_owned),
-        })
+        Ok(Self { topic: absolute(topic), field: field.map(str::to_owned) })
     }
 }
 
@@ -172,11 +166,7 @@ impl fmt::Display for LoadTopic {
 
 /// Absolute name of a topic, as in a bag.
 fn absolute(name: &str) -> String {
-    if name.starts_with('/') {
-        name.to_owned()
-    } else {
-        format!("/{name}")
-    }
+    if name.starts_with('/') { name.to_owned() } else { format!("/{name}") }
 }
 
 #[cfg(test)]
@@ -210,11 +200,7 @@ mod tests {
             ("*", [true, true, true]),
         ] {
             let topics = ["/trunk/imu", "/trunk/imu/raw", "/fl/imu"];
-            assert_eq!(
-                topics.map(|topic| bag(pattern).excludes(topic)),
-                excluded,
-                "{pattern}"
-            );
+            assert_eq!(topics.map(|topic| bag(pattern).excludes(topic)), excluded, "{pattern}");
         }
         assert!(!bag("/a*a").excludes("/a"));
     }
@@ -230,10 +216,7 @@ mod tests {
     #[test]
     fn load_topic_may_have_a_field() {
         let load: LoadTopic = "/ft/fl:force.z".parse().unwrap();
-        assert_eq!(
-            (load.topic.as_str(), load.field.as_deref()),
-            ("/ft/fl", Some("force.z"))
-        );
+        assert_eq!((load.topic.as_str(), load.field.as_deref()), ("/ft/fl", Some("force.z")));
         assert_eq!(load.to_string(), "/ft/fl:force.z");
         assert_eq!("ft".parse::<LoadTopic>().unwrap().to_string(), "/ft");
         let dotted: LoadTopic = "/lowstate.foot_force[0]".parse().unwrap();

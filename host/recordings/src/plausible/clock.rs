@@ -46,9 +46,7 @@ impl ClockCheck {
                 longest_s: longest_us as f64 / 1.0e6,
             });
         }
-        let short = sorted
-            .iter()
-            .filter(|(step, _)| (*step as f64) < 0.25 * mean_us);
+        let short = sorted.iter().filter(|(step, _)| (*step as f64) < 0.25 * mean_us);
         let share = short.map(|(_, count)| count).sum::<u64>() as f64 / total;
         if share > 1.0 / 3.0 && count == 0 {
             findings.push(Finding::Batches { share });

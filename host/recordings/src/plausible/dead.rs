@@ -41,12 +41,7 @@ impl DeadCheck {
                 }
             }
             run => {
-                *run = Some(Run {
-                    rate,
-                    since: now,
-                    force,
-                    moves: false,
-                });
+                *run = Some(Run { rate, since: now, force, moves: false });
             }
         }
     }

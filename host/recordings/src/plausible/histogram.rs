@@ -11,10 +11,7 @@ pub(super) struct Histogram {
 
 impl Default for Histogram {
     fn default() -> Self {
-        Self {
-            counts: vec![0; 1 << (31 - DROPPED_BITS)],
-            total: 0,
-        }
+        Self { counts: vec![0; 1 << (31 - DROPPED_BITS)], total: 0 }
     }
 }
 

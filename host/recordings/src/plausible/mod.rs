@@ -155,47 +155,20 @@ pub enum Finding {
 
 /// Names of all findings, with their conditions.
 pub const FINDINGS: [(&str, &str); 12] = [
-    (
-        "acceleration_in_g",
-        "the acceleration at rest is 1 m/s², within a fifth",
-    ),
-    (
-        "acceleration_in_other_unit",
-        "the acceleration at rest is above 29 m/s²",
-    ),
-    (
-        "not_numbers",
-        "more than one sample in a hundred has an axis that is blank or no number",
-    ),
-    (
-        "rate_in_degrees",
-        "one sample in a hundred is beyond 34.9 rad/s",
-    ),
+    ("acceleration_in_g", "the acceleration at rest is 1 m/s², within a fifth"),
+    ("acceleration_in_other_unit", "the acceleration at rest is above 29 m/s²"),
+    ("not_numbers", "more than one sample in a hundred has an axis that is blank or no number"),
+    ("rate_in_degrees", "one sample in a hundred is beyond 34.9 rad/s"),
     (
         "dead_gyroscope",
         "the angular rate stays the same for a second, though the acceleration changes",
     ),
-    (
-        "gravity_included",
-        "gravity is declared removed, but the acceleration at rest has it",
-    ),
-    (
-        "gravity_removed",
-        "gravity is declared included, but the acceleration at rest is near 0",
-    ),
+    ("gravity_included", "gravity is declared removed, but the acceleration at rest has it"),
+    ("gravity_removed", "gravity is declared included, but the acceleration at rest is near 0"),
     ("gravity_not_along_z", "z is more than 45° from up at rest"),
-    (
-        "clock_jumps",
-        "steps of more than a second that are unusual in the recording",
-    ),
-    (
-        "batches",
-        "a third of the steps are shorter than a quarter of the mean",
-    ),
-    (
-        "held_readings",
-        "one reading in four repeats the one before it, to the last bit",
-    ),
+    ("clock_jumps", "steps of more than a second that are unusual in the recording"),
+    ("batches", "a third of the steps are shorter than a quarter of the mean"),
+    ("held_readings", "one reading in four repeats the one before it, to the last bit"),
     ("low_rate", "the sample rate is below 100 Hz"),
 ];
 
@@ -224,10 +197,9 @@ impl Finding {
     #[must_use]
     pub fn with_mounting(self, mounting: &Mounting) -> Self {
         match self {
-            Self::GravityNotAlongZ { up, axes } => Self::GravityNotAlongZ {
-                up,
-                axes: mounting::then(mounting, &axes),
-            },
+            Self::GravityNotAlongZ { up, axes } => {
+                Self::GravityNotAlongZ { up, axes: mounting::then(mounting, &axes) }
+            }
             other => other,
         }
     }
@@ -299,19 +271,14 @@ impl Check {
         let gravity = rest.and_then(|rest| check_gravity(&rest, self.gravity));
         let mut findings = Vec::from_iter(gravity);
         if self.not_numbers as f64 > NOT_NUMBERS_SHARE * self.samples as f64 {
-            findings.push(Finding::NotNumbers {
-                samples: self.not_numbers,
-                of: self.samples,
-            });
+            findings.push(Finding::NotNumbers { samples: self.not_numbers, of: self.samples });
         }
         findings.extend(self.rates.finding());
         findings.extend(self.dead.finding());
         findings.extend(self.clock.findings());
         findings.extend(self.held.finding(self.sample_rate));
         if self.sample_rate < LOWEST_RATE * (1.0 - RATE_TOLERANCE) {
-            findings.push(Finding::LowRate {
-                rate: self.sample_rate,
-            });
+            findings.push(Finding::LowRate { rate: self.sample_rate });
         }
         findings
     }

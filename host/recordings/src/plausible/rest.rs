@@ -66,8 +66,7 @@ impl RestSearch {
             let squared_mean: f64 = mean.iter().map(|value| value * value).sum();
             let variance = self.squares / self.samples as f64 - squared_mean;
             let [x, y, z] = mean.map(|value| value as f32);
-            self.pieces
-                .push((variance.max(0.0) as f32, Vec3::new(x, y, z)));
+            self.pieces.push((variance.max(0.0) as f32, Vec3::new(x, y, z)));
         }
         (self.samples, self.sums, self.squares) = (0, [0.0; 3], 0.0);
         self.valid = true;

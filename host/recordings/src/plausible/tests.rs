@@ -81,9 +81,7 @@ fn held_readings_are_reported_with_their_number() {
     for (k, sample) in (0..).zip(&mut recording.samples) {
         sample.imu.angular_rate.0.x = 1e-3 * (k / 4 % 7) as f32;
     }
-    let finding = check(&recording)
-        .into_iter()
-        .find(|f| f.name() == "held_readings");
+    let finding = check(&recording).into_iter().find(|f| f.name() == "held_readings");
     let Some(Finding::HeldReadings { samples, of, rate }) = finding else {
         panic!("{finding:?}");
     };
@@ -122,10 +120,7 @@ fn gravity_contradicting_its_declaration_is_found() {
     recording.gravity = Gravity::Removed;
     assert_eq!(found(&recording), ["gravity_included"]);
     let said = check(&recording)[0].to_string();
-    assert!(
-        said.ends_with(" m/s² at rest: --gravity included"),
-        "{said}"
-    );
+    assert!(said.ends_with(" m/s² at rest: --gravity included"), "{said}");
     let mut recording = with_force(|force| Vec3::new(force.x, force.y, force.z - 9.81));
     assert_eq!(found(&recording), ["gravity_removed"]);
     let said = check(&recording)[0].to_string();
@@ -172,10 +167,7 @@ fn wrong_mounting_is_replaced_by_a_right_one() {
 fn gravity_at_rest_is_returned_if_present() {
     let up = gravity_at_rest(&walk()).expect("gravity");
     assert!((up - Vec3::new(0.0, 0.0, 9.81)).length() < 0.1, "{up:?}");
-    let removed = Recording {
-        gravity: Gravity::Removed,
-        ..walk()
-    };
+    let removed = Recording { gravity: Gravity::Removed, ..walk() };
     assert_eq!(gravity_at_rest(&removed), None);
     assert_eq!(gravity_at_rest(&with_force(scaled(0.1))), None);
 }
@@ -185,11 +177,7 @@ fn rates_in_degrees_are_found() {
     let mut recording = walk();
     for sample in &mut recording.samples {
         let rate = &mut sample.imu.angular_rate.0;
-        *rate = Vec3::new(
-            rate.x.to_degrees(),
-            rate.y.to_degrees(),
-            rate.z.to_degrees(),
-        );
+        *rate = Vec3::new(rate.x.to_degrees(), rate.y.to_degrees(), rate.z.to_degrees());
     }
     assert_eq!(found(&recording), ["rate_in_degrees"]);
 }
@@ -234,10 +222,7 @@ fn non_numbers_are_found_from_one_percent_on() {
         check(&recording)
     };
     assert_eq!(without(150, 7), []);
-    let half = Finding::NotNumbers {
-        samples: 1000,
-        of: 2000,
-    };
+    let half = Finding::NotNumbers { samples: 1000, of: 2000 };
     assert_eq!(without(2, 0), [half]);
 }
 
@@ -262,10 +247,7 @@ fn batches_are_found_but_jitter_is_not() {
 
 #[test]
 fn rate_below_the_slowest_recordings_is_found() {
-    let slower = |rate: f32| Recording {
-        sample_rate: rate,
-        ..walk()
-    };
+    let slower = |rate: f32| Recording { sample_rate: rate, ..walk() };
     assert_eq!(found(&slower(50.0)), ["low_rate"]);
     assert_eq!(found(&slower(99.5)), [""; 0]);
 }

@@ -32,18 +32,14 @@ pub fn without_ending(path: &Path) -> &Path {
 /// The file cannot be read, or the first zstd frame is invalid.
 pub fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
     let mut first = Vec::new();
-    file.by_ref()
-        .take(ZSTD.len() as u64)
-        .read_to_end(&mut first)?;
+    file.by_ref().take(ZSTD.len() as u64).read_to_end(&mut first)?;
     let is_gzip = first.starts_with(&GZIP);
     let is_zstd = first == ZSTD;
     let whole = Cursor::new(first).chain(file);
     Ok(if is_gzip {
         Box::new(MultiGzDecoder::new(BufReader::new(whole)))
     } else if is_zstd {
-        Box::new(Frames {
-            decoder: Some(decoder(Box::new(BufReader::new(whole)))?),
-        })
+        Box::new(Frames { decoder: Some(decoder(Box::new(BufReader::new(whole)))?) })
     } else {
         Box::new(whole)
     })

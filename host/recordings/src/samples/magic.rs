@@ -108,10 +108,7 @@ mod tests {
             (zip("arr_0.npy"), Foreign::Numpy),
             (zip("[Content_Types].xml"), Foreign::Excel),
             (zip("walk.csv"), Foreign::Zip),
-            (
-                b"(1700000000.123456) can0 191#0011\n".to_vec(),
-                Foreign::CanLog,
-            ),
+            (b"(1700000000.123456) can0 191#0011\n".to_vec(), Foreign::CanLog),
             (b"(0.0) vcan0 191##1".to_vec(), Foreign::CanLog),
         ];
         for (first, foreign) in &others {
@@ -126,21 +123,13 @@ mod tests {
 
     #[test]
     fn foreign_logs_are_recognised_only_by_complete_magic() {
-        let kinds: Vec<_> = BEGINNINGS
-            .iter()
-            .filter_map(|(first, _)| Some((*first, no_log(first)?)))
-            .collect();
+        let kinds: Vec<_> =
+            BEGINNINGS.iter().filter_map(|(first, _)| Some((*first, no_log(first)?))).collect();
         for (first, kind) in &kinds {
             assert_eq!(no_log(&[*first, b"more"].concat()), Some(*kind));
             assert_eq!(no_log(&first[..first.len() - 1]), None, "{kind}");
         }
-        for kind in [
-            Foreign::Blf,
-            Foreign::Mcap,
-            Foreign::Parquet,
-            Foreign::Sqlite,
-            Foreign::Trc,
-        ] {
+        for kind in [Foreign::Blf, Foreign::Mcap, Foreign::Parquet, Foreign::Sqlite, Foreign::Trc] {
             assert!(kinds.iter().any(|(_, known)| *known == kind), "{kind}");
         }
         // A log, and possible first bytes of a recording of the serial line.

@@ -114,10 +114,7 @@ impl Rotation {
     /// Sensor-frame components of a vector given in the world frame.
     #[must_use]
     pub fn to_sensor(self, vector: Vector) -> Vector {
-        let inverse = Self {
-            w: self.w,
-            v: self.v * -1.0,
-        };
+        let inverse = Self { w: self.w, v: self.v * -1.0 };
         inverse.to_world(vector)
     }
 

@@ -5,14 +5,8 @@ use estimator_core::{Saturation, Validity};
 /// Values of the column `validity`.
 pub const VALIDITIES: [(&str, Validity); 6] = [
     ("valid", Validity::Valid),
-    (
-        "accelerometer_saturated",
-        Validity::Saturated(Saturation::Accelerometer),
-    ),
-    (
-        "gyroscope_saturated",
-        Validity::Saturated(Saturation::Gyroscope),
-    ),
+    ("accelerometer_saturated", Validity::Saturated(Saturation::Accelerometer)),
+    ("gyroscope_saturated", Validity::Saturated(Saturation::Gyroscope)),
     ("both_saturated", Validity::Saturated(Saturation::Both)),
     ("stale", Validity::Stale),
     ("invalid", Validity::Invalid),

@@ -78,10 +78,7 @@ mod tests {
     /// Rotation by an angle, degrees, about an axis of length 1.
     fn about(axis: Vector, degrees: f64) -> Rotation {
         let (sine, cosine) = (0.5 * degrees.to_radians()).sin_cos();
-        Rotation {
-            w: cosine,
-            v: axis * sine,
-        }
+        Rotation { w: cosine, v: axis * sine }
     }
 
     #[test]
@@ -90,10 +87,7 @@ mod tests {
         for degrees in [0.001, 1.0, 90.0, 179.0] {
             let error = inclination_error_degrees(Quaternion::IDENTITY, about(x, degrees));
             assert!((error - degrees).abs() < 1e-9, "{error}");
-            assert_eq!(
-                inclination_error_degrees(Quaternion::IDENTITY, about(z, degrees)),
-                0.0
-            );
+            assert_eq!(inclination_error_degrees(Quaternion::IDENTITY, about(z, degrees)), 0.0);
         }
     }
 

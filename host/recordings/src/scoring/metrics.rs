@@ -46,10 +46,7 @@ impl Metrics {
 /// `None` if there is no sample.
 #[must_use]
 pub fn brier_score(scored: &[Scored]) -> Option<f64> {
-    let sum: f64 = scored
-        .iter()
-        .map(|s| (s.probability - s.truth()).powi(2))
-        .sum();
+    let sum: f64 = scored.iter().map(|s| (s.probability - s.truth()).powi(2)).sum();
     (!scored.is_empty()).then(|| sum / scored.len() as f64)
 }
 
@@ -146,20 +143,14 @@ fn settled(scored: &[Scored]) -> Vec<&[Scored]> {
         let end = start + stretch.len();
         let until = scored.get(end).or(stretch.last());
         let lasts = until.map_or(0, |until| micros_between(&stretch[0], until));
-        let turned = turns
-            .last()
-            .is_none_or(|turn| scored[*turn].label != stretch[0].label);
+        let turned = turns.last().is_none_or(|turn| scored[*turn].label != stretch[0].label);
         if turned && lasts as f64 >= 1.0e6 * SETTLED_S {
             turns.push(start);
         }
         start = end;
     }
     let ends = turns.iter().skip(1).copied().chain([scored.len()]);
-    turns
-        .iter()
-        .zip(ends)
-        .map(|(start, end)| &scored[*start..end])
-        .collect()
+    turns.iter().zip(ends).map(|(start, end)| &scored[*start..end]).collect()
 }
 
 fn micros_between(earlier: &Scored, later: &Scored) -> u64 {
@@ -187,11 +178,7 @@ mod tests {
         let sample = |(k, (probability, label)): (usize, &(f64, u8))| Scored {
             time: Timestamp::from_micros(k as u64 * 1_000_000),
             probability: *probability,
-            label: if *label == 1 {
-                Label::Stable
-            } else {
-                Label::NotStable
-            },
+            label: if *label == 1 { Label::Stable } else { Label::NotStable },
         };
         pairs.iter().enumerate().map(sample).collect()
     }
@@ -263,19 +250,11 @@ mod tests {
         ]);
         assert_eq!(
             latency(&samples, Label::Stable),
-            Latency {
-                median_s: Some(0.0),
-                followed: 3,
-                missed: 0
-            }
+            Latency { median_s: Some(0.0), followed: 3, missed: 0 }
         );
         assert_eq!(
             latency(&samples, Label::NotStable),
-            Latency {
-                median_s: Some(1.0),
-                followed: 1,
-                missed: 1
-            }
+            Latency { median_s: Some(1.0), followed: 1, missed: 1 }
         );
     }
 
@@ -322,10 +301,7 @@ mod tests {
             sample.time = Timestamp::from_micros(1000 * ms);
         }
         let on = latency(&samples, Label::Stable);
-        assert_eq!(
-            serde_json::to_value(on).unwrap()["median_s"].to_string(),
-            "0.036"
-        );
+        assert_eq!(serde_json::to_value(on).unwrap()["median_s"].to_string(), "0.036");
     }
 
     #[test]

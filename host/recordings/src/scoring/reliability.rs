@@ -67,14 +67,7 @@ mod tests {
 
     #[test]
     fn calibrated_probability_has_no_error() {
-        let sums = sums(&[
-            (0.25, 1),
-            (0.25, 0),
-            (0.25, 0),
-            (0.25, 0),
-            (1.0, 1),
-            (0.0, 0),
-        ]);
+        let sums = sums(&[(0.25, 1), (0.25, 0), (0.25, 0), (0.25, 0), (1.0, 1), (0.0, 0)]);
         assert_eq!(sums.calibration_error(), Some(0.0));
     }
 

@@ -72,11 +72,7 @@ mod tests {
                 Scored {
                     time: Timestamp::from_micros(1000 * k),
                     probability: f64::from(probability),
-                    label: if stable {
-                        Label::Stable
-                    } else {
-                        Label::NotStable
-                    },
+                    label: if stable { Label::Stable } else { Label::NotStable },
                 }
             })
             .collect();

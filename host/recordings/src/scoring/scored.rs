@@ -32,9 +32,7 @@ impl Scored {
     #[must_use]
     pub fn collect(samples: &[RecordedSample], estimates: &[ContactEstimate]) -> Vec<Self> {
         let pairs = samples.iter().zip(estimates);
-        pairs
-            .filter_map(|(sample, estimate)| Self::of(sample, estimate))
-            .collect()
+        pairs.filter_map(|(sample, estimate)| Self::of(sample, estimate)).collect()
     }
 
     /// Label as a probability: 1 or 0.
@@ -49,10 +47,6 @@ impl Scored {
     /// Answer by the [`DECISION_THRESHOLD`].
     #[must_use]
     pub fn answer(&self) -> Label {
-        if self.probability > DECISION_THRESHOLD {
-            Label::Stable
-        } else {
-            Label::NotStable
-        }
+        if self.probability > DECISION_THRESHOLD { Label::Stable } else { Label::NotStable }
     }
 }

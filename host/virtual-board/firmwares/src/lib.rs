@@ -16,12 +16,7 @@ impl Orbit {
     /// Start of path number `seed`.
     #[must_use]
     pub const fn new(seed: u32) -> Self {
-        Self {
-            x: 0.1 + seed as f32 * 0.01,
-            y: 0.2,
-            z: 0.3,
-            steps: 0,
-        }
+        Self { x: 0.1 + seed as f32 * 0.01, y: 0.2, z: 0.3, steps: 0 }
     }
 
     /// `count` steps: sums, products, a division and a comparison each (Hénon's map, folded).

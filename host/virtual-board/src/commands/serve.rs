@@ -82,10 +82,7 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
     ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))?;
     let elf = arguments.elf.read()?;
     let bootloader = arguments.bootloader.as_deref().map(elf::read).transpose()?;
-    let programs = BoardPrograms {
-        program: elf.into(),
-        bootloader: bootloader.map(Into::into),
-    };
+    let programs = BoardPrograms { program: elf.into(), bootloader: bootloader.map(Into::into) };
     let control = match arguments.no_control {
         true => ControlNode::Absent,
         false => ControlNode::Present,
@@ -142,10 +139,7 @@ fn typed() -> Receiver<String> {
 fn print(summary: &ServeSummary) {
     let seconds = summary.ms as f64 * 1e-3;
     let took = summary.took.as_secs_f64();
-    eprintln!(
-        "{seconds:.1} s in {took:.1} s: {:.2} times real time",
-        seconds / took
-    );
+    eprintln!("{seconds:.1} s in {took:.1} s: {:.2} times real time", seconds / took);
     let behind = summary.behind.as_secs_f64();
     if behind > 0.0 {
         eprintln!("slower than real time: {behind:.1} s lost");
@@ -154,10 +148,7 @@ fn print(summary: &ServeSummary) {
         eprintln!("{name}: {bytes} bytes lost, since their reader was too slow");
     }
     if summary.lost_on_bus > 0 {
-        eprintln!(
-            "bus: {} frames lost, since it was full",
-            summary.lost_on_bus
-        );
+        eprintln!("bus: {} frames lost, since it was full", summary.lost_on_bus);
     }
 }
 

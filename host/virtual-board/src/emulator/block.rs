@@ -37,10 +37,7 @@ impl Block {
     /// Decodes `code`.
     #[must_use]
     pub fn of(code: &[u8]) -> Self {
-        let mut block = Self {
-            size: code.len() as u32,
-            ..Self::default()
-        };
+        let mut block = Self { size: code.len() as u32, ..Self::default() };
         let mut after_load = false;
         for (at, first, second) in instructions(code) {
             let cost = if is_wide(first) {
@@ -211,9 +208,7 @@ mod tests {
     #[test]
     fn divisions_and_square_roots_are_long_and_fused_sums_are_three() {
         // vdiv.f32 s0, s0, s1; vsqrt.f32 s0, s0; vfma.f32 s0, s1, s2; vadd.f32 s0, s0, s1
-        let block = block(&[
-            0xEE80, 0x0A20, 0xEEB1, 0x0AC0, 0xEEA0, 0x0A81, 0xEE30, 0x0A20,
-        ]);
+        let block = block(&[0xEE80, 0x0A20, 0xEEB1, 0x0AC0, 0xEEA0, 0x0A81, 0xEE30, 0x0A20]);
         assert_eq!((block.instructions, block.cycles), (4, 14 + 14 + 3 + 1));
         assert_eq!(block.float, Some((0, 0)));
     }
@@ -221,9 +216,7 @@ mod tests {
     #[test]
     fn a_literal_load_reports_its_address() {
         // nop; ldr r0, [pc, #4]; ldr.w r1, [pc, #-4]; vldr s0, [pc, #8]; tbb [pc, r0]
-        let halves: [u16; 8] = [
-            0xBF00, 0x4801, 0xF85F, 0x1004, 0xED9F, 0x0A02, 0xE8DF, 0xF000,
-        ];
+        let halves: [u16; 8] = [0xBF00, 0x4801, 0xF85F, 0x1004, 0xED9F, 0x0A02, 0xE8DF, 0xF000];
         let code: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
         let read: Vec<(u32, u32)> = literals(&code, 0x0801_0000)
             .into_iter()

@@ -41,16 +41,11 @@ impl ElfImage {
                 .data(endian, elf)
                 .map_err(|()| ElfError("a segment lies outside the file".into()))?;
             if segment.p_type(endian) == object::elf::PT_LOAD && !bytes.is_empty() {
-                image
-                    .segments
-                    .push((segment.p_paddr(endian), bytes.to_vec()));
+                image.segments.push((segment.p_paddr(endian), bytes.to_vec()));
             }
         }
         let file = object::File::parse(elf).map_err(refused)?;
-        debug_assert!(
-            file.segments()
-                .all(|segment| segment.address() <= u64::from(u32::MAX))
-        );
+        debug_assert!(file.segments().all(|segment| segment.address() <= u64::from(u32::MAX)));
         for symbol in file.symbols() {
             if let Ok(name) = symbol.name()
                 && !name.is_empty()
@@ -76,9 +71,7 @@ impl ElfImage {
     /// Name of the function that contains an address.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&str> {
-        let index = self
-            .functions
-            .partition_point(|(start, _, _)| *start <= address);
+        let index = self.functions.partition_point(|(start, _, _)| *start <= address);
         let (start, size, name) = self.functions.get(index.checked_sub(1)?)?;
         (address - start < *size).then_some(name.as_str())
     }
@@ -86,8 +79,6 @@ impl ElfImage {
     /// Address of a symbol.
     #[must_use]
     pub fn symbol(&self, name: &str) -> Option<u32> {
-        self.symbols
-            .iter()
-            .find_map(|(other, address)| (other == name).then_some(*address))
+        self.symbols.iter().find_map(|(other, address)| (other == name).then_some(*address))
     }
 }

@@ -16,10 +16,6 @@ pub struct Failure {
 
 impl Failure {
     pub(crate) fn new(pc: u32, address: impl Into<Option<u32>>, what: impl Into<String>) -> Self {
-        Self {
-            pc,
-            address: address.into(),
-            what: what.into(),
-        }
+        Self { pc, address: address.into(), what: what.into() }
     }
 }

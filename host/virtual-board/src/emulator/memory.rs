@@ -18,8 +18,7 @@ pub trait Memory {
     /// Reads a little-endian word.
     fn word(&mut self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];
-        self.read(address, &mut bytes)
-            .then(|| u32::from_le_bytes(bytes))
+        self.read(address, &mut bytes).then(|| u32::from_le_bytes(bytes))
     }
 }
 
@@ -93,9 +92,7 @@ pub const MEMORIES: [(Region, Prot, u8); 5] = [
 /// Returns whether there is memory behind all of `length` bytes.
 #[must_use]
 pub fn is_memory(address: u32, length: usize) -> bool {
-    MEMORIES
-        .iter()
-        .any(|(region, ..)| region.holds(address, length))
+    MEMORIES.iter().any(|(region, ..)| region.holds(address, length))
 }
 
 /// Value of each byte of RAM before the first write to it.

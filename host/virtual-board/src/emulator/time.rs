@@ -45,9 +45,9 @@ mod tests {
 
     #[test]
     fn every_clock_of_the_board_divides_the_unit() {
-        for megahertz in [
-            1, 2, 4, 8, 12, 16, 20, 21, 24, 25, 30, 40, 42, 48, 80, 84, 120, 144, 160, 168, 180,
-        ] {
+        for megahertz in
+            [1, 2, 4, 8, 12, 16, 20, 21, 24, 25, 30, 40, 42, 48, 80, 84, 120, 144, 160, 168, 180]
+        {
             assert_eq!(PER_SECOND % (megahertz * 1_000_000), 0, "{megahertz} MHz");
         }
         assert_eq!(PER_SECOND % 32_000, 0);

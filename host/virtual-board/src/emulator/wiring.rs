@@ -62,14 +62,8 @@ pub struct Wiring {
 
 /// Name and table of each board.
 pub const TABLES: [(&str, &str); 2] = [
-    (
-        "reference",
-        include_str!("../../../../firmware/src/board/reference/pins.toml"),
-    ),
-    (
-        "feather",
-        include_str!("../../../../firmware/src/board/feather/pins.toml"),
-    ),
+    ("reference", include_str!("../../../../firmware/src/board/reference/pins.toml")),
+    ("feather", include_str!("../../../../firmware/src/board/feather/pins.toml")),
 ];
 
 static BOARDS: LazyLock<Vec<Wiring>> = LazyLock::new(|| {
@@ -147,15 +141,7 @@ impl Wiring {
     /// Arguments of cargo that choose the board's program.
     #[must_use]
     pub fn cargo_arguments(&self) -> [&'static str; 7] {
-        [
-            "-p",
-            "firmware",
-            "--no-default-features",
-            "--features",
-            self.name,
-            "--bin",
-            self.program,
-        ]
+        ["-p", "firmware", "--no-default-features", "--features", self.name, "--bin", self.program]
     }
 
     /// The board that an ELF is built for, which it names by a symbol `_board_NAME`; without one the reference
@@ -190,11 +176,7 @@ impl Wiring {
             let (pin, name) = find(signal)?;
             let (index, function) = controller(name)
                 .ok_or_else(|| format!("{signal}: {name} is not a function that is modelled"))?;
-            let connection = Connection {
-                pin,
-                name,
-                function,
-            };
+            let connection = Connection { pin, name, function };
             Ok((index, connection))
         };
         let (spi, clock) = connect("sensor_clock")?;
@@ -208,8 +190,7 @@ impl Wiring {
         let tied = table.get("tied").and_then(toml::Value::as_array);
         let tied = tied.into_iter().flatten().map(|entry| {
             let pin = entry.get("pin").and_then(toml::Value::as_str);
-            pin.and_then(ChipPin::parse)
-                .ok_or("a tied pin is not a pin")
+            pin.and_then(ChipPin::parse).ok_or("a tied pin is not a pin")
         });
         Ok(Self {
             name,
@@ -238,17 +219,8 @@ mod tests {
         let [reference, feather] = Wiring::all() else {
             panic!("{} boards", Wiring::all().len());
         };
-        assert_eq!(
-            (reference.crystal, feather.crystal),
-            (8_000_000, 12_000_000)
-        );
-        assert_eq!(
-            feather.data_ready,
-            ChipPin {
-                port: 1,
-                number: 10
-            }
-        );
+        assert_eq!((reference.crystal, feather.crystal), (8_000_000, 12_000_000));
+        assert_eq!(feather.data_ready, ChipPin { port: 1, number: 10 });
         assert_eq!(feather.tied.len(), 2);
         assert_eq!(reference.sensor_bus[2].name, "SPI1_MISO");
         assert_eq!(reference.load, (ChipPin { port: 2, number: 0 }, 10));
@@ -260,9 +232,6 @@ mod tests {
         let error = Wiring::parse("test", String::leak(text)).expect_err("a signal is missing");
         assert_eq!(error, "there is no wire for the signal from_sensor");
         assert_eq!(ChipPin::parse("PA16"), None);
-        assert_eq!(
-            ChipPin::parse("PB10").map(ChipPin::name),
-            Some("PB10".into())
-        );
+        assert_eq!(ChipPin::parse("PB10").map(ChipPin::name), Some("PB10".into()));
     }
 }

@@ -27,10 +27,7 @@ impl FromStr for SelectedFault {
         };
         let scenario = all().find(|scenario| scenario.name == name);
         let scenario = scenario.ok_or_else(|| format!("{name} is none of {}", names()))?;
-        Ok(Self {
-            scenario,
-            variant: variant.unwrap_or(scenario.variants.0),
-        })
+        Ok(Self { scenario, variant: variant.unwrap_or(scenario.variants.0) })
     }
 }
 
@@ -97,11 +94,7 @@ mod tests {
 
     #[test]
     fn faults_of_board_options_need_a_power_up() {
-        let needs = |name: &str| {
-            name.parse::<SelectedFault>()
-                .expect("a fault")
-                .needs_power_up()
-        };
+        let needs = |name: &str| name.parse::<SelectedFault>().expect("a fault").needs_power_up();
         assert!(needs("no-crystal") && needs("no-sensor") && needs("wrong-id"));
         assert!(!needs("miso-low") && !needs("reset") && !needs("clear"));
     }

@@ -152,10 +152,7 @@ impl ParityCheck {
     }
 
     fn find_clock(&mut self) {
-        self.offset = clock_offset(
-            self.bursts.make_contiguous(),
-            self.contacts.make_contiguous(),
-        );
+        self.offset = clock_offset(self.bursts.make_contiguous(), self.contacts.make_contiguous());
     }
 
     fn compare_contact(&mut self) {
@@ -219,10 +216,7 @@ fn short_form(estimate: &ContactEstimate) -> ([u8; 2], [u8; 4]) {
     let time = (estimate.timestamp.as_micros() / 10) as u16;
     let probabilities = &estimate.probabilities;
     let [low, high] = P16::new(probabilities.stable).0.to_le_bytes();
-    let part = [
-        P8::new(probabilities.tangential).0,
-        P8::new(probabilities.vertical).0,
-    ];
+    let part = [P8::new(probabilities.tangential).0, P8::new(probabilities.vertical).0];
     (time.to_le_bytes(), [low, high, part[0], part[1]])
 }
 

@@ -248,11 +248,8 @@ fn report(
         .iter()
         .map(|(time, cause)| json!({ "ms": to_us(*time) / 1.0e3, "cause": format!("{cause:?}") }))
         .collect();
-    let core_faults: Vec<String> = board
-        .faults()
-        .iter()
-        .map(|fault| format!("{fault:x?}"))
-        .collect();
+    let core_faults: Vec<String> =
+        board.faults().iter().map(|fault| format!("{fault:x?}")).collect();
     json!({
         "seconds": run.milliseconds as f64 / 1.0e3,
         "ticks": count(Counter::Ticks),

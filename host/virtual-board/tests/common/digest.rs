@@ -50,9 +50,7 @@ pub fn digest_of(name: &str) -> Option<String> {
     if name == reference.program {
         return Some(digest(&product()?));
     }
-    let board = Wiring::all()
-        .iter()
-        .find(|board| name == format!("bootloader-{}", board.name));
+    let board = Wiring::all().iter().find(|board| name == format!("bootloader-{}", board.name));
     if let Some(board) = board {
         let elf = std::fs::read(build_bootloader(board)).expect("it was built");
         return Some(digest(&elf));

@@ -24,12 +24,7 @@ pub fn number_of(elf: &[u8]) -> u32 {
 
 /// Origin of an image, with this sequence.
 pub const fn origin(sequence: u32) -> ProgramOrigin {
-    ProgramOrigin {
-        version: [0, 1, 1],
-        commit: [1; 20],
-        sources: Sources::Committed,
-        sequence,
-    }
+    ProgramOrigin { version: [0, 1, 1], commit: [1; 20], sources: Sources::Committed, sequence }
 }
 
 /// Image of the product after a change.

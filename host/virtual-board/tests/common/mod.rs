@@ -59,14 +59,7 @@ pub fn build_bootloader(board: &Wiring) -> PathBuf {
     let mut named = NAMED.lock().unwrap_or_else(PoisonError::into_inner);
     let copy = named.entry(board.name).or_insert_with(|| {
         let features = format!("program,{}", board.name);
-        let chosen = [
-            "-p",
-            "footfall-bootloader",
-            "--bin",
-            "bootloader",
-            "--features",
-            &features,
-        ];
+        let chosen = ["-p", "footfall-bootloader", "--bin", "bootloader", "--features", &features];
         let built = build_with(&chosen, "bootloader");
         let copy = built.with_file_name(format!("bootloader-{}", board.name));
         std::fs::copy(&built, &copy).expect("copied");
@@ -104,12 +97,8 @@ pub fn image(package: &str, program: &str) -> ElfImage {
 
 /// Boots a core with a program in flash.
 pub fn boot(image: &ElfImage) -> Cpu {
-    Cpu::new(
-        Machine::new(Chip::default()),
-        &image.segments,
-        image.vectors(),
-    )
-    .expect("it fits the flash")
+    Cpu::new(Machine::new(Chip::default()), &image.segments, image.vectors())
+        .expect("it fits the flash")
 }
 
 /// Returns whether the product is built here: an ELF from elsewhere has numbers that differ from those of the

@@ -52,12 +52,7 @@ impl Rig {
 
     pub fn of(board: Board) -> Self {
         let (frames, messages) = (Vec::new(), Vec::new());
-        Self {
-            board,
-            decoder: Decoder::new(),
-            frames,
-            messages,
-        }
+        Self { board, decoder: Decoder::new(), frames, messages }
     }
 
     pub fn run_us(&mut self, us: u64) {
@@ -247,11 +242,7 @@ impl Rig {
     }
 
     pub fn resets(&self) -> Vec<ResetCause> {
-        self.board
-            .resets()
-            .iter()
-            .map(|(_, cause)| *cause)
-            .collect()
+        self.board.resets().iter().map(|(_, cause)| *cause).collect()
     }
 }
 

@@ -46,9 +46,7 @@ fn accepted(
             holder.run(end_ms - holder.now_ms());
         }
         let said = words.all();
-        let new = said[read..]
-            .rfind('\n')
-            .map_or("", |end| &said[read..=read + end]);
+        let new = said[read..].rfind('\n').map_or("", |end| &said[read..=read + end]);
         read += new.len();
         new.lines().for_each(|line| person(server, line));
     }
@@ -106,8 +104,7 @@ fn table(report: &Json) -> String {
 fn out(report: &Json) -> Vec<&str> {
     let figures = report["figures"].as_array().expect("figures");
     let out = figures.iter().filter(|figure| figure["verdict"] == "OUT");
-    out.map(|figure| figure["name"].as_str().expect("a text"))
-        .collect()
+    out.map(|figure| figure["name"].as_str().expect("a text")).collect()
 }
 
 #[test]
@@ -119,11 +116,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
     let serial = server.serial("FL");
     let (report, said, is_accepted) = accepted(&mut server, SERIAL, &[], follow);
     assert!(is_accepted, "{said}");
-    assert_eq!(
-        (&report["out"], &report["not_tested"]),
-        (&0.into(), &0.into()),
-        "{said}"
-    );
+    assert_eq!((&report["out"], &report["not_tested"]), (&0.into(), &0.into()), "{said}");
     let measured = table(&report);
     let path = workspace().join(PREDICTIONS);
     let committed = fs::read_to_string(&path).unwrap_or_default();
@@ -176,10 +169,6 @@ fn faults_of_a_board_are_named() {
     let board = ["--only", "board"];
     let (report, said, _) = accepted(&mut server, SERIAL, &board, follow);
     // A sensor that does not answer has no temperature to be judged.
-    assert_eq!(
-        out(&report),
-        ["active faults", "sensor temperature"],
-        "{said}"
-    );
+    assert_eq!(out(&report), ["active faults", "sensor temperature"], "{said}");
     assert!(said.contains("sensor silent"), "{said}");
 }

@@ -25,12 +25,7 @@ fn a_seed_gives_the_same_frames_in_any_thread_order() {
         let mut robot = robot(elf.clone(), 2);
         let mut frames = Vec::new();
         for _ in 0..600 {
-            frames.extend(
-                robot
-                    .step()
-                    .unwrap_or_else(|error| panic!("{error}"))
-                    .carried,
-            );
+            frames.extend(robot.step().unwrap_or_else(|error| panic!("{error}")).carried);
         }
         frames
     };

@@ -21,10 +21,9 @@ fn a_foot_is_read_and_set_over_serial_line_and_bus() {
     let scan = server.foot(&bus, &["scan"]);
     let path = server.path("bus.slcan");
     assert_eq!(scan, format!("{}  node 22  R\n", path.display()));
-    for (source, node, file) in [
-        (&serial, &[][..], "serial.txt"),
-        (&bus, &["--node", "22"], "bus.txt"),
-    ] {
+    for (source, node, file) in
+        [(&serial, &[][..], "serial.txt"), (&bus, &["--node", "22"], "bus.txt")]
+    {
         let foot = |arguments: &[&str]| server.foot(source, &[node, arguments].concat());
         let info: Json = serde_json::from_str(&foot(&["info", "--json"])).expect("JSON");
         assert_eq!(info["foot"], "R");
@@ -33,10 +32,7 @@ fn a_foot_is_read_and_set_over_serial_line_and_bus() {
             || foot(&["get", "decision.threshold"]).starts_with("decision.threshold = 0.5   # ");
         assert!(is_default());
         let set = foot(&["set", "decision.threshold=0.75"]);
-        assert!(
-            set.starts_with("decision.threshold: 0.5 → 0.75\nnot stored"),
-            "{set}"
-        );
+        assert!(set.starts_with("decision.threshold: 0.5 → 0.75\nnot stored"), "{set}");
         // A setting that is not stored is lost after a reset.
         foot(&["reset"]);
         assert!(is_default());
@@ -67,9 +63,7 @@ fn a_foot_is_read_and_set_over_serial_line_and_bus() {
 /// Objects that the monitor prints within some seconds.
 fn monitored(folder: &Path, source: &str, seconds: &str) -> Vec<Json> {
     let (printed, _) = footfall(folder, &["monitor", source, "--json", "--seconds", seconds]);
-    let objects = printed
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("JSON"));
+    let objects = printed.lines().map(|line| serde_json::from_str(line).expect("JSON"));
     objects.collect()
 }
 
@@ -88,17 +82,9 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     for source in [server.serial("FL"), server.bus()] {
         let objects = monitored(&server.folder, &source, "3");
         let foot = newest(&objects, "FL");
-        assert_eq!(
-            (&foot["missing"], &foot["dropped"]),
-            (&0.into(), &0.into()),
-            "{foot}"
-        );
+        assert_eq!((&foot["missing"], &foot["dropped"]), (&0.into(), &0.into()), "{foot}");
         assert_eq!(foot["faults"], Json::Array(Vec::new()), "{foot}");
-        assert!(
-            foot["rate_hz"]
-                .as_f64()
-                .is_some_and(|rate| (990.0..=1010.0).contains(&rate))
-        );
+        assert!(foot["rate_hz"].as_f64().is_some_and(|rate| (990.0..=1010.0).contains(&rate)));
     }
     // The controller sends the load to the foot over the bus.
     let of_bus = monitored(&server.folder, &server.bus(), "2");
@@ -108,17 +94,10 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     server.plan(2500, "FL: fault clear");
     let plain = ["monitor", &server.bus(), "--seconds", "5"];
     let (lines, _) = footfall(&server.folder, &plain);
-    let at = |words: &str| {
-        lines
-            .find(words)
-            .unwrap_or_else(|| panic!("no {words:?} in {lines}"))
-    };
+    let at = |words: &str| lines.find(words).unwrap_or_else(|| panic!("no {words:?} in {lines}"));
     let came = at("sensor");
     assert!(lines[came..].contains("cleared"), "{lines}");
-    let last = lines
-        .lines()
-        .rfind(|line| line.contains("  P "))
-        .expect("a line");
+    let last = lines.lines().rfind(|line| line.contains("  P ")).expect("a line");
     assert!(!last.contains("sensor"), "{last}");
 
     server.say("fault thawed");

@@ -15,11 +15,7 @@ use crate::environment;
 /// Runs a script on the bus of the server.
 pub fn script(python: &Path, name: &str, server: &Server, arguments: &[&Path]) {
     let output = Command::new(python)
-        .arg(
-            workspace()
-                .join("host/virtual-board/tests/python")
-                .join(name),
-        )
+        .arg(workspace().join("host/virtual-board/tests/python").join(name))
         .arg(server.path("bus.slcan"))
         .args(arguments)
         .output()
@@ -55,12 +51,7 @@ fn python_can_and_cantools_work_with_a_foot() {
     // The foot stands for two seconds, and then takes some steps.
     server.run(1000);
     let dbc = workspace().join("wire/footfall.dbc");
-    script(
-        &python,
-        "board.py",
-        &server,
-        &[&dbc, &server.path("can.log")],
-    );
+    script(&python, "board.py", &server, &[&dbc, &server.path("can.log")]);
 
     // cantools and `footfall` decode the log of python-can.
     let log = fs::read(server.path("can.log")).expect("a log");
@@ -72,12 +63,8 @@ fn python_can_and_cantools_work_with_a_foot() {
         .spawn()
         .expect("the interpreter starts");
     let mut to = cantools.stdin.take().expect("piped");
-    let head: Vec<u8> = log
-        .split_inclusive(|byte| *byte == b'\n')
-        .take(500)
-        .flatten()
-        .copied()
-        .collect();
+    let head: Vec<u8> =
+        log.split_inclusive(|byte| *byte == b'\n').take(500).flatten().copied().collect();
     let writer = thread::spawn(move || to.write_all(&head));
     let output = cantools.wait_with_output().expect("it ends");
     let decoded = String::from_utf8_lossy(&output.stdout);

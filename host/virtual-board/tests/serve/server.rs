@@ -37,11 +37,7 @@ impl Words {
     pub fn new(pipe: ChildStderr) -> Self {
         let flags = fcntl_getfl(&pipe).expect("a pipe");
         fcntl_setfl(&pipe, flags | OFlags::NONBLOCK).expect("a pipe");
-        Self {
-            pipe,
-            bytes: Vec::new(),
-            has_ended: false,
-        }
+        Self { pipe, bytes: Vec::new(), has_ended: false }
     }
 
     /// All text so far.
@@ -73,10 +69,7 @@ impl Words {
             }
             assert!(!self.has_ended, "no {wanted:?} in {said}");
             let longest = Timespec::try_from(LONGEST).expect("seconds");
-            let ready = poll(
-                &mut [PollFd::new(&self.pipe, PollFlags::IN)],
-                Some(&longest),
-            );
+            let ready = poll(&mut [PollFd::new(&self.pipe, PollFlags::IN)], Some(&longest));
             assert_ne!(ready, Ok(0), "no {wanted:?} in {said}");
         }
     }
@@ -132,13 +125,7 @@ impl Server {
         let typed = child.stdin.take().expect("piped");
         let mut sources = BufReader::new(child.stdout.take().expect("piped")).lines();
         let bus = sources.find(|line| line.as_ref().is_ok_and(|line| line.starts_with("bus")));
-        let server = Self {
-            child,
-            typed,
-            words: words.into(),
-            _alive: alive,
-            folder,
-        };
+        let server = Self { child, typed, words: words.into(), _alive: alive, folder };
         assert!(bus.is_some(), "no bus: {}", server.said());
         Some(server)
     }
@@ -184,10 +171,7 @@ impl Server {
         let ms = self.now_ms() + from_now_ms;
         let before = self.said().len();
         self.say(&format!("@{ms} {order}"));
-        self.wait_for_new(
-            before,
-            &format!("planned for {:.3} s  {order}", ms as f64 * 1e-3),
-        );
+        self.wait_for_new(before, &format!("planned for {:.3} s  {order}", ms as f64 * 1e-3));
     }
 
     /// The time of the boards, which no other program may let pass, ms.

@@ -68,32 +68,15 @@ fn a_board_with_a_custom_node_id_is_found_set_and_watched() {
     assert_eq!(server.foot(&bus, &set), "node_id: 0 → 34\nstored\n");
     server.foot(&bus, &["--node", "22", "reset"]);
     let scan = server.foot(&bus, &["scan"]);
-    let nodes: Vec<_> = scan
-        .lines()
-        .filter_map(|line| line.split_once("node "))
-        .collect();
+    let nodes: Vec<_> = scan.lines().filter_map(|line| line.split_once("node ")).collect();
     let nodes: Vec<_> = nodes.iter().map(|(_, node)| *node).collect();
     assert_eq!(nodes, ["21  L", "34"], "{scan}");
     let info = server.foot(&bus, &["--node", "34", "info"]);
     assert!(info.starts_with("foot     R, node 34\n"), "{info}");
-    let watch = [
-        "monitor",
-        &bus,
-        "--names",
-        "34=R",
-        "--json",
-        "--seconds",
-        "3",
-    ];
+    let watch = ["monitor", &bus, "--names", "34=R", "--json", "--seconds", "3"];
     let (lines, _) = footfall(&server.folder, &watch);
     let of_foot = lines.lines().filter(|line| line.contains("\"foot\":\"R\""));
-    assert!(
-        of_foot
-            .filter(|line| line.contains("\"p_stable\":"))
-            .count()
-            > 0,
-        "{lines}"
-    );
+    assert!(of_foot.filter(|line| line.contains("\"p_stable\":")).count() > 0, "{lines}");
 }
 
 #[test]
@@ -118,10 +101,7 @@ fn a_board_left_pre_operational_reports_it_and_resumes() {
     setting.wait().expect("it ends");
     drop(holder);
     let info = server.foot(&bus, &["--node", "17", "info"]);
-    assert!(
-        info.contains("\nstate    pre-operational: it sends no contacts"),
-        "{info}"
-    );
+    assert!(info.contains("\nstate    pre-operational: it sends no contacts"), "{info}");
     server.foot(&bus, &["--node", "17", "reset"]);
     let info = server.foot(&bus, &["info", "--json"]);
     let info: Json = serde_json::from_str(&info).expect("JSON");
@@ -133,12 +113,9 @@ fn settings_lost_by_a_power_failure_are_not_reported_stored() {
     let Some(mut server) = Server::start("power", &["--gait", "stand"]) else {
         return;
     };
-    for (line, delay_ms, value) in [
-        ("serial", 150, 0.61),
-        ("serial", 250, 0.62),
-        ("bus", 700, 0.63),
-        ("bus", 1100, 0.64),
-    ] {
+    for (line, delay_ms, value) in
+        [("serial", 150, 0.61), ("serial", 250, 0.62), ("bus", 700, 0.63), ("bus", 1100, 0.64)]
+    {
         let source = match line {
             "bus" => server.bus(),
             _ => server.serial("FL"),
@@ -155,9 +132,6 @@ fn settings_lost_by_a_power_failure_are_not_reported_stored() {
         let now = server.foot(&source, &["get", "decision.threshold"]);
         let is_there = now.contains(&threshold.replace('=', " = "));
         let words = String::from_utf8_lossy(&output.stderr);
-        assert!(
-            !output.status.success() || is_there,
-            "{line} after {delay_ms} ms: {now}{words}"
-        );
+        assert!(!output.status.success() || is_there, "{line} after {delay_ms} ms: {now}{words}");
     }
 }

@@ -61,12 +61,7 @@ fn python_canopen_updates_a_foot() {
         server.path("foot.img"),
         server.path("second.img"),
     ];
-    script(
-        &python,
-        "update.py",
-        &server,
-        &[&serial, &eds, &first, &second],
-    );
+    script(&python, "update.py", &server, &[&serial, &eds, &first, &second]);
     server.end();
 }
 
@@ -82,10 +77,8 @@ fn footfall_updates_a_foot_over_its_serial_line() {
     let serial = server.serial("FL");
     // A master that vanishes while it sends.
     vanish_while_sending(&server, &["foot", &serial, "update", "foot.img"]);
-    let refused = Command::new(program())
-        .args(["foot", &serial, "info"])
-        .output()
-        .expect("the program runs");
+    let refused =
+        Command::new(program()).args(["foot", &serial, "info"]).output().expect("the program runs");
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(said.contains("runs its bootloader"), "{said}");
     let updated = server.foot(&serial, &["update", "foot.img"]);
@@ -96,16 +89,10 @@ fn footfall_updates_a_foot_over_its_serial_line() {
     // From program to program, and back to streaming.
     fs::write(server.path("second.img"), new_image(&elf)).expect("written");
     let updated = server.foot(&serial, &["update", "second.img"]);
-    assert!(
-        updated.starts_with(&format!("the foot: 0.1.0 ({number:08X}) → 0.1.9 (")),
-        "{updated}"
-    );
+    assert!(updated.starts_with(&format!("the foot: 0.1.0 ({number:08X}) → 0.1.9 (")), "{updated}");
     let info = server.foot(&serial, &["info"]);
     let programs = format!("\nprevious program {number:08X}, kept\n");
-    assert!(
-        info.contains("version  0.1.9") && info.contains(&programs),
-        "{info}"
-    );
+    assert!(info.contains("version  0.1.9") && info.contains(&programs), "{info}");
     // It is said where a foot does not stream.
     assert!(!info.contains("state "), "{info}");
     server.end();
@@ -138,20 +125,11 @@ fn footfall_updates_all_feet_of_a_bus() {
     let said = refused(&["update", "short.img"]);
     assert!(said.contains("short.img: the image is shorter"), "{said}");
     let said = refused(&["update", "damaged.img"]);
-    assert!(
-        said.contains("node 22 has refused the image: the image is damaged"),
-        "{said}"
-    );
+    assert!(said.contains("node 22 has refused the image: the image is damaged"), "{said}");
     assert!(said.contains("goes on with its program"), "{said}");
     // A master that vanishes while it sends.
-    vanish_while_sending(
-        &server,
-        &["foot", &bus, "--node", "22", "update", "foot.img"],
-    );
-    let (updated, _) = footfall(
-        &server.folder,
-        &["foot", &bus, "update", "foot.img", "--all"],
-    );
+    vanish_while_sending(&server, &["foot", &bus, "--node", "22", "update", "foot.img"]);
+    let (updated, _) = footfall(&server.folder, &["foot", &bus, "update", "foot.img", "--all"]);
     let after = format!(" → 0.1.0 ({number:08X}), confirmed");
     let lines: Vec<&str> = updated.lines().collect();
     let [first, second] = lines[..] else {

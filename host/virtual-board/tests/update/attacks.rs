@@ -66,12 +66,7 @@ fn noise_on_the_serial_line_does_not_disturb_a_transfer() {
         let noise: Vec<u8> = (0..400).map(|_| chance.bits() as u8).collect();
         master.board.push_uart(&noise);
         // Unknown lines, and frames for other nodes.
-        let lines = [
-            "\rC\rO\r",
-            "t6128400810000000000\r",
-            "t61184\r",
-            "T1FFFFFFF8\r",
-        ];
+        let lines = ["\rC\rO\r", "t6128400810000000000\r", "t61184\r", "T1FFFFFFF8\r"];
         master.board.push_uart(lines[number % 4].as_bytes());
     });
 }

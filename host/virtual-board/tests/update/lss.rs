@@ -58,11 +58,7 @@ fn fastscan(master: &mut Master) -> Option<[u32; 4]> {
             }
         }
         let next = (part + 1) % 4;
-        let verify = with_number(
-            FASTSCAN,
-            number,
-            [0, part, if next == 0 { 4 } else { next }],
-        );
+        let verify = with_number(FASTSCAN, number, [0, part, if next == 0 { 4 } else { next }]);
         let answer = ask(master, verify).expect("it is whole");
         assert_eq!(answer[0], IDENTIFY);
         identity[usize::from(part)] = number;
@@ -83,9 +79,7 @@ fn select(master: &mut Master, identity: [u32; 4]) {
 fn configure(master: &mut Master) {
     let answer = ask(master, [CONFIGURE_NODE_ID, ASSIGNED, 0, 0, 0, 0, 0, 0]);
     assert_eq!(answer.expect("an answer")[..2], [CONFIGURE_NODE_ID, 0]);
-    master
-        .board
-        .push_can(BusFrame::new(REQUEST, &[4, 0, 0, 0, 0, 0, 0, 0]));
+    master.board.push_can(BusFrame::new(REQUEST, &[4, 0, 0, 0, 0, 0, 0, 0]));
     master.node = ASSIGNED;
     master.boot_up(20);
 }

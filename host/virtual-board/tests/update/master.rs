@@ -88,12 +88,7 @@ impl Master {
     }
 
     pub fn new(board: Board) -> Self {
-        Self {
-            board,
-            way: Way::Bus,
-            node: NODE,
-            traffic: 0,
-        }
+        Self { board, way: Way::Bus, node: NODE, traffic: 0 }
     }
 
     /// Stops the program over its serial line, and opens that of the bootloader.
@@ -125,12 +120,7 @@ impl Master {
         self.board.push_uart(b"\r\r\rC\rS8\rO\r");
         // An erase comes first.
         self.run(2_500);
-        let answers: Vec<u8> = self
-            .board
-            .take_uart()
-            .iter()
-            .map(|sent| sent.byte)
-            .collect();
+        let answers: Vec<u8> = self.board.take_uart().iter().map(|sent| sent.byte).collect();
         // A line that was broken off is refused before them.
         let are_done = answers.windows(3).any(|three| three == b"\r\r\r");
         assert!(are_done, "{answers:02x?}");
@@ -154,9 +144,7 @@ impl Master {
         let Some((lines, rest)) = text.rsplit_once('\r') else {
             return Vec::new();
         };
-        let frames = lines
-            .split('\r')
-            .filter_map(|line| wire::slcan::decode(line.as_bytes()));
+        let frames = lines.split('\r').filter_map(|line| wire::slcan::decode(line.as_bytes()));
         let frames = frames.map(|frame| BusFrame::of(&frame)).collect();
         *text = rest.to_owned();
         frames
@@ -193,9 +181,7 @@ impl Master {
         for _ in 0..ms {
             self.run(1);
             let frames = self.take();
-            let answer = frames
-                .iter()
-                .find(|frame| frame.id == 0x580 + u32::from(self.node));
+            let answer = frames.iter().find(|frame| frame.id == 0x580 + u32::from(self.node));
             if let Some(frame) = answer {
                 return frame.data.as_slice().try_into().ok();
             }
@@ -264,10 +250,7 @@ impl Master {
         for _ in 0..ms {
             self.run(1);
             let frames = self.board.take_can();
-            if frames
-                .iter()
-                .any(|sent| sent.frame.id == 0x180 + u32::from(self.node))
-            {
+            if frames.iter().any(|sent| sent.frame.id == 0x180 + u32::from(self.node)) {
                 return (self.board.now() - since) * 1000 / PER_SECOND;
             }
         }

@@ -34,13 +34,7 @@ const fn row(
     status: Option<Refusal>,
     run: fn(&Run) -> Outcome,
 ) -> Row {
-    Row {
-        name,
-        disturbance,
-        version,
-        status,
-        run,
-    }
+    Row { name, disturbance, version, status, run }
 }
 
 /// What the rows share.
@@ -172,13 +166,9 @@ fn cut(run: &Run, operation: u64, command: u8) -> Outcome {
     master.push(&[0x2F, 0x51, 0x1F, 1, command, 0, 0, 0]);
     let outcome = started(&mut master, at);
     let resets = master.board.resets();
-    let cuts = resets
-        .iter()
-        .filter(|(_, cause)| *cause == ResetCause::PowerOn);
+    let cuts = resets.iter().filter(|(_, cause)| *cause == ResetCause::PowerOn);
     assert_eq!(cuts.count(), 1, "operation {operation}");
-    let slot = master
-        .board
-        .memory(Slot::Running.start(), SLOT_SIZE as usize);
+    let slot = master.board.memory(Slot::Running.start(), SLOT_SIZE as usize);
     assert!(outcome.version == OLD || slot.expect("flash").starts_with(run.new));
     outcome
 }
@@ -197,10 +187,7 @@ fn cut_in_download(run: &Run) -> Outcome {
         }
     }
     let cut = master.board.resets();
-    assert_eq!(
-        cut.last().map(|(_, cause)| *cause),
-        Some(ResetCause::PowerOn)
-    );
+    assert_eq!(cut.last().map(|(_, cause)| *cause), Some(ResetCause::PowerOn));
     let outcome = streaming(&mut master, at);
     next_update(&mut master, run.new);
     outcome
@@ -384,11 +371,7 @@ fn decayed(run: &Run) -> Outcome {
 fn in_bootloader(mut master: Master, new: &[u8]) -> Outcome {
     let status = master.status();
     next_attempt(&mut master, new);
-    Outcome {
-        version: NO_PROGRAM.to_owned(),
-        status,
-        silent_ms: None,
-    }
+    Outcome { version: NO_PROGRAM.to_owned(), status, silent_ms: None }
 }
 
 fn decayed_alone(run: &Run) -> Outcome {
@@ -538,10 +521,9 @@ fn line(row: &Row, outcome: &Outcome) -> String {
         _ => "the bootloader; the next update succeeds",
     };
     let reason = outcome.status.map_or("—", Refusal::words);
-    let silent = outcome.silent_ms.map_or_else(
-        || "—".to_owned(),
-        |ms| format!("{:.1} s", ms as f64 / 1000.0),
-    );
+    let silent = outcome
+        .silent_ms
+        .map_or_else(|| "—".to_owned(), |ms| format!("{:.1} s", ms as f64 / 1000.0));
     let (name, disturbance) = (row.name, row.disturbance);
     format!("| `{name}` | {disturbance} | {version} | {reason} | {silent} |\n")
 }
@@ -567,11 +549,7 @@ fn chosen() -> Vec<&'static Row> {
 
 /// Programs that a row runs on a board: its own, and one of another board that it refuses.
 fn programs([(wiring, _), (other, _)]: [&(&'static Wiring, Vec<u8>); 2]) -> [String; 3] {
-    [
-        wiring.program.to_owned(),
-        format!("bootloader-{}", wiring.name),
-        other.program.to_owned(),
-    ]
+    [wiring.program.to_owned(), format!("bootloader-{}", wiring.name), other.program.to_owned()]
 }
 
 #[test]

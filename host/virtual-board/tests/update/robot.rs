@@ -144,20 +144,10 @@ fn other_feet_stream_each_contact_while_one_is_updated() {
         robot.step().unwrap_or_else(|error| panic!("{error}"));
     }
     let nodes = robot.positions().map(|foot| foot.default_node_id().get());
-    let feet = nodes.map(|node| Contacts {
-        node,
-        count: 0,
-        last_ms: 0.0,
-        longest_gap_ms: 0.0,
-    });
+    let feet = nodes.map(|node| Contacts { node, count: 0, last_ms: 0.0, longest_gap_ms: 0.0 });
     let feet: Vec<Contacts> = feet.collect();
     let target = feet[0].node;
-    let mut bench = Bench {
-        robot,
-        feet,
-        received: Vec::new(),
-        target,
-    };
+    let mut bench = Bench { robot, feet, received: Vec::new(), target };
     let begin = bench.robot.ms;
     bench.run(500);
     bench.nmt(0x80);
@@ -179,9 +169,6 @@ fn other_feet_stream_each_contact_while_one_is_updated() {
         assert!(foot.count + 5 >= passed, "{} in {passed} ms", foot.count);
     }
     let silence = updated.longest_gap_ms;
-    assert!(
-        (1_000.0..LONGEST_SILENCE_MS).contains(&silence),
-        "{silence} ms"
-    );
+    assert!((1_000.0..LONGEST_SILENCE_MS).contains(&silence), "{silence} ms");
     assert_eq!(bench.robot.bus.lost, 0);
 }

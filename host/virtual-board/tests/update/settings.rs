@@ -21,9 +21,7 @@ fn settings() -> Vec<(u16, u8, Vec<u8>)> {
     ];
     settings.extend(seconds.map(|subindex| learnt(subindex, 0.0)));
     settings.extend(
-        (1..)
-            .zip([0.5, 2.0, 0.375, -5.0])
-            .map(|(subindex, value)| learnt(subindex, value)),
+        (1..).zip([0.5, 2.0, 0.375, -5.0]).map(|(subindex, value)| learnt(subindex, value)),
     );
     settings.extend(seconds.map(|subindex| learnt(subindex, 4.0)));
     settings

@@ -87,13 +87,7 @@ impl LoggedFoot {
             sequence: contact.sequence,
             missing: 0,
             pace: Pace::default(),
-            gap: Some(Gap {
-                row,
-                before: Turn::NotYet,
-                elapsed_us: 0,
-                numbers: 1,
-                missing: 0,
-            }),
+            gap: Some(Gap { row, before: Turn::NotYet, elapsed_us: 0, numbers: 1, missing: 0 }),
             alignment: Alignment::default(),
             reception,
             least: None,
@@ -261,13 +255,7 @@ impl LoggedFoot {
     /// Marks the turn as not yet known from `row` on, whose contact follows the one before by `elapsed_us`.
     fn doubt(&mut self, row: usize, elapsed_us: i64, numbers: u8, missing: i64) {
         let before = self.gap.map_or(Turn::Known, |gap| gap.before);
-        self.gap = Some(Gap {
-            row,
-            before,
-            elapsed_us,
-            numbers,
-            missing,
-        });
+        self.gap = Some(Gap { row, before, elapsed_us, numbers, missing });
     }
 
     /// Processes the clock in a health frame, which follows the newest contact.

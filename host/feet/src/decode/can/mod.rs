@@ -159,11 +159,7 @@ struct First {
 
 impl Log {
     pub(crate) fn new(known: Feet, reception: Reception) -> Self {
-        Self {
-            known,
-            reception,
-            ..Self::default()
-        }
+        Self { known, reception, ..Self::default() }
     }
 
     /// Notice of the common clock of several feet; `None` for a single foot.
@@ -314,11 +310,8 @@ impl Log {
             return self.contact(interface, node, &Contact::decode(bytes), at);
         }
         // Other frames of a foot belong to the contact that it sent just before.
-        let Some(FootEntry {
-            foot: Some(foot),
-            segment,
-            ..
-        }) = self.feet.get_mut(&(interface.to_owned(), node.get()))
+        let Some(FootEntry { foot: Some(foot), segment, .. }) =
+            self.feet.get_mut(&(interface.to_owned(), node.get()))
         else {
             return self.report.count_problem("frames_before_any_contact");
         };
@@ -402,12 +395,7 @@ impl Log {
             },
         };
         let micros = foot.newest.micros;
-        entry.first = may_be_first.then_some(First {
-            contact: *contact,
-            index,
-            at,
-            counted,
-        });
+        entry.first = may_be_first.then_some(First { contact: *contact, index, at, counted });
         self.rows.push(ContactRow {
             timestamp: Timestamp::from_micros(micros),
             turn: foot.turn(),

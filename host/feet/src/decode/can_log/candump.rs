@@ -238,10 +238,7 @@ mod tests {
     }
 
     fn line_of(time: Option<Timestamp>, frame: CanFrame) -> LogLine<'static> {
-        LogLine {
-            time,
-            content: LogContent::Frame("can0", frame),
-        }
+        LogLine { time, content: LogContent::Frame("can0", frame) }
     }
 
     fn content(line: &str) -> Option<LogContent<'_>> {
@@ -327,51 +324,27 @@ mod tests {
         let since_1970 = logged().at.as_micros();
         for (line, time) in [
             ("  can0  191   [8]  FF FF 80 80 0C 00 07 D8", None),
-            (
-                " (1609459200.000114)  can0  191   [8]  FF FF 80 80 0C 00 07 D8",
-                at(since_1970),
-            ),
-            (
-                " (000.000000)  can0  191   [8]  FF FF 80 80 0C 00 07 D8\r",
-                at(0),
-            ),
-            (
-                " (012.345678)  can0  191   [8]  FF FF 80 80 0C 00 07 D8",
-                at(12_345_678),
-            ),
+            (" (1609459200.000114)  can0  191   [8]  FF FF 80 80 0C 00 07 D8", at(since_1970)),
+            (" (000.000000)  can0  191   [8]  FF FF 80 80 0C 00 07 D8\r", at(0)),
+            (" (012.345678)  can0  191   [8]  FF FF 80 80 0C 00 07 D8", at(12_345_678)),
             (
                 " (2021-01-01 00:00:00.000114)  can0  191   [8]  FF FF 80 80 0C 00 07 D8",
                 at(since_1970),
             ),
             ("  can0  RX - -  191   [8]  FF FF 80 80 0C 00 07 D8", None),
-            (
-                " (000.001000)  can0  TX B E  191   [8]  FF FF 80 80 0C 00 07 D8",
-                at(1000),
-            ),
+            (" (000.001000)  can0  TX B E  191   [8]  FF FF 80 80 0C 00 07 D8", at(1000)),
             // With text, in which anything may stand; a length of more than eight; of log2long.
-            (
-                "  can0  191   [8]  FF FF 80 80 0C 00 07 D8   '.. [1] #'",
-                None,
-            ),
+            ("  can0  191   [8]  FF FF 80 80 0C 00 07 D8   '.. [1] #'", None),
             ("  can0  191   {E}  FF FF 80 80 0C 00 07 D8", None),
-            (
-                "(000.000001)  can0       191   [8]  FF FF 80 80 0C 00 07 D8   '........'",
-                at(1),
-            ),
+            ("(000.000001)  can0       191   [8]  FF FF 80 80 0C 00 07 D8   '........'", at(1)),
         ] {
             assert_eq!(parse(line), Some(line_of(time, frame)), "{line:?}");
         }
         for (line, other) in [
             ("can0  711   [0]  remote request", Other::Remote),
             ("can0  18DAF110   [2]  01 02   '..'", Other::Extended),
-            (
-                "can0  191  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B",
-                Other::Fd,
-            ),
-            (
-                "can0  20000004   [8]  00 04 00 00 00 00 00 00   ERRORFRAME",
-                Other::Error,
-            ),
+            ("can0  191  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B", Other::Fd),
+            ("can0  20000004   [8]  00 04 00 00 00 00 00 00   ERRORFRAME", Other::Error),
         ] {
             assert_eq!(content(line), Some(LogContent::Other(other)), "{line}");
         }

@@ -14,11 +14,7 @@ pub fn recognise(head: &[u8]) -> Option<Reader> {
         Form::CandumpTerminal => printed_times(&text),
         _ => LogTimes::Absolute,
     };
-    Some(Reader {
-        form,
-        times,
-        elapsed: 0,
-    })
+    Some(Reader { form, times, elapsed: 0 })
 }
 
 fn form_of(line: &str) -> Option<Form> {
@@ -85,14 +81,8 @@ mod tests {
             recognised(&times.iter().map(line).collect::<String>()).map(|(_, times)| times)
         };
         for (times, expected) in [
-            (
-                &["000.000000", "000.001000", "000.002000"][..],
-                LogTimes::Absolute,
-            ),
-            (
-                &["1609459200.000000", "1609459200.001000"],
-                LogTimes::Absolute,
-            ),
+            (&["000.000000", "000.001000", "000.002000"][..], LogTimes::Absolute),
+            (&["1609459200.000000", "1609459200.001000"], LogTimes::Absolute),
             (&["000.000000"], LogTimes::Absolute),
             (&["1609459200.000000"; 4], LogTimes::Absolute),
             (
@@ -105,19 +95,10 @@ mod tests {
                 LogTimes::Absolute,
             ),
             (
-                &[
-                    "000.000000",
-                    "000.000889",
-                    "000.000111",
-                    "000.000889",
-                    "000.000111",
-                ],
+                &["000.000000", "000.000889", "000.000111", "000.000889", "000.000111"],
                 LogTimes::Differences,
             ),
-            (
-                &["000.000000", "000.001000", "000.001000", "000.001000"],
-                LogTimes::Differences,
-            ),
+            (&["000.000000", "000.001000", "000.001000", "000.001000"], LogTimes::Differences),
         ] {
             assert_eq!(log(times), Some(expected), "{times:?}");
         }

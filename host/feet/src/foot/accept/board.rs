@@ -38,10 +38,9 @@ pub(super) fn measure(client: &mut Client) -> Measured {
                 looks = STACK_LOOKS;
                 limit.measured(f64::from(cost))
             }
-            Err(RequestError::Refused {
-                reason: AbortCode::NoObject,
-                ..
-            }) => limit.not_tested("the foot's program is older"),
+            Err(RequestError::Refused { reason: AbortCode::NoObject, .. }) => {
+                limit.not_tested("the foot's program is older")
+            }
             Err(error) => return Err(error),
         });
     }

@@ -118,11 +118,7 @@ pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
         0 => figure::TAP_RECOVERY.failed("no tap was seen"),
         _ => figure::TAP_RECOVERY.measured(taps.longest_us as f64 / 1000.0),
     };
-    Ok(vec![
-        figure::TAPS.counted(taps.count),
-        recovery,
-        figure::CLIPPED.counted(taps.clipped),
-    ])
+    Ok(vec![figure::TAPS.counted(taps.count), recovery, figure::CLIPPED.counted(taps.clipped)])
 }
 
 /// Contacts that follow a lift.
@@ -222,10 +218,7 @@ struct Unplugged {
 impl Unplugged {
     /// Begins after a contact of a foot with a sensor.
     fn after(last_valid: Timestamp) -> Self {
-        Self {
-            last_valid,
-            ..Self::default()
-        }
+        Self { last_valid, ..Self::default() }
     }
 
     /// Takes a contact; returns whether the foot has recovered.
@@ -314,11 +307,7 @@ mod tests {
     fn row(ms: u64, decision: Decision, faults: Faults) -> ContactRow {
         ContactRow {
             timestamp: Timestamp::from_micros(1000 * ms),
-            stable: if decision == Decision::Stable {
-                0.9
-            } else {
-                0.1
-            },
+            stable: if decision == Decision::Stable { 0.9 } else { 0.1 },
             status: Status::new(decision, Phase::Unknown, Flags::NONE, faults),
             ..ContactRow::default()
         }
@@ -328,11 +317,7 @@ mod tests {
         let period = stable_ms + not_ms;
         (0..rounds * period).map(move |ms| {
             let is_stable = ms % period >= not_ms;
-            let decision = if is_stable {
-                Decision::Stable
-            } else {
-                Decision::NotStable
-            };
+            let decision = if is_stable { Decision::Stable } else { Decision::NotStable };
             row(ms, decision, Faults::NONE)
         })
     }

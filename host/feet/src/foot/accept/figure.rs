@@ -74,11 +74,7 @@ impl Limit {
     }
 
     const fn with_outcome(&'static self, outcome: FigureOutcome) -> Figure {
-        Figure {
-            limit: self,
-            outcome,
-            detail: String::new(),
-        }
+        Figure { limit: self, outcome, detail: String::new() }
     }
 
     /// Limits as text, such as `9.3 to 10.3`.

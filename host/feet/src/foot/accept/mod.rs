@@ -169,7 +169,5 @@ fn switch_on_streams(client: &mut Client) -> Result<Values, AcceptError> {
     let wanted = [1, 2].map(|sub| (Address::new(index::UART_STREAMS, sub), Value::U16(1)));
     let changed = settings::write(client, &wanted.into(), Lasting::UntilReset)?;
     let before = changed.into_iter();
-    Ok(before
-        .map(|(named, before, _)| (named.address, before))
-        .collect())
+    Ok(before.map(|(named, before, _)| (named.address, before)).collect())
 }

@@ -63,9 +63,9 @@ pub(super) fn watch<T>(
         let found = match &heard.said {
             Said::Contact(row) => find(Moment::Contact(row)),
             Said::Board(board) => find(Moment::Faults(board.faults)),
-            Said::Emergency(Emergency {
-                fault: Some(fault), ..
-            }) => find(Moment::Faults(Faults::NONE.with(*fault))),
+            Said::Emergency(Emergency { fault: Some(fault), .. }) => {
+                find(Moment::Faults(Faults::NONE.with(*fault)))
+            }
             _ => None,
         };
         found.or_else(|| find(Moment::Motion(motion?)))

@@ -30,12 +30,7 @@ impl Statistics {
     pub(super) fn of<'a>(motions: impl ExactSizeIterator<Item = &'a Motion> + Clone) -> Self {
         let (force, force_noise) = moments(motions.clone().map(|motion| motion.force));
         let (rate, rate_noise) = moments(motions.map(|motion| motion.rate));
-        Self {
-            force,
-            rate,
-            force_noise,
-            rate_noise,
-        }
+        Self { force, rate, force_noise, rate_noise }
     }
 
     fn is_rest(&self) -> bool {
@@ -104,26 +99,17 @@ mod tests {
     fn rest_is_found_half_a_second_after_the_last_motion() {
         let mut stillness = Stillness::default();
         let found = (0..2000).step_by(20).find(|ms| {
-            let force = if *ms < 1000 {
-                9.0 + (ms % 40) as f64
-            } else {
-                9.8
-            };
+            let force = if *ms < 1000 { 9.0 + (ms % 40) as f64 } else { 9.8 };
             stillness.take(at(*ms, force)).is_some()
         });
-        assert!(
-            found.is_some_and(|ms| (1440..=1500).contains(&ms)),
-            "{found:?}"
-        );
+        assert!(found.is_some_and(|ms| (1440..=1500).contains(&ms)), "{found:?}");
     }
 
     #[test]
     fn restart_of_the_clock_begins_a_new_rest() {
         let mut stillness = Stillness::default();
         let at_rest = |stillness: &mut Stillness, from: u64| {
-            (from..from + 1000)
-                .step_by(20)
-                .find(|ms| stillness.take(at(*ms, 9.8)).is_some())
+            (from..from + 1000).step_by(20).find(|ms| stillness.take(at(*ms, 9.8)).is_some())
         };
         assert_eq!(at_rest(&mut stillness, 50_000), Some(50_460));
         assert_eq!(at_rest(&mut stillness, 0), Some(460));

@@ -154,12 +154,8 @@ fn of_contacts(contacts: &Contacts, period_us: u64) -> Vec<Figure> {
 }
 
 fn of_motions(client: &mut Client, motions: &[Motion]) -> Measured {
-    let [force, force_noise, rate_noise, bias] = [
-        &figure::FORCE,
-        &figure::FORCE_NOISE,
-        &figure::RATE_NOISE,
-        &figure::BIAS,
-    ];
+    let [force, force_noise, rate_noise, bias] =
+        [&figure::FORCE, &figure::FORCE_NOISE, &figure::RATE_NOISE, &figure::BIAS];
     if motions.is_empty() {
         let missing = "no acceleration, attitude or rate was received";
         let all = [force, force_noise, rate_noise, bias];
@@ -172,9 +168,8 @@ fn of_motions(client: &mut Client, motions: &[Motion]) -> Measured {
         // Frames of a bus have no bias left.
         false => gyroscope_bias_rad_s(client)?.map(|axis| axis.map(f64::from)),
     };
-    let largest = axes
-        .into_iter()
-        .try_fold(0.0, |largest: f64, axis| Some(largest.max(axis?.abs())));
+    let largest =
+        axes.into_iter().try_fold(0.0, |largest: f64, axis| Some(largest.max(axis?.abs())));
     Ok(vec![
         force.measured(statistics.force.length()),
         force_noise.measured(statistics.force_noise),

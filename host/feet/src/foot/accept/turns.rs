@@ -102,11 +102,9 @@ fn unit(vector: Vector) -> Vector {
 /// Index of the component of largest magnitude.
 fn largest(vector: Vector) -> usize {
     let magnitudes = vector.to_array().map(f64::abs);
-    (0..3).fold(0, |largest, axis| {
-        match magnitudes[axis] > magnitudes[largest] {
-            true => axis,
-            false => largest,
-        }
+    (0..3).fold(0, |largest, axis| match magnitudes[axis] > magnitudes[largest] {
+        true => axis,
+        false => largest,
     })
 }
 
@@ -170,9 +168,7 @@ pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
         if has_all_sides && !progress.is_complete() && !has_asked {
             has_asked = true;
             let axes = progress.missing_turns();
-            tell(&format!(
-                "turn the foot by a quarter about {axes}, and put it down"
-            ));
+            tell(&format!("turn the foot by a quarter about {axes}, and put it down"));
         }
         progress.is_complete().then_some(())
     })?;
@@ -218,11 +214,7 @@ mod tests {
         let about = Vector::from_array(about);
         let mut orientation = begin;
         let motions = (0..3000).step_by(10).map(|ms| {
-            let rate = if (1000..2000).contains(&ms) {
-                angle
-            } else {
-                0.0
-            };
+            let rate = if (1000..2000).contains(&ms) { angle } else { 0.0 };
             orientation = orientation.after(turn(about * (rate * 0.01)));
             Motion {
                 at: Timestamp::from_micros(1000 * (from_ms + ms)),
@@ -236,10 +228,7 @@ mod tests {
 
     fn turned(gains: [f64; 3]) -> Progress {
         let mut progress = Progress::default();
-        let mut orientation = Rotation {
-            w: 1.0,
-            v: Vector::default(),
-        };
+        let mut orientation = Rotation { w: 1.0, v: Vector::default() };
         let mut at_ms = 0;
         for axis in [0, 2, 1, 1, 1, 2, 0] {
             let motions;

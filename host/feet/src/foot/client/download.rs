@@ -116,9 +116,8 @@ impl Client {
         is_expected: fn(u8) -> bool,
     ) -> Result<[u8; 8], Ended> {
         const ABORT: u8 = 0x80;
-        let answer = self.exchange(node, request, STORED, |[head, ..]| {
-            *head == ABORT || is_expected(*head)
-        })?;
+        let answer = self
+            .exchange(node, request, STORED, |[head, ..]| *head == ABORT || is_expected(*head))?;
         match answer.ok_or(Ended::Silent)? {
             [ABORT, _, _, _, code @ ..] => Err(Ended::Aborted(u32::from_le_bytes(code))),
             answer => Ok(answer),

@@ -131,10 +131,7 @@ impl Client {
 
     /// Error of a request without a response.
     pub(super) fn no_answer(&self, what: impl Into<String>) -> RequestError {
-        RequestError::NoAnswer {
-            foot: self.foot(),
-            what: what.into(),
-        }
+        RequestError::NoAnswer { foot: self.foot(), what: what.into() }
     }
 
     pub(super) fn foot(&self) -> String {
@@ -326,10 +323,7 @@ impl Client {
             // A frame was lost: repeat as a normal request.
             0 => self.serial_number().map(|_| ()),
             1 => Ok(()),
-            count => Err(RequestError::SameId {
-                foot: self.foot(),
-                count,
-            }),
+            count => Err(RequestError::SameId { foot: self.foot(), count }),
         }
     }
 
@@ -350,10 +344,7 @@ impl Client {
         if taken.is_none() {
             return Ok(());
         }
-        Err(RequestError::Taken {
-            foot: self.foot(),
-            node,
-        })
+        Err(RequestError::Taken { foot: self.foot(), node })
     }
 
     /// Waits, and receives meanwhile, so that the buffers of the line do not overflow.

@@ -31,11 +31,7 @@ impl Client {
         value: Option<Value>,
         answer: Duration,
     ) -> Result<Vec<u8>, RequestError> {
-        let verb = if value.is_some() {
-            "writing"
-        } else {
-            "reading"
-        };
+        let verb = if value.is_some() { "writing" } else { "reading" };
         let what = || format!("{verb} {}", named(address));
         for attempt in 0..TRIES {
             // The node may be in the transfer of a master that has vanished.
@@ -64,22 +60,18 @@ impl Client {
     ) -> Result<Option<Response>, RequestError> {
         let message = match value {
             None => Message::ConfigGet(ConfigGet { address }),
-            Some(value) => Message::ConfigSet(ConfigSet {
-                address,
-                value: value.into(),
-            }),
+            Some(value) => Message::ConfigSet(ConfigSet { address, value: value.into() }),
         };
         self.send_message(&message)?;
         self.listen(answer, |heard| match &heard.said {
-            Said::Answer(ConfigResponse {
-                address: of,
-                answer,
-            }) if *of == address => match answer {
-                Answer::Value(bytes) if value.is_none() => Some(Ok(bytes.as_bytes().to_vec())),
-                Answer::Done if value.is_some() => Some(Ok(Vec::new())),
-                Answer::Refused(reason) => Some(Err(reason.code())),
-                Answer::Value(_) | Answer::Done => None,
-            },
+            Said::Answer(ConfigResponse { address: of, answer }) if *of == address => {
+                match answer {
+                    Answer::Value(bytes) if value.is_none() => Some(Ok(bytes.as_bytes().to_vec())),
+                    Answer::Done if value.is_some() => Some(Ok(Vec::new())),
+                    Answer::Refused(reason) => Some(Err(reason.code())),
+                    Answer::Value(_) | Answer::Done => None,
+                }
+            }
             _ => None,
         })
     }

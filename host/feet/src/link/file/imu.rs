@@ -78,17 +78,12 @@ impl Imu {
             Some((next.map(|(at, _)| *at), index))
         });
         let first = times.min();
-        first
-            .and_then(|(_, index)| self.0[index].next())
-            .transpose()
+        first.and_then(|(_, index)| self.0[index].next()).transpose()
     }
 }
 
 /// Error of a file, with this sentence.
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "it maps errors, which are passed by value"
-)]
+#[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
 fn failed(sentence: impl ToString) -> LinkError {
     LinkError::File(sentence.to_string())
 }
@@ -275,10 +270,7 @@ fn doubt(name: &str, finding: &Finding) -> String {
     format!("{name}: {text}{advice}")
 }
 
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "it maps errors, which are passed by value"
-)]
+#[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
 fn broken(error: impl ToString) -> Failure {
     Failure::Broken(error.to_string())
 }

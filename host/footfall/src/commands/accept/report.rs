@@ -214,11 +214,7 @@ mod tests {
         for limit in LIMITS {
             let value = predicted(limit.step.name(), limit.name);
             let value = value.unwrap_or_else(|| panic!("{} has none", limit.name));
-            assert!(
-                (limit.lowest..=limit.highest).contains(&value),
-                "{}",
-                limit.name
-            );
+            assert!((limit.lowest..=limit.highest).contains(&value), "{}", limit.name);
         }
         assert_eq!(PREDICTIONS.lines().count(), 1 + LIMITS.len());
     }

@@ -311,10 +311,7 @@ const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads the settings of a file or of standard input.
 fn read_file(path: &Path, node: Option<NodeId>) -> Result<Values, FootError> {
-    let error = |message: String| FootError::File {
-        file: path.display().to_string(),
-        message,
-    };
+    let error = |message: String| FootError::File { file: path.display().to_string(), message };
     // Up to one byte beyond the maximum size.
     let text = match path == Path::new(STANDARD) {
         true => io::read_to_string(io::stdin().take(MOST_BYTES + 1)),

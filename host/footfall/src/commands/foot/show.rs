@@ -173,9 +173,7 @@ impl FootInfo {
         let node = identity.node.map(|node| format!("node {node}"));
         let node = node.unwrap_or_else(|| "serial line".to_owned());
         let program = identity.program.map(|number| format!(", program {number}"));
-        let previous = identity
-            .previous
-            .map(|number| format!("previous program {number}, kept\n"));
+        let previous = identity.previous.map(|number| format!("previous program {number}, kept\n"));
         let refused = identity.refused.map(|why| format!("update   {why}\n"));
         let state = self.state.filter(|state| *state != "operational");
         let state = state.map(|state| {

@@ -50,10 +50,7 @@ impl<'a> ImageFile<'a> {
 }
 
 fn refused(file: &Path, message: &str) -> FootError {
-    FootError::File {
-        file: file.display().to_string(),
-        message: message.to_owned(),
-    }
+    FootError::File { file: file.display().to_string(), message: message.to_owned() }
 }
 
 /// Results of an update, for each foot.
@@ -143,10 +140,7 @@ impl FootArguments {
             return Ok(text);
         }
         let is_silent = |error: &UpdateError| {
-            matches!(
-                error,
-                UpdateError::NotStarted { .. } | UpdateError::Request(_)
-            )
+            matches!(error, UpdateError::NotStarted { .. } | UpdateError::Request(_))
         };
         let mut errors = results.iter().filter_map(|result| result.as_ref().err());
         if matches!(self.source, Source::Demo(_)) && errors.any(is_silent) {

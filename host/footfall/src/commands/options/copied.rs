@@ -67,10 +67,10 @@ impl CopiedArguments {
     ) -> Result<(), Error> {
         let of_all_feet = OfAllFeet {
             compats: self.compat.clone(),
-            low_states: self.lowstate.clone().map(|topic| LowStates {
-                topic,
-                scale: self.lowstate_scale,
-            }),
+            low_states: self
+                .lowstate
+                .clone()
+                .map(|topic| LowStates { topic, scale: self.lowstate_scale }),
         };
         for input in inputs {
             // Parts that end early were reported when the samples were read.

@@ -45,9 +45,7 @@ pub(crate) fn parse_number(text: &str) -> Option<u32> {
 
 /// Parses a node id with the name of its foot.
 fn parse_name(text: &str) -> Result<(NodeId, Name), String> {
-    let (id, name) = text
-        .split_once('=')
-        .ok_or("write a node id and a name, such as 1=FL")?;
+    let (id, name) = text.split_once('=').ok_or("write a node id and a name, such as 1=FL")?;
     let name = Name::new(name).map_err(|error| error.to_string())?;
     Ok((parse_node(id)?, name))
 }

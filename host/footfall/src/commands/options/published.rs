@@ -17,12 +17,7 @@ pub struct PublishedArguments {
     #[arg(long, value_name = "FRAME", default_value = crate::ros::topics::FRAME)]
     pub frame_id: String,
     /// Prefix of the frames of all messages, such as spot/
-    #[arg(
-        long,
-        value_name = "PREFIX",
-        default_value = "",
-        hide_default_value = true
-    )]
+    #[arg(long, value_name = "PREFIX", default_value = "", hide_default_value = true)]
     pub frame_prefix: String,
 }
 

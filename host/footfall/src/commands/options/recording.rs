@@ -215,11 +215,9 @@ pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Res
     let durations_s = feet.iter().map(|foot| foot.about.duration_s());
     let duration = durations_s.fold(0.0, f64::max);
     match from {
-        Some(from) if from > duration => Err(Error::BeyondTheEnd {
-            file: file.to_owned(),
-            from,
-            duration,
-        }),
+        Some(from) if from > duration => {
+            Err(Error::BeyondTheEnd { file: file.to_owned(), from, duration })
+        }
         _ => Ok(()),
     }
 }
@@ -307,10 +305,7 @@ impl ReadingArguments {
             }
         }
         if self.strict && !findings.is_empty() {
-            return Err(Error::Implausible {
-                file: file.to_owned(),
-                count: findings.len(),
-            });
+            return Err(Error::Implausible { file: file.to_owned(), count: findings.len() });
         }
         Ok(())
     }

@@ -58,10 +58,7 @@ impl PageFoot {
     /// Creates the page data of a recording from `span.start` to `span.end`, s since its first sample.
     #[must_use]
     pub fn new(name: &str, about: &About, span: Range<f64>) -> Self {
-        let width = Width {
-            span: span.clone(),
-            columns: COLUMNS,
-        };
+        let width = Width { span: span.clone(), columns: COLUMNS };
         Self {
             name: name.to_owned(),
             start_us: about.start_us,
@@ -225,9 +222,7 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
 
 /// Escapes a text for use between tags.
 pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

@@ -15,16 +15,9 @@ fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
     let mut foot = PageFoot::new(name, &about, 0.0..about.duration_s());
     for k in 0..samples {
         let sample = RecordedSample {
-            imu: ImuSample {
-                timestamp: Timestamp::from_micros(k * 1000),
-                ..ImuSample::default()
-            },
+            imu: ImuSample { timestamp: Timestamp::from_micros(k * 1000), ..ImuSample::default() },
             load: (k % 100 != 50).then_some(Load((k * 7919 % 1000) as f32)),
-            label: Some(if k % 2 == 0 {
-                Label::Stable
-            } else {
-                Label::NotStable
-            }),
+            label: Some(if k % 2 == 0 { Label::Stable } else { Label::NotStable }),
         };
         let p = (k * 104_729 % 1009) as f32 / 1008.0;
         let estimate = ContactEstimate {
@@ -58,27 +51,16 @@ fn data_of(page: &str) -> serde_json::Value {
 
 #[test]
 fn names_cannot_end_the_script_or_open_a_tag() {
-    let names = [
-        "</script><script>alert(1)</script>",
-        "<!--<script>",
-        "a & b > \"c\" \\ \u{2028}",
-    ];
+    let names = ["</script><script>alert(1)</script>", "<!--<script>", "a & b > \"c\" \\ \u{2028}"];
     let page = written(names.map(|name| foot(name, 0, 10)).into());
     let empty = written(vec![foot("a", 0, 10)]);
     for tag in ["<script", "</script", "<!--", "<title", "</title"] {
-        assert_eq!(
-            page.matches(tag).count(),
-            empty.matches(tag).count(),
-            "{tag}"
-        );
+        assert_eq!(page.matches(tag).count(), empty.matches(tag).count(), "{tag}");
     }
     let data = data_of(&page);
     for (k, name) in names.into_iter().enumerate() {
         assert_eq!(data["feet"][k]["name"], name);
-        assert_eq!(
-            data["feet"][k]["lines"][0]["name"],
-            format!("force of {name} (N)")
-        );
+        assert_eq!(data["feet"][k]["lines"][0]["name"], format!("force of {name} (N)"));
     }
 }
 
@@ -86,16 +68,9 @@ fn names_cannot_end_the_script_or_open_a_tag() {
 fn page_loads_no_external_resource() {
     let page = written(vec![foot("a", 0, 10)]);
     assert!(page.contains("default-src 'none'"));
-    for fetch in [
-        " src=",
-        " href=",
-        "url(",
-        "@import",
-        "fetch(",
-        "XMLHttpRequest",
-        "WebSocket",
-        "import(",
-    ] {
+    for fetch in
+        [" src=", " href=", "url(", "@import", "fetch(", "XMLHttpRequest", "WebSocket", "import("]
+    {
         assert!(!page.contains(fetch), "{fetch}");
     }
     // The one address is that of uPlot's home, in a comment.
@@ -113,10 +88,7 @@ fn page_stays_below_4_mb_per_foot() {
     let points = line["v"].as_array().unwrap();
     assert!(points.len() > 60_000, "{}", points.len());
     let levels = points.iter().filter_map(serde_json::Value::as_i64);
-    assert_eq!(
-        (levels.clone().min(), levels.max()),
-        (Some(0), Some(10_000))
-    );
+    assert_eq!((levels.clone().min(), levels.max()), (Some(0), Some(10_000)));
 }
 
 #[test]
@@ -127,12 +99,7 @@ fn line_keeps_values_and_gaps_of_the_recording() {
     let (low, high) = (number(&load["low"]), number(&load["high"]));
     let mut time = 0;
     let mut values = Vec::new();
-    for (step, level) in load["t"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .zip(load["v"].as_array().unwrap())
-    {
+    for (step, level) in load["t"].as_array().unwrap().iter().zip(load["v"].as_array().unwrap()) {
         time += step.as_i64().unwrap();
         match level.as_f64() {
             Some(level) => {
@@ -152,9 +119,7 @@ fn line_keeps_values_and_gaps_of_the_recording() {
 fn feet_with_overlapping_times_share_an_axis() {
     let day = 86_400_000_000;
     let feet = [("a", day), ("b", 5), ("c", day + 50_000), ("d", 120_000)];
-    let data = data_of(&written(
-        feet.map(|(name, start)| foot(name, start, 100)).into(),
-    ));
+    let data = data_of(&written(feet.map(|(name, start)| foot(name, start, 100)).into()));
     let groups = [0, 1, 2, 3].map(|k| data["feet"][k]["group"].clone());
     assert_eq!(groups, [0, 1, 0, 2]);
     assert_eq!(data["groups"][0]["title"], "time (s) since t = 86400 s");

@@ -73,10 +73,7 @@ impl NodeError {
     /// Returns the conversion of an error of `ros2-client` about a node or a topic.
     fn create(name: impl Into<String>) -> impl Fn(&dyn std::fmt::Display) -> Self {
         let name = name.into();
-        move |error| Self::Create {
-            name: name.clone(),
-            reason: error.to_string(),
-        }
+        move |error| Self::Create { name: name.clone(), reason: error.to_string() }
     }
 }
 
@@ -143,10 +140,7 @@ impl FootNode {
             participant = participant.with_only_networks(options.networks.iter().copied());
         }
         let participant = participant.build();
-        let domain = |reason: String| NodeError::Domain {
-            domain_id: options.domain_id,
-            reason,
-        };
+        let domain = |reason: String| NodeError::Domain { domain_id: options.domain_id, reason };
         let participant = participant.map_err(|error| domain(error.to_string()))?;
         let context = Context::from_domain_participant(participant);
         let context = context.map_err(|error| domain(error.to_string()))?;
@@ -175,13 +169,7 @@ impl FootNode {
             let _ = block_on(spinner.spin());
         });
         let spinner = spinner.map_err(|error| create(&error))?;
-        Ok(Self {
-            options,
-            topics: BTreeMap::new(),
-            node,
-            spinner,
-            has_namesake,
-        })
+        Ok(Self { options, topics: BTreeMap::new(), node, spinner, has_namesake })
     }
 
     /// Namespace and name.
@@ -204,8 +192,7 @@ impl FootNode {
         if !self.topics.contains_key(&published.topic) {
             let publisher = self.publisher(&published)?;
             let sent = Sent::default();
-            self.topics
-                .insert(Arc::clone(&published.topic), Topic { publisher, sent });
+            self.topics.insert(Arc::clone(&published.topic), Topic { publisher, sent });
         }
         let Some(topic) = self.topics.get_mut(&published.topic) else {
             return Ok(());
@@ -274,9 +261,7 @@ fn parameters(options: &Options) -> NodeOptions {
         let is = declared.iter().find(|(declared, _)| *declared == name);
         match is.is_none_or(|(_, declared)| declared == value) {
             true => Ok(()),
-            false => Err(format!(
-                "{name} is read-only: start footfall ros2 with another"
-            )),
+            false => Err(format!("{name} is read-only: start footfall ros2 with another")),
         }
     }))
 }

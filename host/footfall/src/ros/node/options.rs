@@ -123,11 +123,7 @@ mod tests {
                 compat: Vec::new(),
             };
             let expected = Name::new(before, "contact").ok();
-            assert_eq!(
-                options.topic("/footfall/FL/contact"),
-                expected,
-                "{namespace}"
-            );
+            assert_eq!(options.topic("/footfall/FL/contact"), expected, "{namespace}");
             let diagnostics = Name::new("/", "diagnostics").ok();
             assert_eq!(options.topic(DIAGNOSTICS), diagnostics, "{namespace}");
         }

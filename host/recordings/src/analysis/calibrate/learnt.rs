@@ -48,10 +48,7 @@ impl LearntCalibration {
             return Err(CalibrationError::HalfWidths);
         }
         Ok(Self {
-            params: Params {
-                learning: Learning::On,
-                ..*params
-            },
+            params: Params { learning: Learning::On, ..*params },
             learnt: params.learnt,
             recordings: Vec::new(),
             samples: 0,
@@ -68,10 +65,7 @@ impl LearntCalibration {
         recording: &Recording,
         after_each: impl FnMut(),
     ) -> Result<(), ParamsError> {
-        let params = Params {
-            learnt: self.learnt,
-            ..self.params
-        };
+        let params = Params { learnt: self.learnt, ..self.params };
         let (estimates, learnt) = replay_observed(recording, &params, after_each)?;
         self.learnt = Some(learnt);
         self.samples += estimates.len();
@@ -119,12 +113,8 @@ impl LearntCalibration {
 
 /// Returns whether a sample was measured while the direction of up was known.
 fn is_usable(estimate: &ContactEstimate) -> bool {
-    let unusable = [
-        Flag::InvalidSample,
-        Flag::Stale,
-        Flag::Saturated,
-        Flag::AttitudeNotInitialised,
-    ];
+    let unusable =
+        [Flag::InvalidSample, Flag::Stale, Flag::Saturated, Flag::AttitudeNotInitialised];
     !unusable.iter().any(|flag| estimate.flags.contains(*flag))
 }
 
@@ -226,25 +216,15 @@ impl fmt::Display for LearntFoot {
                 false => "not settled",
             }
         )?;
-        let Amplitudes {
-            at_rest,
-            edge,
-            in_motion,
-        } = self.acceleration;
+        let Amplitudes { at_rest, edge, in_motion } = self.acceleration;
         writeln!(
             f,
             "acceleration at rest {at_rest:.3}, edge of stillness {edge:.3}, in motion {in_motion:.2} m/s²"
         )?;
         let values = (1..).zip(self.object);
-        let values: Vec<String> = values
-            .map(|(subindex, value)| format!("{subindex} = {value}"))
-            .collect();
-        write!(
-            f,
-            "on the foot, 0x{:04X}: {}",
-            index::LEARNT,
-            values.join(", ")
-        )
+        let values: Vec<String> =
+            values.map(|(subindex, value)| format!("{subindex} = {value}")).collect();
+        write!(f, "on the foot, 0x{:04X}: {}", index::LEARNT, values.join(", "))
     }
 }
 
@@ -253,12 +233,7 @@ mod tests {
     use super::*;
 
     fn unsettled(still_seconds: f32, moving_seconds: f32, unusable: usize) -> String {
-        let unsettled = Unsettled {
-            still_seconds,
-            moving_seconds,
-            samples: 1000,
-            unusable,
-        };
+        let unsettled = Unsettled { still_seconds, moving_seconds, samples: 1000, unusable };
         unsettled.to_string()
     }
 

@@ -35,10 +35,7 @@ impl RestingUp {
     pub fn disagreement(&self) -> Option<f64> {
         let rotation = Quaternion::from_up(self.mean()?);
         let to_z = rotation.unwrap_or_default();
-        let angles = self
-            .ups
-            .iter()
-            .map(|up| mounting::tilt_degrees(to_z.rotate(*up)));
+        let angles = self.ups.iter().map(|up| mounting::tilt_degrees(to_z.rotate(*up)));
         let largest = angles.fold(0.0, f64::max);
         (largest > SAME_UP).then_some(largest)
     }

@@ -170,10 +170,7 @@ mod tests {
         samples.extend(still([9.8, 0.0, 0.0], 150));
         samples.extend(still([0.0, 9.8, 0.0], 90));
         let rests = rests(&recording(samples));
-        let seen: Vec<_> = rests
-            .iter()
-            .map(|rest| rest.specific_force[0] as f32)
-            .collect();
+        let seen: Vec<_> = rests.iter().map(|rest| rest.specific_force[0] as f32).collect();
         assert_eq!(seen, [0.0, 9.8]);
         assert!((rests[1].start_s - 2.7).abs() < 0.011, "{rests:?}");
         assert!((rests[1].duration_s - 1.1).abs() < 0.011, "{rests:?}");
@@ -184,10 +181,7 @@ mod tests {
     fn slow_turns_and_invalid_samples_are_not_rests() {
         let turn = (0..2000).map(|k| {
             let angle = 0.01 * k as f32 * 0.02;
-            (
-                [0.0, 9.8 * angle.sin(), 9.8 * angle.cos()],
-                [0.02, 0.0, 0.0],
-            )
+            ([0.0, 9.8 * angle.sin(), 9.8 * angle.cos()], [0.02, 0.0, 0.0])
         });
         assert_eq!(rests(&recording(turn)), []);
         let fast = vec![([0.0, 0.0, 9.8], [0.0, 0.0, 0.2]); 1000];

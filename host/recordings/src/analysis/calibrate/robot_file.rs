@@ -22,11 +22,7 @@ impl RobotFile {
     /// # Errors
     /// The text is not TOML.
     pub fn keeping(other: &str) -> Result<Self, toml::de::Error> {
-        Ok(Self {
-            remarks: Vec::new(),
-            tables: other.parse()?,
-            foot: None,
-        })
+        Ok(Self { remarks: Vec::new(), tables: other.parse()?, foot: None })
     }
 
     /// Sets the settings of one foot, in `[feet.NAME]`, from here on.
@@ -48,11 +44,8 @@ impl RobotFile {
 
     /// Sets the learnt values of a foot.
     pub fn set_learnt(&mut self, foot: &LearntFoot) {
-        let recordings: Vec<&str> = foot
-            .recordings
-            .iter()
-            .map(|from| from.recording.as_str())
-            .collect();
+        let recordings: Vec<&str> =
+            foot.recordings.iter().map(|from| from.recording.as_str()).collect();
         self.remarks.push(format!(
             "learnt from {:.1} s of stance and {:.1} s of swing in {}",
             foot.stance_s,

@@ -139,18 +139,13 @@ impl SensorCalibration {
         let mut all = Vec::new();
         for recording in recordings {
             if recording.gravity == Gravity::Removed {
-                return Err(RestsError::NoGravity {
-                    recording: recording.name.clone(),
-                });
+                return Err(RestsError::NoGravity { recording: recording.name.clone() });
             }
             all.extend(rests(recording));
         }
         let forces = orientations(&all);
         if forces.len() < ORIENTATIONS {
-            return Err(RestsError::TooFew {
-                rests: all.len(),
-                orientations: forces.len(),
-            });
+            return Err(RestsError::TooFew { rests: all.len(), orientations: forces.len() });
         }
         let length = forces.iter().map(|f| f.length()).sum::<f64>() / forces.len() as f64;
         if (length / GRAVITY - 1.0).abs() > LARGEST_LENGTH_ERROR {
@@ -193,9 +188,8 @@ fn orientations(rests: &[Rest]) -> Vec<Vector> {
     let mut sums: Vec<(Vector, f64)> = Vec::new();
     for rest in rests {
         let force = Vector::from_array(rest.specific_force);
-        let known = sums
-            .iter_mut()
-            .find(|(sum, _)| sum.angle_to(force).to_degrees() < SAME_ORIENTATION);
+        let known =
+            sums.iter_mut().find(|(sum, _)| sum.angle_to(force).to_degrees() < SAME_ORIENTATION);
         match known {
             Some((sum, weight)) => {
                 *sum = *sum + force * rest.duration_s;
@@ -204,9 +198,7 @@ fn orientations(rests: &[Rest]) -> Vec<Vector> {
             None => sums.push((force * rest.duration_s, rest.duration_s)),
         }
     }
-    sums.into_iter()
-        .map(|(sum, weight)| sum * (1.0 / weight))
-        .collect()
+    sums.into_iter().map(|(sum, weight)| sum * (1.0 / weight)).collect()
 }
 
 /// Bias (three axes, m/s²) and scale (three).
@@ -216,10 +208,7 @@ type Unknowns = [f64; 6];
 const PERFECT: Unknowns = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
 
 fn fit(forces: &[Vector]) -> Result<Unknowns, RestsError> {
-    let span = |axis: usize| RestsError::Span {
-        orientations: forces.len(),
-        axis: AXES[axis % 3],
-    };
+    let span = |axis: usize| RestsError::Span { orientations: forces.len(), axis: AXES[axis % 3] };
     let mut unknowns = PERFECT;
     let mut covariance = [[0.0; 6]; 6];
     // Quadratic convergence from an error of a few per cent: far more iterations than needed.
@@ -269,11 +258,7 @@ fn inverse(mut matrix: [[f64; 6]; 6]) -> Result<[[f64; 6]; 6], usize> {
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     for column in 0..6 {
         let pivot = (column..6)
-            .max_by(|a, b| {
-                matrix[*a][column]
-                    .abs()
-                    .total_cmp(&matrix[*b][column].abs())
-            })
+            .max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()))
             .unwrap_or(column);
         if matrix[pivot][column].is_nan() || matrix[pivot][column].abs() < 1e-9 {
             return Err(column);
@@ -296,18 +281,12 @@ fn inverse(mut matrix: [[f64; 6]; 6]) -> Result<[[f64; 6]; 6], usize> {
 }
 
 fn correct(force: Vector, [bx, by, bz, sx, sy, sz]: &Unknowns) -> Vector {
-    Vector::new(
-        sx * (force.x - bx),
-        sy * (force.y - by),
-        sz * (force.z - bz),
-    )
+    Vector::new(sx * (force.x - bx), sy * (force.y - by), sz * (force.z - bz))
 }
 
 /// Returns the RMS deviation of the forces from gravity, m/s².
 fn residual(forces: &[Vector], unknowns: &Unknowns) -> f64 {
-    let squares = forces
-        .iter()
-        .map(|force| (correct(*force, unknowns).length() - GRAVITY).powi(2));
+    let squares = forces.iter().map(|force| (correct(*force, unknowns).length() - GRAVITY).powi(2));
     (squares.sum::<f64>() / forces.len().max(1) as f64).sqrt()
 }
 
@@ -315,10 +294,7 @@ fn residual(forces: &[Vector], unknowns: &Unknowns) -> f64 {
 fn gyroscope_bias(rests: &[Rest]) -> [f64; 3] {
     let total: f64 = rests.iter().map(|rest| rest.duration_s).sum();
     let sum = |axis: usize| {
-        rests
-            .iter()
-            .map(|rest| rest.duration_s * rest.angular_rate[axis])
-            .sum::<f64>()
+        rests.iter().map(|rest| rest.duration_s * rest.angular_rate[axis]).sum::<f64>()
     };
     std::array::from_fn(|axis| sum(axis) / total)
 }
@@ -339,11 +315,7 @@ impl fmt::Display for SensorCalibration {
         let dps = self.gyroscope_bias.map(|bias| 1e-3 * bias / MILLI_DPS);
         writeln!(f, "                              x         y         z")?;
         writeln!(f, "accelerometer bias (mg) {}", line(milli_g, 2))?;
-        writeln!(
-            f,
-            "accelerometer scale     {}",
-            line(self.accelerometer_scale, 5)
-        )?;
+        writeln!(f, "accelerometer scale     {}", line(self.accelerometer_scale, 5))?;
         writeln!(f, "gyroscope bias (°/s)    {}", line(dps, 3))?;
         writeln!(
             f,

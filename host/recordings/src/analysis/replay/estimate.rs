@@ -136,11 +136,7 @@ fn estimated<O: Observer>(
         check.add(&sample);
         results.add(&sample, &estimate, &estimate)?;
     }
-    Ok(Replayed {
-        findings: check.findings(),
-        learnt: replay.learnt(),
-        ..results.finish()?
-    })
+    Ok(Replayed { findings: check.findings(), learnt: replay.learnt(), ..results.finish()? })
 }
 
 /// Takes the recorded estimates of a foot. Nothing is computed from the samples, which may be few, but they are checked.
@@ -153,10 +149,7 @@ fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io
         }
         results.add(&recorded.sample, &recorded.estimate, &recorded.moved)?;
     }
-    Ok(Replayed {
-        findings: findings_beside_contacts(&check),
-        ..results.finish()?
-    })
+    Ok(Replayed { findings: findings_beside_contacts(&check), ..results.finish()? })
 }
 
 /// Returns the findings that count where a foot has sent its own estimates: its mounting is a setting of its own, a

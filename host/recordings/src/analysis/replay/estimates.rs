@@ -30,11 +30,7 @@ impl Layout {
     #[must_use]
     pub fn of(path: &Path) -> Self {
         let extension = path.extension().unwrap_or_default();
-        if extension.eq_ignore_ascii_case("parquet") {
-            Self::Parquet
-        } else {
-            Self::Csv
-        }
+        if extension.eq_ignore_ascii_case("parquet") { Self::Parquet } else { Self::Csv }
     }
 }
 
@@ -87,11 +83,9 @@ impl Estimates {
         match self {
             Self::Csv(part) => part.add(estimate),
             #[cfg(feature = "parquet")]
-            Self::Parquet {
-                foot,
-                start_us,
-                rows,
-            } => rows.add(foot.as_deref(), estimate, *start_us),
+            Self::Parquet { foot, start_us, rows } => {
+                rows.add(foot.as_deref(), estimate, *start_us)
+            }
         }
     }
 }

@@ -57,9 +57,8 @@ mod tests {
     fn results_keep_the_order_of_the_items() {
         let items: Vec<u32> = (0..100).collect();
         for threads in [1, 2, 7, 200] {
-            let doubled: Result<Vec<u32>, ()> = run(&items, jobs(threads), |k| Ok(2 * k))
-                .into_iter()
-                .collect();
+            let doubled: Result<Vec<u32>, ()> =
+                run(&items, jobs(threads), |k| Ok(2 * k)).into_iter().collect();
             assert!(doubled.unwrap().into_iter().eq((0..100).map(|k| 2 * k)));
         }
         assert!(run(&[(); 0], jobs(4), |()| Ok::<(), ()>(())).is_empty());
@@ -67,11 +66,7 @@ mod tests {
 
     #[test]
     fn no_item_is_started_after_a_failure() {
-        let results = run(
-            &[1, 2, 3],
-            jobs(1),
-            |k| if *k == 2 { Err(*k) } else { Ok(()) },
-        );
+        let results = run(&[1, 2, 3], jobs(1), |k| if *k == 2 { Err(*k) } else { Ok(()) });
         assert_eq!(results, [Ok(()), Err(2)]);
     }
 }

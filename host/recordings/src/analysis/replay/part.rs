@@ -34,12 +34,7 @@ impl Part {
     /// # Errors
     /// The temporary file cannot be written.
     pub fn add(&mut self, estimate: &ContactEstimate) -> io::Result<()> {
-        write_row(
-            self.foot.as_deref(),
-            estimate,
-            self.start_us,
-            &mut self.rows,
-        )
+        write_row(self.foot.as_deref(), estimate, self.start_us, &mut self.rows)
     }
 
     /// Appends an event.

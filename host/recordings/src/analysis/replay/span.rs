@@ -12,10 +12,7 @@ pub struct Span {
 
 impl Default for Span {
     fn default() -> Self {
-        Self {
-            from_us: 0,
-            to_us: u64::MAX,
-        }
+        Self { from_us: 0, to_us: u64::MAX }
     }
 }
 
@@ -66,10 +63,7 @@ mod tests {
     fn span_includes_its_start_and_excludes_its_end() {
         let span = Span::new(Some(0.5), Some(1.0));
         let holds = |micros| span.contains(Timestamp::from_micros(micros));
-        assert_eq!(
-            [499_999, 500_000, 999_999, 1_000_000].map(holds),
-            [false, true, true, false]
-        );
+        assert_eq!([499_999, 500_000, 999_999, 1_000_000].map(holds), [false, true, true, false]);
         assert!(span.is_before(Timestamp::from_micros(1_000_000)));
         assert_eq!(span.within(800_000), (0.5, 0.8));
         assert!(Span::new(Some(2.0), Some(2.0)).is_empty());

@@ -54,9 +54,7 @@ pub(super) fn decompressed_message(payload: &[u8], longest: u64) -> Result<Cow<'
         .and_then(|text| text.take(longest + 1).read_to_end(&mut message))
         .map_err(|error| format!("cannot be decompressed: {error}"))?;
     if message.len() as u64 > longest {
-        return Err(format!(
-            "is longer than {longest} bytes when it is decompressed"
-        ));
+        return Err(format!("is longer than {longest} bytes when it is decompressed"));
     }
     Ok(Cow::Owned(message))
 }
@@ -65,10 +63,7 @@ pub(super) fn decompressed_message(payload: &[u8], longest: u64) -> Result<Cow<'
 pub(super) fn content(payload: &[u8]) -> Result<Content<'_>, String> {
     let message = decompressed_message(payload, LONGEST_MESSAGE)?;
     let Some((encoding, _)) = message.split_at_checked(ENCODING) else {
-        return Err(format!(
-            "{} bytes are too short for a message",
-            message.len()
-        ));
+        return Err(format!("{} bytes are too short for a message", message.len()));
     };
     let order = match encoding[..2] {
         [0, 0] => Order::Big,
@@ -95,10 +90,9 @@ pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, 
     let length = ENCODING + bytes.len();
     match decoded {
         Ok((message, used)) if bytes.len() - used <= LONGEST_PADDING => Ok(message),
-        Ok((_, used)) => Err(format!(
-            "{length} bytes are more than its type has, {}",
-            ENCODING + used
-        )),
+        Ok((_, used)) => {
+            Err(format!("{length} bytes are more than its type has, {}", ENCODING + used))
+        }
         Err(cdr_encoding::Error::Eof) => Err(format!("{length} bytes are fewer than its type has")),
         Err(error) => Err(error.to_string()),
     }
@@ -107,7 +101,5 @@ pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, 
 /// Reads the first fields of a message, whatever follows; the error is half a sentence.
 pub(super) fn decode_start<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
     let decoded = content(payload)?.decode();
-    decoded
-        .map(|(start, _)| start)
-        .map_err(|error| error.to_string())
+    decoded.map(|(start, _)| start).map_err(|error| error.to_string())
 }

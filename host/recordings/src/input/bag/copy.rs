@@ -25,12 +25,8 @@ pub fn copy(path: &Path, receiver: Receiver<'_>) -> Result<io::Result<Vec<String
     else {
         return Ok(Err(io::ErrorKind::InvalidInput.into()));
     };
-    let mut copier = Copier {
-        receiver,
-        file: container.file.clone(),
-        messages: HashMap::new(),
-        failed: None,
-    };
+    let mut copier =
+        Copier { receiver, file: container.file.clone(), messages: HashMap::new(), failed: None };
     let visited = visit(&mut container.parts, &container.file, &mut copier);
     match (copier.failed, visited) {
         (Some(error), _) => Ok(Err(error)),

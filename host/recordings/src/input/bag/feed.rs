@@ -96,10 +96,7 @@ impl Feed {
             let began_at_0 = self.messages == 2 && self.log_us.is_some_and(|(first, _)| first == 0);
             if !began_at_0 {
                 // Earlier messages had no stamps, so their times are those of another clock.
-                self.without = Lacking {
-                    stamp: self.messages - 1,
-                    ..Lacking::default()
-                };
+                self.without = Lacking { stamp: self.messages - 1, ..Lacking::default() };
                 self.rows = Rows::new(hints.table.times);
                 self.anchors_us.clear();
                 self.log_failed = None;
@@ -147,18 +144,11 @@ impl Feed {
 
     /// Keeps the time at which a sample was written, if it does not follow from that of an earlier one.
     fn anchor(&mut self, time_us: i64, log_us: i64) {
-        while self
-            .anchors_us
-            .last()
-            .is_some_and(|(before, _)| *before >= time_us)
-        {
+        while self.anchors_us.last().is_some_and(|(before, _)| *before >= time_us) {
             self.anchors_us.pop();
         }
         let follows = self.anchors_us.last().is_some_and(|(before, written)| {
-            time_us
-                .saturating_sub(*before)
-                .abs_diff(log_us.saturating_sub(*written))
-                <= FOLLOWS_US
+            time_us.saturating_sub(*before).abs_diff(log_us.saturating_sub(*written)) <= FOLLOWS_US
         });
         if !follows {
             self.anchors_us.push((time_us, log_us));
@@ -223,10 +213,8 @@ impl Feed {
     fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {
         let without = self.without;
         let fields = self.fields_taken.as_ref();
-        let mut notices: Vec<String> = fields
-            .map(|taken| format!("{place}: {taken}"))
-            .into_iter()
-            .collect();
+        let mut notices: Vec<String> =
+            fields.map(|taken| format!("{place}: {taken}")).into_iter().collect();
         if !self.has_stamps {
             notices.push(format!(
                 "{place}: no message has a stamp, so times are those when messages were written"
@@ -249,10 +237,7 @@ impl Feed {
                 without.load,
                 format!("without a load: nothing on {load} in the {newest_ms} ms before"),
             ),
-            (
-                without.number,
-                format!("without a load: the last value on {load} is not a number"),
-            ),
+            (without.number, format!("without a load: the last value on {load} is not a number")),
         ];
         let counted = counted.into_iter().filter(|(count, _)| *count > 0);
         notices.extend(counted.map(|(count, what)| {

@@ -36,10 +36,7 @@ pub(super) fn last_word(address: &str) -> Option<String> {
 /// `/fl_foot/imu` and `/fr_foot/imu`.
 fn names(topics: &[String]) -> Vec<String> {
     let whole: Vec<&str> = topics.iter().map(|topic| topic.trim_matches('/')).collect();
-    let parts: Vec<Vec<&str>> = whole
-        .iter()
-        .map(|topic| topic.split('/').collect())
-        .collect();
+    let parts: Vec<Vec<&str>> = whole.iter().map(|topic| topic.split('/').collect()).collect();
     // Each topic keeps a part.
     let start = common(parts.iter().map(|parts| parts.iter().rev().skip(1).rev()));
     let end = common(parts.iter().map(|parts| parts.iter().skip(1).rev()));
@@ -66,12 +63,7 @@ mod tests {
     use super::*;
 
     fn named(topics: &[&str]) -> Vec<String> {
-        names(
-            &topics
-                .iter()
-                .map(|topic| (*topic).to_owned())
-                .collect::<Vec<_>>(),
-        )
+        names(&topics.iter().map(|topic| (*topic).to_owned()).collect::<Vec<_>>())
     }
 
     #[test]
@@ -96,11 +88,7 @@ mod tests {
             ("/imu/fl", &["/imu/fr"][..], Some("fl")),
             ("/fl_foot/imu", &["/fr_foot/imu"], Some("fl_foot")),
             ("/leg/fl/imu/front", &["/leg/fr/imu/front"], Some("fl")),
-            (
-                "/foot_imus/rl_foot",
-                &["/foot_imus/fl_foot"],
-                Some("rl_foot"),
-            ),
+            ("/foot_imus/rl_foot", &["/foot_imus/fl_foot"], Some("rl_foot")),
             ("/imu_left", &["/imu_right"], Some("imu_left")),
             // The trunk has nothing in common with the topics of feet.
             ("/imu/fl", &["/imu/fr", "/trunk/imu"], Some("fl")),

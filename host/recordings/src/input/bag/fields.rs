@@ -97,10 +97,7 @@ impl Fields {
         };
         let (stamp, covariances) =
             rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));
-        let header = Header {
-            stamp: Time::of_numbers(stamp),
-            frame_id: frame,
-        };
+        let header = Header { stamp: Time::of_numbers(stamp), frame_id: frame };
         let covariances = match covariances {
             [rates, accelerations] => [*rates, *accelerations],
             _ => [0.0; 2],

@@ -35,13 +35,7 @@ pub(super) struct LoadSeries {
 
 impl LoadSeries {
     pub(super) const fn new(topic: LoadTopic) -> Self {
-        Self {
-            topic,
-            place: None,
-            messages: 0,
-            by_log: Vec::new(),
-            by_stamp: Some(Vec::new()),
-        }
+        Self { topic, place: None, messages: 0, by_log: Vec::new(), by_stamp: Some(Vec::new()) }
     }
 
     /// Returns whether a channel is this load; an error if it is, but lacks the field.
@@ -87,14 +81,12 @@ impl LoadSeries {
             return Ok(());
         };
         self.messages += 1;
-        let (value, stamp_us) = place
-            .number(payload)
-            .map_err(|what| ContainerError::Message {
-                file: file.to_owned(),
-                topic: self.topic.topic.clone(),
-                number: self.messages,
-                what,
-            })?;
+        let (value, stamp_us) = place.number(payload).map_err(|what| ContainerError::Message {
+            file: file.to_owned(),
+            topic: self.topic.topic.clone(),
+            number: self.messages,
+            what,
+        })?;
         self.by_log.push((micros(log_ns), value as f32));
         match (&mut self.by_stamp, stamp_us) {
             (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, value as f32)),
@@ -153,39 +145,26 @@ impl Place {
         let field = field.or(default).ok_or_else(listed)?;
         let is_force = default == Some("force.z");
         let bare = field.strip_prefix("wrench.").unwrap_or(field);
-        let part = if message == WRENCH_STAMPED {
-            "wrench"
-        } else {
-            ""
-        };
+        let part = if message == WRENCH_STAMPED { "wrench" } else { "" };
         let names = match is_force {
             true if bare == "force" => ["x", "y", "z"].map(|axis| format!("force.{axis}")).to_vec(),
             true => vec![bare.to_owned()],
             false => vec![field.to_owned()],
         };
-        let paths = names
-            .iter()
-            .map(|name| definition.number(&within(part, name)));
+        let paths = names.iter().map(|name| definition.number(&within(part, name)));
         let paths: Result<_, String> = paths.collect();
         let values = paths.map_err(|what| match known {
             Some(_) => listed(),
             None => format!("has no such number: {what}"),
         })?;
         let stamp = definition.stamp("");
-        Ok(Self {
-            definition,
-            values,
-            stamp,
-            is_force,
-        })
+        Ok(Self { definition, values, stamp, is_force })
     }
 
     /// The number of a message and its stamp, µs; the error is half a sentence.
     fn number(&self, payload: &[u8]) -> Result<(f64, Option<i64>), String> {
         let paths = self.values.iter().chain(self.stamp.iter().flatten());
-        let found = self
-            .definition
-            .values(payload, &paths.collect::<Vec<_>>())?;
+        let found = self.definition.values(payload, &paths.collect::<Vec<_>>())?;
         let (values, stamp) = found.split_at(self.values.len());
         let number = match values {
             [value] => *value,

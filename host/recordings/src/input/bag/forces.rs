@@ -52,8 +52,7 @@ fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> V
     let all = all.iter().map(address).chain(hidden).collect();
     let names = feet::names_of(&selected, &all).into_iter().zip(&selected);
     let or_word = |(name, address): (Option<String>, &String)| {
-        name.or_else(|| feet::last_word(address))
-            .unwrap_or_default()
+        name.or_else(|| feet::last_word(address)).unwrap_or_default()
     };
     names.map(or_word).collect()
 }
@@ -96,11 +95,7 @@ fn read(
     feet.sort_by_cached_key(|(topic, frame)| order(&hints.bag, topic, frame));
     let hidden = hidden_imus(&reader.others, &hints.bag);
     let names = names(&feet, &reader.feet, hidden);
-    Ok(Loads {
-        series: reader.series,
-        feet,
-        names,
-    })
+    Ok(Loads { series: reader.series, feet, names })
 }
 
 /// Visitor that reads the loads.

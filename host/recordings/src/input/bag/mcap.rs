@@ -71,12 +71,8 @@ pub(super) fn visit(
     file: &str,
     visitor: &mut dyn Visitor,
 ) -> Result<Option<String>, InputError> {
-    let mut bag = Bag {
-        schemas: HashMap::new(),
-        channels: HashMap::new(),
-        visitor,
-        record: Vec::new(),
-    };
+    let mut bag =
+        Bag { schemas: HashMap::new(), channels: HashMap::new(), visitor, record: Vec::new() };
     let read = part.bytes().map_err(Stop::Unreadable).and_then(|bytes| {
         let mut bytes = BufReader::with_capacity(AT_ONCE, bytes);
         skip(&mut bytes, MAGIC)?;
@@ -134,12 +130,8 @@ impl Bag<'_> {
 
     /// Reads the records of a chunk.
     fn chunk(&mut self, chunk: &mut Take<&mut Bytes>, length: u64) -> Result<(), Stop> {
-        let too_short = |header: u64| {
-            Stop::Damaged(McapError::BadChunkLength {
-                header,
-                available: length,
-            })
-        };
+        let too_short =
+            |header: u64| Stop::Damaged(McapError::BadChunkLength { header, available: length });
         if length < CHUNK_START as u64 {
             return Err(too_short(CHUNK_START as u64));
         }
@@ -253,12 +245,8 @@ impl Bag<'_> {
         }
         match mcap::parse_record(opcode, &self.record).map_err(Stop::Damaged)? {
             Record::Schema { header, data } => {
-                let schema = Schema {
-                    encoding: header.encoding,
-                    text: data.into_owned(),
-                };
-                self.schemas
-                    .insert(header.id, (header.name, Some(schema.into())));
+                let schema = Schema { encoding: header.encoding, text: data.into_owned() };
+                self.schemas.insert(header.id, (header.name, Some(schema.into())));
             }
             Record::Channel(channel) => {
                 let schema = self.schemas.get(&channel.schema_id);

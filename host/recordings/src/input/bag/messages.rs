@@ -6,10 +6,7 @@ impl Time {
     /// Time of the numbers at the paths of a stamp; zero without them, which means that it is missing.
     pub(super) fn of_numbers(numbers: &[f64]) -> Self {
         match numbers {
-            [seconds, nanoseconds] => Self {
-                sec: *seconds as i32,
-                nanosec: *nanoseconds as u32,
-            },
+            [seconds, nanoseconds] => Self { sec: *seconds as i32, nanosec: *nanoseconds as u32 },
             _ => Self::default(),
         }
     }

@@ -84,10 +84,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     };
     if !hints.table.mapping.is_empty() && !has_parts {
         return Err(InputError::TableOptions {
-            format: container
-                .parts
-                .first()
-                .map_or(Format::Mcap, |part| part.format),
+            format: container.parts.first().map_or(Format::Mcap, |part| part.format),
             file,
             options: "--map is for messages of other types than sensor_msgs/msg/Imu",
         });
@@ -166,10 +163,7 @@ fn of_contacts_alone(
         Topics::Named(named) => named.clone(),
         _ => all.iter().map(|(topic, _)| topic.clone()).collect(),
     };
-    let named: Vec<String> = named
-        .into_iter()
-        .filter(|topic| !bag.excludes(topic))
-        .collect();
+    let named: Vec<String> = named.into_iter().filter(|topic| !bag.excludes(topic)).collect();
     if named.len() > 1 && bag.topics == Topics::TheOnly {
         let topics = all.into_iter().map(|(name, messages)| ImuTopic {
             name,

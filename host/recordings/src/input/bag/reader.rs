@@ -222,10 +222,7 @@ impl<'a> Reader<'a> {
         let is_there = |frame: &String| self.feeds.iter().any(|feed| has(feed, frame));
         if let Some(frame) = frames.iter().find(|frame| !is_there(frame)) {
             let filled = self.feeds.iter().filter(|feed| feed.frame.is_some());
-            let with_frame = |feed: &Feed| ImuTopic {
-                frame: feed.frame.clone(),
-                ..feed.about()
-            };
+            let with_frame = |feed: &Feed| ImuTopic { frame: feed.frame.clone(), ..feed.about() };
             return Err(ContainerError::NoSuchFrame {
                 file: self.file.to_owned(),
                 frame: frame.clone(),
@@ -234,8 +231,7 @@ impl<'a> Reader<'a> {
             .into());
         }
         if !frames.is_empty() {
-            self.feeds
-                .retain(|feed| frames.iter().any(|frame| has(feed, frame)));
+            self.feeds.retain(|feed| frames.iter().any(|frame| has(feed, frame)));
         }
         Ok(())
     }
@@ -321,10 +317,5 @@ impl<'a> Reader<'a> {
 }
 
 fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError {
-    ContainerError::NoMessage {
-        file,
-        topic,
-        topics,
-    }
-    .into()
+    ContainerError::NoMessage { file, topic, topics }.into()
 }

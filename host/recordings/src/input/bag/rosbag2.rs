@@ -83,11 +83,7 @@ pub(super) fn visit(
             continue;
         };
         let log_ns: i64 = row.get(1).map_err(damaged)?;
-        let written = Written {
-            log_ns,
-            publish_ns: log_ns,
-            sequence: None,
-        };
+        let written = Written { log_ns, publish_ns: log_ns, sequence: None };
         let payload = match row.get_ref(2).map_err(damaged)? {
             ValueRef::Blob(payload) => payload,
             _ => &[],
@@ -143,9 +139,7 @@ fn channels(
         });
         let channel = Channel {
             topic: row.get("name")?,
-            schema: has_definitions
-                .then(|| schema(database, &message))
-                .flatten(),
+            schema: has_definitions.then(|| schema(database, &message)).flatten(),
             message,
             encoding: row.get("serialization_format")?,
             metadata: properties.collect(),
@@ -162,15 +156,9 @@ fn schema(database: &Connection, message: &str) -> Option<Rc<Schema>> {
                   WHERE topic_type = ?1";
     let schema = database.query_row(select, [message], |row| {
         let text: String = row.get(1)?;
-        Ok(Schema {
-            encoding: row.get(0)?,
-            text: text.into_bytes(),
-        })
+        Ok(Schema { encoding: row.get(0)?, text: text.into_bytes() })
     });
-    schema
-        .ok()
-        .filter(|schema| !schema.text.is_empty())
-        .map(Rc::new)
+    schema.ok().filter(|schema| !schema.text.is_empty()).map(Rc::new)
 }
 
 /// Returns whether an error is that of a file that ends early, and not of one that is damaged.

@@ -107,10 +107,7 @@ mod tests {
         beside.take(&label, 5, &[0, 1, 0, 0, 1]);
         beside.take(&validity, 5, &stale);
         assert_eq!(beside.of("/imu/fr", 5), Known::default());
-        let both = Known {
-            validity: Some(Validity::Stale),
-            label: Some(Label::Stable),
-        };
+        let both = Known { validity: Some(Validity::Stale), label: Some(Label::Stable) };
         assert_eq!(beside.of("/imu/fl", 5), both);
         assert_eq!(beside.of("/imu/fl", 5), Known::default(), "once");
         beside.take(&label, 6, &[0, 1, 0, 0, 0]);

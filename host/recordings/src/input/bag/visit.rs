@@ -15,11 +15,7 @@ pub(super) fn visit(
     let mut notices = Vec::new();
     let is_alone = parts.len() == 1;
     for part in parts {
-        let name = if is_alone {
-            file.to_owned()
-        } else {
-            part.path.display().to_string()
-        };
+        let name = if is_alone { file.to_owned() } else { part.path.display().to_string() };
         let early = match part.format {
             Format::Mcap => mcap::visit(part, &name, visitor)?,
             _ => rosbag2::visit(part, &name, visitor)?,

@@ -45,10 +45,8 @@ pub const FORCE_LEAD_ROWS: f64 = 50.0;
 pub const CLIPPING_G: f64 = 3.9;
 
 /// Units of its IMU columns.
-const UNITS: Units = Units {
-    acceleration: AccelerationUnit::StandardGravity,
-    rate: RateUnit::DegreesPerSecond,
-};
+const UNITS: Units =
+    Units { acceleration: AccelerationUnit::StandardGravity, rate: RateUnit::DegreesPerSecond };
 
 const COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 
@@ -64,9 +62,7 @@ pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, 
         row.expect_columns(COLUMNS.len())?;
         if let Some(axes) = axes_of(&row)? {
             if imu_rows.len() < forces.len() {
-                return Err(InputError::ImuAfterForceOnly {
-                    cell: row.cell(1, COLUMNS[1]),
-                });
+                return Err(InputError::ImuAfterForceOnly { cell: row.cell(1, COLUMNS[1]) });
             }
             imu_rows.push(axes);
         }
@@ -79,11 +75,7 @@ pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, 
         .iter()
         .enumerate()
         .map(|(k, axes)| RecordedSample {
-            imu: imu_sample(
-                steady_time(k, sample_rate),
-                UNITS.to_si(*axes),
-                validity(axes),
-            ),
+            imu: imu_sample(steady_time(k, sample_rate), UNITS.to_si(*axes), validity(axes)),
             load: forces.get(force_row(k)).copied().and_then(finite_load),
             label: None,
         })
@@ -128,10 +120,7 @@ fn force_row(k: usize) -> usize {
 fn notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
     let end = force_row(imu_rows);
     let unused = force_rows.saturating_sub(end);
-    let without = (0..imu_rows)
-        .rev()
-        .take_while(|k| force_row(*k) >= force_rows)
-        .count();
+    let without = (0..imu_rows).rev().take_while(|k| force_row(*k) >= force_rows).count();
     format!(
         "{file}: {} of {force_rows} rows are force only; IMU row k takes the load of force row \
          {FORCE_ROWS_PER_IMU_ROW} k + {FORCE_LEAD_ROWS}, which leaves {unused} force rows at the \
@@ -174,17 +163,12 @@ mod tests {
             let imu = if row < 80 { "0,0,1,0,0,0" } else { ",,,,," };
             writeln!(text, "{row},{imu}").unwrap();
         }
-        let Loaded {
-            recording, notices, ..
-        } = load(&text).unwrap();
+        let Loaded { recording, notices, .. } = load(&text).unwrap();
         assert_eq!(recording.samples.len(), 80);
         assert_eq!(recording.samples[10].load, Some(Load(69.0)));
         // 1.9 · 79 + 50 = 200.1 lies past the last force row, 199.
         assert_eq!(recording.samples[79].load, None);
-        assert!(
-            notices[0].contains("120 of 200 rows are force only"),
-            "{notices:?}"
-        );
+        assert!(notices[0].contains("120 of 200 rows are force only"), "{notices:?}");
         assert!(
             notices[0]
                 .ends_with("leaves 0 force rows at the end unused and 1 samples without load")

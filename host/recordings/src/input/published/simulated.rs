@@ -26,9 +26,8 @@ pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
 /// Rate of the recordings of `lcd`, Hz.
 pub const LCD_SAMPLE_RATE: f32 = 100.0;
 
-const ATLAS_COLUMNS: [&str; 13] = [
-    "Fx", "Fy", "Fz", "Tx", "Ty", "Tz", "ax", "ay", "az", "wx", "wy", "wz", "label",
-];
+const ATLAS_COLUMNS: [&str; 13] =
+    ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz", "ax", "ay", "az", "wx", "wy", "wz", "label"];
 
 /// Meaning of the last of the 13 columns, which also distinguishes the recordings of `lcd` from those of the
 /// method's authors.

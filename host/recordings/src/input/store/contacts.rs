@@ -52,12 +52,8 @@ const UNKNOWN: f32 = f32::NAN;
 pub const NO_VECTOR: Vec3 = Vec3::new(UNKNOWN, UNKNOWN, UNKNOWN);
 
 /// Orientation that was not recorded.
-pub const NO_ORIENTATION: Quaternion = Quaternion {
-    w: UNKNOWN,
-    x: UNKNOWN,
-    y: UNKNOWN,
-    z: UNKNOWN,
-};
+pub const NO_ORIENTATION: Quaternion =
+    Quaternion { w: UNKNOWN, x: UNKNOWN, y: UNKNOWN, z: UNKNOWN };
 
 /// Maximum age of the orientation of a contact, µs: feet send one every 20 ms.
 const OLDEST_ORIENTATION_US: i64 = 25_000;
@@ -107,11 +103,7 @@ impl SentContact {
 /// sample.
 #[must_use]
 pub const fn flags_of_contact(flags: Flags, is_valid: bool) -> Flags {
-    if is_valid || flags.are_doubt() {
-        flags
-    } else {
-        flags.with(Flag::InvalidSample)
-    }
+    if is_valid || flags.are_doubt() { flags } else { flags.with(Flag::InvalidSample) }
 }
 
 /// Newest orientation of a foot, which is sent less often than its contacts.
@@ -154,11 +146,7 @@ impl Contacts {
     /// The temporary file cannot be written.
     pub fn push(&mut self, contact: &SentContact) -> io::Result<bool> {
         let now_us = contact.time_us;
-        if self
-            .times
-            .newest_us
-            .is_some_and(|last_us| last_us >= now_us)
-        {
+        if self.times.newest_us.is_some_and(|last_us| last_us >= now_us) {
             return Ok(false);
         }
         self.first_us.get_or_insert(now_us);
@@ -225,12 +213,7 @@ impl Spooled for SentContact {
             phase: phase_of(phase),
             flags: Flags::from_bits(flags),
             is_valid: valid & 2 != 0,
-            orientation: Quaternion {
-                w: n(10),
-                x: n(11),
-                y: n(12),
-                z: n(13),
-            },
+            orientation: Quaternion { w: n(10), x: n(11), y: n(12), z: n(13) },
             acceleration: Vec3::new(n(14), n(15), n(16)),
         }
     }
@@ -255,12 +238,7 @@ mod tests {
             phase: Phase::ALL[k as usize % Phase::ALL.len()],
             flags: Flags::NONE.with(Flag::ALL[k as usize % Flag::ALL.len()]),
             is_valid: k % 3 == 0,
-            orientation: Quaternion {
-                w: number(10),
-                x: number(11),
-                y: number(12),
-                z: number(13),
-            },
+            orientation: Quaternion { w: number(10), x: number(11), y: number(12), z: number(13) },
             acceleration: Vec3::new(number(14), number(15), number(16)),
         }
     }

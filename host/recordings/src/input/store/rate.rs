@@ -23,10 +23,9 @@ pub(super) fn sample_rate(
         }
         (_, Some(given)) => Ok(given),
         (Some(measured), None) => Ok(measured as f32),
-        (None, None) => Err(InputError::UnknownSampleRate {
-            file: file.to_owned(),
-            time_column: None,
-        }),
+        (None, None) => {
+            Err(InputError::UnknownSampleRate { file: file.to_owned(), time_column: None })
+        }
     }
 }
 
@@ -127,11 +126,7 @@ mod tests {
             for rows in [50, 500, 5_000] {
                 let edge = |tick: u64| (tick * 1000).next_multiple_of(period);
                 let times: Vec<_> = (0..rows).map(edge).collect();
-                assert_eq!(
-                    measured_rate(&steps(&times)),
-                    Some(1000.0),
-                    "{period} µs, {rows} rows"
-                );
+                assert_eq!(measured_rate(&steps(&times)), Some(1000.0), "{period} µs, {rows} rows");
             }
         }
     }
@@ -161,10 +156,7 @@ mod tests {
     #[test]
     fn rate_within_one_percent_of_the_times_is_accepted() {
         let times = [0, 10_000, 20_000];
-        assert_eq!(
-            sample_rate(&steps(&times), Some(100.9), "x").unwrap(),
-            100.9
-        );
+        assert_eq!(sample_rate(&steps(&times), Some(100.9), "x").unwrap(), 100.9);
         assert!(sample_rate(&steps(&times), Some(101.1), "x").is_err());
     }
 }

@@ -46,10 +46,9 @@ impl Refused {
     /// Error about times that cannot be attributed to a cell.
     pub(in crate::input) fn into_error(self, file: &str) -> InputError {
         match self {
-            Self::Time { previous_us } => InputError::MessageOrder {
-                file: file.to_owned(),
-                previous_us,
-            },
+            Self::Time { previous_us } => {
+                InputError::MessageOrder { file: file.to_owned(), previous_us }
+            }
             Self::Spool(source) => InputError::spool(file, source),
         }
     }
@@ -57,19 +56,13 @@ impl Refused {
 
 impl Clock {
     const fn at(time_us: i64) -> Self {
-        Self {
-            start_us: time_us,
-            newest_us: time_us,
-        }
+        Self { start_us: time_us, newest_us: time_us }
     }
 }
 
 impl Rows {
     pub(in crate::input) fn new(times: Times) -> Self {
-        Self {
-            times,
-            ..Self::default()
-        }
+        Self { times, ..Self::default() }
     }
 
     /// Appends a row; `clock_us` is the time of the file's clock, given for all rows or for none.
@@ -170,9 +163,7 @@ impl Rows {
     /// Spaces the rows evenly at the sample rate, which is returned, Hz; `None` if it is unknown.
     fn space_evenly(&mut self, given: Option<f32>) -> Option<f64> {
         self.clock = Some(Clock::at(*self.unordered_us.first()?));
-        let rate = given
-            .map(f64::from)
-            .or_else(|| mean_rate(&self.unordered_us))?;
+        let rate = given.map(f64::from).or_else(|| mean_rate(&self.unordered_us))?;
         self.repairs.retimed_rows = moved(&self.unordered_us, rate);
         Some(rate)
     }

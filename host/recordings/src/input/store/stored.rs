@@ -47,25 +47,16 @@ impl About {
     /// Creates the properties of an empty recording without a name.
     #[must_use]
     pub fn new(name: String, sample_rate: f32, gravity: Gravity) -> Self {
-        Self {
-            name,
-            sample_rate,
-            gravity,
-            ..Self::default()
-        }
+        Self { name, sample_rate, gravity, ..Self::default() }
     }
 
     /// Time at which a sample was written to its bag, µs; `time_us` is that of the file's clock, and the result where
     /// no other is known.
     #[must_use]
     pub fn written_us(&self, time_us: i64) -> i64 {
-        let after = self
-            .anchors_us
-            .partition_point(|(time, _)| *time <= time_us);
+        let after = self.anchors_us.partition_point(|(time, _)| *time <= time_us);
         let anchor = self.anchors_us.get(after.saturating_sub(1));
-        anchor.map_or(time_us, |(time, written)| {
-            time_us.saturating_add(written - time)
-        })
+        anchor.map_or(time_us, |(time, written)| time_us.saturating_add(written - time))
     }
 
     /// Name of the foot, or that of the recording if it has none.
@@ -144,12 +135,7 @@ pub struct RecordedEstimate {
 
 impl Stored {
     pub(super) const fn new(about: About, spool: Spool, timing: Timing) -> Self {
-        Self {
-            about,
-            spool,
-            timing,
-            contacts: None,
-        }
+        Self { about, spool, timing, contacts: None }
     }
 
     /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
@@ -170,10 +156,7 @@ impl Stored {
     /// Creates the recording of a foot without samples, of which these contacts are known; `None` of fewer than two.
     #[must_use]
     pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
-        let about = About {
-            foot,
-            ..About::new(name, 1.0, Gravity::Included)
-        };
+        let about = About { foot, ..About::new(name, 1.0, Gravity::Included) };
         let mut stored = Self::new(about, Spool::default(), Timing::Stored);
         stored.use_contacts(contacts).then_some(stored)
     }
@@ -289,14 +272,7 @@ impl<'a> Timed<'a> {
         clock: (i64, f32),
     ) -> io::Result<Self> {
         let (start_us, sample_rate) = clock;
-        Ok(Self {
-            samples: spool.samples()?,
-            timing,
-            correction,
-            start_us,
-            sample_rate,
-            index: 0,
-        })
+        Ok(Self { samples: spool.samples()?, timing, correction, start_us, sample_rate, index: 0 })
     }
 }
 
@@ -369,9 +345,7 @@ impl Merged<'_> {
         let now_us = contact.time_us;
         self.advance_to(now_us)?;
         let timestamp = Timestamp::from_micros(now_us.abs_diff(self.start_us));
-        let newest = self
-            .newest
-            .map(|(at_us, newest)| (now_us.abs_diff(at_us), newest));
+        let newest = self.newest.map(|(at_us, newest)| (now_us.abs_diff(at_us), newest));
         let is_used = std::mem::replace(&mut self.is_used, true);
         let new_age_us = newest.filter(|_| !is_used).map(|(age_us, _)| age_us);
         let sample = RecordedSample {
@@ -389,13 +363,7 @@ impl Merged<'_> {
             linear_acceleration: LinearAcceleration(contact.acceleration),
             ..estimate
         };
-        Ok(RecordedEstimate {
-            sample,
-            new_age_us,
-            is_valid: contact.is_valid,
-            estimate,
-            moved,
-        })
+        Ok(RecordedEstimate { sample, new_age_us, is_valid: contact.is_valid, estimate, moved })
     }
 }
 

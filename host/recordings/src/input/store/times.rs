@@ -39,11 +39,7 @@ const UNUSUAL: u64 = 20;
 /// Mean rate in Hz of rows that arrive in batches: the roundest within the uncertainty, which is one batch. Jumps
 /// of the clock, forward over a gap or back after a restart, are excluded.
 pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
-    let steps = || {
-        times_us
-            .windows(2)
-            .map(|pair| pair[1].saturating_sub(pair[0]))
-    };
+    let steps = || times_us.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
     let mut seen = Steps::default();
     steps()
         .map(i64::unsigned_abs)
@@ -93,12 +89,7 @@ mod tests {
 
     fn kept(times: &[i64]) -> Vec<i64> {
         let kept = longest_increase(times);
-        times
-            .iter()
-            .zip(kept)
-            .filter(|(_, kept)| *kept)
-            .map(|(time, _)| *time)
-            .collect()
+        times.iter().zip(kept).filter(|(_, kept)| *kept).map(|(time, _)| *time).collect()
     }
 
     #[test]
@@ -127,17 +118,12 @@ mod tests {
         let steady = |rows: std::ops::Range<i64>, start: i64| rows.map(move |k| start + 1000 * k);
         let rate = |parts: [std::ops::Range<i64>; 2], starts: [i64; 2]| {
             let [first, second] = parts;
-            let times: Vec<i64> = steady(first, starts[0])
-                .chain(steady(second, starts[1]))
-                .collect();
+            let times: Vec<i64> =
+                steady(first, starts[0]).chain(steady(second, starts[1])).collect();
             mean_rate(&times)
         };
         let ten_seconds = 10_000_000;
-        for starts in [
-            [0, ten_seconds],
-            [0, -ten_seconds],
-            [0, 1_700_000_000_000_000],
-        ] {
+        for starts in [[0, ten_seconds], [0, -ten_seconds], [0, 1_700_000_000_000_000]] {
             assert_eq!(rate([0..5000, 0..9000], starts), Some(1000.0), "{starts:?}");
         }
         // A batch of 2 s is not a jump.
@@ -153,10 +139,7 @@ mod tests {
         assert_eq!(mean_rate(&late), Some(1000.0));
         // Batches with a gap.
         let gap = |row: i64| row / 10 * 10_000 + if row < 5000 { 0 } else { 9_000_000 };
-        assert_eq!(
-            mean_rate(&(0..14_000).map(gap).collect::<Vec<_>>()),
-            Some(1000.0)
-        );
+        assert_eq!(mean_rate(&(0..14_000).map(gap).collect::<Vec<_>>()), Some(1000.0));
         // A single row far ahead, and back.
         let mut far: Vec<i64> = steady(0..5000, 0).collect();
         far[3000] = 1_000_000_000_000;

@@ -33,9 +33,7 @@ pub(in crate::input) trait Cells {
     /// Number in a cell that must not be blank.
     fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
         self.optional(index, name)?
-            .ok_or_else(|| InputError::Blank {
-                cell: self.cell(index, name),
-            })
+            .ok_or_else(|| InputError::Blank { cell: self.cell(index, name) })
     }
 }
 
@@ -51,12 +49,10 @@ impl Cells for Row {
     fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
         match self.text(index) {
             "" => Ok(None),
-            text => number(text)
-                .map(Some)
-                .ok_or_else(|| InputError::NotANumber {
-                    cell: self.cell(index, name),
-                    text: text.to_owned(),
-                }),
+            text => number(text).map(Some).ok_or_else(|| InputError::NotANumber {
+                cell: self.cell(index, name),
+                text: text.to_owned(),
+            }),
         }
     }
 
@@ -80,18 +76,8 @@ impl Cells for Row {
 
 /// Spellings of "not a number" by R, pandas, SQL, spreadsheets and the C library of Windows that Rust does not
 /// parse.
-const NOT_A_NUMBER: [&str; 10] = [
-    "NA",
-    "N/A",
-    "#N/A",
-    "<NA>",
-    "null",
-    "NULL",
-    "None",
-    "nan(ind)",
-    "-nan(ind)",
-    "-1.#IND",
-];
+const NOT_A_NUMBER: [&str; 10] =
+    ["NA", "N/A", "#N/A", "<NA>", "null", "NULL", "None", "nan(ind)", "-nan(ind)", "-1.#IND"];
 
 /// Parses a number.
 pub(super) fn number(text: &str) -> Option<f64> {

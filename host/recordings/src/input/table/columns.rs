@@ -72,9 +72,7 @@ impl Columns {
     pub(super) fn checked(header: &Row) -> Result<Self, InputError> {
         let columns = Self::from_header(header);
         if let Some((index, name)) = &columns.duplicate {
-            return Err(InputError::DuplicateColumn {
-                cell: header.cell(*index, name),
-            });
+            return Err(InputError::DuplicateColumn { cell: header.cell(*index, name) });
         }
         let axes = Axis::ALL.into_iter().zip(columns.axes);
         let missing = axes.filter(|(_, index)| index.is_none());
@@ -89,13 +87,7 @@ impl Columns {
     /// Indices of all columns that are read.
     #[cfg(feature = "parquet")]
     pub(super) fn used(&self) -> impl Iterator<Item = usize> {
-        let others = [
-            self.t,
-            self.nanoseconds,
-            self.force,
-            self.label,
-            self.validity,
-        ];
+        let others = [self.t, self.nanoseconds, self.force, self.label, self.validity];
         self.axes.into_iter().chain(others).flatten()
     }
 
@@ -129,8 +121,7 @@ impl Columns {
 
     /// Load of a row, N, which may be not a number; `None` if it is blank.
     pub(super) fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
-        self.force
-            .map_or(Ok(None), |index| row.optional(index, "force"))
+        self.force.map_or(Ok(None), |index| row.optional(index, "force"))
     }
 
     /// Values of a row; the time is set later.

@@ -47,16 +47,14 @@ pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, 
             }
             Err(error) => return Err(error),
         };
-        let taken = row
-            .expect_columns(intake.width())
-            .and_then(|()| intake.take(&row));
+        let taken = row.expect_columns(intake.width()).and_then(|()| intake.take(&row));
         match taken {
             Ok(()) => {}
             Err(error) if error.may_be_a_cut(row.len()) && table.is_cut_off() => {
                 let place = row.place;
-                intake.notices.push(format!(
-                    "{file}{place}: the last line is cut off, and left out"
-                ));
+                intake
+                    .notices
+                    .push(format!("{file}{place}: the last line is cut off, and left out"));
             }
             Err(error) => return Err(error),
         }
@@ -89,18 +87,14 @@ mod tests {
 
     #[test]
     fn columns_may_be_in_any_order() {
-        let Loaded {
-            recording, notices, ..
-        } = loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
+        let Loaded { recording, notices, .. } =
+            loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
         let [first, second] = recording.samples[..] else {
             panic!("two rows");
         };
         assert_eq!(first.imu.specific_force.0, Vec3::new(1.0, 2.0, 3.0));
         assert_eq!(first.imu.angular_rate.0, Vec3::new(4.0, 5.0, 6.0));
-        assert_eq!(
-            (first.load, first.label),
-            (Some(Load(7.0)), Some(Label::Stable))
-        );
+        assert_eq!((first.load, first.label), (Some(Load(7.0)), Some(Label::Stable)));
         assert_eq!((second.load, second.label), (None, Some(Label::NotStable)));
         assert_eq!(second.imu.timestamp, Timestamp::from_micros(2000));
         assert_eq!(recording.sample_rate, 500.0);
@@ -111,10 +105,7 @@ mod tests {
     fn windows_line_ends_and_byte_order_mark_are_ignored() {
         let plain = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n";
         let windows = format!("\u{feff}{}", plain.replace('\n', "\r\n"));
-        assert_eq!(
-            loaded(windows).recording.samples,
-            loaded(plain).recording.samples
-        );
+        assert_eq!(loaded(windows).recording.samples, loaded(plain).recording.samples);
     }
 
     #[test]
@@ -175,31 +166,19 @@ mod tests {
     fn non_finite_value_makes_the_sample_invalid() {
         let recording =
             loaded("t,ax,ay,az,wx,wy,wz\n0,nan,inf,-inf,1e300,0,0\n1,0,0,0,0,0,0\n").recording;
-        assert_eq!(
-            recording.samples[0].imu.checked_validity(),
-            Validity::Invalid
-        );
+        assert_eq!(recording.samples[0].imu.checked_validity(), Validity::Invalid);
     }
 
     #[test]
     fn clock_may_start_anywhere() {
-        for (start, start_us) in [
-            ("-0.002", -2000),
-            ("0.5", 500_000),
-            ("1700000000.123457", 1_700_000_000_123_457),
-        ] {
+        for (start, start_us) in
+            [("-0.002", -2000), ("0.5", 500_000), ("1700000000.123457", 1_700_000_000_123_457)]
+        {
             let second = start.parse::<f64>().unwrap() + 0.004;
             let text = format!("t,ax,ay,az,wx,wy,wz\n{start},1,2,3,4,5,6\n{second},1,2,3,4,5,6\n");
-            let Loaded {
-                recording,
-                start_us: found,
-                ..
-            } = loaded(text);
+            let Loaded { recording, start_us: found, .. } = loaded(text);
             assert_eq!(found, start_us);
-            let times = recording
-                .samples
-                .iter()
-                .map(|s| s.imu.timestamp.as_micros());
+            let times = recording.samples.iter().map(|s| s.imu.timestamp.as_micros());
             assert!(times.eq([0, 4000]));
         }
     }
@@ -216,9 +195,7 @@ mod tests {
                 [validity, Validity::Valid]
             );
         }
-        let error = read_text(table("maybe"), &Hints::default())
-            .unwrap_err()
-            .to_string();
+        let error = read_text(table("maybe"), &Hints::default()).unwrap_err().to_string();
         assert!(
             error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
             "{error}"
@@ -253,9 +230,7 @@ mod tests {
 
     #[test]
     fn truncated_compressed_data_is_read_and_reported() {
-        let rows: String = (0..2000)
-            .map(|k| format!("{k}e-2,1,{k},3,4,5,6\n"))
-            .collect();
+        let rows: String = (0..2000).map(|k| format!("{k}e-2,1,{k},3,4,5,6\n")).collect();
         let text = format!("t,ax,ay,az,wx,wy,wz\n{rows}");
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         encoder.write_all(text.as_bytes()).unwrap();
@@ -312,10 +287,7 @@ mod tests {
         let endless = begin.chain(std::io::repeat(b'0'));
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
         let error = read(table, &Hints::default()).err().unwrap();
-        assert!(
-            matches!(error, InputError::LongRow { line: 3, .. }),
-            "{error}"
-        );
+        assert!(matches!(error, InputError::LongRow { line: 3, .. }), "{error}");
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(std::io::repeat(0)));
         assert!(read(table.unwrap(), &Hints::default()).is_err());
     }
@@ -333,31 +305,15 @@ mod tests {
         let error = read_text(above.replace("0.01,1", "0.01,x"), &Hints::default());
         assert!(matches!(
             error,
-            Err(InputError::NotANumber {
-                cell: Cell {
-                    place: RowPlace::Line(5),
-                    ..
-                },
-                ..
-            })
+            Err(InputError::NotANumber { cell: Cell { place: RowPlace::Line(5), .. }, .. })
         ));
     }
 
     #[test]
     fn foreign_words_for_nan_make_a_sample_invalid() {
-        for word in [
-            "NA",
-            "N/A",
-            "#N/A",
-            "null",
-            "NULL",
-            "None",
-            "NaN",
-            "-nan(ind)",
-        ] {
-            let samples = loaded(WHOLE.replace("0.01,1", &format!("0.01,{word}")))
-                .recording
-                .samples;
+        for word in ["NA", "N/A", "#N/A", "null", "NULL", "None", "NaN", "-nan(ind)"] {
+            let samples =
+                loaded(WHOLE.replace("0.01,1", &format!("0.01,{word}"))).recording.samples;
             let validity = samples[1].imu.checked_validity();
             assert_eq!(validity, Validity::Invalid, "{word}");
         }
@@ -396,15 +352,9 @@ mod tests {
     fn units_in_brackets_are_not_part_of_a_name() {
         let read = loaded(WITH_UNITS);
         assert_eq!(read.recording.sample_rate, 100.0);
-        assert_eq!(
-            read.recording.samples,
-            loaded(&WHOLE[..WHOLE.len() - 17]).recording.samples
-        );
+        assert_eq!(read.recording.samples, loaded(&WHOLE[..WHOLE.len() - 17]).recording.samples);
         // The same applies to our names.
-        let ours = WITH_UNITS
-            .replace("acc_", "a")
-            .replace("gyr_", "w")
-            .replace("Time", "t");
+        let ours = WITH_UNITS.replace("acc_", "a").replace("gyr_", "w").replace("Time", "t");
         assert_eq!(loaded(ours).recording.samples, read.recording.samples);
         let pressed = |unit: &str| {
             let with_force = format!("gyr_z (rad/s),force [{unit}]");
@@ -453,11 +403,7 @@ mod tests {
                 1_000_000,
                 Err("us since 1970, but looks like ns: --time-unit ns"),
             ),
-            (
-                1_700_000_000_000,
-                1_000,
-                Err("ms since 1970, but looks like us: --time-unit us"),
-            ),
+            (1_700_000_000_000, 1_000, Err("ms since 1970, but looks like us: --time-unit us")),
             (1_700_000_000_000, 1, Ok(1000.0)),
             (1_700_000_000_000_000_000, 1_000_000, Ok(1000.0)),
         ] {
@@ -511,12 +457,8 @@ mod tests {
         let mut hints = Hints::default();
         hints.table.mapping = "force=/ft/z".parse().unwrap();
         let read = read_text(rows, &hints).unwrap();
-        let loads: Vec<Option<f32>> = read
-            .recording
-            .samples
-            .iter()
-            .map(|sample| sample.load.map(|load| load.0))
-            .collect();
+        let loads: Vec<Option<f32>> =
+            read.recording.samples.iter().map(|sample| sample.load.map(|load| load.0)).collect();
         let (old, new) = (Some(70.0), Some(71.0));
         assert_eq!(loads, [None, old, old, None, new, new, None]);
         assert_eq!(read.repairs.blank_rows, 2);
@@ -553,10 +495,7 @@ mod tests {
         ] {
             let text = WHOLE.replace("0.01,1,2,3,4,5,6", line);
             let said = read_text(text, &Hints::default()).unwrap_err().to_string();
-            assert!(
-                said.contains(", line 3, column 1 (t): ") && said.ends_with(end),
-                "{said}"
-            );
+            assert!(said.contains(", line 3, column 1 (t): ") && said.ends_with(end), "{said}");
         }
     }
 
@@ -576,18 +515,11 @@ mod tests {
 
     #[test]
     fn rows_without_times_use_the_given_rate() {
-        let hints = Hints {
-            sample_rate: Some(400.0),
-            gravity: Some(Gravity::Removed),
-            ..Hints::default()
-        };
-        let recording = read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &hints)
-            .unwrap()
-            .recording;
-        assert_eq!(
-            recording.samples[1].imu.timestamp,
-            Timestamp::from_micros(2500)
-        );
+        let hints =
+            Hints { sample_rate: Some(400.0), gravity: Some(Gravity::Removed), ..Hints::default() };
+        let recording =
+            read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &hints).unwrap().recording;
+        assert_eq!(recording.samples[1].imu.timestamp, Timestamp::from_micros(2500));
         assert_eq!(recording.gravity, Gravity::Removed);
     }
 }

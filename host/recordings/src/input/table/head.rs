@@ -60,12 +60,7 @@ impl Head {
             .filter_map(|line| line.comment())
             .last();
         bytes.pop();
-        Ok(Self {
-            separator,
-            preamble,
-            comment,
-            bytes,
-        })
+        Ok(Self { separator, preamble, comment, bytes })
     }
 }
 
@@ -112,11 +107,7 @@ fn lines(text: &[u8]) -> impl Iterator<Item = Line<'_>> {
         let start = end;
         end += line.len();
         let bytes = line.trim_ascii();
-        Line {
-            start,
-            bytes,
-            number,
-        }
+        Line { start, bytes, number }
     })
 }
 
@@ -150,9 +141,7 @@ fn cells(line: &[u8]) -> Option<StringRecord> {
     let separator = char::from(separator(line));
     let cells = text.split(separator).map(|cell| {
         let cell = cell.trim();
-        let inner = cell
-            .strip_prefix('"')
-            .and_then(|cell| cell.strip_suffix('"'));
+        let inner = cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"'));
         inner.unwrap_or(cell)
     });
     Some(cells.collect())
@@ -165,10 +154,7 @@ fn separator(line: &[u8]) -> u8 {
     if commas >= SURELY_COMMAS {
         return b',';
     }
-    [b';', b'\t']
-        .into_iter()
-        .find(|other| count(*other) > commas)
-        .unwrap_or(b',')
+    [b';', b'\t'].into_iter().find(|other| count(*other) > commas).unwrap_or(b',')
 }
 
 #[cfg(test)]
@@ -197,10 +183,7 @@ mod tests {
 
     #[test]
     fn lines_above_a_header_become_blank() {
-        for header in [
-            "t,ax,ay,az,wx,wy,wz",
-            "a\tAcc_X\tAcc_Y\tAcc_Z\tGyr_X\tGyr_Y\tGyr_Z",
-        ] {
+        for header in ["t,ax,ay,az,wx,wy,wz", "a\tAcc_X\tAcc_Y\tAcc_Z\tGyr_X\tGyr_Y\tGyr_Z"] {
             let above = "Logger 1.2\nDate: 2024-05-01, 12:00\n\n# by hand\n// filter, 3\n";
             let rows = "1\n".repeat(30_000);
             let text = format!("{above}{header}\n{rows}");

@@ -105,15 +105,10 @@ impl<'a> Intake<'a> {
         let column = self.time.get_or_insert_with(|| TimeColumn {
             index,
             nanoseconds: self.columns.nanoseconds,
-            unit: self
-                .hints
-                .table
-                .time_unit
-                .or(self.layout.time_unit)
-                .unwrap_or_else(|| {
-                    let value = row.optional(index, "t").ok().flatten();
-                    unit_since_1970(value.unwrap_or_default())
-                }),
+            unit: self.hints.table.time_unit.or(self.layout.time_unit).unwrap_or_else(|| {
+                let value = row.optional(index, "t").ok().flatten();
+                unit_since_1970(value.unwrap_or_default())
+            }),
         });
         column.micros(row).map(Some)
     }
@@ -172,11 +167,7 @@ fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> 
     let mut smaller = TimeUnit::ALL.into_iter();
     let meant = smaller.find(|other| other.per_second() > unit.per_second() && is_plausible(other));
     match meant {
-        Some(meant) => Err(InputError::GuessedUnit {
-            file: file.to_owned(),
-            read_in: unit,
-            meant,
-        }),
+        Some(meant) => Err(InputError::GuessedUnit { file: file.to_owned(), read_in: unit, meant }),
         None => Ok(()),
     }
 }

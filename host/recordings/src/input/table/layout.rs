@@ -92,10 +92,7 @@ impl Layout {
             Index::Other
         };
         let layout = Self::named(&header, options, index)?;
-        Ok(Some(Self {
-            names_ignored,
-            ..layout
-        }))
+        Ok(Some(Self { names_ignored, ..layout }))
     }
 
     /// Finds our columns among those of a header.
@@ -346,8 +343,6 @@ pub(in crate::input) fn example(wanted: &[&'static str], names: &[String]) -> Op
 
 /// List of names, shortened to the first ones if there are many.
 pub(super) fn shortened(names: &[String]) -> String {
-    let names = names
-        .iter()
-        .map(|name| if name.is_empty() { "(no name)" } else { name });
+    let names = names.iter().map(|name| if name.is_empty() { "(no name)" } else { name });
     first_of(names, 20)
 }

@@ -44,10 +44,7 @@ pub(super) struct Watched<R> {
 impl<R> Watched<R> {
     pub(super) fn new(text: R) -> (Self, Rc<Progress>) {
         let progress = Rc::new(Progress::default());
-        let watched = Self {
-            text,
-            progress: Rc::clone(&progress),
-        };
+        let watched = Self { text, progress: Rc::clone(&progress) };
         (watched, progress)
     }
 }

@@ -34,9 +34,7 @@ pub struct Mapping {
 impl Mapping {
     /// Pairs of our name and that of the file.
     pub fn pairs(&self) -> impl Iterator<Item = (&'static str, &str)> {
-        self.columns
-            .iter()
-            .map(|(ours, theirs)| (*ours, theirs.as_str()))
+        self.columns.iter().map(|(ours, theirs)| (*ours, theirs.as_str()))
     }
 
     /// Returns whether the mapping is empty.

@@ -17,14 +17,8 @@ use csv::StringRecord;
 use super::options::TimeUnit;
 
 /// Names of accelerations without the axis, best first.
-const ACCELERATION: [&str; 6] = [
-    "linear.acceleration",
-    "linearacceleration",
-    "accelerometer",
-    "accel",
-    "acc",
-    "acceleration",
-];
+const ACCELERATION: [&str; 6] =
+    ["linear.acceleration", "linearacceleration", "accelerometer", "accel", "acc", "acceleration"];
 
 /// Names of angular rates without the axis, best first.
 const RATE: [&str; 8] = [
@@ -124,9 +118,7 @@ pub(super) fn find_with_units(triple: Triple, names: &[String]) -> Found {
     match find(triple, names) {
         Found::Nowhere => {
             let bare = without_units(names);
-            triple
-                .own(&bare)
-                .map_or_else(|| find(triple, &bare), Found::At)
+            triple.own(&bare).map_or_else(|| find(triple, &bare), Found::At)
         }
         found => found,
     }
@@ -208,8 +200,7 @@ pub(super) fn position(wanted: &str, names: &[String]) -> Vec<usize> {
 
 fn ends_with(name: &str, ending: &str) -> bool {
     let name = normal(name);
-    name.strip_suffix(ending)
-        .is_some_and(|before| before.is_empty() || before.ends_with('.'))
+    name.strip_suffix(ending).is_some_and(|before| before.is_empty() || before.ends_with('.'))
 }
 
 /// Splits a name into the name and the unit in brackets at its end: `acc_x [g]`.
@@ -222,19 +213,14 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<&str>) {
         let is_unit = unit.chars().any(|c| c.is_alphabetic() || c == '°');
         is_unit.then(|| (before.trim_end(), Some(unit)))
     });
-    split
-        .filter(|(name, _)| !name.is_empty())
-        .unwrap_or((name, None))
+    split.filter(|(name, _)| !name.is_empty()).unwrap_or((name, None))
 }
 
 /// Name in lower case, its parts separated by dots: `/imu/acc[0]` becomes `imu.acc.0`.
 fn normal(name: &str) -> String {
     let lower = name.to_lowercase();
     let parts = lower.split(|letter: char| !(letter.is_alphanumeric() || letter == '%'));
-    parts
-        .filter(|part| !part.is_empty())
-        .collect::<Vec<_>>()
-        .join(".")
+    parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".")
 }
 
 /// Guesses the column for one of our names from the content of its name.
@@ -255,10 +241,7 @@ pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
                 _ => '2',
             };
             let (without_unit, _) = split_unit(&lower);
-            let last = without_unit
-                .trim_end_matches([']', ')', ' '])
-                .chars()
-                .last();
+            let last = without_unit.trim_end_matches([']', ')', ' ']).chars().last();
             last == Some(axis) || last == Some(number)
         });
         has_word && has_axis
@@ -287,10 +270,7 @@ mod tests {
             assert_eq!(found, Found::At([1, 2, 3]), "{header}");
             assert_eq!(find(Triple::Rate, &names(header)), Found::Nowhere);
         }
-        assert_eq!(
-            find(Triple::Rate, &names("gyro_z,gyro_y,gyro_x")),
-            Found::At([2, 1, 0])
-        );
+        assert_eq!(find(Triple::Rate, &names("gyro_z,gyro_y,gyro_x")), Found::At([2, 1, 0]));
     }
 
     #[test]
@@ -314,26 +294,17 @@ mod tests {
     #[test]
     fn two_sensors_of_one_kind_are_both_found() {
         let header = names("/l/acc/x,/l/acc/y,/l/acc/z,/r/acc/x,/r/acc/y,/r/acc/z");
-        assert_eq!(
-            find(Triple::Acceleration, &header),
-            Found::Several(vec![[0, 1, 2], [3, 4, 5]])
-        );
+        assert_eq!(find(Triple::Acceleration, &header), Found::Several(vec![[0, 1, 2], [3, 4, 5]]));
     }
 
     #[test]
     fn times_are_found_with_the_unit_of_their_names() {
         for (header, time) in [
             ("a,__time", FoundTime::Column(1, Some(TimeUnit::Seconds))),
-            (
-                "%time,time",
-                FoundTime::Column(0, Some(TimeUnit::Nanoseconds)),
-            ),
+            ("%time,time", FoundTime::Column(0, Some(TimeUnit::Nanoseconds))),
             ("Timestamp,b", FoundTime::Column(0, None)),
             ("t_us,b", FoundTime::Column(0, Some(TimeUnit::Microseconds))),
-            (
-                "header.stamp.sec,header.stamp.nanosec",
-                FoundTime::Stamp(0, 1),
-            ),
+            ("header.stamp.sec,header.stamp.nanosec", FoundTime::Stamp(0, 1)),
         ] {
             assert_eq!(find_time(&names(header)), Some(time), "{header}");
         }

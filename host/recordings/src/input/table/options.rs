@@ -46,10 +46,7 @@ pub struct Scale {
 
 impl Default for Scale {
     fn default() -> Self {
-        Self {
-            acceleration: 1.0,
-            rate: 1.0,
-        }
+        Self { acceleration: 1.0, rate: 1.0 }
     }
 }
 
@@ -216,10 +213,7 @@ impl FromStr for Units {
                 ));
             }
         }
-        Ok(Self {
-            acceleration: acceleration.unwrap_or_default(),
-            rate: rate.unwrap_or_default(),
-        })
+        Ok(Self { acceleration: acceleration.unwrap_or_default(), rate: rate.unwrap_or_default() })
     }
 }
 
@@ -311,10 +305,7 @@ mod tests {
             Ok("m/s2,dps".to_owned())
         );
         assert_eq!(g_dps.to_string(), "g,dps");
-        let g = Units {
-            acceleration: AccelerationUnit::StandardGravity,
-            ..Units::default()
-        };
+        let g = Units { acceleration: AccelerationUnit::StandardGravity, ..Units::default() };
         assert_eq!("g".parse(), Ok(g));
         for wrong in ["", "g,g", "g,m/s2", "mph"] {
             assert!(wrong.parse::<Units>().is_err(), "{wrong}");

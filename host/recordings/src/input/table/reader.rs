@@ -141,11 +141,8 @@ impl Table {
                 Ok(true) if cells.len() == 1 && cells[0].is_empty() => {}
                 Ok(true) => {
                     self.check_quotes(&cells, begins)?;
-                    let row = Row {
-                        file: self.file.clone(),
-                        place: RowPlace::Line(self.line()),
-                        cells,
-                    };
+                    let row =
+                        Row { file: self.file.clone(), place: RowPlace::Line(self.line()), cells };
                     return Ok(Some(self.with_points(row)));
                 }
                 Err(error) => return Err(self.failure(error)),
@@ -175,11 +172,7 @@ impl Table {
         if !cells.iter().any(swallowed) {
             return Ok(());
         }
-        Err(InputError::RowsInQuotes {
-            file: self.file.clone(),
-            line,
-            until: self.line(),
-        })
+        Err(InputError::RowsInQuotes { file: self.file.clone(), line, until: self.line() })
     }
 
     /// Returns whether the row just taken is the last and lacks a line end, so that the rest of it may be missing.
@@ -193,9 +186,7 @@ impl Table {
         match self.preamble {
             0 => None,
             1 => Some(format!("{file}: the line above the header is passed over")),
-            lines => Some(format!(
-                "{file}: {lines} lines above the header are passed over"
-            )),
+            lines => Some(format!("{file}: {lines} lines above the header are passed over")),
         }
     }
 
@@ -210,16 +201,11 @@ impl Table {
         }
         let message = error.to_string();
         match error.into_kind() {
-            csv::ErrorKind::Utf8 { err, .. } => InputError::NotUtf8 {
-                file,
-                line: self.line(),
-                column: err.field() + 1,
-            },
+            csv::ErrorKind::Utf8 { err, .. } => {
+                InputError::NotUtf8 { file, line: self.line(), column: err.field() + 1 }
+            }
             csv::ErrorKind::Io(source) => InputError::Unreadable { file, source },
-            _ => InputError::Unreadable {
-                file,
-                source: io::Error::other(message),
-            },
+            _ => InputError::Unreadable { file, source: io::Error::other(message) },
         }
     }
 }
@@ -249,11 +235,7 @@ impl Row {
     /// Names of the columns of a file without lines.
     #[cfg(feature = "parquet")]
     pub(super) fn of_names(file: &str, names: &[String]) -> Self {
-        Self {
-            file: file.to_owned(),
-            place: RowPlace::Names,
-            cells: names.iter().collect(),
-        }
+        Self { file: file.to_owned(), place: RowPlace::Names, cells: names.iter().collect() }
     }
 
     /// Cells, without surrounding space.
@@ -268,11 +250,7 @@ impl Row {
 
     /// Returns a row at the same position with other cells.
     pub(super) fn with_cells(&self, cells: StringRecord) -> Self {
-        Self {
-            file: self.file.clone(),
-            place: self.place,
-            cells,
-        }
+        Self { file: self.file.clone(), place: self.place, cells }
     }
 
     /// Error about a header without these names.

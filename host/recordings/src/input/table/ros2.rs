@@ -16,11 +16,7 @@ const LENGTH_TOLERANCE: f64 = 0.01;
 
 /// Names of the cells.
 fn names() -> impl Iterator<Item = String> {
-    let stamp = [
-        "header.stamp.sec",
-        "header.stamp.nanosec",
-        "header.frame_id",
-    ];
+    let stamp = ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"];
     let field = |field: &'static str, parts: &'static str| {
         let covariance = (0..9).map(move |k| format!("{field}_covariance[{k}]"));
         let parts = parts.chars().map(move |part| format!("{field}.{part}"));
@@ -44,11 +40,7 @@ pub(super) fn header(first: &Row) -> Option<StringRecord> {
     let number = |cell: &&str| cell.parse::<f64>().ok();
     let numbers: Option<Vec<f64>> = cells[3..].iter().map(number).collect();
     let numbers = numbers?;
-    let length = numbers[..4]
-        .iter()
-        .map(|part| part * part)
-        .sum::<f64>()
-        .sqrt();
+    let length = numbers[..4].iter().map(|part| part * part).sum::<f64>().sqrt();
     // A first covariance of -1 marks the orientation as unknown.
     let unknown = length == 0.0 || numbers[4] == -1.0;
     ((length - 1.0).abs() <= LENGTH_TOLERANCE || unknown).then(|| names().collect())

@@ -51,12 +51,10 @@ mod tests {
     fn chosen(header: &str) -> Vec<String> {
         let names: Vec<String> = header.split(',').map(str::to_owned).collect();
         let kinds = [Triple::Acceleration, Triple::Rate];
-        let several = kinds
-            .into_iter()
-            .find_map(|triple| match find_with_units(triple, &names) {
-                Found::Several(found) => Some(choices(triple, &found, &names)),
-                _ => None,
-            });
+        let several = kinds.into_iter().find_map(|triple| match find_with_units(triple, &names) {
+            Found::Several(found) => Some(choices(triple, &found, &names)),
+            _ => None,
+        });
         let mappings = several.expect("several sensors").into_iter();
         mappings.map(|mapping| mapping.to_string()).collect()
     }

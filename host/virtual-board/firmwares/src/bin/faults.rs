@@ -80,8 +80,7 @@ fn main() -> ! {
         // SAFETY: as above.
         Some(Misuse::Load) => unsafe { do_load(0x6000_0000) },
         Some(Misuse::Float) => {
-            core.SCB
-                .enable(cortex_m::peripheral::scb::Exception::UsageFault);
+            core.SCB.enable(cortex_m::peripheral::scb::Exception::UsageFault);
             // SAFETY: switches the floating-point unit off, whose use then faults.
             unsafe {
                 core.SCB.cpacr.write(0);

@@ -108,9 +108,7 @@ impl Board {
             vectors = bootloader.vectors();
             segments.extend(bootloader.segments);
         }
-        let sensor = options
-            .sensor
-            .map(|options| Sensor::with_options(motion, options));
+        let sensor = options.sensor.map(|options| Sensor::with_options(motion, options));
         let wiring = options.wiring.unwrap_or_else(|| Wiring::of(&image));
         let mut chip = Chip::new(options.chip, wiring, sensor);
         chip.adc.inputs[wiring.load.1] = options.load;
@@ -118,12 +116,7 @@ impl Board {
         let options_in_memory = chip.flash.option_bytes();
         let mut cpu = Cpu::new(Machine::new(chip), &segments, vectors).map_err(ElfError)?;
         cpu.memory().write(OPTIONS.start, &options_in_memory);
-        Ok(Self {
-            cpu,
-            image,
-            wiring,
-            load: options.load,
-        })
+        Ok(Self { cpu, image, wiring, load: options.load })
     }
 
     /// Virtual time since power-up, in units of [`time`](crate::emulator::time).
@@ -146,17 +139,12 @@ impl Board {
     /// # Errors
     /// As [`run_for`](Self::run_for).
     pub fn run_until(&mut self, until: u64) -> Result<(), Failure> {
-        self.cpu
-            .run_until(until)
-            .map_err(|failure| self.named(failure))
+        self.cpu.run_until(until).map_err(|failure| self.named(failure))
     }
 
     fn named(&self, failure: Failure) -> Failure {
         match self.image.function_at(failure.pc) {
-            Some(name) => Failure {
-                what: format!("{} (in {name})", failure.what),
-                ..failure
-            },
+            Some(name) => Failure { what: format!("{} (in {name})", failure.what), ..failure },
             None => failure,
         }
     }

@@ -31,8 +31,7 @@ impl Chip {
     /// A store to reset and clock control.
     pub(super) fn write_rcc(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         let before = self.rcc.clocks;
-        self.rcc
-            .write(offset, value, now, self.flash.wait_states())?;
+        self.rcc.write(offset, value, now, self.flash.wait_states())?;
         if self.rcc.clocks != before {
             self.follow_clocks(now);
         }

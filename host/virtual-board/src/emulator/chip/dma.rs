@@ -90,9 +90,7 @@ impl Chip {
         let reachable = !CCM.contains(item.memory);
         let worked = if item.to_peripheral {
             let read = reachable
-                && bytes
-                    .get_mut(..item.size)
-                    .is_some_and(|bytes| memory.read(item.memory, bytes));
+                && bytes.get_mut(..item.size).is_some_and(|bytes| memory.read(item.memory, bytes));
             if read {
                 self.write_part(
                     memory,
@@ -107,9 +105,7 @@ impl Chip {
             let value = self.read_part(now, item.peripheral)?;
             bytes = value.to_le_bytes();
             reachable
-                && bytes
-                    .get(..item.size)
-                    .is_some_and(|bytes| memory.write(item.memory, bytes))
+                && bytes.get(..item.size).is_some_and(|bytes| memory.write(item.memory, bytes))
         };
         self.dmas[controller].moved(stream, worked);
         if !worked {

@@ -7,10 +7,8 @@ const TIMER_INTERRUPTS: [u16; 4] = [28, 29, 30, 50];
 const SPI_INTERRUPTS: [u16; 3] = [35, 36, 51];
 const USART_INTERRUPTS: [u16; 4] = [37, 38, 39, 71];
 const CAN_INTERRUPTS: [u16; 4] = [19, 20, 21, 22];
-const DMA_INTERRUPTS: [[u16; 8]; 2] = [
-    [11, 12, 13, 14, 15, 16, 17, 47],
-    [56, 57, 58, 59, 60, 68, 69, 70],
-];
+const DMA_INTERRUPTS: [[u16; 8]; 2] =
+    [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
 
 impl Chip {
     /// Drives the levels of all interrupt lines.

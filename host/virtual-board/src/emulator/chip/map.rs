@@ -30,12 +30,7 @@ pub(super) struct Entry {
 }
 
 const fn entry(name: &'static str, base: u32, part: Part, enable: Option<(u32, u32)>) -> Entry {
-    Entry {
-        name,
-        base,
-        part,
-        enable,
-    }
+    Entry { name, base, part, enable }
 }
 
 const AHB1: u32 = 0x30;

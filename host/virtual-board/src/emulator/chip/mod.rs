@@ -249,11 +249,7 @@ impl Chip {
         let timers = self.timers.iter().map(Timer::next_event);
         let spis = self.spis.iter().map(Spi::next_event);
         let usarts = self.usarts.iter().map(Usart::next_event);
-        let others = [
-            self.can.next_event(),
-            self.iwdg.next_event(),
-            self.sensor_edge,
-        ];
+        let others = [self.can.next_event(), self.iwdg.next_event(), self.sensor_edge];
         let all = timers.chain(spis).chain(usarts).chain(others);
         all.min().unwrap_or(NEVER)
     }

@@ -24,10 +24,9 @@ impl Chip {
         let mut tied = self.wiring.tied.iter().filter(|pin| pin.port == port);
         match tied.find(|pin| is_driven(pin.number)) {
             None => Ok(()),
-            Some(pin) => Err(format!(
-                "{} is driven, and the board connects it to a supply",
-                pin.name()
-            )),
+            Some(pin) => {
+                Err(format!("{} is driven, and the board connects it to a supply", pin.name()))
+            }
         }
     }
 }

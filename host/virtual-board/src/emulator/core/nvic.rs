@@ -101,11 +101,7 @@ impl Nvic {
     /// Priority of the running code, masks ignored.
     #[must_use]
     pub fn active_priority(&self) -> i16 {
-        self.active
-            .iter()
-            .map(|&number| self.priority_of(number))
-            .min()
-            .unwrap_or(THREAD)
+        self.active.iter().map(|&number| self.priority_of(number)).min().unwrap_or(THREAD)
     }
 
     /// Marks an exception active.

@@ -60,11 +60,7 @@ impl Scb {
     /// Creates the state after reset.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            ccr: 0x200,
-            fpccr: 0xC000_0000,
-            ..Self::default()
-        }
+        Self { ccr: 0x200, fpccr: 0xC000_0000, ..Self::default() }
     }
 
     /// Returns whether the floating-point unit is enabled.

@@ -23,11 +23,7 @@ impl SysTick {
     /// Creates the state after a reset at `now`, with the period of the core's clock.
     #[must_use]
     pub fn new(now: u64, period: u64) -> Self {
-        Self {
-            since: now,
-            period,
-            ..Self::default()
-        }
+        Self { since: now, period, ..Self::default() }
     }
 
     const fn step(&self) -> u64 {

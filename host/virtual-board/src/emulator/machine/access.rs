@@ -136,9 +136,7 @@ impl Machine {
             0xE000_E100..0xE000_ED00 => self.nvic.write(address - 0xE000_E100, value, mask),
             0xE000_EF00 => self.nvic.pend(exception::INTERRUPT + (value & 0xFF) as u16),
             0xE000_E000..0xE000_F000 => {
-                return self
-                    .scb
-                    .write(address - 0xE000_E000, value, mask, &mut self.nvic);
+                return self.scb.write(address - 0xE000_E000, value, mask, &mut self.nvic);
             }
             0xE004_2004..=0xE004_200C => self.debug.write(address - 0xE004_2000, value)?,
             _ => return None,

@@ -69,11 +69,7 @@ impl Machine {
         let cycles = Block::at(memory, address, pc - address).cycles;
         // Code in RAM may change.
         if FLASH.contains(address) {
-            self.beginnings[at] = Beginning {
-                address,
-                pc,
-                cycles,
-            };
+            self.beginnings[at] = Beginning { address, pc, cycles };
         }
         cycles
     }
@@ -125,10 +121,7 @@ impl Machine {
             && !self.scb.float_is_on()
             && !self.allow_float
         {
-            self.stop = Some(Stop::NoFloat {
-                instructions,
-                offset,
-            });
+            self.stop = Some(Stop::NoFloat { instructions, offset });
             return;
         }
         self.running = Some(RunningBlock { address, block });

@@ -26,11 +26,7 @@ pub(crate) struct Watched {
 
 impl Watched {
     pub(crate) const fn new(address: u32) -> Self {
-        Self {
-            address,
-            call: None,
-            instructions: 0,
-        }
+        Self { address, call: None, instructions: 0 }
     }
 
     /// Handles a block that begins at `address`, after one that ended before `after`: a call if `address` is the

@@ -59,10 +59,7 @@ impl Adc {
 
     /// Resets the registers; the inputs stay.
     pub fn reset(&mut self) {
-        *self = Self {
-            inputs: self.inputs,
-            ..Self::new()
-        };
+        *self = Self { inputs: self.inputs, ..Self::new() };
     }
 
     /// Sets the supply, to which all codes refer; those of other inputs are given as codes.

@@ -140,9 +140,7 @@ impl Dma {
         match offset {
             0x00 | 0x04 => {
                 let first = offset as usize;
-                Ok((0..4).fold(0, |word, i| {
-                    word | self.streams[first + i].flags << SHIFTS[i]
-                }))
+                Ok((0..4).fold(0, |word, i| word | self.streams[first + i].flags << SHIFTS[i]))
             }
             0x08 | 0x0C => Ok(0),
             0x10..0xD0 => {

@@ -28,20 +28,12 @@ impl Gpio {
             1 => (0x0000_0280, 0x0000_00C0, 0x0000_0100),
             _ => (0, 0, 0),
         };
-        Self {
-            registers: [modes, 0, speeds, pulls, 0, 0, 0, 0, 0, 0],
-            index,
-            ..Self::default()
-        }
+        Self { registers: [modes, 0, speeds, pulls, 0, 0, 0, 0, 0, 0], index, ..Self::default() }
     }
 
     /// Resets the registers; the levels of inputs stay.
     pub fn reset(&mut self) {
-        *self = Self {
-            driven: self.driven,
-            levels: self.levels,
-            ..Self::new(self.index)
-        };
+        *self = Self { driven: self.driven, levels: self.levels, ..Self::new(self.index) };
     }
 
     /// Mode of a pin: 0 input, 1 output, 2 alternate function, 3 analogue.
@@ -82,9 +74,7 @@ impl Gpio {
     /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
-            0x10 => (0..16)
-                .filter(|&pin| self.level(pin))
-                .fold(0, |word, pin| word | 1 << pin),
+            0x10 => (0..16).filter(|&pin| self.level(pin)).fold(0, |word, pin| word | 1 << pin),
             0x00..0x1C | 0x20..0x28 => self.registers[offset as usize / 4],
             _ => return unknown("GPIO", offset),
         })

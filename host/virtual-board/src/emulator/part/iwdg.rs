@@ -28,14 +28,7 @@ impl Iwdg {
     /// Creates the state after reset.
     #[must_use]
     pub const fn new(lsi_hz: u32) -> Self {
-        Self {
-            prescaler: 0,
-            reload: 0xFFF,
-            open: false,
-            lsi_hz,
-            frozen_at: None,
-            deadline: NEVER,
-        }
+        Self { prescaler: 0, reload: 0xFFF, open: false, lsi_hz, frozen_at: None, deadline: NEVER }
     }
 
     /// Resets the registers.

@@ -15,7 +15,5 @@ pub mod usart;
 
 /// A register that is not modelled.
 pub(crate) fn unknown<T>(peripheral: &str, offset: u32) -> Result<T, String> {
-    Err(format!(
-        "{peripheral} has no model of its register at offset {offset:#x}"
-    ))
+    Err(format!("{peripheral} has no model of its register at offset {offset:#x}"))
 }

@@ -14,11 +14,7 @@ pub struct Pwr {
 
 impl Default for Pwr {
     fn default() -> Self {
-        Self {
-            control: 0x4000,
-            status: 0,
-            settled_at: 0,
-        }
+        Self { control: 0x4000, status: 0, settled_at: 0 }
     }
 }
 

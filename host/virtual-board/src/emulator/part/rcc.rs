@@ -54,13 +54,7 @@ impl ClockTree {
     /// All clocks at the internal oscillator's frequency.
     const fn reset(corner: Corner) -> Self {
         let hsi = corner.hsi_hz();
-        Self {
-            hclk: hsi,
-            pclk1: hsi,
-            pclk2: hsi,
-            timers1: hsi,
-            timers2: hsi,
-        }
+        Self { hclk: hsi, pclk1: hsi, pclk2: hsi, timers1: hsi, timers2: hsi }
     }
 }
 
@@ -308,9 +302,7 @@ impl Rcc {
         let multiplier = self.registers[PLLCFGR] >> 6 & 0x1FF;
         let vco = u64::from(input) * u64::from(multiplier);
         if !(950_000..=2_100_000).contains(&input) || !(100_000_000..=432_000_000).contains(&vco) {
-            return Err(format!(
-                "the PLL's input is {input} Hz and its oscillator {vco} Hz"
-            ));
+            return Err(format!("the PLL's input is {input} Hz and its oscillator {vco} Hz"));
         }
         Ok(())
     }

@@ -32,19 +32,12 @@ impl Spi {
     /// Creates the state after power-on.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            status: TXE,
-            done_at: NEVER,
-            ..Self::default()
-        }
+        Self { status: TXE, done_at: NEVER, ..Self::default() }
     }
 
     /// Resets the registers.
     pub fn reset(&mut self) {
-        *self = Self {
-            stopped: self.stopped,
-            ..Self::new()
-        };
+        *self = Self { stopped: self.stopped, ..Self::new() };
     }
 
     /// Stops the clock, which no reset restarts, or restarts it.

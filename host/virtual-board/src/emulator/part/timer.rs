@@ -77,22 +77,13 @@ impl Timer {
     #[must_use]
     pub fn new(name: &'static str, bits: u32, period: u64) -> Self {
         let mask = if bits == 32 { u32::MAX } else { 0xFFFF };
-        Self {
-            name,
-            mask,
-            reload: mask,
-            period,
-            ..Self::default()
-        }
+        Self { name, mask, reload: mask, period, ..Self::default() }
     }
 
     /// Resets the registers.
     pub fn reset(&mut self, period: u64) {
         let bits = self.mask.count_ones();
-        *self = Self {
-            head_start: self.head_start,
-            ..Self::new(self.name, bits, period)
-        };
+        *self = Self { head_start: self.head_start, ..Self::new(self.name, bits, period) };
     }
 
     /// Sets the period of its clock.

@@ -72,12 +72,7 @@ impl Usart {
     /// Creates the state after power-on.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            status: TC | TXE,
-            done_at: NEVER,
-            idle_at: NEVER,
-            ..Self::default()
-        }
+        Self { status: TC | TXE, done_at: NEVER, idle_at: NEVER, ..Self::default() }
     }
 
     /// Resets the registers; bytes on the line stay.
@@ -122,11 +117,7 @@ impl Usart {
         let mut at = last.map_or(time, |last| last.time.max(time));
         for &byte in bytes {
             at += frame;
-            self.incoming.push_back(Incoming {
-                time: at,
-                byte,
-                stopped: true,
-            });
+            self.incoming.push_back(Incoming { time: at, byte, stopped: true });
         }
     }
 
@@ -145,11 +136,7 @@ impl Usart {
         self.incoming.clear();
         let frame = self.frame(pclk);
         if fault == LineFault::Break && frame != NEVER {
-            self.incoming.push_back(Incoming {
-                time: now + frame,
-                byte: 0,
-                stopped: false,
-            });
+            self.incoming.push_back(Incoming { time: now + frame, byte: 0, stopped: false });
         }
     }
 
@@ -175,11 +162,7 @@ impl Usart {
                 self.status |= TC;
             }
         }
-        while let Some(&Incoming {
-            time,
-            byte,
-            stopped,
-        }) = self.incoming.front()
+        while let Some(&Incoming { time, byte, stopped }) = self.incoming.front()
             && time <= now
         {
             self.incoming.pop_front();

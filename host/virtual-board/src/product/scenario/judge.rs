@@ -13,10 +13,7 @@ pub fn violations(scenario: &Scenario, outcome: &ScenarioOutcome) -> Vec<String>
     };
     refuse_if(
         outcome.stable_while_invalid > 0,
-        format!(
-            "{} frames said stable on invalid data",
-            outcome.stable_while_invalid
-        ),
+        format!("{} frames said stable on invalid data", outcome.stable_while_invalid),
     );
     refuse_if(
         outcome.late_us > Invalid::MAX_LATE_MS as f64 * 1000.0,
@@ -30,10 +27,7 @@ pub fn violations(scenario: &Scenario, outcome: &ScenarioOutcome) -> Vec<String>
         !outcome.has_reported(scenario.reports),
         format!("{:?} was not reported", scenario.reports),
     );
-    let was_silent = outcome
-        .silent_us
-        .iter()
-        .all(|&silent| silent >= outcome.invalid_us);
+    let was_silent = outcome.silent_us.iter().all(|&silent| silent >= outcome.invalid_us);
     refuse_if(
         scenario.invalid != Invalid::Never
             && outcome.checked == 0
@@ -48,10 +42,7 @@ pub fn violations(scenario: &Scenario, outcome: &ScenarioOutcome) -> Vec<String>
         outcome.healthy == scenario.stays(),
         format!("recovered afterwards: {}", outcome.healthy),
     );
-    refuse_if(
-        outcome.kept[2] > 0,
-        format!("settings old, new, other: {:?}", outcome.kept),
-    );
+    refuse_if(outcome.kept[2] > 0, format!("settings old, new, other: {:?}", outcome.kept));
     let refused = outcome.has_reported(Reports::Fault(wire::Fault::ConfigStore));
     refuse_if(
         scenario.keeps_new && !refused && outcome.kept[1] == 0,

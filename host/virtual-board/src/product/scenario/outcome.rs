@@ -88,19 +88,11 @@ impl ScenarioOutcome {
     ) -> Self {
         let now = board.now();
         let since = |time: u64| to_us(time - at);
-        let resets: Vec<(u64, ResetCause)> = board
-            .resets()
-            .into_iter()
-            .filter(|&(time, _)| time >= at)
-            .collect();
+        let resets: Vec<(u64, ResetCause)> =
+            board.resets().into_iter().filter(|&(time, _)| time >= at).collect();
         let last_reset = resets.last().map(|&(time, _)| time);
         let invalid = Invalidity::of(scenario, watch, at, end, &resets, now);
-        let contacts = || {
-            watch
-                .contacts
-                .iter()
-                .filter(move |contact| contact.time >= at)
-        };
+        let contacts = || watch.contacts.iter().filter(move |contact| contact.time >= at);
         let usual = usual_ages(&watch.contacts, at);
         let mut outcome = Self {
             resets: resets.iter().map(|&(_, cause)| cause).collect(),
@@ -108,10 +100,7 @@ impl ScenarioOutcome {
             steady_clock: is_steady(contacts()),
             had_invalid_data: !invalid.spans.is_empty(),
             invalid_us: invalid.longest_us(),
-            last_sample_us: contacts()
-                .rev()
-                .find_map(|contact| contact.sample_us)
-                .unwrap_or(0),
+            last_sample_us: contacts().rev().find_map(|contact| contact.sample_us).unwrap_or(0),
             ..Self::default()
         };
         for contact in contacts() {
@@ -315,10 +304,8 @@ impl Invalidity {
             let first = watch.samples.iter().find(fresh);
             first.map_or(now, |&(time, _)| time)
         };
-        let mut spans: Vec<(u64, u64)> = resets
-            .iter()
-            .map(|&(time, _)| (time, sample_after(time)))
-            .collect();
+        let mut spans: Vec<(u64, u64)> =
+            resets.iter().map(|&(time, _)| (time, sample_after(time))).collect();
         let restarted = resets.last().map_or(at, |&(time, _)| time);
         let known = at + from_us(scenario.blind_us);
         match scenario.invalid {
@@ -412,22 +399,14 @@ mod tests {
 
     #[test]
     fn lateness_is_relative_to_the_youngest_frame_before() {
-        let usual = usual_ages(
-            &[
-                contact(Line::Can, 655_000.0, 0),
-                contact(Line::Uart, 500.0, 0),
-            ],
-            1,
-        );
+        let usual =
+            usual_ages(&[contact(Line::Can, 655_000.0, 0), contact(Line::Uart, 500.0, 0)], 1);
         let late = |line, age_us| lateness(&contact(line, age_us, 0), &usual);
         assert_eq!(late(Line::Uart, 31_500.0), 31_000.0);
         // Over the wrap of the short time.
         assert_eq!(late(Line::Can, 640.0), 1_000.0);
         assert_eq!(late(Line::Can, 654_995.0), 0.0);
-        assert_eq!(
-            lateness(&contact(Line::Can, 1.0, 0), &[f64::INFINITY; 2]),
-            0.0
-        );
+        assert_eq!(lateness(&contact(Line::Can, 1.0, 0), &[f64::INFINITY; 2]), 0.0);
     }
 
     #[test]

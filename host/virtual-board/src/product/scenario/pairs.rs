@@ -44,11 +44,7 @@ pub fn all() -> impl Iterator<Item = Pair> {
     faults().flat_map(move |first| {
         let others = faults().filter(|second| second.name != first.name);
         others.flat_map(move |second| {
-            DELAYS_US.into_iter().map(move |delay_us| Pair {
-                first,
-                second,
-                delay_us,
-            })
+            DELAYS_US.into_iter().map(move |delay_us| Pair { first, second, delay_us })
         })
     })
 }
@@ -57,12 +53,7 @@ impl Pair {
     /// Name of the pair: both names, and the delay.
     #[must_use]
     pub fn name(&self) -> String {
-        format!(
-            "{} + {} after {} ms",
-            self.first.name,
-            self.second.name,
-            self.delay_us / 1000
-        )
+        format!("{} + {} after {} ms", self.first.name, self.second.name, self.delay_us / 1000)
     }
 
     /// Period of invalid data: until lasting faults are cleared. Faults that end by themselves are judged after
@@ -128,7 +119,6 @@ impl Pair {
             steps.push(ScenarioStep::Wait(self.delay_us));
         }
         steps.extend((self.second.steps)(self.second.variants.0));
-        self.scenario()
-            .run_steps(elf, &steps, FIRST_PHASE, Corner::Typical)
+        self.scenario().run_steps(elf, &steps, FIRST_PHASE, Corner::Typical)
     }
 }

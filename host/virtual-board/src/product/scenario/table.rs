@@ -38,8 +38,7 @@ pub fn matrix(
         });
     }
     let rows = rows.iter().copied().zip(worst);
-    rows.filter_map(|(scenario, outcome)| Some((scenario, outcome?)))
-        .collect()
+    rows.filter_map(|(scenario, outcome)| Some((scenario, outcome?))).collect()
 }
 
 /// Lateness below which it is not shown, µs.
@@ -70,11 +69,7 @@ pub fn row(scenario: &Scenario, outcome: &ScenarioOutcome) -> String {
         },
         match outcome.checked {
             0 => "—".into(),
-            checked => format!(
-                "{} of about {}",
-                outcome.stable_while_invalid,
-                round(checked)
-            ),
+            checked => format!("{} of about {}", outcome.stable_while_invalid, round(checked)),
         },
         recovered(scenario, outcome),
     )
@@ -142,10 +137,7 @@ mod tests {
     #[test]
     fn numbers_have_two_digits() {
         let times = [49.0, 9_949.0, 9_951.0, 994_000.0, 995_001.0, 1_234_000.0].map(time);
-        assert_eq!(
-            times,
-            ["0.0 ms", "9.9 ms", "10 ms", "994 ms", "1.0 s", "1.2 s"]
-        );
+        assert_eq!(times, ["0.0 ms", "9.9 ms", "10 ms", "994 ms", "1.0 s", "1.2 s"]);
         assert_eq!([0, 7, 96, 470, 2387].map(round), [0, 7, 96, 470, 2300]);
     }
 }

@@ -103,8 +103,7 @@ impl Watch {
         board.take_can_requests();
         let read = board.take_transactions();
         let samples = read.iter().filter(|read| parity::is_sample(read));
-        self.samples
-            .extend(samples.map(|read| (read.start, read.edge)));
+        self.samples.extend(samples.map(|read| (read.start, read.edge)));
     }
 
     fn frame(&mut self, time: u64, id: u32, data: &[u8; 8]) {

@@ -18,9 +18,8 @@ use crate::emulator::part::can::BusFrame;
 use wire::slcan::{self, BEL, CR};
 
 /// Bit rates of `S0` to `S8`, bit/s.
-const RATES: [u32; 9] = [
-    10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000,
-];
+const RATES: [u32; 9] =
+    [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 
 /// Length of the longest line, without CR.
 const LONGEST_LINE: usize = slcan::LONGEST - 1;
@@ -122,12 +121,7 @@ mod tests {
     }
 
     fn carried(id: u16) -> Carried {
-        Carried {
-            node: 0,
-            start: 0,
-            bit_rate: 1_000_000,
-            frame: BusFrame::new(id, &[0xAB]),
-        }
+        Carried { node: 0, start: 0, bit_rate: 1_000_000, frame: BusFrame::new(id, &[0xAB]) }
     }
 
     #[test]
@@ -157,28 +151,15 @@ mod tests {
         let mut adapter = EmulatedAdapter::default();
         assert_eq!(adapter.hear(&carried(0x191)), None);
         say(&mut adapter, "S8\rO\r");
-        assert_eq!(
-            adapter.hear(&carried(0x191)).as_deref(),
-            Some(&b"t1911AB\r"[..])
-        );
+        assert_eq!(adapter.hear(&carried(0x191)).as_deref(), Some(&b"t1911AB\r"[..]));
         say(&mut adapter, "t1911A");
         adapter.push(b'B');
         let sent = adapter.push(b'\r');
         assert_eq!(sent.answer, b"z\r");
         assert_eq!(sent.frame, Some((BusFrame::new(0x191, &[0xAB]), 1_000_000)));
-        for bad in [
-            "T000001911AB\r",
-            "r1910\r",
-            "t191\r",
-            "t1919\r",
-            &"t".repeat(1000),
-            "\r",
-        ] {
+        for bad in ["T000001911AB\r", "r1910\r", "t191\r", "t1919\r", &"t".repeat(1000), "\r"] {
             let answer = say(&mut adapter, bad);
-            assert!(
-                answer == "\x07" || !bad.ends_with('\r'),
-                "{bad}: {answer:?}"
-            );
+            assert!(answer == "\x07" || !bad.ends_with('\r'), "{bad}: {answer:?}");
         }
         say(&mut adapter, "C\rS6\rO\r");
         assert_eq!(adapter.hear(&carried(0x191)), None, "another rate");

@@ -39,11 +39,7 @@ impl BoardBus {
     /// Creates a bus with `nodes` nodes.
     #[must_use]
     pub fn new(nodes: usize) -> Self {
-        Self {
-            nodes: vec![VecDeque::new(); nodes],
-            free_at: 0,
-            lost: 0,
-        }
+        Self { nodes: vec![VecDeque::new(); nodes], free_at: 0, lost: 0 }
     }
 
     /// Queues a frame of a node to be sent no earlier than `ready`. Frames of one node keep their order.
@@ -56,12 +52,7 @@ impl BoardBus {
             queue.pop_front();
             self.lost += 1;
         }
-        queue.push_back(Carried {
-            node,
-            start: ready,
-            bit_rate,
-            frame,
-        });
+        queue.push_back(Carried { node, start: ready, bit_rate, frame });
     }
 
     /// Number of frames of a node that wait.

@@ -123,10 +123,7 @@ mod tests {
             Ok(Some(Command::Order(foot, order))) => (foot, order),
             _ => panic!("{line}"),
         };
-        assert!(matches!(
-            order("gait trot"),
-            (None, Order::Gait(GaitName::Trot))
-        ));
+        assert!(matches!(order("gait trot"), (None, Order::Gait(GaitName::Trot))));
         for (line, expected, name) in [
             ("FR: fault miso-low", Some(Foot::FrontRight), "miso-low"),
             ("FR:fault clear", Some(Foot::FrontRight), "clear"),

@@ -86,10 +86,7 @@ pub struct BoardPrograms {
 
 impl From<Vec<u8>> for BoardPrograms {
     fn from(program: Vec<u8>) -> Self {
-        Self {
-            program: program.into(),
-            bootloader: None,
-        }
+        Self { program: program.into(), bootloader: None }
     }
 }
 
@@ -194,14 +191,7 @@ impl Runner {
         let hands = Hands::default();
         let moved = Rc::new(RefCell::new(Moved { walk, hands }));
         let board = switched_on(&make, make.options, &moved, 0, &pages)?;
-        Ok(Self {
-            make,
-            moved,
-            board,
-            on_since: 0,
-            steps: VecDeque::new(),
-            resets: 0,
-        })
+        Ok(Self { make, moved, board, on_since: 0, steps: VecDeque::new(), resets: 0 })
     }
 
     fn now(&self) -> u64 {
@@ -213,8 +203,7 @@ impl Runner {
             self.obey(order)?;
         }
         for TimedFrame { time, frame } in slice.frames {
-            self.board
-                .push_can_at(frame, time.saturating_sub(self.on_since));
+            self.board.push_can_at(frame, time.saturating_sub(self.on_since));
         }
         if !slice.bytes.is_empty() {
             self.board.push_uart(&slice.bytes);
@@ -226,8 +215,7 @@ impl Runner {
         }
         self.run_until(slice.until)?;
         let now = self.board.now();
-        self.board
-            .withdraw_can(now.saturating_sub(GIVEN_UP_MS * MILLISECOND));
+        self.board.withdraw_can(now.saturating_sub(GIVEN_UP_MS * MILLISECOND));
         // Takes the requests, which would accumulate otherwise.
         self.board.take_can_requests();
         let load = self.moved.borrow_mut().walk.at(seconds(self.now())).load;
@@ -344,9 +332,7 @@ fn stored(elf: &[u8], settings: &[(Address, Value)]) -> Result<Vec<u8>, Scenario
     board.run_for(SETTING_MS * MILLISECOND)?;
     let pages = board.settings();
     if pages.iter().all(|byte| *byte == 0xFF) {
-        return Err(ScenarioError::Elf(
-            "the program does not store its settings".into(),
-        ));
+        return Err(ScenarioError::Elf("the program does not store its settings".into()));
     }
     Ok(pages)
 }

@@ -69,11 +69,7 @@ pub struct Hands {
 impl Default for Hands {
     fn default() -> Self {
         let v = Vector::default();
-        Self {
-            before: Rotation { w: 1.0, v },
-            turn: None,
-            tapped_s: None,
-        }
+        Self { before: Rotation { w: 1.0, v }, turn: None, tapped_s: None }
     }
 }
 
@@ -94,11 +90,7 @@ impl Hands {
             length => axis * (1.0 / length),
         };
         self.before = now;
-        self.turn = Some(Turn {
-            axis,
-            angle_rad: from.angle_to(to),
-            began_s: time_s,
-        });
+        self.turn = Some(Turn { axis, angle_rad: from.angle_to(to), began_s: time_s });
     }
 
     /// Taps the sole.
@@ -111,10 +103,7 @@ impl Hands {
             return self.before;
         };
         let half = turn.share(time_s).0 * turn.angle_rad / 2.0;
-        self.before.after(Rotation {
-            w: half.cos(),
-            v: turn.axis * half.sin(),
-        })
+        self.before.after(Rotation { w: half.cos(), v: turn.axis * half.sin() })
     }
 
     /// Stimulus of the sensor in these hands, of a foot that would feel `felt` without them.
@@ -128,9 +117,9 @@ impl Hands {
             let phase = core::f64::consts::PI * (time_s - tapped_s) / TAP_S;
             force = force + Vector::new(0.0, 0.0, TAP * phase.sin());
         }
-        let turning = self.turn.map_or(Vector::default(), |turn| {
-            turn.axis * (turn.angle_rad * turn.share(time_s).1)
-        });
+        let turning = self
+            .turn
+            .map_or(Vector::default(), |turn| turn.axis * (turn.angle_rad * turn.share(time_s).1));
         let rate = orientation.to_sensor(Vector::from_array(felt.angular_rate)) + turning;
         Stimulus {
             specific_force: orientation.to_sensor(force).to_array(),

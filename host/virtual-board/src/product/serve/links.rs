@@ -89,13 +89,8 @@ mod tests {
         let mut links = Links::default();
         let path = links.add(&folder, "FL.uart", Path::new("/dev/null"));
         let path = path.expect("a link");
-        links
-            .add(&folder, "FL.uart", Path::new("/dev/zero"))
-            .expect("another");
-        assert_eq!(
-            fs::read_link(&path).expect("a link"),
-            Path::new("/dev/zero")
-        );
+        links.add(&folder, "FL.uart", Path::new("/dev/zero")).expect("another");
+        assert_eq!(fs::read_link(&path).expect("a link"), Path::new("/dev/zero"));
         fs::write(folder.join("file"), "x").expect("a file");
         let error = links.add(&folder, "file", Path::new("/dev/null"));
         assert!(error.is_err_and(|error| error.to_string().contains("file")));

@@ -150,13 +150,7 @@ impl LockStepLine {
     /// If the socket cannot be used.
     pub fn new(listener: UnixListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self {
-            listener,
-            program: None,
-            coming: VecDeque::new(),
-            waiting: Vec::new(),
-            lost: 0,
-        })
+        Ok(Self { listener, program: None, coming: VecDeque::new(), waiting: Vec::new(), lost: 0 })
     }
 
     /// Takes bytes of the program, at most `most`.
@@ -190,11 +184,7 @@ impl LockStepLine {
             };
             if self.program.is_none() {
                 stream.set_nonblocking(true)?;
-                self.program = Some(Program {
-                    stream,
-                    received: Vec::new(),
-                    request: None,
-                });
+                self.program = Some(Program { stream, received: Vec::new(), request: None });
                 is_new = true;
             }
         }

@@ -234,10 +234,7 @@ impl Server<'_> {
 
     /// Returns whose turn it is; in real time, always that of the boards.
     fn turn(&mut self) -> io::Result<Turn> {
-        let serial = self
-            .serial
-            .iter_mut()
-            .map(|(name, port)| (*name, "uart", port));
+        let serial = self.serial.iter_mut().map(|(name, port)| (*name, "uart", port));
         let ports = serial.chain([(BUS, "slcan", &mut self.slcan)]);
         let (mut names, mut lines) = (Vec::new(), Vec::new());
         for (name, kind, port) in ports {
@@ -257,9 +254,7 @@ impl Server<'_> {
                 Change::Opened => "opened",
                 Change::Closed => "closed",
             };
-            tell(Note::Words(format!(
-                "{now_s:.3} s  {name}.{kind}: {change}"
-            )));
+            tell(Note::Words(format!("{now_s:.3} s  {name}.{kind}: {change}")));
         };
         lock_step::turn(&mut lines, self.robot.ms * 1000, NOTICE, &mut changed)
     }
@@ -298,19 +293,13 @@ impl Server<'_> {
             return self.report(format!("error: the robot has no foot {whom}"));
         }
         self.planned.push((ms, foot, order));
-        self.report(format!(
-            "planned for {:.3} s  {whom}: {order}",
-            ms as f64 * 1e-3
-        ));
+        self.report(format!("planned for {:.3} s  {whom}: {order}", ms as f64 * 1e-3));
     }
 
     /// Obeys the planned orders that are due.
     fn obey_planned(&mut self) {
         let now_ms = self.robot.ms;
-        let due: Vec<_> = self
-            .planned
-            .extract_if(.., |(ms, ..)| *ms <= now_ms)
-            .collect();
+        let due: Vec<_> = self.planned.extract_if(.., |(ms, ..)| *ms <= now_ms).collect();
         for (_, foot, order) in due {
             self.order(foot, order);
         }

@@ -53,13 +53,7 @@ impl Pace {
     #[must_use]
     pub fn new(speed: VirtualSpeed) -> Self {
         let now = Instant::now();
-        Self {
-            speed,
-            began: now,
-            zero: now,
-            lost: Duration::ZERO,
-            reported: (now, Duration::ZERO),
-        }
+        Self { speed, began: now, zero: now, lost: Duration::ZERO, reported: (now, Duration::ZERO) }
     }
 
     /// Waits until a virtual time, ms, is due.
@@ -111,11 +105,7 @@ mod tests {
         assert_eq!(pace.lost, ms(0), "it is caught up");
         assert_eq!(pace.until_due(40, zero + ms(220)), ms(0));
         assert_eq!(pace.lost, ms(200));
-        assert_eq!(
-            pace.until_due(42, zero + ms(220)),
-            ms(1),
-            "it goes on from there"
-        );
+        assert_eq!(pace.until_due(42, zero + ms(220)), ms(1), "it goes on from there");
         assert_eq!(pace.lost, ms(200));
     }
 

@@ -210,10 +210,7 @@ impl BoardRobot {
                 orders: core::mem::take(&mut member.orders),
             });
         }
-        let mut happened = Happened {
-            carried,
-            ..Happened::default()
-        };
+        let mut happened = Happened { carried, ..Happened::default() };
         for (index, member) in self.members.iter_mut().enumerate() {
             let mut ran = member.wait()?;
             member.bit_rate = ran.bit_rate.unwrap_or(member.bit_rate);
@@ -226,9 +223,7 @@ impl BoardRobot {
                 self.bus.send(index, frame, member.bit_rate, ready);
             }
             let resets = ran.resets.drain(..);
-            happened
-                .resets
-                .extend(resets.map(|cause| (member.position, cause)));
+            happened.resets.extend(resets.map(|cause| (member.position, cause)));
             happened.bytes.push(core::mem::take(&mut ran.bytes));
             member.last = ran;
         }
@@ -260,9 +255,7 @@ impl BoardRobot {
 impl Member {
     fn wait(&self) -> Result<Ran, Stopped> {
         let foot = self.position;
-        self.foot
-            .finish()
-            .map_err(|problem| Stopped { foot, problem })
+        self.foot.finish().map_err(|problem| Stopped { foot, problem })
     }
 }
 

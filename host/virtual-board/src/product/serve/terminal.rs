@@ -49,13 +49,8 @@ impl Terminal {
         let path = PathBuf::from(name.to_string_lossy().into_owned());
         let flags = fcntl_getfl(&near)?;
         fcntl_setfl(&near, flags | OFlags::NONBLOCK)?;
-        let mut terminal = Self {
-            near: near.into(),
-            path,
-            is_open: false,
-            waiting: Vec::new(),
-            lost: 0,
-        };
+        let mut terminal =
+            Self { near: near.into(), path, is_open: false, waiting: Vec::new(), lost: 0 };
         terminal.clean()?;
         Ok(terminal)
     }

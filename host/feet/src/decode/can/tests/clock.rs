@@ -68,11 +68,7 @@ impl Robot {
         let mut sent = Vec::new();
         let mut put = |bus_us: u64, id: u16, data: &[u8], clock_us: Option<u64>| {
             let frame = CanFrame::new(id, data).unwrap();
-            sent.push(Sent {
-                bus_us,
-                frame,
-                clock_us,
-            });
+            sent.push(Sent { bus_us, frame, clock_us });
         };
         let sync_at = |k: u64, every: u64| (k * every + 300, (k % 240) as u8 + 1);
         if let Some(every) = self.sync_us {
@@ -102,16 +98,12 @@ impl Robot {
                         sync,
                         time: LongTime((self.clock_us(foot, bus_us) / 10) as u32),
                     };
-                    let sync = self
-                        .sync_us
-                        .map(|every| sync_at((edge.max(300) - 300) / every, every));
+                    let sync =
+                        self.sync_us.map(|every| sync_at((edge.max(300) - 300) / every, every));
                     let recent =
                         sync.filter(|(at, _)| edge.abs_diff(*at) <= ClockReading::OLDEST_SYNC_US);
                     let clock = recent.map_or(read(0, edge), |(at, counter)| read(counter, at));
-                    let health = Health {
-                        clock,
-                        ..Health::default()
-                    };
+                    let health = Health { clock, ..Health::default() };
                     put(edge + 210, 0x511 + foot, &health.encode(), None);
                 }
             }
@@ -180,11 +172,7 @@ impl Reception {
             let place = places.entry(node).or_default();
             let clock_us = truth[&node][*place];
             let row = *row;
-            came.push(Timed {
-                node,
-                row,
-                clock_us,
-            });
+            came.push(Timed { node, row, clock_us });
             *place += 1;
         }
         let report = listener.reports()[0].1.clone();
@@ -195,12 +183,7 @@ impl Reception {
     /// or a disturbance of its foot, whose ends on the foot's clock are `disturbed`, µs.
     fn assert_times(&self, disturbed: &[u64], said: &str) {
         let mut starts: BTreeMap<(u8, u32), u64> = BTreeMap::new();
-        for Timed {
-            node,
-            row,
-            clock_us,
-        } in &self.came
-        {
+        for Timed { node, row, clock_us } in &self.came {
             let start = *starts.entry((*node, row.segment)).or_insert(*clock_us);
             if row.turn == Turn::Known {
                 assert_eq!(row.timestamp.as_micros(), *clock_us, "{said}: node {node}");
@@ -217,14 +200,7 @@ impl Reception {
 
 fn line(sent: &Sent) -> String {
     let at = Timestamp::from_micros(EPOCH_US + sent.bus_us);
-    format!(
-        "{}\n",
-        Logged {
-            at,
-            frame: sent.frame
-        }
-        .line("can0")
-    )
+    format!("{}\n", Logged { at, frame: sent.frame }.line("can0"))
 }
 
 #[test]
@@ -232,13 +208,7 @@ fn every_time_is_known_after_a_tenth_of_a_second() {
     for sync_us in [None, Some(10_000), Some(1_000_000), Some(7_000_000)] {
         // The clock wraps after almost twelve hours.
         for start_us in [0, 90_000_000, 30_000_000_000, (1 << 32) * 10 - 5_000_000] {
-            let robot = Robot {
-                feet: 4,
-                jitter_us: 150,
-                sync_us,
-                start_us,
-                ..Robot::default()
-            };
+            let robot = Robot { feet: 4, jitter_us: 150, sync_us, start_us, ..Robot::default() };
             let mut heard = Reception::of(&robot.sent(), &[]);
             let wrap_us = (1 << 32) * 10;
             heard.came.iter_mut().for_each(|came| {
@@ -257,14 +227,8 @@ fn every_time_is_known_after_a_tenth_of_a_second() {
 #[test]
 fn times_are_true_or_flagged_after_any_loss() {
     // Among them whole turns, multiples of 256 contacts, and both.
-    for lost_ms in [
-        1, 2, 50, 255, 256, 300, 655, 656, 700, 1500, 5000, 8192, 16_384, 19_660,
-    ] {
-        let robot = Robot {
-            length_us: 25_000_000,
-            jitter_us: 150,
-            ..Robot::default()
-        };
+    for lost_ms in [1, 2, 50, 255, 256, 300, 655, 656, 700, 1500, 5000, 8192, 16_384, 19_660] {
+        let robot = Robot { length_us: 25_000_000, jitter_us: 150, ..Robot::default() };
         let end_us = 2_123_000 + 1000 * lost_ms;
         let mut sent = robot.sent();
         sent.retain(|sent| !(2_123_000..end_us).contains(&sent.bus_us));
@@ -277,23 +241,13 @@ fn times_are_true_or_flagged_after_any_loss() {
 
 #[test]
 fn times_are_true_or_flagged_after_a_stall() {
-    for (stall_ms, kept) in [
-        (300, 30),
-        (900, 500),
-        (2000, 0),
-        (2000, 100),
-        (4000, 1000),
-        (4000, 9000),
-    ] {
-        let robot = Robot {
-            feet: 4,
-            sync_us: Some(10_000),
-            ..Robot::default()
-        };
+    for (stall_ms, kept) in
+        [(300, 30), (900, 500), (2000, 0), (2000, 100), (4000, 1000), (4000, 9000)]
+    {
+        let robot = Robot { feet: 4, sync_us: Some(10_000), ..Robot::default() };
         let time_us = 3_123_456..3_123_456 + 1000 * stall_ms;
-        let mut ends: Vec<_> = (0..4)
-            .map(|foot| robot.clock_us(foot, time_us.start - 1000))
-            .collect();
+        let mut ends: Vec<_> =
+            (0..4).map(|foot| robot.clock_us(foot, time_us.start - 1000)).collect();
         ends.extend((0..4).map(|foot| robot.clock_us(foot, time_us.end - 1000)));
         let heard = Reception::of(&robot.sent(), &[Stall { time_us, kept }]);
         heard.assert_times(&ends, &format!("{stall_ms} ms, {kept} kept"));
@@ -307,10 +261,7 @@ fn times_are_true_or_flagged_after_a_stall() {
 
 #[test]
 fn logged_contacts_before_a_health_frame_are_timed_by_it() {
-    let robot = Robot {
-        length_us: 25_000_000,
-        ..Robot::default()
-    };
+    let robot = Robot { length_us: 25_000_000, ..Robot::default() };
     let decoded_after = |lost_ms: u64, print: fn(&Sent) -> String| {
         let mut sent = robot.sent();
         sent.retain(|sent| !(2_123_000..2_123_000 + 1000 * lost_ms).contains(&sent.bus_us));
@@ -345,12 +296,8 @@ fn contacts_without_health_frames_stay_flagged() {
 
 #[test]
 fn restart_without_a_boot_up_begins_a_segment() {
-    let robot = Robot {
-        feet: 2,
-        sync_us: Some(10_000),
-        restart_us: Some(5_200_000),
-        ..Robot::default()
-    };
+    let robot =
+        Robot { feet: 2, sync_us: Some(10_000), restart_us: Some(5_200_000), ..Robot::default() };
     for lost_ms in [0, 300, 2000] {
         let mut sent = robot.sent();
         sent.retain(|sent| !(5_000_000..5_200_000 + 1000 * lost_ms).contains(&sent.bus_us));
@@ -360,11 +307,7 @@ fn restart_without_a_boot_up_begins_a_segment() {
         heard.assert_times(&disturbed, &format!("{lost_ms} ms lost"));
         assert_eq!(heard.report.restarts, 1, "{}", heard.report);
         let decoded = decode(&sent.iter().map(line).collect::<String>(), "can.log", &[]);
-        for row in decoded
-            .rows
-            .iter()
-            .filter(|row| row.node.unwrap().get() == 0x11)
-        {
+        for row in decoded.rows.iter().filter(|row| row.node.unwrap().get() == 0x11) {
             let is_after = row.received.unwrap().as_micros() > EPOCH_US + 5_200_000;
             assert_eq!((row.segment, row.turn), (u32::from(is_after), Turn::Known));
         }

@@ -11,11 +11,7 @@ const NODE_33: NodeId = NodeId::new(33).unwrap();
 
 /// A contact of the front left foot, logged at `log_ms`.
 fn contact(interface: &str, log_ms: u64, sequence: u8, step: u16) -> String {
-    let contact = Contact {
-        timestamp: ShortTime(step),
-        sequence,
-        ..Contact::default()
-    };
+    let contact = Contact { timestamp: ShortTime(step), sequence, ..Contact::default() };
     let frame = CanFrame::new(0x191, &contact.encode()).unwrap();
     let at = Timestamp::from_micros(log_ms * 1000);
     format!("{}\n", Logged { at, frame }.line(interface))
@@ -28,11 +24,7 @@ fn decode(log: &str, file: &str, others: &[NodeId]) -> Decoded {
 }
 
 fn times(decoded: &Decoded) -> Vec<u64> {
-    decoded
-        .rows
-        .iter()
-        .map(|row| row.timestamp.as_micros())
-        .collect()
+    decoded.rows.iter().map(|row| row.timestamp.as_micros()).collect()
 }
 
 #[test]
@@ -44,25 +36,19 @@ fn contact_before_its_boot_up_belongs_to_the_new_segment() {
     log += &contact("can0", 1401, 1, 700);
     log += &contact("can0", 1402, 2, 800);
     let decoded = decode(&log, "can.log", &[]);
-    let Report {
-        missing, restarts, ..
-    } = decoded.report;
+    let Report { missing, restarts, .. } = decoded.report;
     assert_eq!((missing, restarts), (0, 1), "{:?}", decoded.report);
     assert_eq!(decoded.report.problems.len(), 0);
     let last: Vec<_> = decoded.rows.iter().rev().take(4).collect();
-    let last: Vec<_> = last
-        .iter()
-        .rev()
-        .map(|row| (row.segment, row.timestamp.as_micros()))
-        .collect();
+    let last: Vec<_> =
+        last.iter().rev().map(|row| (row.segment, row.timestamp.as_micros())).collect();
     assert_eq!(last, [(0, 299_000), (1, 6_000), (1, 7_000), (1, 8_000)]);
     // If no boot-up follows, contacts are missing.
     let log = log.replace("(1.400000) can0 711#00\n", "");
     assert!(decode(&log, "can.log", &[]).report.missing > 0);
     // A number 0 that follows its predecessor belongs to the old segment.
-    let mut log: String = (0..257_u16)
-        .map(|k| contact("can0", 1000 + u64::from(k), k as u8, 100 * k))
-        .collect();
+    let mut log: String =
+        (0..257_u16).map(|k| contact("can0", 1000 + u64::from(k), k as u8, 100 * k)).collect();
     log += "(1.257000) can0 711#00\n";
     let decoded = decode(&log, "can.log", &[]);
     let last = decoded.rows.last().expect("a row");
@@ -87,14 +73,10 @@ fn gaps_shorter_than_a_day_are_bridged() {
     let day = 86_400_000;
     let elapsed = (day - 1) * 1_000;
     let step = 65_000_u16.wrapping_add((elapsed / 10 % 65_536) as u16);
-    for (log_ms, problems, last) in [
-        (day - 1, 0, 650_000 + elapsed),
-        (day, 1, 650_000 + elapsed % 655_360),
-    ] {
-        let log = [
-            contact("can0", 1, 0, 65_000),
-            contact("can0", 1 + log_ms, 1, step),
-        ];
+    for (log_ms, problems, last) in
+        [(day - 1, 0, 650_000 + elapsed), (day, 1, 650_000 + elapsed % 655_360)]
+    {
+        let log = [contact("can0", 1, 0, 65_000), contact("can0", 1 + log_ms, 1, step)];
         let decoded = decode(&log.concat(), "can.log", &[]);
         let counted = decoded.report.problems.get("clock_of_the_log_set");
         assert_eq!(counted.copied().unwrap_or(0), problems);
@@ -226,18 +208,12 @@ fn restart_begins_a_new_segment() {
     log.extend(steady(3));
     log.extend([boot_up(0x711), boot_up(0x712)]);
     // On the old clock this time would contradict the log, and 254 contacts would be missing.
-    log.extend([
-        contact("can0", 1_600, 1, 5_000),
-        contact("can0", 1_601, 2, 5_100),
-    ]);
+    log.extend([contact("can0", 1_600, 1, 5_000), contact("can0", 1_601, 2, 5_100)]);
     log.push(contact("can1", 1_001, 8, 200));
     let decoded = decode(&log.concat(), "can.log", &[]);
     let rows = decoded.rows.iter();
     let rows: Vec<_> = rows.map(|row| (row.segment, row.sequence)).collect();
-    assert_eq!(
-        rows,
-        [(0, 7), (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (0, 8)]
-    );
+    assert_eq!(rows, [(0, 7), (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (0, 8)]);
     assert_eq!(times(&decoded)[4..], [50_000, 51_000, 2_000]);
     let report = decoded.report;
     assert_eq!((report.restarts, report.missing), (1, 0));
@@ -283,11 +259,7 @@ fn other_nodes_are_ignored_unless_added_as_feet() {
 
 #[test]
 fn malformed_line_is_reported_and_skipped() {
-    let log = [
-        contact("can0", 1, 0, 0),
-        "(1.2) x\n".to_owned(),
-        contact("can0", 2, 1, 100),
-    ];
+    let log = [contact("can0", 1, 0, 0), "(1.2) x\n".to_owned(), contact("can0", 2, 1, 100)];
     let decoded = decode(&log.concat(), "can.log", &[]);
     assert_eq!(decoded.rows.len(), 2);
     assert_eq!(
@@ -300,26 +272,16 @@ fn malformed_line_is_reported_and_skipped() {
     let decoded = decode(&log, "can.log", &[]);
     assert_eq!(decoded.report.problems["malformed_lines"], 1000);
     assert_eq!(decoded.notices.len(), 11);
-    assert_eq!(
-        decoded.notices[10],
-        "can.log: 990 more lines are none of candump -l"
-    );
+    assert_eq!(decoded.notices[10], "can.log: 990 more lines are none of candump -l");
 }
 
 #[test]
 fn frames_without_their_contact_complete_no_row() {
-    let axes = Axes {
-        timestamp: ShortTime(300),
-        ..Axes::default()
-    };
+    let axes = Axes { timestamp: ShortTime(300), ..Axes::default() };
     let frame = CanFrame::new(0x291, &axes.encode()).unwrap();
     let at = Timestamp::from_micros(3000);
     let axes = format!("{}\n", Logged { at, frame }.line("can0"));
-    let decoded = decode(
-        &[contact("can0", 1, 0, 100), axes.clone()].concat(),
-        "can.log",
-        &[],
-    );
+    let decoded = decode(&[contact("can0", 1, 0, 100), axes.clone()].concat(), "can.log", &[]);
     assert_eq!(decoded.rows[0].axes, None);
     assert_eq!(decoded.report.problems["frames_without_their_contact"], 1);
     let decoded = decode(&[contact("can0", 1, 0, 300), axes].concat(), "can.log", &[]);
@@ -360,10 +322,7 @@ fn other_frames_are_counted_by_kind() {
 /// A health frame of `node` with its clock at the SYNC of number `counter`, logged at `log_us`.
 fn health(node: u16, log_us: u64, counter: u8, clock_us: u64) -> String {
     let health = Health {
-        clock: ClockReading {
-            sync: counter,
-            time: LongTime((clock_us / 10) as u32),
-        },
+        clock: ClockReading { sync: counter, time: LongTime((clock_us / 10) as u32) },
         ..Health::default()
     };
     line(0x500 + node, log_us, &health.encode())
@@ -403,11 +362,7 @@ fn two_feet_with_syncs(milliseconds: u64, counted: bool) -> String {
             let late = 200 + (k * 6007 + u64::from(node) * 101) % 500;
             log += &contact_of(node, now + late, k, now - start + ahead);
             if k % 100 == phase {
-                let counter = if counted {
-                    ((k - 3) / 10 % 240) as u8 + 1
-                } else {
-                    0
-                };
+                let counter = if counted { ((k - 3) / 10 % 240) as u8 + 1 } else { 0 };
                 let read_at = if counted { newest } else { now - start };
                 log += &health(node, now + late + 10, counter, read_at + ahead);
             }
@@ -419,10 +374,7 @@ fn two_feet_with_syncs(milliseconds: u64, counted: bool) -> String {
 /// Times of the two feet on the common clock, in pairs of the same moment, µs.
 fn common(decoded: &Decoded) -> Vec<(u64, u64)> {
     let of = |id: u8| {
-        let rows = decoded
-            .rows
-            .iter()
-            .filter(move |row| row.node.unwrap().get() == id);
+        let rows = decoded.rows.iter().filter(move |row| row.node.unwrap().get() == id);
         rows.map(|row| row.common.unwrap().0.as_micros())
     };
     of(0x11).zip(of(0x12)).collect()
@@ -444,12 +396,7 @@ fn numbered_syncs_align_feet_to_the_log_clock() {
             assert!(left.abs_diff(right) < 150, "{k}: {left} and {right}");
         }
     }
-    assert!(
-        decoded
-            .report
-            .to_string()
-            .contains("\nclock    sync 12000\n")
-    );
+    assert!(decoded.report.to_string().contains("\nclock    sync 12000\n"));
 }
 
 #[test]
@@ -459,11 +406,7 @@ fn reception_time_is_common_without_numbered_syncs() {
     assert_eq!(decoded.notices.len(), 1);
     let said =
         "can.log: t_common is the time of reception, as no foot has reported a numbered SYNC";
-    assert!(
-        decoded.notices[0].starts_with(said),
-        "{:?}",
-        decoded.notices
-    );
+    assert!(decoded.notices[0].starts_with(said), "{:?}", decoded.notices);
     for row in &decoded.rows {
         assert_eq!(row.common, row.received.map(|at| (at, Clock::Received)));
     }
@@ -478,15 +421,8 @@ fn foot_without_sync_uses_reception_time() {
         .map(|line| format!("{line}\n"))
         .collect();
     let decoded = decode(&log, "can.log", &[]);
-    assert_eq!(
-        decoded.report.clocks,
-        [("received", 300), ("sync", 300)].into()
-    );
-    assert!(
-        decoded.notices[0].contains("but for 300 rows"),
-        "{:?}",
-        decoded.notices
-    );
+    assert_eq!(decoded.report.clocks, [("received", 300), ("sync", 300)].into());
+    assert!(decoded.notices[0].contains("but for 300 rows"), "{:?}", decoded.notices);
 }
 
 #[test]
@@ -509,10 +445,7 @@ fn differences_of_time_are_added_up() {
         let data = line.trim().split_once('#').unwrap().1;
         let bytes: Vec<_> = (0..8).map(|k| &data[2 * k..2 * k + 2]).collect();
         let difference = if k == 0 { 0 } else { 900 + 200 * (k % 2) };
-        printed += &format!(
-            " (000.{difference:06})  can0  191   [8]  {}\n",
-            bytes.join(" ")
-        );
+        printed += &format!(" (000.{difference:06})  can0  191   [8]  {}\n", bytes.join(" "));
     }
     let decoded = decode(&printed, "can.log", &[]);
     assert_eq!(times(&decoded), steady_times(50));
@@ -526,10 +459,7 @@ fn differences_of_time_are_added_up() {
 fn rows_of_long_logs_are_complete_and_in_order() {
     // More rows than are kept.
     let axes = |k: u16| {
-        let axes = Axes {
-            timestamp: ShortTime(100_u16.wrapping_mul(k)),
-            ..Axes::default()
-        };
+        let axes = Axes { timestamp: ShortTime(100_u16.wrapping_mul(k)), ..Axes::default() };
         line(0x291, 1000 * u64::from(k), &axes.encode())
     };
     let log = (0..10_000_u16).map(|k| {

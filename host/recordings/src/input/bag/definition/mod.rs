@@ -101,10 +101,7 @@ impl Definition {
         let text = text.map(|schema| String::from_utf8_lossy(&schema.text));
         match (Self::of(&channel.message, text.as_deref()), schema) {
             (Err(_), Some(schema)) if text.is_none() && !schema.encoding.is_empty() => {
-                Err(format!(
-                    "its definition is in {}, and only ros2msg is read",
-                    schema.encoding
-                ))
+                Err(format!("its definition is in {}, and only ros2msg is read", schema.encoding))
             }
             (definition, _) => definition,
         }

@@ -9,16 +9,10 @@ impl Definition {
     /// Parses the definition of a type such as `unitree_go/msg/LowState`; the error is half a sentence.
     pub(super) fn parse(message: &str, text: &str) -> Result<Self, String> {
         let name = bare(message);
-        let mut parser = Parser {
-            texts: sections(&name, text),
-            places: HashMap::new(),
-            records: Vec::new(),
-        };
+        let mut parser =
+            Parser { texts: sections(&name, text), places: HashMap::new(), records: Vec::new() };
         let message = parser.record(&name, 0)?;
-        Ok(Self {
-            records: parser.records,
-            message,
-        })
+        Ok(Self { records: parser.records, message })
     }
 }
 
@@ -34,9 +28,7 @@ impl Parser<'_> {
     /// Index of the record of a type that is `depth` types deep.
     fn record(&mut self, name: &str, depth: usize) -> Result<usize, String> {
         if depth > DEEPEST {
-            return Err(format!(
-                "its definition has more than {DEEPEST} types within each other"
-            ));
+            return Err(format!("its definition has more than {DEEPEST} types within each other"));
         }
         match self.places.get(name) {
             Some(Some(place)) => return Ok(*place),
@@ -65,9 +57,7 @@ impl Parser<'_> {
             return Ok(None);
         }
         let unreadable = || format!("its definition has a line that is not a field: {line:?}");
-        let (of_type, rest) = line
-            .split_once(char::is_whitespace)
-            .ok_or_else(unreadable)?;
+        let (of_type, rest) = line.split_once(char::is_whitespace).ok_or_else(unreadable)?;
         let rest = rest.trim_start();
         let end = rest.find(|letter: char| letter.is_whitespace() || letter == '=');
         let (name, after) = rest.split_at(end.unwrap_or(rest.len()));
@@ -110,9 +100,7 @@ fn sections<'a>(message: &str, text: &'a str) -> HashMap<String, &'a str> {
         let start = at;
         at += line.len();
         let is_rule = line.starts_with("===");
-        let header = lines
-            .peek()
-            .and_then(|next| next.trim().strip_prefix("MSG:"));
+        let header = lines.peek().and_then(|next| next.trim().strip_prefix("MSG:"));
         if let (true, Some(next)) = (is_rule, header) {
             sections.entry(name).or_insert(&text[begin..start]);
             name = bare(next.trim());

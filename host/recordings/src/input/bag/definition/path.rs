@@ -103,10 +103,7 @@ impl Definition {
                 };
                 let name = within(prefix, &format!("{}{index_text}", field.name));
                 let mut path = path.clone();
-                path.0.push(Step {
-                    field: index,
-                    element,
-                });
+                path.0.push(Step { field: index, element });
                 let before = to.numbers.len();
                 match field.kind {
                     Kind::Number(_) => to.numbers.push((name, path)),
@@ -126,9 +123,7 @@ impl Definition {
         let mut part = Part::Record(self.message);
         for word in name.split('.').filter(|_| !name.is_empty()) {
             let Part::Record(record) = part else {
-                return Err(format!(
-                    "there is no {name}: what is before .{word} has no fields"
-                ));
+                return Err(format!("there is no {name}: what is before .{word} has no fields"));
             };
             let (bare, element) = match word.split_once('[') {
                 None => (word, None),
@@ -144,10 +139,7 @@ impl Definition {
                 let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
                 return Err(format!("there is no {bare}, but {}", names.join(", ")));
             };
-            path.0.push(Step {
-                field: index,
-                element: element.unwrap_or(0),
-            });
+            path.0.push(Step { field: index, element: element.unwrap_or(0) });
             let field = &fields[index];
             part = match (field.kind, field.count, element) {
                 (_, Count::One, Some(_)) => return Err(format!("{bare} is not an array")),
@@ -168,9 +160,5 @@ impl Definition {
 
 /// Name of a field in a part of a message, which is all of it for an empty name.
 pub(in super::super) fn within(part: &str, field: &str) -> String {
-    if part.is_empty() {
-        field.to_owned()
-    } else {
-        format!("{part}.{field}")
-    }
+    if part.is_empty() { field.to_owned() } else { format!("{part}.{field}") }
 }

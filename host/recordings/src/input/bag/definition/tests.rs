@@ -51,26 +51,14 @@ fn nested() -> Definition {
 
 fn values(names: &[&str], payload: &[u8]) -> Result<Vec<f64>, String> {
     let definition = nested();
-    let paths: Vec<Path> = (names.iter())
-        .map(|name| definition.number(name).unwrap())
-        .collect();
+    let paths: Vec<Path> = (names.iter()).map(|name| definition.number(name).unwrap()).collect();
     definition.values(payload, &paths.iter().collect::<Vec<_>>())
 }
 
 #[test]
 fn numbers_are_found_behind_every_kind_of_field() {
-    let names = [
-        "last",
-        "inner[1].many[0]",
-        "inner[0].on",
-        "inner[1].big",
-        "few[0]",
-        "few[1]",
-    ];
-    assert_eq!(
-        values(&names, &message()),
-        Ok(vec![-2.25, 10.5, 0.0, 1001.0, -7.0, 8.0])
-    );
+    let names = ["last", "inner[1].many[0]", "inner[0].on", "inner[1].big", "few[0]", "few[1]"];
+    assert_eq!(values(&names, &message()), Ok(vec![-2.25, 10.5, 0.0, 1001.0, -7.0, 8.0]));
     // In big endian each value is reversed; the first one is enough here.
     let swapped = [&[0, 0, 0, 0][..], &[0, 0, 0, 7]].concat();
     let one = Definition::parse("a/msg/B", "int32 x").unwrap();
@@ -85,26 +73,15 @@ fn cut_and_overlong_messages_are_refused() {
         assert!(values(&["last"], &whole[..length]).is_err(), "{length}");
     }
     let longer = [&whole[..], &[0; 4]].concat();
-    assert!(
-        values(&["last"], &longer)
-            .unwrap_err()
-            .contains("more than its type has")
-    );
-    assert!(
-        values(&["few[2]"], &whole)
-            .unwrap_err()
-            .contains("fewer elements")
-    );
+    assert!(values(&["last"], &longer).unwrap_err().contains("more than its type has"));
+    assert!(values(&["few[2]"], &whole).unwrap_err().contains("fewer elements"));
 }
 
 #[test]
 fn paths_to_no_number_are_named() {
     let definition = nested();
     for (name, why) in [
-        (
-            "first",
-            "there is no first, but label, inner, few, empty, last",
-        ),
+        ("first", "there is no first, but label, inner, few, empty, last"),
         ("inner[2].big", "inner has the elements [0] to [1]"),
         ("inner[0]", "inner[0] has the numbers on, big"),
         ("inner", "inner is not one number"),
@@ -117,10 +94,7 @@ fn paths_to_no_number_are_named() {
         let said = definition.number(name).unwrap_err();
         assert!(said.contains(why), "{name}: {said}");
     }
-    assert_eq!(
-        definition.listed(""),
-        "inner[0].on, inner[0].big, inner[1].on, inner[1].big, last"
-    );
+    assert_eq!(definition.listed(""), "inner[0].on, inner[0].big, inner[1].on, inner[1].big, last");
 }
 
 #[test]
@@ -149,10 +123,7 @@ fn hostile_definitions_are_refused() {
     let said = twice.values(&[0, 1, 0, 0], &[&path]).unwrap_err();
     assert!(said.contains("more than 4000000 fields"), "{said}");
     let deep = Definition::parse("a/msg/A", &of(1000, &|k| format!("T{k} a")));
-    assert!(
-        deep.unwrap_err()
-            .contains("more than 32 types within each other")
-    );
+    assert!(deep.unwrap_err().contains("more than 32 types within each other"));
     // Arrays of four billion elements take neither time nor memory.
     let huge = "Z[4000000000] z\nint32[4000000000] x\n===\nMSG: a/Z\nint32[0] none";
     let huge = Definition::parse("a/msg/A", huge).unwrap();

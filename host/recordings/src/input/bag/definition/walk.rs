@@ -210,12 +210,8 @@ impl Walk<'_> {
         if count > 0 {
             self.at = self.at.next_multiple_of(size);
         }
-        let end = size
-            .checked_mul(count)
-            .and_then(|bytes| self.at.checked_add(bytes));
-        let end = end
-            .filter(|end| *end <= self.content.len())
-            .ok_or_else(too_short)?;
+        let end = size.checked_mul(count).and_then(|bytes| self.at.checked_add(bytes));
+        let end = end.filter(|end| *end <= self.content.len()).ok_or_else(too_short)?;
         self.at = end;
         Ok(())
     }

@@ -32,10 +32,7 @@ struct Cdr {
 impl Cdr {
     fn new(order: Order) -> Self {
         let encoding = if order == Order::Little { 1 } else { 0 };
-        Self {
-            order,
-            bytes: vec![0, encoding, 0, 0],
-        }
+        Self { order, bytes: vec![0, encoding, 0, 0] }
     }
 
     fn put<const N: usize>(mut self, little: [u8; N]) -> Self {
@@ -80,11 +77,7 @@ fn imu(order: Order, stamp_ns: i64, k: u64) -> Vec<u8> {
 /// The same with these first covariances of rate and acceleration.
 fn imu_with(order: Order, stamp_ns: i64, k: u64, covariance: [f64; 2]) -> Vec<u8> {
     // No text of UTF-8 has these bytes.
-    let frame: &[u8] = if order == Order::Little {
-        b"foot"
-    } else {
-        &[0xFF; 2]
-    };
+    let frame: &[u8] = if order == Order::Little { b"foot" } else { &[0xFF; 2] };
     imu_of(frame, order, stamp_ns, k, covariance)
 }
 
@@ -108,11 +101,7 @@ fn float(value: f64) -> Vec<u8> {
 }
 
 fn wrench(stamp_ns: i64, force: [f64; 3]) -> Vec<u8> {
-    Cdr::new(Order::Little)
-        .header(stamp_ns, b"foot")
-        .numbers(&force)
-        .numbers(&[7.0; 3])
-        .bytes
+    Cdr::new(Order::Little).header(stamp_ns, b"foot").numbers(&force).numbers(&[7.0; 3]).bytes
 }
 
 /// A message with its topic, type and log time.
@@ -129,13 +118,7 @@ enum Kind {
     Database,
 }
 
-const KINDS: [Kind; 5] = [
-    Kind::Chunks,
-    Kind::Zstd,
-    Kind::Lz4,
-    Kind::Records,
-    Kind::Database,
-];
+const KINDS: [Kind; 5] = [Kind::Chunks, Kind::Zstd, Kind::Lz4, Kind::Records, Kind::Database];
 
 /// Returns a file with these messages, and topics without messages.
 fn written(kind: Kind, messages: &[Message], declared: &[(&str, &str)]) -> Vec<u8> {
@@ -205,8 +188,7 @@ fn database(messages: &[Message], topics: &[(&str, &str)]) -> Vec<u8> {
     let all = database.transaction().unwrap();
     for (id, (topic, message)) in topics.iter().enumerate() {
         let row = (id as i64 + 1, topic, message);
-        all.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr', '')", row)
-            .unwrap();
+        all.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr', '')", row).unwrap();
     }
     for Message(topic, _, log_ns, payload) in messages {
         let at = topics.iter().position(|(name, _)| name == topic).unwrap() as i64 + 1;
@@ -243,19 +225,13 @@ fn why<T>(result: Result<T, InputError>) -> String {
 fn topics(names: &[&str]) -> Hints {
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
     Hints {
-        bag: BagOptions {
-            topics: Topics::from_names(&names),
-            ..BagOptions::default()
-        },
+        bag: BagOptions { topics: Topics::from_names(&names), ..BagOptions::default() },
         ..Hints::default()
     }
 }
 
 fn with_loads(mut hints: Hints, loads: &[&str]) -> Hints {
-    hints.bag.loads = loads
-        .iter()
-        .map(|load| load.parse::<LoadTopic>().unwrap())
-        .collect();
+    hints.bag.loads = loads.iter().map(|load| load.parse::<LoadTopic>().unwrap()).collect();
     hints
 }
 
@@ -283,11 +259,7 @@ fn one_foot(order: Order) -> Vec<Message> {
 fn foot_is_the_same_in_every_storage_and_byte_order() {
     for order in [Order::Little, Order::Big] {
         for kind in KINDS {
-            let bytes = written(
-                kind,
-                &one_foot(order),
-                &[("/chatter", "std_msgs/msg/String")],
-            );
+            let bytes = written(kind, &one_foot(order), &[("/chatter", "std_msgs/msg/String")]);
             let mut feet = open(&bytes, &Hints::default()).unwrap();
             let [foot] = &mut feet[..] else {
                 panic!("one foot");
@@ -325,10 +297,9 @@ fn several_feet_are_listed_selected_or_all_read() {
         assert_eq!(right[0].about.foot.as_deref(), Some("fr"));
         let rate = samples(&mut right[0])[0].imu.angular_rate.0.x;
         assert_eq!(rate, (1000.0_f64 / 3.0) as f32);
-        for (chosen, feet) in [
-            (topics(&["all"]), ["fl", "fr"]),
-            (topics(&["imu/fr", "imu/fl"]), ["fr", "fl"]),
-        ] {
+        for (chosen, feet) in
+            [(topics(&["all"]), ["fl", "fr"]), (topics(&["imu/fr", "imu/fl"]), ["fr", "fl"])]
+        {
             for (foot, name) in open(&bytes, &chosen).unwrap().iter().zip(feet) {
                 assert_eq!(foot.about.foot.as_deref(), Some(name));
                 assert_eq!(foot.about.samples, 200);
@@ -356,10 +327,7 @@ fn feet_on_one_topic() -> Vec<Message> {
             messages.push(Message("/foot_imus", IMU, stamp, message));
         }
     }
-    for (k, topic) in ["/load/fl", "/load/fr", "/load/rl", "/load/rr"]
-        .into_iter()
-        .enumerate()
-    {
+    for (k, topic) in ["/load/fl", "/load/fr", "/load/rl", "/load/rr"].into_iter().enumerate() {
         let stamp = 1_700_000_000_000_000_000;
         messages.push(Message(topic, FLOAT, stamp, float(k as f64)));
     }
@@ -373,10 +341,7 @@ fn frames_of_one_topic_are_separate_feet() {
     let found = FRAMES.map(|frame| format!("/foot_imus frame \"{frame}\" (100 messages, 500 Hz)"));
     assert_eq!(
         why(open(&bytes, &Hints::default())),
-        format!(
-            " has several IMUs, choose with --frame, or --topic all: {}",
-            found.join(", ")
-        )
+        format!(" has several IMUs, choose with --frame, or --topic all: {}", found.join(", "))
     );
     let of_frames = |feet: &[usize]| {
         let mut hints = Hints::default();
@@ -442,20 +407,10 @@ fn missing_topic_error_lists_the_topics() {
             " has no topic of sensor_msgs/msg/Imu in CDR; there is /imu (sensor_msgs/Imu), \
              /chatter (std_msgs/msg/String)",
         ),
-        (
-            &[],
-            &[],
-            &[],
-            " has no topic of sensor_msgs/msg/Imu in CDR; there is nothing",
-        ),
+        (&[], &[], &[], " has no topic of sensor_msgs/msg/Imu in CDR; there is nothing"),
         (other, &empty, &[], no_message),
         (other, &empty, &["all"], no_message),
-        (
-            other,
-            &empty,
-            &["/imu"],
-            ": topic /imu has no message; there is /imu (0 messages)",
-        ),
+        (other, &empty, &["/imu"], ": topic /imu has no message; there is /imu (0 messages)"),
         (
             other,
             &empty,
@@ -519,19 +474,15 @@ fn sensor_declared_missing_is_missing() {
     messages[4].3 = without(4, [0.0, -1.0]);
     let mut feet = open(&written(Kind::Records, &messages, &[]), &Hints::default()).unwrap();
     let read = samples(&mut feet[0]);
-    let invalid: Vec<usize> = (0..200)
-        .filter(|k| read[*k].imu.checked_validity() == Validity::Invalid)
-        .collect();
+    let invalid: Vec<usize> =
+        (0..200).filter(|k| read[*k].imu.checked_validity() == Validity::Invalid).collect();
     assert_eq!(invalid, [3, 4]);
     assert_eq!(feet[0].about.notices.len(), 2);
     for (k, message) in messages.iter_mut().enumerate() {
         message.3 = without(k as u64, [0.0, -1.0]);
     }
     assert_eq!(
-        why(open(
-            &written(Kind::Records, &messages, &[]),
-            &Hints::default()
-        )),
+        why(open(&written(Kind::Records, &messages, &[]), &Hints::default())),
         ", topic /imu/fl: its messages have no linear_acceleration, as \
          linear_acceleration_covariance[0] = -1 says"
     );
@@ -562,10 +513,7 @@ fn given_units_are_applied() {
     let bytes = written(Kind::Records, &one_foot(Order::Big), &[]);
     let mut feet = open(&bytes, &hints).unwrap();
     let imu = samples(&mut feet[0])[0].imu;
-    assert_eq!(
-        imu.specific_force.0.z,
-        (9.75 * f64::from(9.806_65_f32)) as f32
-    );
+    assert_eq!(imu.specific_force.0.z, (9.75 * f64::from(9.806_65_f32)) as f32);
     assert_eq!(imu.angular_rate.0.z, 0.25_f64.to_radians() as f32);
 }
 
@@ -577,20 +525,12 @@ fn load_is_the_last_before_the_sample_unless_old() {
     for k in 0..3 {
         let stamp = start + 10_500_000 + 20_000_000 * k;
         let force = [3.0, 4.0, 100.0 + k as f64];
-        messages.push(Message(
-            "/ft",
-            WRENCH,
-            stamp + 9_000_000_000,
-            wrench(stamp, force),
-        ));
+        messages.push(Message("/ft", WRENCH, stamp + 9_000_000_000, wrench(stamp, force)));
     }
     for kind in KINDS {
         let hints = with_loads(Hints::default(), &["/ft"]);
         let mut feet = open(&written(kind, &messages, &[]), &hints).unwrap();
-        let loads: Vec<_> = samples(&mut feet[0])
-            .iter()
-            .map(|sample| sample.load)
-            .collect();
+        let loads: Vec<_> = samples(&mut feet[0]).iter().map(|sample| sample.load).collect();
         assert_eq!(loads[10], None);
         assert_eq!(loads[11], Some(Load(100.0)));
         assert_eq!(loads[30], Some(Load(100.0)));
@@ -610,13 +550,7 @@ fn load_is_the_last_before_the_sample_unless_old() {
 fn samples_without_a_load_say_which_kind_is_missing() {
     let mut messages = one_foot(Order::Little);
     let start = messages[0].2;
-    for (at, force) in [
-        (10, 50.0),
-        (20, f64::NAN),
-        (21, 60.0),
-        (22, f64::NAN),
-        (24, 70.0),
-    ] {
+    for (at, force) in [(10, 50.0), (20, f64::NAN), (21, 60.0), (22, f64::NAN), (24, 70.0)] {
         let log = start - 1 + at * 1_000_000;
         messages.push(Message("/load", FLOAT, log, float(force)));
     }
@@ -700,10 +634,7 @@ fn message_of_wrong_length_is_named() {
         // XCDR2 has another alignment.
         messages[20].3[1] = 7;
         let said = why(open(&written(kind, &messages, &[]), &Hints::default()));
-        assert!(
-            said.contains("it is encoded as 0x0007, not in plain CDR"),
-            "{said}"
-        );
+        assert!(said.contains("it is encoded as 0x0007, not in plain CDR"), "{said}");
     }
 }
 
@@ -721,10 +652,7 @@ fn truncated_file_yields_its_messages() {
                 assert!(read.len() >= longest || kind == Kind::Database);
                 longest = read.len();
                 let notices = &feet[0].about.notices;
-                assert!(
-                    read.len() == 200 || notices[0].contains("ends early"),
-                    "{notices:?}"
-                );
+                assert!(read.len() == 200 || notices[0].contains("ends early"), "{notices:?}");
             }
         }
         assert!(longest > 100, "{kind:?}: {longest}");
@@ -823,10 +751,7 @@ fn database_of_another_program_is_named_as_such() {
         .unwrap();
     drop(database);
     let said = read(&path, &Hints::default()).err().unwrap().to_string();
-    assert!(
-        said.contains("is an SQLite database without the tables of a rosbag2"),
-        "{said}"
-    );
+    assert!(said.contains("is an SQLite database without the tables of a rosbag2"), "{said}");
 }
 
 #[test]
@@ -834,34 +759,20 @@ fn folder_is_read_in_order_of_its_numbers() {
     let messages = one_foot(Order::Little);
     let folder = tempfile::tempdir().unwrap();
     for (part, messages) in messages.chunks(18).enumerate() {
-        let kind = if part % 2 == 0 {
-            Kind::Records
-        } else {
-            Kind::Database
-        };
+        let kind = if part % 2 == 0 { Kind::Records } else { Kind::Database };
         let ending = if part % 2 == 0 { "mcap" } else { "db3" };
         let path = folder.path().join(format!("walk_{part}.{ending}"));
         std::fs::write(path, written(kind, messages, &[])).unwrap();
     }
-    std::fs::write(
-        folder.path().join("metadata.yaml"),
-        "rosbag2_bagfile_information:",
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("metadata.yaml"), "rosbag2_bagfile_information:").unwrap();
     let mut feet = read(folder.path(), &Hints::default()).unwrap();
     let whole = written(Kind::Records, &messages, &[]);
     let mut expected = open(&whole, &Hints::default()).unwrap();
     assert_eq!(samples(&mut feet[0]), samples(&mut expected[0]));
     assert_eq!(feet[0].about.notices, [""; 0]);
     let empty = tempfile::tempdir().unwrap();
-    let said = read(empty.path(), &Hints::default())
-        .err()
-        .unwrap()
-        .to_string();
-    assert!(
-        said.ends_with("is a folder without files of a rosbag2: .mcap or .db3"),
-        "{said}"
-    );
+    let said = read(empty.path(), &Hints::default()).err().unwrap().to_string();
+    assert!(said.ends_with("is a folder without files of a rosbag2: .mcap or .db3"), "{said}");
 }
 
 #[cfg(target_os = "linux")]

@@ -29,20 +29,11 @@ fn bag(encoding: &str, definition: &str, messages: &[(i64, Vec<u8>)], loads: &[&
     let schema = writer.add_schema(FEET, encoding, definition.as_bytes());
     let none = BTreeMap::new();
     let feet = writer.add_channel(schema.unwrap(), "/feet", "cdr", &none);
-    let float = writer
-        .add_schema(FLOAT, "ros2msg", b"float64 data")
-        .unwrap();
-    let loads: Vec<_> = loads
-        .iter()
-        .map(|topic| writer.add_channel(float, topic, "cdr", &none).unwrap())
-        .collect();
+    let float = writer.add_schema(FLOAT, "ros2msg", b"float64 data").unwrap();
+    let loads: Vec<_> =
+        loads.iter().map(|topic| writer.add_channel(float, topic, "cdr", &none).unwrap()).collect();
     let mut put = |channel_id, log_time, payload: &[u8]| {
-        let header = MessageHeader {
-            channel_id,
-            sequence: 0,
-            log_time,
-            publish_time: 0,
-        };
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: 0 };
         writer.write_to_known_channel(&header, payload).unwrap();
     };
     for (load, channel) in (1..).zip(&loads) {
@@ -119,8 +110,5 @@ fn definition_in_another_language_is_named() {
     let idl = "module my_msgs { struct Feet { double y; }; };";
     let bytes = bag("ros2idl", idl, &in_turn(), &[]);
     let said = why(open(&bytes, &topics(&["/feet"])));
-    assert!(
-        said.ends_with("its definition is in ros2idl, and only ros2msg is read"),
-        "{said}"
-    );
+    assert!(said.ends_with("its definition is in ros2idl, and only ros2msg is read"), "{said}");
 }

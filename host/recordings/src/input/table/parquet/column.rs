@@ -26,10 +26,7 @@ pub(super) fn is_read(data_type: &DataType) -> bool {
 }
 
 const fn is_text(data_type: &DataType) -> bool {
-    matches!(
-        data_type,
-        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View
-    )
+    matches!(data_type, DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View)
 }
 
 /// Values of a column; `None` is blank.
@@ -124,9 +121,7 @@ struct Values<'a> {
 impl Values<'_> {
     fn each<T>(&self, value: impl Fn(usize) -> T) -> Vec<Option<T>> {
         let is_there = |row| self.nulls.is_none_or(|nulls| nulls.is_valid(row));
-        (0..self.array.len())
-            .map(|row| is_there(row).then(|| value(row)))
-            .collect()
+        (0..self.array.len()).map(|row| is_there(row).then(|| value(row))).collect()
     }
 
     fn primitive<A: ArrowPrimitiveType, T>(

@@ -52,9 +52,7 @@ pub(in crate::input) fn read(container: &Container, hints: &Hints) -> Result<Sto
         return Err(InputError::empty(file));
     };
     let bytes = File::open(&part.path).map_err(|source| InputError::unreadable(file, source))?;
-    let about = sound(file, || {
-        ArrowReaderMetadata::load(&bytes, ArrowReaderOptions::default())
-    })?;
+    let about = sound(file, || ArrowReaderMetadata::load(&bytes, ArrowReaderOptions::default()))?;
     let mut leaves = Vec::new();
     find_leaves(about.schema().fields(), "", &[], &mut leaves);
     let names: Vec<String> = leaves.iter().map(|leaf| leaf.name.clone()).collect();
@@ -78,18 +76,11 @@ pub(in crate::input) fn read(container: &Container, hints: &Hints) -> Result<Sto
     let mut rows_before = 0;
     while let Some(batch) = sound(file, || Ok(reader.next().transpose()?))? {
         let columns: Vec<Option<Column>> = (0..leaves.len())
-            .map(|index| {
-                used.contains(&index)
-                    .then(|| leaves[index].column(&batch, &roots))?
-            })
+            .map(|index| used.contains(&index).then(|| leaves[index].column(&batch, &roots))?)
             .collect();
         for row in 0..batch.num_rows() {
-            let row = BatchRow {
-                file,
-                columns: &columns,
-                row,
-                number: rows_before + row as u64 + 1,
-            };
+            let row =
+                BatchRow { file, columns: &columns, row, number: rows_before + row as u64 + 1 };
             intake.take(&row)?;
         }
         rows_before += batch.num_rows() as u64;
@@ -107,10 +98,9 @@ fn sound<T>(file: &str, call: impl FnOnce() -> Result<T, ParquetError>) -> Resul
     };
     match guarded(call) {
         Some(result) => Ok(result.map_err(damaged)?),
-        None => Err(damaged(ParquetError::General(
-            "its parts do not fit together".to_owned(),
-        ))
-        .into()),
+        None => {
+            Err(damaged(ParquetError::General("its parts do not fit together".to_owned())).into())
+        }
     }
 }
 
@@ -133,11 +123,7 @@ fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<L
         let path: Vec<usize> = path.iter().copied().chain([place]).collect();
         match field.data_type() {
             DataType::Struct(fields) => find_leaves(fields, &name, &path, leaves),
-            data_type => leaves.push(Leaf {
-                name,
-                path,
-                data_type: data_type.clone(),
-            }),
+            data_type => leaves.push(Leaf { name, path, data_type: data_type.clone() }),
         }
     }
 }
@@ -147,10 +133,7 @@ fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<L
 fn index(leaves: &[Leaf]) -> Index {
     let may_be_t = |leaf: &Leaf| is_time(&leaf.data_type) && leaf.name != "t";
     let is_index = |leaf: &Leaf| leaf.name.starts_with(PANDAS_INDEX);
-    if let Some(at) = leaves
-        .iter()
-        .position(|leaf| is_index(leaf) && may_be_t(leaf))
-    {
+    if let Some(at) = leaves.iter().position(|leaf| is_index(leaf) && may_be_t(leaf)) {
         return Index::Time(at);
     }
     let mut times = (0..leaves.len()).filter(|at| may_be_t(&leaves[*at]));
@@ -210,25 +193,21 @@ impl BatchRow<'_> {
 
 impl Cells for BatchRow<'_> {
     fn is_blank(&self, index: usize) -> bool {
-        self.column(index)
-            .is_none_or(|column| column.is_blank(self.row))
+        self.column(index).is_none_or(|column| column.is_blank(self.row))
     }
 
     fn shown(&self, index: usize) -> Cow<'_, str> {
-        self.column(index)
-            .map_or(Cow::Borrowed(""), |column| column.shown(self.row))
+        self.column(index).map_or(Cow::Borrowed(""), |column| column.shown(self.row))
     }
 
     fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
         let Some(column) = self.column(index) else {
             return Ok(None);
         };
-        column
-            .number(self.row)
-            .map_err(|text| InputError::NotANumber {
-                cell: self.cell(index, name),
-                text: text.to_owned(),
-            })
+        column.number(self.row).map_err(|text| InputError::NotANumber {
+            cell: self.cell(index, name),
+            text: text.to_owned(),
+        })
     }
 
     fn whole(&self, index: usize) -> Option<i64> {

@@ -26,16 +26,13 @@ fn axes() -> Columns {
 
 fn axes_named(names: [&'static str; 6]) -> Columns {
     let axes = names.into_iter().enumerate();
-    axes.map(|(axis, name)| (name, numbers(|k| k / 3.0 + axis as f64)))
-        .collect()
+    axes.map(|(axis, name)| (name, numbers(|k| k / 3.0 + axis as f64))).collect()
 }
 
 type Columns = Vec<(&'static str, ArrayRef)>;
 
 fn numbers(of: impl Fn(f64) -> f64) -> ArrayRef {
-    Arc::new(Float64Array::from_iter_values(
-        (0..ROWS).map(|k| of(k as f64)),
-    ))
+    Arc::new(Float64Array::from_iter_values((0..ROWS).map(|k| of(k as f64))))
 }
 
 fn wholes(step: i64) -> impl Iterator<Item = i64> {
@@ -90,10 +87,7 @@ fn with(more: Columns, mut columns: Columns) -> Columns {
 }
 
 fn times(samples: &[RecordedSample]) -> Vec<u64> {
-    samples
-        .iter()
-        .map(|sample| sample.imu.timestamp.as_micros())
-        .collect()
+    samples.iter().map(|sample| sample.imu.timestamp.as_micros()).collect()
 }
 
 #[test]
@@ -123,10 +117,7 @@ fn time_is_the_same_in_every_type() {
     let columns: [(&str, ArrayRef); 8] = [
         ("t", Arc::new(floats)),
         ("t", Arc::new(shorts)),
-        (
-            "time_ms",
-            Arc::new(Int64Array::from_iter_values(wholes(1000))),
-        ),
+        ("time_ms", Arc::new(Int64Array::from_iter_values(wholes(1000)))),
         ("t_ns", Arc::new(nanos)),
         ("t", Arc::new(stamps)),
         ("__index_level_0__", Arc::new(utc.with_timezone("+02:00"))),
@@ -154,28 +145,19 @@ fn numbers_of_every_type_are_read_and_null_is_blank() {
     let texts = || numbers().map(|k| k.map(|k| k.to_string()));
     let columns: [ArrayRef; 4] = [
         Arc::new(UInt8Array::from_iter(numbers().map(|k| k.map(|k| k as u8)))),
-        Arc::new(UInt64Array::from_iter(
-            numbers().map(|k| k.map(|k| k as u64)),
-        )),
+        Arc::new(UInt64Array::from_iter(numbers().map(|k| k.map(|k| k as u64)))),
         Arc::new(LargeStringArray::from_iter(texts())),
         Arc::new(StringViewArray::from_iter(texts())),
     ];
     for column in columns {
         let named = column.data_type().to_string();
         let read = samples(with(vec![("t", seconds()), ("force", column)], axes()));
-        assert_eq!(
-            (read[2].load, read[3].load),
-            (Some(Load(2.0)), None),
-            "{named}"
-        );
+        assert_eq!((read[2].load, read[3].load), (Some(Load(2.0)), None), "{named}");
     }
     let labels = BooleanArray::from_iter((0..ROWS).map(|k| some(k).map(|k| k > 5)));
     let empty = NullArray::new(ROWS);
-    let more: Vec<(&str, ArrayRef)> = vec![
-        ("t", seconds()),
-        ("label", Arc::new(labels)),
-        ("force", Arc::new(empty)),
-    ];
+    let more: Vec<(&str, ArrayRef)> =
+        vec![("t", seconds()), ("label", Arc::new(labels)), ("force", Arc::new(empty))];
     let read = samples(with(more, axes()));
     let labels = [2, 3, 6].map(|k: usize| read[k].label);
     assert_eq!(labels, [Some(Label::NotStable), None, Some(Label::Stable)]);
@@ -192,10 +174,7 @@ fn validity_is_a_name_also_in_a_dictionary() {
     for column in columns {
         let read = samples(with(vec![("t", seconds()), ("validity", column)], axes()));
         assert_eq!(read[1].imu.validity, Validity::Stale);
-        assert_eq!(
-            read[2].imu.validity,
-            Validity::Saturated(Saturation::Gyroscope)
-        );
+        assert_eq!(read[2].imu.validity, Validity::Saturated(Saturation::Gyroscope));
         assert_eq!(read[3].imu.validity, Validity::Valid);
     }
 }
@@ -204,10 +183,7 @@ fn validity_is_a_name_also_in_a_dictionary() {
 fn columns_in_structs_have_the_names_of_both() {
     let of = |name: &'static str, parts: Vec<(&str, ArrayRef)>| {
         let fields = parts.into_iter().map(|(part, array)| {
-            (
-                Arc::new(Field::new(part, array.data_type().clone(), true)),
-                array,
-            )
+            (Arc::new(Field::new(part, array.data_type().clone(), true)), array)
         });
         let array: ArrayRef = Arc::new(StructArray::from(fields.collect::<Vec<_>>()));
         (name, array)
@@ -222,13 +198,8 @@ fn columns_in_structs_have_the_names_of_both() {
     let whole = Int32Array::from_iter_values((0..ROWS as i32).map(|k| 1_700_000_000 + k / 10));
     let nanosec =
         Int32Array::from_iter_values((0..ROWS as i32).map(|k| k % 10 * 100_000_000 + 499));
-    let stamp = of(
-        "stamp",
-        vec![
-            ("sec", Arc::new(whole) as ArrayRef),
-            ("nanosec", Arc::new(nanosec)),
-        ],
-    );
+    let stamp =
+        of("stamp", vec![("sec", Arc::new(whole) as ArrayRef), ("nanosec", Arc::new(nanosec))]);
     let read = samples(vec![
         of("header", vec![stamp]),
         of("angular_velocity", triple(3.0)),
@@ -288,10 +259,7 @@ fn mapping_and_units_are_applied() {
     hints.table.units = "dps".parse().unwrap();
     let mut stored = open(&bytes, &hints).unwrap();
     let second = stored.samples().unwrap().nth(1).unwrap().unwrap();
-    assert_eq!(
-        second.imu.angular_rate.0.x,
-        (1.0_f64 / 3.0 + 3.0).to_radians() as f32
-    );
+    assert_eq!(second.imu.angular_rate.0.x, (1.0_f64 / 3.0 + 3.0).to_radians() as f32);
 }
 
 #[test]
@@ -307,10 +275,7 @@ fn file_without_rows_is_empty() {
 fn damage_is_an_error_without_panic() {
     let whole = written(with(vec![("t", seconds())], axes()));
     for length in 4..whole.len() {
-        assert!(
-            open(&whole[..length], &Hints::default()).is_err(),
-            "{length}"
-        );
+        assert!(open(&whole[..length], &Hints::default()).is_err(), "{length}");
     }
     let mut state = 0x1234_5678_9abc_def1_u64;
     let mut random = |below: usize| {

@@ -19,11 +19,8 @@ use crate::emulator::part::adc::reference_code;
 pub(super) type Engine = Unicorn<'static, ()>;
 
 /// Address ranges of peripherals: start and length.
-const WINDOWS: [(u64, u64); 3] = [
-    (0x4000_0000, 0x0008_0000),
-    (0x5000_0000, 0x0006_1000),
-    (0xE000_0000, 0x0010_0000),
-];
+const WINDOWS: [(u64, u64); 3] =
+    [(0x4000_0000, 0x0008_0000), (0x5000_0000, 0x0006_1000), (0xE000_0000, 0x0010_0000)];
 
 /// Factory bytes: a serial number, the size of flash in KiB, and the code of the reference at 3.3 V.
 const FACTORY_WORDS: [(u32, u32); 5] = [
@@ -31,10 +28,7 @@ const FACTORY_WORDS: [(u32, u32); 5] = [
     (UNIQUE_NUMBER + 4, 0x3332_5110),
     (UNIQUE_NUMBER + 8, 0x3038_3437),
     (0x1FFF_7A20, 0x0400_FFFF),
-    (
-        0x1FFF_7A28,
-        (reference_code(NOMINAL_MV) as u32) << 16 | 0xFFFF,
-    ),
+    (0x1FFF_7A28, (reference_code(NOMINAL_MV) as u32) << 16 | 0xFFFF),
 ];
 
 /// Address space without RAM, first and last address. A hook on RAM makes every store there slow.
@@ -95,23 +89,22 @@ impl Cpu {
         self.engine.ctl_set_tlb_type(TlbType::VIRTUAL)?;
         let machine = Rc::clone(&self.machine);
         let runs_from_ram = Rc::clone(&self.runs_from_ram);
-        self.engine
-            .add_tlb_hook(1, 0, move |engine, address, kind| {
-                let fetch = kind == MemType::FETCH;
-                let data_only = RAM.contains(address as u32) && !runs_from_ram.get();
-                if fetch && data_only {
-                    machine.borrow_mut().stop = Some(Stop::FetchFault);
-                    return None;
-                }
-                if !fetch {
-                    // As in the hook for peripherals.
-                    let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
-                }
-                Some(TlbEntry {
-                    paddr: address,
-                    perms: if data_only { Prot(1 | 2) } else { Prot::ALL },
-                })
-            })?;
+        self.engine.add_tlb_hook(1, 0, move |engine, address, kind| {
+            let fetch = kind == MemType::FETCH;
+            let data_only = RAM.contains(address as u32) && !runs_from_ram.get();
+            if fetch && data_only {
+                machine.borrow_mut().stop = Some(Stop::FetchFault);
+                return None;
+            }
+            if !fetch {
+                // As in the hook for peripherals.
+                let _ = engine.reg_write(RegisterARM::EPSR, 0x0100_0000);
+            }
+            Some(TlbEntry {
+                paddr: address,
+                perms: if data_only { Prot(1 | 2) } else { Prot::ALL },
+            })
+        })?;
         Ok(())
     }
 
@@ -165,27 +158,26 @@ impl Cpu {
     pub(super) fn add_hooks(&mut self) -> Result<(), uc_error> {
         let machine = Rc::clone(&self.machine);
         let late = Rc::clone(&self.late);
-        self.engine
-            .add_block_hook(1, 0, move |engine, address, size| {
-                let mut machine = machine.borrow_mut();
-                let late = &mut late.borrow_mut();
-                let mut memory = InHook { engine, late };
-                machine.enter_block(&mut memory, address as u32, size);
-                let interrupted = machine.nvic.next.is_some_and(|(_, priority)| {
-                    priority < machine.nvic.active_priority()
-                        && priority < masked_below(engine, &machine)
-                });
-                // A stop at the store itself would store once more.
-                if (interrupted || !late.is_empty()) && machine.stop.is_none() {
-                    machine.stop = Some(Stop::Boundary);
-                }
-                if machine.stop.is_some() {
-                    machine.running = None;
-                    let _ = engine.emu_stop();
-                } else {
-                    machine.fetch();
-                }
-            })?;
+        self.engine.add_block_hook(1, 0, move |engine, address, size| {
+            let mut machine = machine.borrow_mut();
+            let late = &mut late.borrow_mut();
+            let mut memory = InHook { engine, late };
+            machine.enter_block(&mut memory, address as u32, size);
+            let interrupted = machine.nvic.next.is_some_and(|(_, priority)| {
+                priority < machine.nvic.active_priority()
+                    && priority < masked_below(engine, &machine)
+            });
+            // A stop at the store itself would store once more.
+            if (interrupted || !late.is_empty()) && machine.stop.is_none() {
+                machine.stop = Some(Stop::Boundary);
+            }
+            if machine.stop.is_some() {
+                machine.running = None;
+                let _ = engine.emu_stop();
+            } else {
+                machine.fetch();
+            }
+        })?;
 
         for (first, last) in NOT_RAM {
             let machine = Rc::clone(&self.machine);

@@ -86,11 +86,8 @@ impl Cpu {
             }
             words[24] = self.get(RegisterARM::FPSCR);
         }
-        let bytes: Vec<u8> = words
-            .iter()
-            .take(size as usize / 4)
-            .flat_map(|word| word.to_le_bytes())
-            .collect();
+        let bytes: Vec<u8> =
+            words.iter().take(size as usize / 4).flat_map(|word| word.to_le_bytes()).collect();
         let stacked = is_writable(frame) && self.engine.write(frame, &bytes);
 
         self.set(RegisterARM::SP, frame);
@@ -126,12 +123,7 @@ impl Cpu {
         let failed = !stacked && !unbroken;
         if !stacked {
             machine.scb.cfsr |= cfsr::STKERR;
-            machine.note_fault(
-                return_address,
-                exception::BUS_FAULT,
-                cfsr::STKERR,
-                Some(frame),
-            );
+            machine.note_fault(return_address, exception::BUS_FAULT, cfsr::STKERR, Some(frame));
         }
         drop(machine);
         match vector {
@@ -186,9 +178,7 @@ impl Cpu {
         let stack = self.get(stack_pointer);
         let size: u32 = if float { 0x68 } else { 0x20 };
         let mut bytes = [0; 0x68];
-        let read = self
-            .engine
-            .read(stack, bytes.get_mut(..size as usize).unwrap_or(&mut []));
+        let read = self.engine.read(stack, bytes.get_mut(..size as usize).unwrap_or(&mut []));
         if !read {
             return self.fault(code, exception::BUS_FAULT, cfsr::UNSTKERR, Some(stack));
         }
@@ -208,9 +198,7 @@ impl Cpu {
             }
             self.set(RegisterARM::FPSCR, word(24));
         }
-        let unwound = stack
-            .wrapping_add(size)
-            .wrapping_add(if xpsr & 0x200 == 0 { 0 } else { 4 });
+        let unwound = stack.wrapping_add(size).wrapping_add(if xpsr & 0x200 == 0 { 0 } else { 4 });
         self.set(stack_pointer, unwound);
         let control = self.get(RegisterARM::CONTROL) & 1;
         // CONTROL after the exception's number: now the stack can change.

@@ -60,10 +60,7 @@ mod tests {
     fn late_writes_are_read_at_once_and_written_after_the_stop() {
         let mut engine = super::super::engine::with_memory(&[]).expect("an engine");
         let mut late = LateWrites::default();
-        let mut memory = InHook {
-            engine: &mut engine,
-            late: &mut late,
-        };
+        let mut memory = InHook { engine: &mut engine, late: &mut late };
         assert!(memory.write(FLASH.start + 2, &[1, 2, 3, 4]));
         assert!(memory.write(FLASH.start + 4, &[5]));
         assert!(!memory.write(FLASH.end(), &[5]));

@@ -166,10 +166,7 @@ impl Cpu {
     /// Execution priority, masks included.
     fn execution_priority(&self) -> i16 {
         let machine = self.machine.borrow();
-        machine
-            .nvic
-            .active_priority()
-            .min(masked_below(&self.engine, &machine))
+        machine.nvic.active_priority().min(masked_below(&self.engine, &machine))
     }
 
     /// Runs until the machine's time is `until` or the program exits.

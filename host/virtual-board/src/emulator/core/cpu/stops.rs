@@ -53,10 +53,9 @@ impl Cpu {
                     self.fault(pc, exception::BUS_FAULT, cfsr::IBUSERR, None);
                 }
             }
-            Some(Stop::NoFloat {
-                instructions,
-                offset,
-            }) => self.without_float(instructions, offset)?,
+            Some(Stop::NoFloat { instructions, offset }) => {
+                self.without_float(instructions, offset)?
+            }
             Some(Stop::Exception(7)) => self.breakpoint(pc)?,
             Some(Stop::Exception(8)) => self.leave(pc),
             Some(Stop::Exception(22)) => self.usage_fault(pc, cfsr::UNALIGNED),
@@ -116,9 +115,7 @@ impl Cpu {
         let pc = start + offset;
         if instructions > 0 {
             self.machine.borrow_mut().allow_float = true;
-            let result = self
-                .engine
-                .emu_start(u64::from(start | 1), 0, 0, instructions as usize);
+            let result = self.engine.emu_start(u64::from(start | 1), 0, 0, instructions as usize);
             self.write_deferred();
             let mut machine = self.machine.borrow_mut();
             machine.allow_float = false;

@@ -90,10 +90,7 @@ impl Can {
             peer.map(|frame| (frame, Sender::Peer)),
             flood.map(|frame| (frame, Sender::Flood)),
         ];
-        let Some((frame, sender)) = rivals
-            .into_iter()
-            .flatten()
-            .min_by_key(|(frame, _)| frame.id)
+        let Some((frame, sender)) = rivals.into_iter().flatten().min_by_key(|(frame, _)| frame.id)
         else {
             return;
         };

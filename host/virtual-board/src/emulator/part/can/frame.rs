@@ -15,10 +15,7 @@ impl BusFrame {
     /// A frame with at most eight bytes of the data.
     #[must_use]
     pub fn new(id: u16, data: &[u8]) -> Self {
-        Self {
-            id: u32::from(id),
-            data: data.iter().copied().take(8).collect(),
-        }
+        Self { id: u32::from(id), data: data.iter().copied().take(8).collect() }
     }
 
     /// The frame of a node of the workspace.

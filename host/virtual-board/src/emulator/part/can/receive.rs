@@ -14,12 +14,7 @@ impl Can {
                 frame.data.get(from + i).copied().unwrap_or(0)
             }))
         };
-        let entry = [
-            identifier,
-            frame.data.len() as u32 | index << 8,
-            word(0),
-            word(4),
-        ];
+        let entry = [identifier, frame.data.len() as u32 | index << 8, word(0), word(4)];
         if self.fifo[fifo].len() == 3 {
             self.overruns += 1;
             self.fifo_flags[fifo] |= 0x10;
@@ -52,9 +47,9 @@ impl Can {
             let hits: Vec<bool> = match (is_wide, list) {
                 (true, false) => vec![masked(wide, first, second & !1)],
                 (true, true) => vec![wide == first & !1, wide == second & !1],
-                (false, false) => [first, second]
-                    .map(|word| masked(narrow, word & 0xFFFF, word >> 16))
-                    .to_vec(),
+                (false, false) => {
+                    [first, second].map(|word| masked(narrow, word & 0xFFFF, word >> 16)).to_vec()
+                }
                 (false, true) => [first & 0xFFFF, first >> 16, second & 0xFFFF, second >> 16]
                     .map(|id| narrow == id)
                     .to_vec(),

@@ -32,10 +32,7 @@ impl Mailbox {
         let [identifier, length, low, high] = self.registers;
         let mut data = [low.to_le_bytes(), high.to_le_bytes()].concat();
         data.truncate((length & 0xF) as usize);
-        BusFrame {
-            id: identifier >> 21,
-            data,
-        }
+        BusFrame { id: identifier >> 21, data }
     }
 }
 
@@ -98,9 +95,7 @@ impl Can {
             }
             0x1B0..0x1D0 => {
                 let at = offset as usize - 0x1B0;
-                self.fifo[at / 16]
-                    .front()
-                    .map_or(0, |entry| entry[at % 16 / 4])
+                self.fifo[at / 16].front().map_or(0, |entry| entry[at % 16 / 4])
             }
             0x200 => self.filter_master,
             0x204 => self.filter_mode,
@@ -232,16 +227,14 @@ impl Can {
     }
 
     pub(super) fn next_mailbox(&self) -> Option<usize> {
-        (0..3)
-            .filter(|&index| self.mailboxes[index].pending)
-            .min_by_key(|&index| {
-                let mailbox = &self.mailboxes[index];
-                let rank = match self.control & TXFP {
-                    0 => u64::from(mailbox.frame().id),
-                    _ => mailbox.order,
-                };
-                (rank, index)
-            })
+        (0..3).filter(|&index| self.mailboxes[index].pending).min_by_key(|&index| {
+            let mailbox = &self.mailboxes[index];
+            let rank = match self.control & TXFP {
+                0 => u64::from(mailbox.frame().id),
+                _ => mailbox.order,
+            };
+            (rank, index)
+        })
     }
 
     /// Returns whether the program has withdrawn the frame of a mailbox, and the controller obeys.

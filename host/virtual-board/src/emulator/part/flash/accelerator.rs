@@ -37,11 +37,7 @@ struct Slot {
 }
 
 /// An empty list.
-const UNLINKED: Slot = Slot {
-    line: 0,
-    newer: HEAD,
-    older: HEAD,
-};
+const UNLINKED: Slot = Slot { line: 0, newer: HEAD, older: HEAD };
 
 /// A cache of lines; the least recently used one is replaced.
 #[derive(Clone, Debug)]
@@ -58,12 +54,7 @@ struct Cache {
 
 impl Cache {
     fn new(capacity: u8) -> Self {
-        Self {
-            slot_of: vec![HEAD; LINES],
-            slots: Box::new([UNLINKED; 256]),
-            used: 0,
-            capacity,
-        }
+        Self { slot_of: vec![HEAD; LINES], slots: Box::new([UNLINKED; 256]), used: 0, capacity }
     }
 
     fn clear(&mut self) {
@@ -75,9 +66,7 @@ impl Cache {
     }
 
     fn holds(&self, line: u32) -> bool {
-        self.slot_of
-            .get(line as usize)
-            .is_some_and(|&slot| slot != HEAD)
+        self.slot_of.get(line as usize).is_some_and(|&slot| slot != HEAD)
     }
 
     /// Uses a line. Returns whether it was in the cache.
@@ -350,11 +339,7 @@ mod tests {
     fn prefetched_lines_stay_out_of_the_cache() {
         let mut accelerator = accelerator(ALL_ON);
         assert_eq!(accelerator.fetch(0, &run(0, 2)), 5 + 2);
-        assert_eq!(
-            accelerator.fetch(100, &run(0, 1)),
-            0,
-            "a target of a branch"
-        );
+        assert_eq!(accelerator.fetch(100, &run(0, 1)), 0, "a target of a branch");
         assert_eq!(accelerator.fetch(200, &run(1, 1)), 0, "read ahead again");
         assert_eq!(accelerator.fetch(300, &run(9, 1)), 5);
         assert_eq!(accelerator.fetch(400, &run(1, 1)), 5, "now a target itself");
@@ -364,14 +349,8 @@ mod tests {
     fn literals_have_a_cache_of_eight_lines() {
         let mut accelerator = accelerator(ALL_ON);
         let mut wait = |line: u32, at: u64| {
-            let literals = [Literal {
-                offset: 0,
-                address: FLASH.start + (line << LINE),
-            }];
-            let run = StraightRun {
-                literals: &literals,
-                ..run(0, 1)
-            };
+            let literals = [Literal { offset: 0, address: FLASH.start + (line << LINE) }];
+            let run = StraightRun { literals: &literals, ..run(0, 1) };
             accelerator.fetch(at, &run)
         };
         wait(100, 0);

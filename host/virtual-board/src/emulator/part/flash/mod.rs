@@ -433,10 +433,7 @@ mod tests {
 
     /// Flash of zeros with this length, bytes.
     fn bank(length: usize) -> Bank {
-        Bank {
-            flash: vec![0; length],
-            options: Vec::new(),
-        }
+        Bank { flash: vec![0; length], options: Vec::new() }
     }
 
     const MILLISECOND: u64 = from_us(1_000);
@@ -487,9 +484,7 @@ mod tests {
         let mut bank = bank(0);
         let mut flash = FlashRegisters::new(Corner::Typical);
         let mut write = |flash: &mut FlashRegisters, offset: u32, value: u32| {
-            flash
-                .write(offset, value, 0, &mut bank)
-                .expect("a register");
+            flash.write(offset, value, 0, &mut bank).expect("a register");
         };
         assert_eq!(flash.read(0x14), Ok(0x0FFF_AAED), "locked, as delivered");
         assert_eq!(flash.brown_out_mv(), 1_700);
@@ -519,22 +514,16 @@ mod tests {
         }
         for (sector, blank) in [(0, 0), (1, 0), (2, 0x4000)] {
             let control = SER | sector << 3 | 2 << 8 | STRT;
-            flash
-                .write(0x10, control, 0, &mut bank)
-                .expect("a register");
+            flash.write(0x10, control, 0, &mut bank).expect("a register");
             let found = bank.flash.iter().filter(|&&byte| byte == 0xFF).count();
             assert_eq!(found, blank, "sector {sector}");
             assert_eq!(flash.status & WRPERR != 0, blank == 0, "sector {sector}");
             flash.write(0x0C, WRPERR, 0, &mut bank).expect("a register");
         }
         bank.flash.fill(0xFF);
-        flash
-            .write(0x10, PG | 2 << 8, 0, &mut bank)
-            .expect("a register");
+        flash.write(0x10, PG | 2 << 8, 0, &mut bank).expect("a register");
         for (offset, is_protected) in [(0, true), (0x7FFC, true), (0x8000, false)] {
-            flash
-                .program(FLASH.start + offset, 4, 0, 0, &mut bank)
-                .expect("it is unlocked");
+            flash.program(FLASH.start + offset, 4, 0, 0, &mut bank).expect("it is unlocked");
             let word = &bank.flash[offset as usize..][..4];
             assert_eq!(word == [0xFF; 4], is_protected, "{offset:#x}");
             assert_eq!(flash.status & WRPERR != 0, is_protected, "{offset:#x}");

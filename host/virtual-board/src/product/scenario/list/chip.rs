@@ -25,10 +25,7 @@ const CRYSTAL_LOST: Scenario = Scenario {
 };
 
 /// No crystal from power-up on.
-const NO_CRYSTAL: Scenario = Scenario {
-    at_power_up: true,
-    ..CRYSTAL_LOST
-};
+const NO_CRYSTAL: Scenario = Scenario { at_power_up: true, ..CRYSTAL_LOST };
 
 /// A hang, ended by the watchdog.
 const HANG: Scenario = Scenario {

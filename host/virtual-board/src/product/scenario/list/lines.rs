@@ -13,10 +13,7 @@ use crate::product::scenario::ScenarioStep::{Flood, Garbage, Inject, Nmt, Set, W
 use crate::product::scenario::{Invalid, Reports, Scenario};
 
 /// A fault of a line that is cleared after a while.
-const LINE: Scenario = Scenario {
-    lasts_ms: LASTING,
-    ..PLAIN
-};
+const LINE: Scenario = Scenario { lasts_ms: LASTING, ..PLAIN };
 
 /// Rows in the order of the table.
 #[rustfmt::skip]

@@ -89,11 +89,8 @@ pub(super) const OLD_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND
 const NEW_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]);
 
 /// Clears all faults that can be cleared.
-pub static CLEAR: Scenario = Scenario {
-    name: "clear",
-    steps: |_| vec![ScenarioStep::Inject(Injection::Clear)],
-    ..PLAIN
-};
+pub static CLEAR: Scenario =
+    Scenario { name: "clear", steps: |_| vec![ScenarioStep::Inject(Injection::Clear)], ..PLAIN };
 
 /// All scenarios, in the order of the table.
 pub static ALL: LazyLock<Vec<Scenario>> =

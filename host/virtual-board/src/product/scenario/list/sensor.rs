@@ -42,15 +42,9 @@ const STUCK: Scenario = Scenario {
 };
 
 /// A third of gravity along all of the foot.
-const SLIDING: Stimulus = Stimulus {
-    specific_force: [3.0, 3.0, 9.806_65 + 3.0],
-    ..Stimulus::REST
-};
+const SLIDING: Stimulus = Stimulus { specific_force: [3.0, 3.0, 9.806_65 + 3.0], ..Stimulus::REST };
 
-const TURNING: Stimulus = Stimulus {
-    angular_rate: [2.0; 3],
-    ..Stimulus::REST
-};
+const TURNING: Stimulus = Stimulus { angular_rate: [2.0; 3], ..Stimulus::REST };
 
 /// At rest, except while the fault lasts.
 fn while_wrong(seconds: f64, moving: Stimulus) -> Stimulus {
@@ -65,11 +59,7 @@ const fn sensor(fault: SensorFault) -> ScenarioStep {
 }
 
 fn stuck(part: Sensor, axis: u64, code: i16) -> ScenarioStep {
-    sensor(SensorFault::AxisStuck {
-        sensor: part,
-        axis: Axis::ALL[axis as usize % 3],
-        code,
-    })
+    sensor(SensorFault::AxisStuck { sensor: part, axis: Axis::ALL[axis as usize % 3], code })
 }
 
 const fn flipped(address: u8, bits: u8) -> ScenarioStep {
