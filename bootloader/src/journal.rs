@@ -200,7 +200,7 @@ impl State {
     /// # Errors
     /// The flash failed.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
-        // What an erase has left; a bad cell is no record, and another erase does not mend it.
+        // An interrupted erase leaves records. A bad cell is none: another erase would not change it.
         let mut behind = (JOURNAL + self.used * RECORD..JOURNAL + JOURNAL_SIZE).step_by(8);
         let is_torn = behind.any(|at| event(flash.read(at), flash.read(at + 4)).is_some());
         let is_due = match self.progress {

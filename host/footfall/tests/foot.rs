@@ -204,7 +204,7 @@ fn acceptance_ends_with_what_was_not_seen_or_is_out() {
     assert_eq!(report["schema"], "urn:footfall:accept:1");
     assert_eq!((&report["passed"], &report["not_tested"]), (&4.into(), &6.into()), "{said}");
     assert!(said.contains("not tested: no fault within 1 s"), "{said}");
-    // Nobody takes ten steps in a second.
+    // Ten steps take longer than a second.
     let (report, said, code) = accept("--only steps");
     assert_eq!((code, &report["accepted"]), (Some(1), &false.into()), "{said}");
     assert!(said.contains("not accepted: steps seen"), "{said}");
