@@ -6,6 +6,15 @@ use crate::steps::{Steps, median};
 /// Largest deviation of a given sample rate from that of the times, as a fraction.
 const RATE_TOLERANCE: f64 = 0.01;
 
+/// The same where times scatter: by it a rate in another unit is told from a true one.
+const SCATTERED_TOLERANCE: f64 = 0.2;
+
+/// Share of steps of less than half the usual one from which times scatter: they are times of arrival.
+const SCATTERED_SHARE: f64 = 0.05;
+
+/// Multiple of the usual step from which a step is a gap in times that scatter.
+const GAP_STEPS: u64 = 20;
+
 /// Sample rate in Hz on which times and hint agree.
 pub(super) fn sample_rate(
     steps: &Steps,
@@ -13,16 +22,16 @@ pub(super) fn sample_rate(
     file: &str,
 ) -> Result<f32, InputError> {
     match (measured_rate(steps), given) {
-        (Some(measured), Some(given)) if !agree(measured, given) => {
+        (Some(Measured { rate, tolerance }), Some(given)) if !agree(rate, given, tolerance) => {
             Err(InputError::SampleRateConflict {
                 file: file.to_owned(),
-                measured,
+                measured: rate,
                 given,
-                in_milliseconds: agree(1.0e3 * measured, given),
+                in_milliseconds: agree(1.0e3 * rate, given, tolerance),
             })
         }
         (_, Some(given)) => Ok(given),
-        (Some(measured), None) => Ok(measured as f32),
+        (Some(Measured { rate, .. }), None) => Ok(rate as f32),
         (None, None) => {
             Err(InputError::UnknownSampleRate { file: file.to_owned(), time_column: None })
         }
@@ -64,30 +73,45 @@ impl TimesSoFar {
     }
 }
 
-fn agree(measured: f64, given: f32) -> bool {
-    (f64::from(given) - measured).abs() <= RATE_TOLERANCE * measured
+fn agree(measured: f64, given: f32, tolerance: f64) -> bool {
+    (f64::from(given) - measured).abs() <= tolerance * measured
 }
 
-/// Rate in Hz of the steps between rows, gaps excluded.
+/// Rate of times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Measured {
+    /// Hz.
+    rate: f64,
+    /// Largest deviation of a given rate from it, as a fraction.
+    tolerance: f64,
+}
+
+/// Rate of the steps between rows, gaps excluded.
 ///
 /// Rows may be displaced by up to a fraction of a period, like samples that wait for a sensor with its own clock.
 /// The rate is the inverse of the mean step, with an uncertainty given by the displacement of the rows; the
-/// roundest rate within it is chosen.
-fn measured_rate(steps: &Steps) -> Option<f64> {
+/// roundest rate within it is chosen. Where times scatter, a step is a gap only if it is many times as long as the usual one:
+/// without the short and the long ones the mean would be that of the middle.
+fn measured_rate(steps: &Steps) -> Option<Measured> {
     let mut sorted = steps.sorted();
     let median = median(&sorted)?;
-    sorted.retain(|(step, _)| 2 * step.abs_diff(median) <= median);
+    let is_short = |(step, _): &&(u64, u64)| 2 * step < median;
+    let short: u64 = sorted.iter().filter(is_short).map(|(_, count)| count).sum();
+    let scatters = short as f64 >= SCATTERED_SHARE * steps.total() as f64;
+    sorted.retain(|(step, _)| match scatters {
+        true => *step < GAP_STEPS * median,
+        false => 2 * step.abs_diff(median) <= median,
+    });
     let (shortest, longest) = (sorted.first()?.0, sorted.last()?.0);
     let kept: u64 = sorted.iter().map(|(_, count)| count).sum();
     let runs = (steps.total() - kept + 1) as f64;
     let count = kept as f64;
     let mean = sorted.iter().map(|(step, count)| step * count).sum::<u64>() as f64 / count;
     let uncertainty = runs * (longest - shortest) as f64 / count;
-    Some(roundest(
-        1.0e6 / (mean + uncertainty),
-        1.0e6 / mean,
-        1.0e6 / (mean - uncertainty).max(1.0),
-    ))
+    let rate =
+        roundest(1.0e6 / (mean + uncertainty), 1.0e6 / mean, 1.0e6 / (mean - uncertainty).max(1.0));
+    let tolerance = if scatters { SCATTERED_TOLERANCE } else { RATE_TOLERANCE };
+    Some(Measured { rate, tolerance })
 }
 
 /// `rate`, or the nearest multiple of the largest power of ten that has a multiple from `lowest` to `highest`.
@@ -115,7 +139,7 @@ mod tests {
     #[test]
     fn rate_excludes_gaps() {
         let times = [0, 3_500, 7_000, 90_000, 93_500];
-        let rate = measured_rate(&steps(&times)).unwrap();
+        let Measured { rate, .. } = measured_rate(&steps(&times)).unwrap();
         assert!((rate - 285.714).abs() < 1e-3, "{rate}");
         assert_eq!(measured_rate(&steps(&times[..1])), None);
     }
@@ -126,7 +150,8 @@ mod tests {
             for rows in [50, 500, 5_000] {
                 let edge = |tick: u64| (tick * 1000).next_multiple_of(period);
                 let times: Vec<_> = (0..rows).map(edge).collect();
-                assert_eq!(measured_rate(&steps(&times)), Some(1000.0), "{period} µs, {rows} rows");
+                let rate = measured_rate(&steps(&times)).map(|measured| measured.rate);
+                assert_eq!(rate, Some(1000.0), "{period} µs, {rows} rows");
             }
         }
     }
@@ -143,8 +168,28 @@ mod tests {
                 Some(*now)
             })
             .collect();
-        let rate = measured_rate(&steps(&times)).unwrap();
+        let Measured { rate, .. } = measured_rate(&steps(&times)).unwrap();
         assert!((rate - 1000.0).abs() < 0.01, "{rate}");
+    }
+
+    #[test]
+    fn times_of_arrival_have_their_mean_rate_or_the_given_one() {
+        // Delays from 0 to 3 ms of samples at 1 kHz, in order: many arrive with the one before, and there is a gap of 2 s.
+        let mut random = 1_u64;
+        let mut newest = 0;
+        let times: Vec<u64> = (0..20_000)
+            .map(|tick: u64| {
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let sent = 1000 * tick + if tick < 9000 { 0 } else { 2_000_000 };
+                newest = (sent + (random >> 33) % 3000).max(newest + 20);
+                newest
+            })
+            .collect();
+        let steps = steps(&times);
+        let rate = sample_rate(&steps, None, "x").unwrap();
+        assert!((rate - 1000.0).abs() < 2.0, "{rate}");
+        assert_eq!(sample_rate(&steps, Some(990.0), "x").unwrap(), 990.0);
+        assert!(sample_rate(&steps, Some(500.0), "x").is_err());
     }
 
     #[test]
