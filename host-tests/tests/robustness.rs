@@ -5,8 +5,8 @@ use crate::labelled;
 use estimator_core::{Params, Vec3};
 use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
-    Chance, changed, jittering, losing_bursts, losing_single, stood, with_force_bias, with_gaps,
-    with_rate_bias,
+    Chance, after, changed, jittering, losing_bursts, losing_single, stood, with_force_bias,
+    with_gaps, with_rate_bias,
 };
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
@@ -105,6 +105,22 @@ fn a_start_in_mid_walk_is_forgotten_after_ten_seconds() {
             println!("{} {late} s: {before:.4} → {after:.4}", set.name());
             assert!(after - before < 0.03, "{} {late} s: {before:.4} → {after:.4}", set.name());
         }
+    }
+}
+
+#[test]
+fn limits_of_another_robot_give_way_to_those_of_a_foot() {
+    for (before, set, most) in [(Set::Talos, Set::Go1, 0.08), (Set::Nao, Set::Atlas7k, 0.14)] {
+        let Some(files) = of_sets(&[before, set]) else { return };
+        let [other, own] = [&files[0], &files[1]].map(|file| resample(&file.recording, RATE));
+        let readings =
+            other.samples.iter().map(|of| (of.imu.specific_force.0, of.imu.angular_rate.0));
+        let joined = after(readings, &own);
+        let [start, second] = [other.samples.len(), 10 * RATE as usize];
+        let [alone, joined] = [(second, &own), (start + second, &joined)]
+            .map(|(first, of)| rmse_from(first, of, &Params::DEFAULT));
+        println!("{} after {}: {alone:.4} → {joined:.4}", set.name(), before.name());
+        assert!(joined - alone < most, "{}: {alone:.4} → {joined:.4}", set.name());
     }
 }
 

@@ -85,6 +85,12 @@ impl Classes {
         *self = self.apart();
     }
 
+    /// Lets what was learnt count as no more than one stance and one swing.
+    pub fn doubt(&mut self, constants: &Constants) {
+        self.still_seconds = self.still_seconds.lesser(constants.stance);
+        self.moving_seconds = self.moving_seconds.lesser(constants.stance);
+    }
+
     fn apart(self) -> Self {
         Self { moving: self.moving.greater(self.still + LEAST_DISTANCE), ..self }
     }

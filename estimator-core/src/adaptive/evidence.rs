@@ -56,9 +56,10 @@ pub(super) struct Evidence {
     since: f32,
     seen: bool,
     landed: bool,
-    /// Whether the acceleration is far below that of the swing before, and whether it has just fallen so far from a
-    /// swing that did not count as motion.
+    /// Whether the acceleration is far below that of the swing before, and whether it has just fallen so far: from a swing
+    /// that counts as motion, or from one that does not.
     calms: bool,
+    evident: bool,
     unseen: bool,
     /// Factor of the probability.
     factor: f32,
@@ -98,6 +99,7 @@ impl Evidence {
             seen: false,
             landed: false,
             calms: false,
+            evident: false,
             unseen: false,
             factor: UNPROVEN,
         }
@@ -111,6 +113,11 @@ impl Evidence {
     /// Returns whether the foot has rested or landed since the start.
     pub const fn seen(&self) -> bool {
         self.seen
+    }
+
+    /// Returns whether the foot has just landed from a swing that counted as motion.
+    pub const fn lands_evidently(&self) -> bool {
+        self.evident
     }
 
     /// Returns whether the foot has just landed from a swing that did not count as motion.
@@ -163,6 +170,7 @@ impl Evidence {
         let swing = (exp(self.strongest) - self.corrected).greater(constants.noise);
         let calms = self.calm < ln(swing) - constants.landing;
         let moved = self.since_motion < constants.evidence;
+        self.evident = calms && !self.calms && moved;
         self.unseen = calms && !self.calms && !moved;
         self.calms = calms;
         let lands = calms && moved;

@@ -128,6 +128,8 @@ pub(crate) struct Adaptive {
     /// Whether the foot is in a stance, and for how long so far, s.
     in_stance: bool,
     stance: f32,
+    /// Whether it was in one since the last landing.
+    stood: bool,
     probabilities: Probabilities,
 }
 
@@ -155,6 +157,7 @@ impl Adaptive {
             masses: [0.0; PARTS],
             in_stance: true,
             stance: 0.0,
+            stood: true,
             probabilities: Probabilities::default(),
         }
     }
@@ -257,6 +260,15 @@ impl Adaptive {
         self.in_stance = in_stance;
         if self.learning == Learning::Frozen || !self.evidence.walks(&self.constants) {
             return;
+        }
+        self.stood |= in_stance;
+        if self.evidence.lands_evidently() {
+            // Limits at which no stance follows a landing do not fit: they are of another gait or robot.
+            if !self.stood {
+                self.classes.doubt(&self.constants);
+                self.slide.doubt(&self.constants);
+            }
+            self.stood = false;
         }
         if !in_stance || self.stance < self.constants.stance {
             let seconds = still * self.period;

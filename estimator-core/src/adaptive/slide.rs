@@ -58,6 +58,11 @@ impl Slide {
         }
     }
 
+    /// Lets what was learnt count as no more than one stance.
+    pub fn doubt(&mut self, constants: &Constants) {
+        self.observed = self.observed.lesser(constants.stance);
+    }
+
     /// Usual speed in stances, natural logarithm of m/s.
     pub const fn usual(&self) -> f32 {
         self.usual
