@@ -668,19 +668,6 @@ fn damaged_page_of_a_database_is_no_early_end() {
     assert!(said.starts_with(" is damaged"), "{said}");
 }
 
-#[test]
-fn trailing_zeros_are_the_end() {
-    let mut bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
-    bytes.truncate(bytes.len() / 2);
-    let cut = open(&bytes, &Hints::default()).unwrap()[0].about.samples;
-    // Zeros within an uncompressed record are not recognised and make a message invalid instead.
-    bytes.resize(bytes.len() + (1 << 20), 0);
-    match open(&bytes, &Hints::default()) {
-        Ok(feet) => assert!(feet[0].about.samples >= cut && cut > 50),
-        Err(error) => assert!(error.to_string().contains("/imu/fl"), "{error}"),
-    }
-}
-
 /// Pseudo-random numbers: xorshift.
 struct Random(u64);
 
