@@ -130,7 +130,7 @@ impl Foot {
         match state {
             // Kept for a while: a bus that flickers would send an emergency each time.
             BusState::Active if before != BusState::Active => {
-                self.fault_state.latch.hold_for(Fault::CanErrorPassive, EVENT_TICKS)
+                self.fault_state.latch.hold_for(Fault::CanErrorPassive, EVENT_TICKS);
             }
             BusState::Active => {}
             BusState::Passive(receive, transmit) => {

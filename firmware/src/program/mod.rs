@@ -146,7 +146,7 @@ fn main() -> ! {
         .with_spi_clock(board::wiring::SENSOR_SPEED)
         .with_accelerometer_range(range);
     once(sampling::sample(sensor, board.timebase, board.load, foot, self_test), |task| {
-        level.spawn(task)
+        level.spawn(task);
     });
 
     THREAD.init(Executor::new()).run(|thread| {

@@ -46,7 +46,7 @@ pub fn keys() -> Vec<Key> {
         let (path, _) = split_axis(number.name());
         match numbers.last_mut() {
             Some(Key { path: last, kind: Kind::Numbers(axes) }) if *last == path => {
-                axes.push(number)
+                axes.push(number);
             }
             _ => numbers.push(key(path, Kind::Numbers(vec![number]))),
         }

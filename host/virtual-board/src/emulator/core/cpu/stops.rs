@@ -54,7 +54,7 @@ impl Cpu {
                 }
             }
             Some(Stop::NoFloat { instructions, offset }) => {
-                self.without_float(instructions, offset)?
+                self.without_float(instructions, offset)?;
             }
             Some(Stop::Exception(7)) => self.breakpoint(pc)?,
             Some(Stop::Exception(8)) => self.leave(pc),
