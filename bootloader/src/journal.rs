@@ -201,7 +201,8 @@ impl State {
     /// The flash failed.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
         // An interrupted erase leaves records. A bad cell is none: another erase would not change it.
-        let mut behind = (JOURNAL + self.used * RECORD..JOURNAL + JOURNAL_SIZE).step_by(8);
+        let mut behind =
+            (JOURNAL + self.used * RECORD..JOURNAL + JOURNAL_SIZE).step_by(RECORD as usize);
         let is_torn = behind.any(|at| event(flash.read(at), flash.read(at + 4)).is_some());
         let is_due = match self.progress {
             Progress::Settled => self.used + RESERVE > RECORDS,
