@@ -6,7 +6,7 @@ use crate::steps::{Steps, median};
 /// Largest deviation of a given sample rate from that of the times, as a fraction.
 const RATE_TOLERANCE: f64 = 0.01;
 
-/// The same where times scatter: by it a rate in another unit is told from a true one.
+/// The same where times scatter: a true rate lies within it, one in another unit far outside.
 const SCATTERED_TOLERANCE: f64 = 0.2;
 
 /// Share of steps of less than half the usual one from which times scatter: they are times of arrival.
