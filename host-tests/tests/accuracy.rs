@@ -5,22 +5,22 @@ use estimator_core::Params;
 use host_tests::sets::Set;
 
 /// Limit of the mean over [`Set::AVERAGED`].
-const MEAN: f64 = 0.303;
+const MEAN: f64 = 0.305;
 
 /// Limit of each set, within .002 of what is measured.
 const LIMITS: [(Set, f64); 12] = [
-    (Set::Ground, 0.3175),
-    (Set::ThreeSteps, 0.291),
-    (Set::Slip, 0.427),
-    (Set::Atlas7k, 0.296),
-    (Set::Nao, 0.257),
-    (Set::Shoe, 0.281),
-    (Set::Demo, 0.261),
-    (Set::Atlas500, 0.360),
-    (Set::Talos, 0.188),
-    (Set::RealNao, 0.253),
-    (Set::Go1, 0.226),
-    (Set::PushedNao, 0.270),
+    (Set::Ground, 0.300),
+    (Set::ThreeSteps, 0.290),
+    (Set::Slip, 0.445),
+    (Set::Atlas7k, 0.293),
+    (Set::Nao, 0.245),
+    (Set::Shoe, 0.308),
+    (Set::Demo, 0.258),
+    (Set::Atlas500, 0.372),
+    (Set::Talos, 0.179),
+    (Set::RealNao, 0.256),
+    (Set::Go1, 0.238),
+    (Set::PushedNao, 0.275),
 ];
 
 #[test]

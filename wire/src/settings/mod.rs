@@ -445,7 +445,6 @@ mod tests {
         let learnt = Learnt {
             still: -4.6,
             moving: 6.0,
-            width: 1.0,
             speed: -5.0,
             still_seconds: 1.0,
             moving_seconds: 1.0,
