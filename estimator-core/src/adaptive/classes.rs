@@ -21,6 +21,12 @@ const COUNTS: usize = 16;
 /// … and their distance: amplitudes that differ by a factor of 1.5. They reach from the noise to four hundred times that.
 const STEP: f32 = 0.4;
 
+/// Share of the counts that is kept where they exceed the memory: they are scaled now and then, and not with each sample.
+const KEPT: f32 = 15.0 / 16.0;
+
+/// Product of the seconds of two parts, s², below which one of them is a rounding error.
+const NOTHING: f32 = 1.0e-5;
+
 /// Least distance between the classes, of the logarithm: with classes that coincide nothing would be still.
 const LEAST_DISTANCE: f32 = 0.3;
 
@@ -31,8 +37,9 @@ pub(super) struct Classes {
     lowest: f32,
     /// Seconds of each logarithm.
     counts: [f32; COUNTS],
-    /// Their sum.
+    /// Their sum, and the sum of each times its place.
     seconds: f32,
+    moment: f32,
     still: f32,
     moving: f32,
     /// Time that each class was observed for, s.
@@ -56,6 +63,7 @@ impl Classes {
             lowest,
             counts: [0.0; COUNTS],
             seconds: 0.0,
+            moment: 0.0,
             still,
             moving: learnt.moving.greater(still + LEAST_DISTANCE),
             still_seconds: learnt.still_seconds.lesser(SETTLED_AFTER),
@@ -83,9 +91,8 @@ impl Classes {
             false => &mut self.moving_seconds,
         };
         *class = (*class + seconds).lesser(constants.memory);
-        let most = (constants.memory - seconds).greater(0.0);
-        if self.seconds > most {
-            self.forget(most / self.seconds);
+        if self.seconds > constants.memory {
+            self.forget(KEPT);
         }
         self.count(u, seconds);
         self.split();
@@ -103,8 +110,11 @@ impl Classes {
 
     /// Leaves a share of what was counted.
     fn forget(&mut self, left: f32) {
-        self.counts = self.counts.map(|count| count * left);
+        for count in &mut self.counts {
+            *count *= left;
+        }
         self.seconds *= left;
+        self.moment *= left;
     }
 
     /// Counts seconds of a logarithm.
@@ -120,30 +130,28 @@ impl Classes {
             *count += seconds * share;
         }
         self.seconds += seconds;
+        self.moment += seconds * place;
     }
 
-    /// Splits the counts into the classes. In units of steps from the lowest, s: seconds, m: seconds times place.
+    /// Splits the counts into the classes: with s seconds below the split, and d the sum of those times their distance from
+    /// the mean, where d²/(s · rest) is largest. Distances are in steps times all seconds.
     fn split(&mut self) {
-        let placed = || (0_u8..).map(f32::from).zip(self.counts);
-        let (all_s, all_m) =
-            placed().fold((0.0, 0.0), |(s, m), (place, count)| (s + count, m + place * count));
-        let (mut s, mut m) = (0.0, 0.0);
-        // The criterion is d²/w. The best split so far, and its criterion.
-        let (mut best_s, mut best_m) = (0.0, 0.0);
-        let (mut best_d, mut best_w) = (0.0, 1.0);
-        for (place, count) in placed() {
+        let all = self.seconds;
+        let (mut s, mut d, mut distance) = (0.0, 0.0, -self.moment);
+        let (mut best_s, mut best_d, mut best_w) = (0.0, 0.0, 1.0);
+        for &count in &self.counts {
             s += count;
-            m += place * count;
-            let d = m * all_s - s * all_m;
-            let w = s * (all_s - s);
-            if w > 0.0 && d * d * best_w > best_d * w {
-                (best_s, best_m, best_d, best_w) = (s, m, d * d, w);
+            d += count * distance;
+            distance += all;
+            let w = s * (all - s);
+            if w > NOTHING && d * d * best_w > best_d * best_d * w {
+                (best_s, best_d, best_w) = (s, d, w);
             }
         }
-        let rest = all_s - best_s;
-        if best_s > 0.0 && rest > 0.0 {
-            self.still = self.lowest + STEP * (best_m / best_s);
-            let moving = self.lowest + STEP * ((all_m - best_m) / rest);
+        if best_s > 0.0 {
+            let at = |steps: f32| self.lowest + STEP * steps / all;
+            self.still = at(self.moment + best_d / best_s);
+            let moving = at(self.moment - best_d / (all - best_s));
             self.moving = moving.greater(self.still + LEAST_DISTANCE);
         }
     }
