@@ -109,7 +109,7 @@ fn recordings_without_a_lesson_are_rejected_with_causes() {
 fn results_replace_keys_and_other_settings_are_kept() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     let before = "learning = 'frozen'\n[load]\non_threshold = 20.0\n[learnt]\nstill_seconds = 0\n\
-                  moving_seconds = 0\nstill = -1\nmoving = 2\nspeed = -5\nwidth = 0.3\n";
+                  moving_seconds = 0\nstill = -1\nmoving = 2\nspeed = -5\n";
     fs::write(bench.path("robot.toml"), before).expect("a file");
     fs::write(bench.path("rests.csv"), lying(6, 9.81)).expect("a file");
     bench.stdout("calibrate walk.csv --config robot.toml --output robot.toml");
