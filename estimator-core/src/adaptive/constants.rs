@@ -51,7 +51,7 @@ impl Constants {
         noise: 0.17,
         still: 3.0,
         moving: 9.5,
-        part_of_the_way: 0.68,
+        part_of_the_way: 0.66,
         bandwidth: 0.12,
         window: 0.026,
         prior: 0.06,

@@ -169,7 +169,7 @@ impl Adaptive {
 
     /// Returns whether enough steps were observed.
     pub fn is_settled(&self) -> bool {
-        self.learnt().is_settled()
+        self.classes.learnt(self.slide.usual()).is_settled()
     }
 
     /// Returns whether the foot has rested or landed since the start.
