@@ -20,7 +20,7 @@ pub struct Constants {
     pub prior: f32,
     /// Longest time that learnt values rest on, s of stance or swing.
     pub memory: f32,
-    /// Shortest stance, s: only so much of each teaches its speed, and a rest is no shorter.
+    /// Shortest stance, s: as much of each teaches the usual speed, and a rest is longer.
     pub stance: f32,
     /// Time after a landing that teaches the classes, s.
     pub lesson: f32,
