@@ -65,7 +65,7 @@ int main(void) {
     if (failed(footfall_estimator_learnt(estimator, &learnt))) return 1;
 #ifdef BITS
     printf("learnt");
-    print(learnt.values, 6);
+    print(learnt.values, 5);
     printf("\n");
 #endif
     return 0;

@@ -47,7 +47,7 @@ typedef struct footfall_estimator footfall_estimator;
 
 /* State learnt from a foot, to be stored as it is. */
 typedef struct {
-    float values[6];
+    float values[5];
 } footfall_learnt;
 
 enum { FOOTFALL_GRAVITY_INCLUDED = 0, FOOTFALL_GRAVITY_REMOVED = 1 };

@@ -101,7 +101,7 @@ fn invalid_group_of_parameters_has_its_error() {
         (|p| p.decision_on_delay_s = f32::NAN, Error::Decision),
         (|p| p.load_off = p.load_on + 1.0, Error::Load),
         (|p| p.velocity_lever_m = f32::INFINITY, Error::Velocity),
-        (|p| (p.has_learnt, p.learnt.values) = (1, [f32::NAN; 6]), Error::Learnt),
+        (|p| (p.has_learnt, p.learnt.values) = (1, [f32::NAN; 5]), Error::Learnt),
         (|p| p.has_learnt = 2, Error::Choice),
         (|p| p.gravity = 255, Error::Choice),
         (|p| p.learning = 2, Error::Choice),
@@ -138,7 +138,7 @@ fn learnt_state_survives_a_warm_start() {
     assert_eq!([first_error, second_error], [0, 0]);
     assert_ne!(learnt, CLearnt::default());
     // A warm start gives little weight to what was observed before.
-    assert_eq!(restored.values[..4], learnt.values[..4]);
+    assert_eq!(restored.values[..3], learnt.values[..3]);
 }
 
 #[test]

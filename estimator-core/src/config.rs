@@ -139,7 +139,6 @@ mod tests {
         const LEARNT: Learnt = Learnt {
             still: -1.0,
             moving: 1.0,
-            width: 0.5,
             speed: -5.0,
             still_seconds: 1.0,
             moving_seconds: 1.0,
@@ -156,7 +155,7 @@ mod tests {
             ("decision.off_delay_s", |p, v| p.decision.off_delay = v, -0.1, 0.21),
             ("load.on_threshold", |p, v| p.load.on_threshold = v, -2.0e9, 2.0e9),
             ("load.off_threshold", |p, v| p.load.off_threshold = v, -2.0e9, 12.1),
-            ("learnt.width", |p, v| p.learnt = Some(Learnt { width: v, ..LEARNT }), -0.1, 10.0),
+            ("learnt.speed", |p, v| p.learnt = Some(Learnt { speed: v, ..LEARNT }), -12.0, 0.1),
             (
                 "learnt.moving_seconds",
                 |p, v| {

@@ -274,9 +274,10 @@ mod tests {
         }
         let learnt = |e: &ContactEstimate| e.gyro_bias.0 != Vec3::ZERO;
         assert!(estimates.iter().any(learnt), "no bias was learnt");
-        assert!(estimator.learnt().is_settled(), "{:?}", estimator.learnt());
-        let last = estimates.last().expect("an estimate");
-        assert!(!last.flags.contains(Flag::Settling));
+        // Enough is learnt, and doubted after a landing without a stance.
+        let settled = |e: &&ContactEstimate| !e.flags.contains(Flag::Settling);
+        assert!(estimates.iter().any(|e| settled(&e)));
+        assert!(!estimator.learnt().is_settled(), "{:?}", estimator.learnt());
     }
 
     #[test]
@@ -291,8 +292,8 @@ mod tests {
     #[test]
     fn both_methods_give_the_pinned_bits() {
         for (name, params, pinned) in [
-            ("default", Params::DEFAULT, 0x359f_3262_4ca8_e0a5),
-            ("paper", Params::PAPER, 0xc314_1b74_025c_69ab),
+            ("default", Params::DEFAULT, 0x325e_1413_0366_da5d),
+            ("paper", Params::PAPER, 0x52c1_b9c2_da06_202f),
         ] {
             let mut digests = Vec::new();
             run(&params, |taken, digest| digests.push((taken, digest))).expect("a preset");

@@ -5,22 +5,22 @@ use estimator_core::Params;
 use host_tests::sets::Set;
 
 /// Limit of the mean over [`Set::AVERAGED`].
-const MEAN: f64 = 0.303;
+const MEAN: f64 = 0.304;
 
 /// Limit of each set, within .002 of what is measured.
 const LIMITS: [(Set, f64); 12] = [
-    (Set::Ground, 0.3175),
-    (Set::ThreeSteps, 0.291),
-    (Set::Slip, 0.427),
-    (Set::Atlas7k, 0.296),
-    (Set::Nao, 0.257),
-    (Set::Shoe, 0.281),
-    (Set::Demo, 0.261),
-    (Set::Atlas500, 0.360),
-    (Set::Talos, 0.188),
-    (Set::RealNao, 0.253),
-    (Set::Go1, 0.226),
-    (Set::PushedNao, 0.270),
+    (Set::Ground, 0.287),
+    (Set::ThreeSteps, 0.290),
+    (Set::Slip, 0.447),
+    (Set::Atlas7k, 0.299),
+    (Set::Nao, 0.250),
+    (Set::Shoe, 0.305),
+    (Set::Demo, 0.257),
+    (Set::Atlas500, 0.369),
+    (Set::Talos, 0.177),
+    (Set::RealNao, 0.255),
+    (Set::Go1, 0.241),
+    (Set::PushedNao, 0.278),
 ];
 
 #[test]

@@ -1,6 +1,6 @@
 //! Properties of the estimator for arbitrary input.
 
-use estimator_core::adaptive::{AMPLITUDE, MOST_WIDTH, SPEED};
+use estimator_core::adaptive::{AMPLITUDE, SPEED};
 use estimator_core::parameter::Row;
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Decision, DensityEstimator, Gravity,
@@ -68,12 +68,11 @@ prop_compose! {
     fn any_learnt()(
         still in AMPLITUDE.0..=AMPLITUDE.1,
         above in 0.0_f32..=1.0,
-        width in 0.0..=MOST_WIDTH,
         speed in SPEED.0..=SPEED.1,
         still_seconds in 0.0_f32..=1.0e3,
         moving_seconds in 0.0_f32..=1.0e3,
     ) -> Learnt {
-        Learnt { still, moving: still + above * (AMPLITUDE.1 - still), width, speed, still_seconds, moving_seconds }
+        Learnt { still, moving: still + above * (AMPLITUDE.1 - still), speed, still_seconds, moving_seconds }
     }
 }
 

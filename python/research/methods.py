@@ -78,7 +78,7 @@ def _at_rate(file: Labelled, rate: float) -> Answers | None:
 def _warm(file: Labelled, learnt_on: Labelled) -> Answers:
     """Starts with what the estimator has learnt by the end of another recording."""
     learnt = [float(value) for value in learnt_on.recording.estimate().learnt]
-    names = ("still", "moving", "width", "speed", "still_seconds", "moving_seconds")
+    names = ("still", "moving", "speed", "still_seconds", "moving_seconds")
     return _footfall(file, config={"learnt": dict(zip(names, learnt, strict=True))})
 
 

@@ -14,7 +14,7 @@ const NOW: Timestamp = Timestamp::from_micros(5_000_000);
 fn foot() -> Node {
     let mut node = Node::new(Settings::default(), 0xC0FFEE);
     node.boot(BootCause::PowerUp);
-    node.set_learnt(Learnt::from_array([-1.0, 2.0, 0.3, -4.5, 4.0, 3.0]));
+    node.set_learnt(Learnt::from_array([-1.0, 2.0, -4.5, 4.0, 3.0]));
     node
 }
 

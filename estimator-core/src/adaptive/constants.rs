@@ -10,11 +10,7 @@ pub struct Constants {
     pub still: f32,
     /// Amplitude of the acceleration in swings, before any is observed, m/s².
     pub moving: f32,
-    /// Mean deviation of the logarithm of the amplitude in stances, before any is observed.
-    pub width: f32,
-    /// Height of the edge of stillness above its mean, in widths.
-    pub widths: f32,
-    /// Largest height of the edge, as a part of the way from stillness to motion.
+    /// Height of the edge of stillness, as a part of the way from stillness to motion.
     pub part_of_the_way: f32,
     /// Standard deviation of the kernel, of the logarithm of the amplitude.
     pub bandwidth: f32,
@@ -24,8 +20,10 @@ pub struct Constants {
     pub prior: f32,
     /// Longest time that learnt values rest on, s of stance or swing.
     pub memory: f32,
-    /// Shortest stance, s: only so much of each is learnt from, and a rest is no shorter.
+    /// Shortest stance, s: as much of each teaches the usual speed, and a rest is longer.
     pub stance: f32,
+    /// Time after a landing that teaches the classes, s.
+    pub lesson: f32,
 
     /// Largest acceleration in the speed along the ground, m/s².
     pub slide_acceleration: f32,
@@ -34,10 +32,6 @@ pub struct Constants {
     /// Speed of a slide over the usual speed in stances, for a robot whose usual speed is 0.1 ms times the acceleration
     /// of its swings.
     pub slide_factor: f32,
-    /// Weight of speeds above the usual one, over that of speeds below.
-    pub slide_upwards: f32,
-    /// Weight of the speed of a slide, over that of a stance.
-    pub slide_teaches: f32,
     /// Speed of a foot that rolls, over its angular rate, m.
     pub slide_lever: f32,
 
@@ -57,19 +51,16 @@ impl Constants {
         noise: 0.17,
         still: 3.0,
         moving: 9.5,
-        width: 0.28,
-        widths: 2.0,
-        part_of_the_way: 0.64,
+        part_of_the_way: 0.66,
         bandwidth: 0.12,
         window: 0.026,
         prior: 0.06,
         memory: 1.5,
         stance: 0.2,
+        lesson: 0.5,
         slide_acceleration: 0.48,
         slide_speed: 0.01,
-        slide_factor: 2.7,
-        slide_upwards: 0.55,
-        slide_teaches: 0.35,
+        slide_factor: 1.5,
         slide_lever: 0.046,
         rest_acceleration: 0.2,
         rest_rate: 0.05,

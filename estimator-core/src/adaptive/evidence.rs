@@ -50,17 +50,18 @@ pub(super) struct Evidence {
     corrected: f32,
     /// Rest, less the time without it, s.
     rested: f32,
-    /// Times since the foot moved, since it landed, and since the last evidence, s.
+    /// Times since the foot moved, since it landed, since the acceleration fell as in a landing, and since the last
+    /// evidence, s.
     since_motion: f32,
     since_landing: f32,
+    since_fall: f32,
     since: f32,
     seen: bool,
     landed: bool,
-    /// Whether the acceleration is far below that of the swing before, and whether it has just fallen so far: from a swing
-    /// that counts as motion, or from one that does not.
+    /// Whether the acceleration is far below that of the swing before, and whether it has just fallen so far from a swing
+    /// that counts as motion.
     calms: bool,
     evident: bool,
-    unseen: bool,
     /// Factor of the probability.
     factor: f32,
 }
@@ -95,12 +96,12 @@ impl Evidence {
             rested: 0.0,
             since_motion: LONGEST,
             since_landing: LONGEST,
+            since_fall: LONGEST,
             since: LONGEST,
             seen: false,
             landed: false,
             calms: false,
             evident: false,
-            unseen: false,
             factor: UNPROVEN,
         }
     }
@@ -120,9 +121,10 @@ impl Evidence {
         self.evident
     }
 
-    /// Returns whether the foot has just landed from a swing that did not count as motion.
-    pub const fn lands_unseen(&self) -> bool {
-        self.unseen
+    /// Returns whether the acceleration fell as in a landing, from a swing that counted as motion or not, within some
+    /// seconds.
+    pub fn fell_within(&self, seconds: f32) -> bool {
+        self.since_fall < seconds
     }
 
     /// Returns whether the foot is learnt from: it walks, or has yet to show that it does.
@@ -135,6 +137,7 @@ impl Evidence {
         let counted = |before: f32| (before + seconds).lesser(LONGEST);
         self.since_motion = counted(self.since_motion);
         self.since_landing = counted(self.since_landing);
+        self.since_fall = counted(self.since_fall);
         self.since = counted(self.since);
         self.rested = (self.rested - seconds).greater(0.0);
     }
@@ -170,20 +173,25 @@ impl Evidence {
         let swing = (exp(self.strongest) - self.corrected).greater(constants.noise);
         let calms = self.calm < ln(swing) - constants.landing;
         let moved = self.since_motion < constants.evidence;
-        self.evident = calms && !self.calms && moved;
-        self.unseen = calms && !self.calms && !moved;
+        let falls = calms && !self.calms;
+        self.evident = falls && moved;
+        let unseen = falls && !moved;
+        self.since_fall = match falls {
+            true => 0.0,
+            false => counted(self.since_fall),
+        };
         self.calms = calms;
         let lands = calms && moved;
         self.landed |= lands;
         // A foot that lands unseen walks, and is to be learnt from.
-        self.since_landing = match lands || self.unseen {
+        self.since_landing = match lands || unseen {
             true => 0.0,
             false => counted(self.since_landing),
         };
 
-        let evident = lands || self.rested > constants.stance;
-        self.seen |= evident;
-        self.since = match evident {
+        let has_evidence = lands || self.rested > constants.stance;
+        self.seen |= has_evidence;
+        self.since = match has_evidence {
             true => 0.0,
             false => counted(self.since),
         };

@@ -16,9 +16,6 @@ pub const AMPLITUDE: (f32, f32) = (-4.6, 6.0);
 /// Range of the logarithm of the speed: 10 µm/s to 1 m/s.
 pub const SPEED: (f32, f32) = (-11.5, 0.0);
 
-/// Largest mean deviation of a logarithm: an amplitude that varies by a factor of 50.
-pub const MOST_WIDTH: f32 = 2.0;
-
 /// Largest number of seconds of a class in [`Learnt`].
 pub const MOST_SECONDS: f32 = 1.0e3;
 
@@ -30,8 +27,6 @@ pub struct Learnt {
     pub still: f32,
     /// Mean of the logarithm of the acceleration in swings, ln(m/s²); not below that in stances.
     pub moving: f32,
-    /// Mean deviation of the logarithm in stances.
-    pub width: f32,
     /// Logarithm of the speed that accelerations along the ground add up to in stances, ln(m/s).
     pub speed: f32,
     /// Observed stillness, s.
@@ -42,20 +37,20 @@ pub struct Learnt {
 
 impl Learnt {
     /// Number of values that are stored and sent.
-    pub const NUMBERS: usize = 6;
+    pub const NUMBERS: usize = 5;
 
     /// Returns the numbers in the order of the fields.
     #[must_use]
     pub const fn to_array(&self) -> [f32; Self::NUMBERS] {
-        let Self { still, moving, width, speed, still_seconds, moving_seconds } = *self;
-        [still, moving, width, speed, still_seconds, moving_seconds]
+        let Self { still, moving, speed, still_seconds, moving_seconds } = *self;
+        [still, moving, speed, still_seconds, moving_seconds]
     }
 
     /// Creates the state from numbers in the order of [`Self::to_array`].
     #[must_use]
     pub const fn from_array(numbers: [f32; Self::NUMBERS]) -> Self {
-        let [still, moving, width, speed, still_seconds, moving_seconds] = numbers;
-        Self { still, moving, width, speed, still_seconds, moving_seconds }
+        let [still, moving, speed, still_seconds, moving_seconds] = numbers;
+        Self { still, moving, speed, still_seconds, moving_seconds }
     }
 
     /// Returns whether enough was observed: [`SETTLED_AFTER`] of each class.
@@ -92,12 +87,6 @@ impl Learnt {
                 "mean of the logarithm of the acceleration in swings; not below that in stances",
                 Unit::LogMetrePerSecondSquared,
                 AMPLITUDE,
-            ),
-            row(
-                "learnt.width",
-                "mean deviation of the logarithm in stances",
-                Unit::One,
-                (0.0, MOST_WIDTH),
             ),
             row(
                 "learnt.speed",

@@ -29,7 +29,7 @@ mod learnt;
 mod slide;
 
 pub use constants::Constants;
-pub use learnt::{AMPLITUDE, Learnt, MOST_SECONDS, MOST_WIDTH, SETTLED_AFTER, SPEED};
+pub use learnt::{AMPLITUDE, Learnt, MOST_SECONDS, SETTLED_AFTER, SPEED};
 
 use classes::Classes;
 use evidence::{Evidence, Reading};
@@ -169,7 +169,7 @@ impl Adaptive {
 
     /// Returns whether enough steps were observed.
     pub fn is_settled(&self) -> bool {
-        self.learnt().is_settled()
+        self.classes.learnt(self.slide.usual()).is_settled()
     }
 
     /// Returns whether the foot has rested or landed since the start.
@@ -228,7 +228,7 @@ impl Adaptive {
             },
         );
         self.probabilities = self.combine(slides_not);
-        self.learn(logarithm, whole, still);
+        self.learn(logarithm, whole);
         self.probabilities
     }
 
@@ -248,12 +248,10 @@ impl Adaptive {
         }
     }
 
-    /// Learns from a sample with this logarithm of its amplitude, the mean mass `whole`, and the probability of
-    /// stillness `still` without evidence.
-    fn learn(&mut self, logarithm: f32, whole: f32, still: f32) {
+    /// Learns from a sample with this logarithm of its amplitude and the mean mass `whole`.
+    fn learn(&mut self, logarithm: f32, whole: f32) {
         let in_stance = whole > STILL;
-        // Limits that are far too wide call everything one stance; its landings divide it.
-        self.stance = match in_stance == self.in_stance && !self.evidence.lands_unseen() {
+        self.stance = match in_stance == self.in_stance {
             true => (self.stance + self.period).lesser(2.0 * self.constants.stance),
             false => 0.0,
         };
@@ -270,14 +268,15 @@ impl Adaptive {
             }
             self.stood = false;
         }
-        if !in_stance || self.stance < self.constants.stance {
-            let seconds = still * self.period;
-            self.classes.learn_still(&self.constants, logarithm, seconds);
-            // A foot whose stances all count as slides must find out.
-            let least = self.constants.slide_teaches * whole;
-            self.slide.learn(&self.constants, still.greater(least) * self.period);
+        // A foot that stands for a minute would forget its motion, and take its own quiet for that of all stances.
+        let begins = !in_stance || self.stance < self.constants.stance;
+        if begins || self.evidence.fell_within(self.constants.lesson) {
+            self.classes.learn(&self.constants, logarithm, self.period);
         }
-        self.classes.learn_motion(&self.constants, logarithm, (1.0 - whole) * self.period);
+        if begins {
+            // Slides teach as stances do: a foot whose stances all count as slides must find out.
+            self.slide.learn(&self.constants, whole * self.period);
+        }
     }
 
     /// Processes an unreliable sample, one at the end of the sensor's range, or one while up is unknown: it counts as one in

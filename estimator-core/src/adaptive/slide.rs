@@ -91,15 +91,9 @@ impl Slide {
     }
 
     /// Learns the usual speed from the newest sample, for a time in s times the probability of stillness.
-    ///
-    /// A speed below the learnt one counts in full and one above it less: slides are faster than stances, and teach less.
     pub fn learn(&mut self, constants: &Constants, seconds: f32) {
         self.observed = (self.observed + seconds).lesser(constants.memory);
         let difference = 0.5 * ln(self.speed.dot(self.speed) + NONE) - self.usual;
-        let upwards = match difference > 0.0 {
-            true => constants.slide_upwards,
-            false => 1.0,
-        };
-        self.usual += upwards * difference * seconds / (self.observed + constants.prior);
+        self.usual += difference * seconds / (self.observed + constants.prior);
     }
 }

@@ -4,7 +4,7 @@ mod foot;
 
 use std::f64::consts::TAU;
 
-use estimator_core::adaptive::{AMPLITUDE, MOST_WIDTH, SPEED};
+use estimator_core::adaptive::{AMPLITUDE, SPEED};
 use estimator_core::{
     ContactEstimate, Decision, Flag, Gravity, Learnt, Params, Probabilities, Saturation, Validity,
 };
@@ -200,7 +200,6 @@ fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
         let learnt = Learnt {
             still,
             moving: between((still, AMPLITUDE.1), chance.even()),
-            width: between((0.0, MOST_WIDTH), chance.even()),
             speed: between(SPEED, chance.even()),
             still_seconds: 8.0,
             moving_seconds: 8.0,

@@ -86,7 +86,7 @@ fn learnt_from(seed: u64) -> Settings {
 }
 
 /// Learnt values before the seconds.
-const CLASSES: usize = 4;
+const CLASSES: usize = 3;
 
 /// The learnt values without the seconds.
 fn classes(learnt: Learnt) -> [f32; CLASSES] {

@@ -39,16 +39,14 @@ pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
     const fn learnt(subindex: u8, name: &'static str, row: Row) -> Entry {
         Entry::row(subindex, name, Concern::Learnt, row)
     }
-    let [still, moving, width, speed, still_seconds, moving_seconds] = Learnt::ROWS;
+    let [still, moving, speed, still_seconds, moving_seconds] = Learnt::ROWS;
     [
         learnt(1, "Acceleration, still", still),
         learnt(2, "Acceleration, moving", moving).doc("not below that of stillness"),
-        learnt(3, "Acceleration, width", width)
-            .doc("mean deviation in stillness, of the logarithm"),
-        learnt(4, "Speed, still", speed)
+        learnt(3, "Speed, still", speed)
             .doc("that accelerations along the ground add up to in stances"),
-        learnt(5, "Stillness learnt from", still_seconds),
-        learnt(6, "Motion learnt from", moving_seconds),
+        learnt(4, "Stillness learnt from", still_seconds),
+        learnt(5, "Motion learnt from", moving_seconds),
     ]
 };
 

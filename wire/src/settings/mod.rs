@@ -445,7 +445,6 @@ mod tests {
         let learnt = Learnt {
             still: -4.6,
             moving: 6.0,
-            width: 1.0,
             speed: -5.0,
             still_seconds: 1.0,
             moving_seconds: 1.0,
@@ -546,7 +545,7 @@ mod tests {
     }
 
     fn learnt() -> Learnt {
-        Learnt::from_array([-1.0, 2.0, 0.3, -4.5, 4.0, 3.0])
+        Learnt::from_array([-1.0, 2.0, -4.5, 4.0, 3.0])
     }
 
     #[test]
@@ -554,7 +553,7 @@ mod tests {
         let mut settings = Settings::default();
         let numbers = learnt().to_array();
         for (subindex, number) in (1..).zip(numbers) {
-            assert_eq!(settings.learnt().is_some(), subindex > 5);
+            assert_eq!(settings.learnt().is_some(), subindex > 4);
             let address = Address::new(index::LEARNT, subindex);
             assert_eq!(settings.set(address, Value::F32(number)), Ok(()));
         }

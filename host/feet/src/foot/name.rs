@@ -254,7 +254,7 @@ mod tests {
             }
         }
         let named = Named::settings().filter(|named| !named.entry.key.is_empty());
-        // 29 numbers, window, method, learning, 12 learnt, 6 of the accelerometer, axes.
-        assert_eq!(named.count(), 45);
+        // 29 numbers, window, method, learning, 5 learnt, 6 of the accelerometer, axes.
+        assert_eq!(named.count(), 44);
     }
 }

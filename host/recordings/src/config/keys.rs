@@ -35,7 +35,7 @@ pub(super) enum Kind {
 }
 
 /// Example of learnt numbers.
-const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [-0.9, 2.4, 0.6, -4.7, 4.6, 4.6];
+const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [-0.9, 2.4, -4.7, 4.6, 4.6];
 
 /// Returns all keys, in file order.
 #[must_use]

@@ -10,8 +10,6 @@ pub struct LearntValues {
     pub still: f32,
     /// Mean of the logarithm of the acceleration in swings, ln(m/s²).
     pub moving: f32,
-    /// Mean deviation of the logarithm in stances.
-    pub width: f32,
     /// Logarithm of the speed that accelerations along the ground add up to in stances, ln(m/s).
     pub speed: f32,
     /// Stillness that was learnt from, s.
@@ -22,7 +20,7 @@ pub struct LearntValues {
 
 impl From<Learnt> for LearntValues {
     fn from(of: Learnt) -> Self {
-        let Learnt { still, moving, width, speed, still_seconds, moving_seconds } = of;
-        Self { still, moving, width, speed, still_seconds, moving_seconds }
+        let Learnt { still, moving, speed, still_seconds, moving_seconds } = of;
+        Self { still, moving, speed, still_seconds, moving_seconds }
     }
 }

@@ -16,7 +16,6 @@
 //! [learnt]                        # warm start, as `footfall calibrate` writes it
 //! still = -0.9                    # ln of m/s²
 //! moving = 2.4                    # ln of m/s²
-//! width = 0.6
 //! speed = -7.4                    # ln of m/s
 //! still_seconds = 1.5
 //! moving_seconds = 1.5

@@ -285,7 +285,7 @@ mod tests {
 
     /// Returns a file with all learnt values, of which one is changed.
     fn with_learnt(from: &str, to: &str) -> String {
-        let text = "[learnt]\nstill = -1\nmoving = 1\nwidth = 0.5\nspeed = -5\nstill_seconds = 2\n\
+        let text = "[learnt]\nstill = -1\nmoving = 1\nspeed = -5\nstill_seconds = 2\n\
              moving_seconds = 3\n";
         assert!(text.contains(from));
         text.replacen(from, to, 1)
@@ -296,7 +296,7 @@ mod tests {
         for (from, to, expected) in [
             ("speed = -5", "speed = -20", "learnt.speed is -20, allowed is -11.5 to 0"),
             ("moving = 1", "moving = -2", "learnt.moving is -2, allowed is -1 to 6"),
-            ("width = 0.5", "width = nan", "learnt.width is NaN, allowed is 0 to 2"),
+            ("still = -1", "still = nan", "learnt.still is NaN, allowed is -4.6 to 6"),
             (
                 "still_seconds = 2",
                 "still_seconds = -2",

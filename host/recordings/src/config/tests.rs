@@ -28,7 +28,7 @@ fn every_key_reaches_its_parameter() {
     let params = applied(
         "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
          method = 'half_widths'\nlearning = 'frozen'\n\
-         [learnt]\nstill = 2.2\nmoving = 2.3\nwidth = 2.4\nspeed = 2.5\nstill_seconds = 31\nmoving_seconds = 32\n\
+         [learnt]\nstill = 2.2\nmoving = 2.3\nspeed = 2.5\nstill_seconds = 31\nmoving_seconds = 32\n\
          [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
          [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
          angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
@@ -45,7 +45,7 @@ fn every_key_reaches_its_parameter() {
         gravity: Gravity::Removed,
         method: Method::HalfWidths,
         learning: Learning::Frozen,
-        learnt: Some(Learnt::from_array([2.2, 2.3, 2.4, 2.5, 31.0, 32.0])),
+        learnt: Some(Learnt::from_array([2.2, 2.3, 2.5, 31.0, 32.0])),
         // No key reaches these.
         constants: Params::DEFAULT.constants,
         window: WindowLength::Samples(25),

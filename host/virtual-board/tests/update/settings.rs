@@ -12,7 +12,7 @@ const NODE: u8 = 0x2A;
 /// Settings: object, subindex, bytes. What was learnt takes effect with its last two.
 fn settings() -> Vec<(u16, u8, Vec<u8>)> {
     let learnt = |subindex: u8, value: f32| (index::LEARNT, subindex, value.to_le_bytes().into());
-    let seconds = [5, 6];
+    let seconds = [4, 5];
     let mut settings = vec![
         (index::NODE_ID, 0, vec![NODE]),
         (index::CAN_BIT_RATE, 0, 500_u16.to_le_bytes().into()),
@@ -20,9 +20,7 @@ fn settings() -> Vec<(u16, u8, Vec<u8>)> {
         (index::BANDWIDTH, 2, 0.5_f32.to_le_bytes().into()),
     ];
     settings.extend(seconds.map(|subindex| learnt(subindex, 0.0)));
-    settings.extend(
-        (1..).zip([0.5, 2.0, 0.375, -5.0]).map(|(subindex, value)| learnt(subindex, value)),
-    );
+    settings.extend((1..).zip([0.5, 2.0, -5.0]).map(|(subindex, value)| learnt(subindex, value)));
     settings.extend(seconds.map(|subindex| learnt(subindex, 4.0)));
     settings
 }

@@ -17,8 +17,8 @@ use super::CalibrationError;
 /// Least share of usable samples; below it, unusable samples are reported as the cause.
 const LEAST_USABLE: f64 = 0.1;
 
-/// Least ratio of the amplitudes in motion and in stillness, below which the classes do not differ.
-const LEAST_FACTOR: f32 = 3.0;
+/// Least ratio of the amplitudes in motion and in stillness: with less, no landing is evidence.
+const LEAST_FACTOR: f32 = 4.5;
 
 /// Calibration that learns from a sequence of recordings.
 pub struct LearntCalibration {
