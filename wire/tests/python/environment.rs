@@ -9,6 +9,7 @@ const REQUIREMENTS: &str = include_str!("requirements.txt");
 
 /// Creates the environment if it is missing or outdated, and returns its interpreter; an
 /// error is reported in one line.
+#[allow(clippy::incompatible_msrv, reason = "tests are built with the workspace's own compiler")]
 pub fn make() -> Result<PathBuf, String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
     let interpreter = folder.join("bin/python");
