@@ -1,9 +1,13 @@
 // Runs a program on the emulated board: node run.mjs --uf2 F --part P [options]; see the README of this folder.
 
 import { existsSync, openSync, readFileSync, writeFileSync, writeSync } from 'node:fs';
+import { setTimeout } from 'node:timers/promises';
 import { parseArgs } from 'node:util';
 import { Board } from './board.mjs';
 import { Part } from './part.mjs';
+
+// Time that a live board runs at once.
+const SLICE_NS = 5e6;
 
 const text = { type: 'string' };
 const list = { type: 'string', multiple: true, default: [] };
@@ -15,6 +19,7 @@ const { values: options } = parseArgs({
     seed: { ...text, default: '1' },
     seconds: { ...text, default: '10' },
     output: text,
+    live: { type: 'boolean' },
     flash: text,
     'unplug-ms': list,
     'stuck-ms': list,
@@ -34,6 +39,7 @@ const output = options.output && openSync(options.output, 'w');
 board.port.received = (data) => {
   received += data.length;
   if (output) writeSync(output, data);
+  if (options.live) process.stdout.write(data);
 };
 
 for (const [name, change] of [
@@ -58,8 +64,19 @@ for (const [name, action] of [
 }
 
 const began = process.hrtime.bigint();
-board.run(options.seconds * 1e9);
-const wallSeconds = Number(process.hrtime.bigint() - began) / 1e9;
+const wallNs = () => Number(process.hrtime.bigint() - began);
+if (options.live) {
+  process.stdin.on('data', (data) => board.send(data));
+  let ended = false;
+  process.stdin.on('end', () => (ended = true));
+  while (!ended) {
+    await setTimeout(Math.max(0, (board.now - wallNs()) / 1e6));
+    board.run(board.now + SLICE_NS);
+  }
+} else {
+  board.run(options.seconds * 1e9);
+}
+const wallSeconds = wallNs() / 1e9;
 if (options.flash) writeFileSync(options.flash, board.flash);
 part.close();
 
@@ -80,4 +97,4 @@ const summary = {
   usbBoot: board.usbBoot,
   warnings: [...board.warnings],
 };
-console.log(JSON.stringify(summary, null, 2));
+(options.live ? console.error : console.log)(JSON.stringify(summary, null, 2));
