@@ -28,6 +28,7 @@ use core::fmt::Write as _;
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+use embassy_rp::clocks::ClockConfig;
 use embassy_rp::gpio::{Level, Output};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::peripherals::{I2C0, USB};
@@ -68,6 +69,9 @@ const WATCHDOG: Duration = Duration::from_millis(1_000);
 /// Interval of feeding it.
 const FEEDING: Duration = Duration::from_millis(60);
 
+/// Clock of the cores, Hz: the highest that the RP2040's data sheet allows at the usual voltage.
+const CLOCK_HZ: u32 = 133_000_000;
+
 /// Register of the watchdog, kept over its resets, with their number in a row.
 const RESETS: usize = 0;
 
@@ -79,7 +83,8 @@ fn main() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
     static FOOT: StaticCell<Foot> = StaticCell::new();
 
-    let p = embassy_rp::init(embassy_rp::config::Config::default());
+    let clocks = ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000));
+    let p = embassy_rp::init(embassy_rp::config::Config::new(clocks));
     crash::start_loader_if_tapped_twice();
     let crash = crash::take();
     let mut watchdog = Watchdog::new(p.WATCHDOG);
