@@ -7,7 +7,7 @@
 //!
 //! s is the speed at even odds (P = ½), r the distance between the IMU and the point about which a standing
 //! foot turns, and σ₀ the least σ. The measurement is zero velocity of the IMU, in any frame, with
-//! the covariance σ² I. `evaluate --odometry` compares it with zero-velocity detectors.
+//! the covariance σ² I. `docs/evaluation.md` compares it with zero-velocity detectors.
 
 use crate::flag::Flags;
 use crate::order::Order;

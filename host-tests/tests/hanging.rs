@@ -79,10 +79,12 @@ fn sines(t: f64, frequencies: &[f64], amplitude: f64) -> [f64; 3] {
 type Sum = (&'static [f64], f64);
 
 /// Motions along x, y and z, m/s², and about y, rad.
-const SWAYING: [(&str, [Sum; 3], Sum); 5] = [
+const SWAYING: [(&str, [Sum; 3], Sum); 7] = [
     ("carried", CARRYING, (&[0.3, 0.7, 1.1], 0.12)),
     ("mattress", MATTRESS, (&[2.1, 3.3], 0.03)),
     ("van", VAN, (&[0.9, 1.7], 0.01)),
+    ("shaken up and down", [NONE, NONE, (&[0.5], 3.0)], NONE),
+    ("shaken to and fro", [(&[1.0], 5.0), NONE, NONE], NONE),
     ("platform at 1 Hz", [(&[1.0], 1.0), NONE, NONE], NONE),
     ("turning slowly", [NONE; 3], (&[0.5], 0.3 / (TAU * 0.5))),
 ];

@@ -33,6 +33,7 @@ macro_rules! with_each {
             rest_acceleration,
             rest_rate,
             landing,
+            leftover,
             evidence
         )
     };

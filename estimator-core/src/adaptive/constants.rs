@@ -41,6 +41,8 @@ pub struct Constants {
     pub rest_rate: f32,
     /// Fall of the logarithm of the acceleration from a swing to the stance after it.
     pub landing: f32,
+    /// Largest change of speed from one landing to the next, as a part of the sum of all changes of it.
+    pub leftover: f32,
     /// Time for which a swing may precede a landing, and a landing or rest is evidence, s.
     pub evidence: f32,
 }
@@ -65,6 +67,7 @@ impl Constants {
         rest_acceleration: 0.2,
         rest_rate: 0.05,
         landing: 1.5,
+        leftover: 0.8,
         evidence: 1.75,
     };
 }

@@ -2,7 +2,8 @@
 //!
 //! Learnt limits leave room for stances that shake. A foot that hangs, is carried or shaken moves within that
 //! room, for minutes. It lacks the evidence of each stride of a walk, the fall of the acceleration from that of a swing to
-//! that of a stance; and that of a standing foot, rest. Without either for [`Constants::evidence`] the foot is not
+//! that of a stance; and that of a standing foot, rest. A swing ends with the speed that it began with, none: what a foot
+//! gains in a swing it loses before it lands, while one that is shaken is fastest where its acceleration falls. Without either for [`Constants::evidence`] the foot is not
 //! stable, however little it moves, and nothing is learnt. Before the first evidence the probability is at most one half.
 
 use super::constants::Constants;
@@ -10,9 +11,6 @@ use crate::logarithm::{exp, ln};
 use crate::order::Order;
 use crate::units::STANDARD_GRAVITY;
 use crate::vector::Vec3;
-
-/// Largest time that is counted, s.
-const LONGEST: f32 = 200.0;
 
 /// Limit of counted rest, as a multiple of the required rest, so that a disturbance does not end it at once.
 const MOST_REST: f32 = 1.3;
@@ -42,12 +40,22 @@ pub(super) struct Evidence {
     acceleration: Vec3,
     rate: Vec3,
     calm: f32,
-    /// Mean logarithm of the acceleration over a swing, and its recent maximum.
+    /// Mean logarithm of the acceleration over a swing, its recent maximum, which falls by a unit in the time of evidence,
+    /// and the acceleration of that, m/s².
     swing: f32,
     strongest: f32,
+    strongest_acceleration: f32,
+    falls_by: f32,
+    shrinks_to: f32,
+    /// Logarithm of the noise.
+    noise: f32,
     /// Acceleration that corrections of up have removed since that maximum, m/s²: where a pendulum turns, its force points
     /// along the rod, and what looked like a swing was a false idea of up.
     corrected: f32,
+    /// Sum of the accelerations since the last fall, and of their magnitudes: by as much the speed has changed, and by as
+    /// much at most it could have.
+    gained: Vec3,
+    gained_at_most: f32,
     /// Rest, less the time without it, s.
     rested: f32,
     /// Times since the foot moved, since it landed, since the acceleration fell as in a landing, and since the last
@@ -59,8 +67,9 @@ pub(super) struct Evidence {
     seen: bool,
     landed: bool,
     /// Whether the acceleration is far below that of the swing before, and whether it has just fallen so far from a swing
-    /// that counts as motion.
+    /// that counts as motion. A fall is that of a landing if the swing has lost what it gained.
     calms: bool,
+    lands: bool,
     evident: bool,
     /// Factor of the probability.
     factor: f32,
@@ -92,15 +101,22 @@ impl Evidence {
             calm: 0.0,
             swing: WEAKEST,
             strongest: WEAKEST,
+            strongest_acceleration: exp(WEAKEST),
+            falls_by: period / constants.evidence,
+            shrinks_to: exp(-period / constants.evidence),
+            noise: ln(constants.noise),
             corrected: 0.0,
+            gained: Vec3::ZERO,
+            gained_at_most: 0.0,
             rested: 0.0,
-            since_motion: LONGEST,
-            since_landing: LONGEST,
-            since_fall: LONGEST,
-            since: LONGEST,
+            since_motion: f32::INFINITY,
+            since_landing: f32::INFINITY,
+            since_fall: f32::INFINITY,
+            since: f32::INFINITY,
             seen: false,
             landed: false,
             calms: false,
+            lands: false,
             evident: false,
             factor: UNPROVEN,
         }
@@ -134,18 +150,16 @@ impl Evidence {
 
     /// Lets a time in s pass without a reliable sample.
     pub fn pass(&mut self, seconds: f32) {
-        let counted = |before: f32| (before + seconds).lesser(LONGEST);
-        self.since_motion = counted(self.since_motion);
-        self.since_landing = counted(self.since_landing);
-        self.since_fall = counted(self.since_fall);
-        self.since = counted(self.since);
+        self.since_motion += seconds;
+        self.since_landing += seconds;
+        self.since_fall += seconds;
+        self.since += seconds;
         self.rested = (self.rested - seconds).greater(0.0);
     }
 
     /// Processes a sample.
     pub fn push(&mut self, constants: &Constants, reading: &Reading) {
         let period = self.period;
-        let counted = |seconds: f32| (seconds + period).lesser(LONGEST);
 
         self.acceleration +=
             (reading.acceleration.clipped(LARGEST) - self.acceleration) * self.share;
@@ -161,39 +175,55 @@ impl Evidence {
         self.calm += (reading.logarithm - self.calm) * self.share;
         self.swing += (reading.logarithm - self.swing) * self.swing_share;
         self.corrected += STANDARD_GRAVITY * reading.correction;
-        self.strongest -= period / constants.evidence;
-        if self.swing > self.strongest {
-            self.strongest = self.swing;
-            self.corrected = 0.0;
-        }
+        self.strongest -= self.falls_by;
+        let swing = match self.swing > self.strongest {
+            true => {
+                self.strongest = self.swing;
+                self.strongest_acceleration = exp(self.swing);
+                self.corrected = 0.0;
+                self.swing
+            }
+            false => {
+                self.strongest_acceleration *= self.shrinks_to;
+                ln((self.strongest_acceleration - self.corrected).greater(f32::MIN_POSITIVE))
+            }
+        };
         self.since_motion = match reading.still < MOVES {
             true => 0.0,
-            false => counted(self.since_motion),
+            false => self.since_motion + period,
         };
-        let swing = (exp(self.strongest) - self.corrected).greater(constants.noise);
-        let calms = self.calm < ln(swing) - constants.landing;
+        let calms = self.calm < swing.greater(self.noise) - constants.landing;
         let moved = self.since_motion < constants.evidence;
         let falls = calms && !self.calms;
+        self.gained += reading.acceleration;
+        self.gained_at_most += magnitudes(reading.acceleration);
+        let ends = magnitudes(self.gained) < constants.leftover * self.gained_at_most;
+        let has_rested = self.rested > constants.stance;
+        if falls || has_rested {
+            self.gained = Vec3::ZERO;
+            self.gained_at_most = 0.0;
+        }
+        self.lands = calms && (self.lands || falls && ends);
         self.evident = falls && moved;
-        let unseen = falls && !moved;
+        let unseen = falls && self.lands && !moved;
         self.since_fall = match falls {
             true => 0.0,
-            false => counted(self.since_fall),
+            false => self.since_fall + period,
         };
         self.calms = calms;
-        let lands = calms && moved;
+        let lands = self.lands && moved;
         self.landed |= lands;
         // A foot that lands unseen walks, and is to be learnt from.
         self.since_landing = match lands || unseen {
             true => 0.0,
-            false => counted(self.since_landing),
+            false => self.since_landing + period,
         };
 
-        let has_evidence = lands || self.rested > constants.stance;
+        let has_evidence = lands || has_rested;
         self.seen |= has_evidence;
         self.since = match has_evidence {
             true => 0.0,
-            false => counted(self.since),
+            false => self.since + period,
         };
         let target = match (self.since < constants.evidence, self.seen) {
             (true, _) => 1.0,
@@ -202,4 +232,9 @@ impl Evidence {
         };
         self.factor += (target - self.factor) * self.share;
     }
+}
+
+/// Sum of the magnitudes of a vector's components: a length of which a sum is never longer than the sum of the lengths.
+const fn magnitudes(vector: Vec3) -> f32 {
+    vector.x.abs() + vector.y.abs() + vector.z.abs()
 }

@@ -192,8 +192,13 @@ impl Adaptive {
 
         let edge = self.classes.edge(&self.constants);
         // Until the window has passed, the means cover the samples so far.
-        self.filled = self.filled.saturating_add(1);
-        let newest = self.newest.greater(1.0 / self.filled as f32);
+        let newest = match self.filled < self.window {
+            true => {
+                self.filled += 1;
+                self.newest.greater(1.0 / self.filled as f32)
+            }
+            false => self.newest,
+        };
         // Rounding may leave a slightly negative square, which the noise covers.
         let parts = [
             square,

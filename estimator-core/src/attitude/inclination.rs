@@ -31,7 +31,7 @@ const TURN_DOUBT: f32 = 1.0;
 
 /// Time constant of the correction after a gap, s, at most: the turn in it is a guess, but a better one
 /// than the mean of a part of a stride.
-const GAP: f32 = SETTLED_TIME_CONSTANT;
+const GAP: f32 = 2.0;
 
 /// Time constant of the correction after clipped gyroscope samples or an unknown turn, s.
 const TURN_UNKNOWN: f32 = 0.3;
@@ -42,8 +42,9 @@ const GYROSCOPE_CLIPPING_TIME: f32 = 0.02;
 /// Largest correction within one step, rad.
 const LARGEST_CORRECTION: f32 = 0.25;
 
-/// Time constant of the correction, s, from which the inclination counts as settled …
-const SETTLED_TIME_CONSTANT: f32 = 2.0;
+/// Time constant of the correction, s, from which the inclination counts as settled: the forces of a stride have then been
+/// averaged. It lies above that after clipped samples. …
+const SETTLED_TIME_CONSTANT: f32 = 1.2;
 
 /// … once it has lasted this long, s.
 const SETTLED_DURATION: f32 = 0.05;
@@ -279,7 +280,7 @@ mod tests {
         let quiet = settled_at(&mut inclination, 1.0 / 200.0).expect("quiet settles it");
         assert!((50..100).contains(&quiet), "{quiet} ms");
         let moving = settled_at(&mut self::inclination(), 1.0).expect("a mean settles it");
-        assert!(moving > 1_500, "{moving} ms");
+        assert!(moving > 1_000, "{moving} ms");
     }
 
     #[test]

@@ -50,8 +50,8 @@ const FOLLOWS_EVERY: f32 = 0.02;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Alignment {
-    /// Not yet: hold still. A fifth of a second of quiet is enough; without quiet it takes some
-    /// seconds of averaging.
+    /// Not yet: hold still. A fifth of a second of quiet is enough; without quiet it takes a second
+    /// or two of averaging.
     #[default]
     Searching,
     /// The inclination has settled, and no gap has invalidated it since.

@@ -288,7 +288,7 @@ impl BiasEstimator {
         let rate_deviation = self.short_rate - self.mean_rate;
 
         self.opening = (self.opening + GATE_GROWTH * dt).lesser(LARGEST_OPENING);
-        let still = step.continuity == Continuity::Continuous
+        let still = step.continuity != Continuity::Interrupted
             && force_deviation.dot(force_deviation) <= stillness.acceleration_squared
             && rate_deviation.dot(rate_deviation) <= stillness.rate_squared
             && !self.sways();
@@ -296,6 +296,11 @@ impl BiasEstimator {
             self.beginning = Beginning::Over;
             self.still = 0.0;
             self.unbelieved = 0.0;
+            return;
+        }
+        if step.continuity == Continuity::Gap {
+            // It shows nothing: a foot that walks has moved in it.
+            self.still = (self.still - dt).greater(0.0);
             return;
         }
         self.still = (self.still + dt).lesser(duration);
@@ -537,14 +542,19 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_ends_the_rest() {
-        let mut estimator = estimator();
-        let gap = Step { seconds: 0.01, continuity: Continuity::Gap };
-        for _ in 0..10 {
-            feed(&mut estimator, 0.5, 1.0);
-            estimator.update(UP, Vec3::new(0.5 * DEGREE, 0.0, 0.0), gap);
-        }
-        assert_eq!(estimator.bias(), Vec3::ZERO);
+    fn gaps_take_their_time_from_a_rest() {
+        let rested = |gap_seconds: f32, continuity: Continuity| {
+            let mut estimator = estimator();
+            let gap = Step { seconds: gap_seconds, continuity };
+            for _ in 0..10 {
+                estimator.update(UP, Vec3::new(0.5 * DEGREE, 0.0, 0.0), gap);
+                feed(&mut estimator, 0.5, 0.4);
+            }
+            estimator.bias().x / DEGREE
+        };
+        assert_near(rested(0.1, Continuity::Gap), 0.5, 0.01);
+        assert_near(rested(0.4, Continuity::Gap), 0.0, 0.0);
+        assert_near(rested(0.001, Continuity::Interrupted), 0.0, 0.0);
     }
 
     #[test]
