@@ -90,13 +90,14 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
 /// Builds the library for a target: one object, in which nothing but the functions of the header can be seen.
 fn build(target: &str) -> Result<Vec<u8>> {
     Step::program("rustup").with(["target", "add", target]).run()?;
-    Step::cargo(&["rustc", "--locked", "--profile", "firmware", "--lib"])
-        .with(["--package", "estimator-c", "--crate-type", "staticlib"])
-        .with(["--features", "alone", "--target", target])
-        .with(["--config", "profile.firmware.panic='abort'"])
+    // Without floating point in hardware calls take the time, and loops that are unrolled only space.
+    let level = if target.ends_with("hf") || target.contains("linux") { "3" } else { "'s'" };
+    let level = format!("profile.firmware.package.footfall-estimator.opt-level={level}");
+    Step::cargo(&["rustc", "--locked", "--profile", "firmware", "--lib", "--target", target])
+        .with(["--package", "estimator-c", "--crate-type", "staticlib", "--features", "alone"])
+        .with(["--config", "profile.firmware.panic='abort'", "--config", &level])
         .run()?;
-    let built = root().join("target").join(target);
-    let built = built.join("firmware/libestimator_c.a");
+    let built = root().join("target").join(target).join("firmware/libestimator_c.a");
     let bytes = fs::read(&built).with_context(|| built.display().to_string())?;
     let archive = ArchiveFile::parse(&*bytes)?;
     // The other members are the compiler's library, which a program in C has from its own compiler.

@@ -5,13 +5,11 @@ use jiff::Timestamp;
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
-/// Place of the colon between minutes and seconds.
-const SECONDS: usize = 16;
-
 /// Microseconds since 1970 in UTC; `None` if the text is not a date with a time, seconds included. Leap seconds are
 /// ignored, as in POSIX.
 pub(super) fn micros_since_1970(text: &str) -> Option<i64> {
-    if text.as_bytes().get(SECONDS) != Some(&b':') {
+    // The colon before the seconds.
+    if text.as_bytes().get(16) != Some(&b':') {
         return None;
     }
     let without_zone = || text.parse::<DateTime>().ok()?.to_zoned(TimeZone::UTC).ok();
