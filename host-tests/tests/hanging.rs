@@ -30,7 +30,7 @@ const LASTS: f64 = 120.0;
 const CALLED_STABLE: f64 = 0.03;
 
 /// The same for a foot that is carried by hand: its lulls look like landings.
-const CARRIED: f64 = 0.35;
+const CARRIED: f64 = 0.27;
 
 /// Largest decrease of the share of stable samples with P > 0.5, from the walk before to the walk after; the first
 /// ten seconds of both are left out.
