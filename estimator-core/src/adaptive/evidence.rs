@@ -3,8 +3,9 @@
 //! Learnt limits leave room for stances that shake. A foot that hangs, is carried or shaken moves within that
 //! room, for minutes. It lacks the evidence of each stride of a walk, the fall of the acceleration from that of a swing to
 //! that of a stance; and that of a standing foot, rest. A swing ends with the speed that it began with, none: what a foot
-//! gains in a swing it loses before it lands, while one that is shaken is fastest where its acceleration falls. Without either for [`Constants::evidence`] the foot is not
-//! stable, however little it moves, and nothing is learnt. Before the first evidence the probability is at most one half.
+//! gains in a swing it loses before it lands, while one that is shaken is fastest where its acceleration falls.
+//! Without either for [`Constants::evidence`] the foot is not stable, however little it moves, and nothing is learnt.
+//! Before the first evidence the probability is at most one half.
 
 use super::constants::Constants;
 use crate::logarithm::{exp, ln};
