@@ -111,6 +111,7 @@ fn main() -> ! {
     };
     let start = Start {
         serial: folded(id),
+        hardware: "Arduino Nano RP2040 Connect",
         cause: BootCause::PowerUp,
         crash: reason,
         origin,

@@ -56,6 +56,8 @@ const REST_TICKS: u32 = 1024;
 pub struct Start {
     /// Serial number, unique to the board.
     pub serial: u32,
+    /// Name of the board.
+    pub hardware: &'static str,
     /// Cause of the boot.
     pub cause: BootCause,
     /// Previous crash, if it caused this start: a [`CrashRecord`] or
@@ -219,6 +221,7 @@ impl Foot {
             self.report_crystal(khz, ports);
         }
         self.check_origin(start.origin, ports);
+        self.node.set_hardware(start.hardware);
         self.node.set_brown_out_level(start.brown_out_level);
         self.node.set_program(start.program);
         if start.brown_out_level == 0 {

@@ -63,7 +63,8 @@ impl Foot {
     pub(super) fn answer(&mut self, most: usize, ports: &Ports) {
         if let Some(input) = self.requests.deferred.take() {
             self.node.set_learnt(self.learnt());
-            self.node.set_costs(ports.costs.largest());
+            let [to_mailbox, to_end, stack] = ports.costs.largest();
+            self.node.set_costs([to_mailbox, to_end, stack, self.tick_us as u16]);
             self.take_input(&input, ports);
             for _ in 1..most {
                 let Some(input) = ports.take_input() else {

@@ -102,6 +102,7 @@ fn main() -> ! {
     };
     let start = Start {
         serial: board.serial,
+        hardware: board::NAME,
         cause: match (board.reset, board.crash.is_some()) {
             (Reset::Software, false) if !board::update::take_resume() => BootCause::Commanded,
             _ => BootCause::PowerUp,

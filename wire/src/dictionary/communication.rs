@@ -137,12 +137,8 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::HARDWARE_VERSION,
         name: Text::new("Manufacturer hardware version"),
         shape: Shape::Var,
-        doc: Text::new(""),
-        entries: &[Entry::constant(
-            0,
-            "Manufacturer hardware version",
-            Value::Text("STM32F405RG + LSM6DSOX"),
-        )],
+        doc: Text::new("name of the board"),
+        entries: &[Entry::live(0, "Manufacturer hardware version", Value::Text(""))],
     },
     Object {
         index: index::SOFTWARE_VERSION,

@@ -233,6 +233,7 @@ pub(super) const OBJECTS: &[Object] = &[
                 .unit("µs")
                 .doc("from the data-ready edge to the end of the tick's work"),
             Entry::live(3, "Stack", Value::U16(0)).unit("bytes"),
+            Entry::live(4, "Period", Value::U16(0)).unit("µs").doc("of the ticks, which does not change"),
         ],
     },
     Object {

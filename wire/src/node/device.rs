@@ -26,6 +26,7 @@ use crate::value::Value;
 pub(super) struct Device {
     pub(super) id: Option<NodeId>,
     pub(super) serial: u32,
+    pub(super) hardware: &'static str,
     pub(super) settings: Settings,
     pub(super) state: NmtState,
     pub(super) faults: Faults,
@@ -40,8 +41,8 @@ pub(super) struct Device {
     pub(super) program: Program,
     /// Values learnt by the estimator.
     pub(super) learnt: Learnt,
-    /// Largest costs so far.
-    pub(super) costs: [u16; 3],
+    /// Largest costs so far, and the period of the ticks.
+    pub(super) costs: [u16; 4],
     pub(super) load: Option<Load>,
     /// Ticks since the load was received.
     pub(super) load_age: u16,
@@ -239,6 +240,7 @@ impl Objects for Device {
         let raw = match (entry.role, address.index) {
             (_, index::ERROR_REGISTER) => u32::from(self.faults.register()),
             (Role::Constant, _) => return Ok(entry.default),
+            (_, index::HARDWARE_VERSION) => return Ok(Value::Text(self.hardware)),
             (Role::Setting(_), _) => {
                 return self.settings.get(address).ok_or(AbortCode::NoObject);
             }

@@ -102,6 +102,7 @@ impl Node {
             device: Device {
                 id,
                 serial,
+                hardware: "",
                 settings,
                 state: NmtState::Initialising,
                 faults: Faults::NONE,
@@ -113,7 +114,7 @@ impl Node {
                 brown_out_level: 0,
                 program: Program::default(),
                 learnt: Learnt::default(),
-                costs: [0; 3],
+                costs: [0; 4],
                 load: None,
                 load_age: 0,
                 time: None,

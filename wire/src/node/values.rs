@@ -6,6 +6,11 @@ use super::{Crash, Node, Program};
 use crate::stage::Stage;
 
 impl Node {
+    /// Publishes the name of the board.
+    pub const fn set_hardware(&mut self, name: &'static str) {
+        self.device.hardware = name;
+    }
+
     /// Publishes the board's stage.
     pub const fn set_stage(&mut self, stage: Stage) {
         self.device.stage = stage;
@@ -33,8 +38,8 @@ impl Node {
     }
 
     /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the stack,
-    /// bytes. Required before a request is handled.
-    pub const fn set_costs(&mut self, costs: [u16; 3]) {
+    /// bytes; and the period of the ticks, µs. Required before a request is handled.
+    pub const fn set_costs(&mut self, costs: [u16; 4]) {
         self.device.costs = costs;
     }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use wire::dictionary::index;
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
-use wire::{AbortCode, Address, DataType, Fault, Faults, Value};
+use wire::{Address, DataType, Fault, Faults, Value};
 
 use super::{AcceptStep, Measured, Person, figure};
 use crate::foot::client::{Client, RequestError};
@@ -21,11 +21,20 @@ const STACK_LOOKS: u32 = 300;
 pub(super) fn measure(client: &mut Client) -> Measured {
     let faults = Faults::from_bits(client.read_number(index::FAULTS, 0)?);
     let crash = client.read_number(index::LAST_CRASH, 1)?;
-    let level = client.read_number(index::SUPPLY, 1)?;
+    let hardware = client.read_text(Address::new(index::HARDWARE_VERSION, 0))?;
+    let level = match hardware.contains("STM32F405") {
+        true => figure::BROWN_OUT.measured(f64::from(client.read_number(index::SUPPLY, 1)?)),
+        false => figure::BROWN_OUT.not_tested("the foot's chip has none to set"),
+    };
+    let period_us = tick_us(client)? as f64;
     let temperature = temperature_celsius(client)?;
-    let limits = [&figure::TO_MAILBOX, &figure::TO_END, &figure::STACK];
+    let limits = [
+        (&figure::TO_MAILBOX, 1.0),
+        (&figure::TO_END, 100.0 / period_us),
+        (&figure::STACK, 1.0),
+    ];
     let (mut costs, mut looks) = (Vec::new(), 1);
-    for (subindex, limit) in (1..).zip(limits) {
+    for (subindex, (limit, unit)) in (1..).zip(limits) {
         let cost = poll(client, looks, |client| {
             let cost = client.read_number(index::COSTS, subindex)?;
             Ok((cost != 0).then_some(cost))
@@ -36,10 +45,7 @@ pub(super) fn measure(client: &mut Client) -> Measured {
             Ok(Some(cost)) => {
                 // A foot that measures times measures the stack, too, ten seconds after its start.
                 looks = STACK_LOOKS;
-                limit.measured(f64::from(cost))
-            }
-            Err(RequestError::Refused { reason: AbortCode::NoObject, .. }) => {
-                limit.not_tested("the foot's program is older")
+                limit.measured(f64::from(cost) * unit)
             }
             Err(error) => return Err(error),
         });
@@ -52,7 +58,7 @@ pub(super) fn measure(client: &mut Client) -> Measured {
     let mut figures = vec![
         figure::FAULTS.counted(names.len()).with(names.join(", ")),
         figure::CRASH.measured(f64::from(crash)).with(crash_name),
-        figure::BROWN_OUT.measured(f64::from(level)),
+        level,
         match temperature {
             Some(celsius) => figure::TEMPERATURE.measured(celsius),
             None => figure::TEMPERATURE.failed("the foot has none: its sensor is faulty"),
@@ -60,6 +66,12 @@ pub(super) fn measure(client: &mut Client) -> Measured {
     ];
     figures.extend(costs);
     Ok(figures)
+}
+
+/// Reads the period of the foot's ticks, µs.
+pub(super) fn tick_us(client: &mut Client) -> Result<u64, RequestError> {
+    let period_us: u32 = client.read_number(index::COSTS, 4)?;
+    Ok(u64::from(period_us.max(1)))
 }
 
 /// Reads a value up to `looks` times while the foot has none; `None` if it stays so.

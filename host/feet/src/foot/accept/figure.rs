@@ -148,8 +148,8 @@ limits! {
     TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, 150.0,
         "period of the edges; the longest since power-up, by the board's timer; 0 without CAN",
         "a store of settings adds to it: switch the board off and on, and repeat; then the clock or the program is another";
-    TO_END: Board, "edge to end of work", "µs", 0.0, 800.0,
-        "a tick without the wait for its edge; the longest since power-up",
+    TO_END: Board, "edge to end of work", "%", 0.0, 80.0,
+        "of the period of ticks, without the wait for the edge; the longest since power-up",
         "a store of settings or a fault of the sensor adds to it: switch the board off and on, and repeat";
     STACK: Board, "stack used", "bytes", 0.0, 40_960.0,
         "the least stack is 48 KiB; the deepest since power-up",
@@ -158,7 +158,7 @@ limits! {
         "self-test of the sensor (DS12814)",
         "repeat it with the foot still; if it fails again, replace the sensor";
     CONTACT_RATE: Still, "contact rate", "%", 99.9, 100.1,
-        "of the set rate, on the foot's clock",
+        "of the set rate, at most that of the ticks, on the foot's clock",
         "look at late ticks and missing contacts";
     DATA_RATE: Still, "data rate of the sensor", "Hz", 6_333.0, 7_000.0,
         "6667 Hz ± 5 % after its trim, by the board's crystal",

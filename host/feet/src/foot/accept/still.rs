@@ -6,6 +6,7 @@ use estimator_core::Decision;
 use wire::dictionary::index;
 use wire::{Counter, Counters};
 
+use super::board::tick_us;
 use super::figure::{self, Figure};
 use super::moments::{Moment, Motion, Source, watch};
 use super::rest::{Statistics, Stillness};
@@ -119,7 +120,12 @@ fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
         Some(_) => client.read_number(index::TPDO, 5)?,
         None => client.read_number(index::UART_STREAMS, 1)?,
     };
-    Ok(u64::from(ms) * 1000)
+    let (period_us, tick_us) = (u64::from(ms) * 1_000, tick_us(client)?);
+    // As the foot does, the nearest number of ticks.
+    Ok(match period_us {
+        0 => 0,
+        _ => ((period_us + tick_us / 2) / tick_us).max(1) * tick_us,
+    })
 }
 
 fn counters(client: &mut Client) -> Result<Counters, RequestError> {
