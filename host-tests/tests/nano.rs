@@ -15,7 +15,7 @@ use serde_json::Value as Json;
 use tempfile::TempDir;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
-use wire::node::Command as Nmt;
+use wire::node::{Command as Nmt, State};
 use wire::settings::WINDOW_CAPACITY;
 use wire::uart::{Answer, ConfigSet, ContactMessage, Decoder, Message, NmtRequest, encode};
 use wire::{Address, Counter, Fault, Faults, Settings, Value};
@@ -282,4 +282,14 @@ fn nano_takes_defaults_when_its_settings_are_damaged() {
     let run = board(&folder, 2, &[]);
     assert!(run.faults().contains(&Fault::ConfigCorrupted), "{:?}", run.faults());
     assert!(!run.messages.iter().any(|message| matches!(message, Message::Raw(_))));
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_waits_for_a_command_after_a_reset_by_one() {
+    let folder = TempDir::new().expect("a folder");
+    let reset = at(1_000, &Message::Nmt(NmtRequest(Nmt::ResetNode)));
+    let run = board(&folder, 3, &["--send-at-ms", &reset]);
+    assert_eq!(run.summary["resets"][0]["reason"], "watchdog forced");
+    assert_eq!(run.health().state, State::PreOperational);
 }

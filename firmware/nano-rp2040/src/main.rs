@@ -83,12 +83,14 @@ fn main() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
     static FOOT: StaticCell<Foot> = StaticCell::new();
 
-    let clocks = ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000));
+    let clocks =
+        ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000));
     let p = embassy_rp::init(embassy_rp::config::Config::new(clocks));
     crash::start_loader_if_tapped_twice();
     let crash = crash::take();
     let mut watchdog = Watchdog::new(p.WATCHDOG);
-    let timed_out = watchdog.reset_reason() == Some(ResetReason::TimedOut);
+    let cause_of_reset = watchdog.reset_reason();
+    let timed_out = cause_of_reset == Some(ResetReason::TimedOut);
     let resets = match timed_out {
         true => watchdog.get_scratch(RESETS).saturating_add(1),
         false => 0,
@@ -112,7 +114,10 @@ fn main() -> ! {
     let start = Start {
         serial: folded(id),
         hardware: "Arduino Nano RP2040 Connect",
-        cause: BootCause::PowerUp,
+        cause: match (cause_of_reset, crash.is_some()) {
+            (Some(ResetReason::Forced), false) => BootCause::Commanded,
+            _ => BootCause::PowerUp,
+        },
         crash: reason,
         origin,
         unused_crystal_khz: None,

@@ -222,6 +222,7 @@ impl Foot {
         }
         self.check_origin(start.origin, ports);
         self.node.set_hardware(start.hardware);
+        self.node.set_tick(self.tick_us as u16);
         self.node.set_brown_out_level(start.brown_out_level);
         self.node.set_program(start.program);
         if start.brown_out_level == 0 {

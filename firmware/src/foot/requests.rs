@@ -63,8 +63,7 @@ impl Foot {
     pub(super) fn answer(&mut self, most: usize, ports: &Ports) {
         if let Some(input) = self.requests.deferred.take() {
             self.node.set_learnt(self.learnt());
-            let [to_mailbox, to_end, stack] = ports.costs.largest();
-            self.node.set_costs([to_mailbox, to_end, stack, self.tick_us as u16]);
+            self.node.set_costs(ports.costs.largest());
             self.take_input(&input, ports);
             for _ in 1..most {
                 let Some(input) = ports.take_input() else {

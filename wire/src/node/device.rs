@@ -41,8 +41,10 @@ pub(super) struct Device {
     pub(super) program: Program,
     /// Values learnt by the estimator.
     pub(super) learnt: Learnt,
-    /// Largest costs so far, and the period of the ticks.
-    pub(super) costs: [u16; 4],
+    /// Largest costs so far.
+    pub(super) costs: [u16; 3],
+    /// Period of the ticks, µs.
+    pub(super) tick_us: u16,
     pub(super) load: Option<Load>,
     /// Ticks since the load was received.
     pub(super) load_age: u16,
@@ -74,7 +76,7 @@ impl Device {
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
-            index::COSTS => u32::from(self.costs.get(part?).copied()?),
+            index::COSTS => u32::from(*self.costs.get(part?).unwrap_or(&self.tick_us)),
             index::SETTINGS_HASH => self.settings.hash(),
             index::PROGRAM_ID => match address.subindex {
                 1 => self.program.identification,

@@ -11,6 +11,11 @@ impl Node {
         self.device.hardware = name;
     }
 
+    /// Publishes the period of the ticks, µs.
+    pub const fn set_tick(&mut self, tick_us: u16) {
+        self.device.tick_us = tick_us;
+    }
+
     /// Publishes the board's stage.
     pub const fn set_stage(&mut self, stage: Stage) {
         self.device.stage = stage;
@@ -38,8 +43,8 @@ impl Node {
     }
 
     /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the stack,
-    /// bytes; and the period of the ticks, µs. Required before a request is handled.
-    pub const fn set_costs(&mut self, costs: [u16; 4]) {
+    /// bytes. Required before a request is handled.
+    pub const fn set_costs(&mut self, costs: [u16; 3]) {
         self.device.costs = costs;
     }
 }

@@ -28,11 +28,8 @@ pub(super) fn measure(client: &mut Client) -> Measured {
     };
     let period_us = tick_us(client)? as f64;
     let temperature = temperature_celsius(client)?;
-    let limits = [
-        (&figure::TO_MAILBOX, 1.0),
-        (&figure::TO_END, 100.0 / period_us),
-        (&figure::STACK, 1.0),
-    ];
+    let limits =
+        [(&figure::TO_MAILBOX, 1.0), (&figure::TO_END, 100.0 / period_us), (&figure::STACK, 1.0)];
     let (mut costs, mut looks) = (Vec::new(), 1);
     for (subindex, (limit, unit)) in (1..).zip(limits) {
         let cost = poll(client, looks, |client| {
