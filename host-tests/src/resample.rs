@@ -127,10 +127,7 @@ mod tests {
                 ..ImuSample::default()
             },
             load: None,
-            label: Some(match k < 1000 {
-                true => Label::NotStable,
-                false => Label::Stable,
-            }),
+            label: Some(if k < 1000 { Label::NotStable } else { Label::Stable }),
         };
         Recording {
             name: "made up".to_owned(),

@@ -118,10 +118,7 @@ fn step() -> impl Strategy<Value = (u64, RecordedSample)> {
             validity,
         },
         load: load.map(Load),
-        label: label.map(|is_stable| match is_stable {
-            true => Label::Stable,
-            false => Label::NotStable,
-        }),
+        label: label.map(|is_stable| if is_stable { Label::Stable } else { Label::NotStable }),
     });
     // Includes gaps that exceed the lifetime of a load.
     (prop_oneof![9 => 500_u64..3000, 1 => 1_u64..400_000], sample)

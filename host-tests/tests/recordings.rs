@@ -10,7 +10,7 @@ use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
 use recordings::config::default_params;
 use recordings::input::{self, Format, Hints};
-use recordings::output::{write_estimates, write_recording, write_samples};
+use recordings::output::{write_recording, write_row, write_samples};
 use recordings::replay::replay;
 use recordings::samples::recording::RecordedSample;
 use recordings::scoring::metrics::Metrics;
@@ -103,7 +103,9 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
     let replayed = replay(&loaded.recording, &default_params()).expect("the preset");
     let table = |estimates: &[ContactEstimate], start_us: i64| {
         let mut bytes = Vec::new();
-        write_estimates(estimates, start_us, &mut bytes).expect("memory is enough");
+        for estimate in estimates {
+            write_row(None, estimate, start_us, &mut bytes).expect("memory is enough");
+        }
         bytes
     };
     // Numbers are written so that different bits give different text.

@@ -71,10 +71,7 @@ pub(crate) fn p_stable<'py>(
         with_each!(set, constants);
     }
     let params = Params { constants, ..Params::DEFAULT };
-    let gravity = match gravity_removed {
-        true => Gravity::Removed,
-        false => Gravity::Included,
-    };
+    let gravity = if gravity_removed { Gravity::Removed } else { Gravity::Included };
     let mut replay = Replay::new(rate, gravity, &params).map_err(value_error)?;
     let (acc, gyr) = (acc.as_array(), gyr.as_array());
     let vector = |row: &[f32]| match *row {

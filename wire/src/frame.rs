@@ -9,9 +9,6 @@ pub struct CanFrame {
 }
 
 impl CanFrame {
-    /// Empty frame with the highest priority.
-    pub const EMPTY: Self = Self::of(0, []);
-
     /// Creates a frame; `None` if the identifier has more than 11 bits or there are more than 8 bytes.
     #[must_use]
     pub fn new(id: u16, data: &[u8]) -> Option<Self> {

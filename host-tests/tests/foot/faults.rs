@@ -69,10 +69,7 @@ fn watch(fault: PartFault, begin: u64, edges_counted: bool) -> Seen {
 fn watch_moving(fault: PartFault, moves: Stimulus, begin: u64, count_edges: bool) -> Seen {
     let end = begin + DURATION;
     let moving = begin as f64 / 1.0e9..end as f64 / 1.0e9;
-    let motion = move |t: f64| match moving.contains(&t) {
-        true => moves,
-        false => Stimulus::REST,
-    };
+    let motion = move |t: f64| if moving.contains(&t) { moves } else { Stimulus::REST };
     let part = part(motion, ORDINARY);
     let inject = |part: &SharedPart| part.inject(fault);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);

@@ -39,10 +39,7 @@ impl Bars {
 /// # Errors
 /// Those of [`Opened::new`].
 pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, InputError> {
-    let path = match path == Path::new(STANDARD) {
-        true => Path::new(STDIN),
-        false => path,
-    };
+    let path = if path == Path::new(STANDARD) { Path::new(STDIN) } else { path };
     Opened::through(path, format, |file, bytes| {
         let bar = bars.0.add(bar("reading", bytes, LONG_FILE));
         Box::new(bar.wrap_read(file))

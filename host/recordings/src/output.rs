@@ -86,22 +86,6 @@ fn quoted(name: &str) -> Cow<'_, str> {
     }
 }
 
-/// Writes the table of estimates of one foot.
-///
-/// # Errors
-/// Any error of the writer.
-pub fn write_estimates(
-    estimates: &[ContactEstimate],
-    start_us: i64,
-    to: &mut dyn Write,
-) -> io::Result<()> {
-    write_header(TableFeet::One, to)?;
-    for estimate in estimates {
-        write_row(None, estimate, start_us, to)?;
-    }
-    Ok(())
-}
-
 /// Writes a recording as a `csv` that reads back as the same samples.
 ///
 /// # Errors
@@ -249,7 +233,8 @@ mod tests {
 
     fn table(estimate: ContactEstimate) -> String {
         let mut bytes = Vec::new();
-        write_estimates(&[estimate], 0, &mut bytes).unwrap();
+        write_header(TableFeet::One, &mut bytes).unwrap();
+        write_row(None, &estimate, 0, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 

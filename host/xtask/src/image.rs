@@ -104,10 +104,7 @@ fn origin() -> Result<ProgramOrigin> {
     Ok(ProgramOrigin {
         version,
         commit,
-        sources: match changed {
-            true => Sources::Changed,
-            false => Sources::Committed,
-        },
+        sources: if changed { Sources::Changed } else { Sources::Committed },
         sequence: time.parse().context("the time of a commit")?,
     })
 }

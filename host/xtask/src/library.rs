@@ -74,7 +74,11 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
     }
     for (file, below) in FILES {
         let name = Path::new(file).file_name().context("a file has a name")?;
-        write(&folder.join(below).join(name), &fs::read(root().join(file))?)?;
+        let text = fs::read_to_string(root().join(file))?;
+        // Where the header and the example are in the archive.
+        let text = text.replace("](../estimator-c/include/", "](src/");
+        let text = text.replace("](../estimator-c/", "](");
+        write(&folder.join(below).join(name), text.as_bytes())?;
     }
     let packaging = root().join("estimator-c/package");
     for path in files(&packaging)? {

@@ -318,10 +318,7 @@ impl ReplayArguments {
         if let Some(path) = &self.output {
             let tables = feet.iter_mut().filter_map(|foot| foot.foot.table.take());
             let tables = tables.collect();
-            let named = match several {
-                true => TableFeet::Several,
-                false => TableFeet::One,
-            };
+            let named = if several { TableFeet::Several } else { TableFeet::One };
             if !is_bag(path) {
                 write_file(path, |to| estimates::write(tables, named, to))?;
             }

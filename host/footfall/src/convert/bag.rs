@@ -30,10 +30,7 @@ impl Bag {
             let messages = SampleMessages::new(&foot.name);
             streams.push(Stream {
                 offset_us,
-                messages: match self.has_loads {
-                    true => messages.with_load(),
-                    false => messages,
-                },
+                messages: if self.has_loads { messages.with_load() } else { messages },
                 samples: samples(&mut foot.stored, span)?.peekable(),
             });
         }

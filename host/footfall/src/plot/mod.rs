@@ -263,10 +263,7 @@ fn panels(load_title: &str, series: &Series) -> Vec<Panel> {
 
 /// Returns a value range with a small margin.
 fn padded(Range { start, end }: &Range<f64>) -> Range<f64> {
-    let padding = match end > start {
-        true => 0.06 * (end - start),
-        false => 1.0,
-    };
+    let padding = if end > start { 0.06 * (end - start) } else { 1.0 };
     start - padding..end + padding
 }
 

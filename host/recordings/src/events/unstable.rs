@@ -153,10 +153,7 @@ impl Unstable {
         let lasted = |from: Timestamp, to: Timestamp| {
             to.micros_since(from).is_some_and(|us| us >= SHORTEST_SWING_US)
         };
-        let has_swung = match self.has_load {
-            true => self.unloaded.is_some(),
-            false => self.lifted.is_some(),
-        };
+        let has_swung = if self.has_load { self.unloaded.is_some() } else { self.lifted.is_some() };
         let slid_until = |end: Timestamp| self.slid && lasted(self.start, end);
         match self.left_ground().filter(|_| has_swung) {
             Some(left) if lasted(self.start, self.newest) => {

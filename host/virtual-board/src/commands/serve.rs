@@ -83,10 +83,7 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
     let elf = arguments.elf.read()?;
     let bootloader = arguments.bootloader.as_deref().map(elf::read).transpose()?;
     let programs = BoardPrograms { program: elf.into(), bootloader: bootloader.map(Into::into) };
-    let control = match arguments.no_control {
-        true => ControlNode::Absent,
-        false => ControlNode::Present,
-    };
+    let control = if arguments.no_control { ControlNode::Absent } else { ControlNode::Present };
     let options = serve::ServeOptions {
         robot: RobotOptions {
             feet: arguments.feet,

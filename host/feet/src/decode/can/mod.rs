@@ -383,10 +383,7 @@ impl Log {
         }
         let may_be_first = entry.foot.is_some() && contact.sequence == 0;
         let mut counted = Report::default();
-        let report = match may_be_first {
-            true => &mut counted,
-            false => &mut self.report,
-        };
+        let report = if may_be_first { &mut counted } else { &mut self.report };
         let mut foot = match entry.foot.clone() {
             None => LoggedFoot::new(contact, index, at, self.reception),
             Some(mut foot) => match foot.take(contact, index, at, report) {

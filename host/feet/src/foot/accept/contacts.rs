@@ -57,7 +57,7 @@ fn count(
     (name, wanted): (&str, usize),
     mut take: impl FnMut(&ContactRow) -> usize,
 ) -> Result<(), RequestError> {
-    let (patience, tell, has_left) = person.parts();
+    let &mut Person { patience, ref mut tell, has_left } = person;
     let mut told = 0;
     listen(client, has_left, patience, |row| {
         let count = take(row);
@@ -98,7 +98,7 @@ impl Taps {
 
 /// Measures taps on the sole.
 pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
-    let (patience, tell, has_left) = person.parts();
+    let &mut Person { patience, ref mut tell, has_left } = person;
     tell("put the foot down, let it rest, then tap its sole five times, two seconds apart");
     let mut is_ready = false;
     listen(client, has_left, patience, |row| {
@@ -249,7 +249,7 @@ fn says_stable(row: &ContactRow) -> bool {
 
 /// Measures a foot whose sensor is unplugged and plugged in again.
 pub(super) fn unplug(client: &mut Client, person: &mut Person) -> Measured {
-    let (patience, tell, has_left) = person.parts();
+    let &mut Person { patience, ref mut tell, has_left } = person;
     // A foot without a sensor sends no contact until it reports the fault, so the last one with a sensor is known
     // only if it came before the person was told.
     let mut last_valid = None;

@@ -99,16 +99,6 @@ pub struct Person<'a> {
     pub has_left: &'a dyn Fn() -> bool,
 }
 
-/// Patience of a person, the function that shows a text, and the one that returns whether the person has left.
-type Parts<'a> = (Duration, &'a mut dyn FnMut(&str), &'a dyn Fn() -> bool);
-
-impl Person<'_> {
-    /// Borrows the parts one by one: the text is shown while the foot is watched.
-    fn parts(&mut self) -> Parts<'_> {
-        (self.patience, &mut *self.tell, self.has_left)
-    }
-}
-
 /// Measures the foot in these steps, in order.
 ///
 /// Figures are passed to `found` step by step; those of a step in which the person has left are not. On a serial line,

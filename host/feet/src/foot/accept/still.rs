@@ -62,7 +62,7 @@ impl SampleTimes {
 
 /// Measures a foot that lies still.
 pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
-    let (patience, tell, has_left) = person.parts();
+    let &mut Person { patience, ref mut tell, has_left } = person;
     tell("put the foot down level, and do not touch it for ten seconds");
     let period_us = contact_period_us(client)?;
     let mut stillness = Stillness::default();

@@ -83,10 +83,7 @@ impl Turning {
 /// Rotation by a vector of small length, rad.
 fn turn(by: Vector) -> Rotation {
     let half = by.length() / 2.0;
-    let scale = match half > 0.0 {
-        true => half.sin() / (2.0 * half),
-        false => 0.5,
-    };
+    let scale = if half > 0.0 { half.sin() / (2.0 * half) } else { 0.5 };
     let (w, v) = (half.cos(), by * scale);
     Rotation { w, v }
 }
@@ -153,7 +150,7 @@ impl Progress {
 
 /// Measures the six sides of a foot, and a turn about each of its axes.
 pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
-    let (patience, tell, has_left) = person.parts();
+    let &mut Person { patience, ref mut tell, has_left } = person;
     tell("put the foot on each of its six sides, and let go of it for a second on each");
     let mut progress = Progress::default();
     let mut has_asked = false;

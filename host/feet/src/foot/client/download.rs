@@ -99,10 +99,7 @@ impl Client {
             sent((done * SEGMENT).min(bytes.len()));
         }
         let unused = segments.last().map_or(0, |last| SEGMENT - last.len()) as u8;
-        let crc = match has_crc {
-            true => Crc::<u16>::new(&CRC_16_XMODEM).checksum(bytes),
-            false => 0,
-        };
+        let crc = if has_crc { Crc::<u16>::new(&CRC_16_XMODEM).checksum(bytes) } else { 0 };
         let [low, high] = crc.to_le_bytes();
         let end = [0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0];
         self.response(node, end, |head| head == 0xA1).map(|_| ())

@@ -263,10 +263,7 @@ impl<'a> Rows<'a> {
 /// Sentence about an implausible property. Commands that play take the options that it advises, but for `--gravity`.
 fn doubt(name: &str, finding: &Finding) -> String {
     let text = finding.to_string();
-    let advice = match text.contains("--gravity") {
-        true => ", in footfall convert",
-        false => "",
-    };
+    let advice = if text.contains("--gravity") { ", in footfall convert" } else { "" };
     format!("{name}: {text}{advice}")
 }
 

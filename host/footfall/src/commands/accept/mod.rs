@@ -89,10 +89,7 @@ impl AcceptArguments {
             None => End::Complete,
         };
         report.take(&figures, end);
-        let text = match self.json {
-            true => report.to_json(),
-            false => report.summary(),
-        };
+        let text = if self.json { report.to_json() } else { report.summary() };
         print_text(&text).map_err(Error::Print)?;
         done.map_err(FootError::from)?;
         let is_out = |figure: &&Figure| figure.verdict() == Verdict::Out;

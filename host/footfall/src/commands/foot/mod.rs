@@ -226,10 +226,7 @@ impl FootArguments {
                         return Err(FootError::NamedTwice(named.name()));
                     }
                 }
-                let lasting = match save {
-                    true => Lasting::Stored,
-                    false => Lasting::UntilReset,
-                };
+                let lasting = if *save { Lasting::Stored } else { Lasting::UntilReset };
                 self.write(client, &values, lasting)?
             }
             FootAction::Save => {

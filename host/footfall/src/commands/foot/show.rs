@@ -139,10 +139,7 @@ impl FootArguments {
             text.push('\n');
             object.insert(named.name(), value);
         }
-        Ok(match self.json {
-            true => to_json(&FootValues(object)),
-            false => text,
-        })
+        Ok(if self.json { to_json(&FootValues(object)) } else { text })
     }
 
     pub(super) fn info(&self, client: &mut Client) -> Result<String, FootError> {
@@ -160,10 +157,7 @@ impl FootArguments {
             stage: stage.map_or("?", |stage| stage.name()),
             faults: faults.iter().map(Fault::name).collect(),
         };
-        Ok(match self.json {
-            true => to_json(&DescribedLine::of(&info)),
-            false => info.text(),
-        })
+        Ok(if self.json { to_json(&DescribedLine::of(&info)) } else { info.text() })
     }
 }
 

@@ -82,10 +82,7 @@ pub(super) fn line(
     let mut steps = Steps::default();
     pieces(trace, "0", |(time, _)| steps.to(time), to)?;
     to.push_str("],\"v\":[");
-    let scale = match end > start {
-        true => f64::from(LEVELS) / (end - start),
-        false => 0.0,
-    };
+    let scale = if end > start { f64::from(LEVELS) / (end - start) } else { 0.0 };
     let level = |(_, value): (f64, f64)| ((value - start) * scale).round() as i64;
     pieces(trace, "null", level, to)?;
     to.push_str("]}");

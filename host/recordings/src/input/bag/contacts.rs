@@ -213,10 +213,7 @@ fn converted(contact: &RosContact, time_us: i64) -> SentContact {
             stable: contact.p_stable,
         },
         velocity_sigma: f32::NAN,
-        decision: match contact.decision {
-            true => Decision::Stable,
-            false => Decision::NotStable,
-        },
+        decision: if contact.decision { Decision::Stable } else { Decision::NotStable },
         phase: phase_of(contact.state),
         flags: flags_of_contact(Flags::from_bits(contact.flags), contact.valid),
         is_valid: contact.valid,

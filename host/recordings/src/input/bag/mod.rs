@@ -104,10 +104,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     for ((k, feed), foot) in chosen.into_iter().enumerate().zip(feet) {
         let address = feed.address();
         // Samples of several feet on one topic have no contacts beside them.
-        let of_foot = match feed.is_shared {
-            true => Ok(None),
-            false => contacts.of_imu(&feed.topic),
-        };
+        let of_foot = if feed.is_shared { Ok(None) } else { contacts.of_imu(&feed.topic) };
         let of_foot = of_foot.map_err(|source| InputError::spool(&file, source))?;
         let name = container.name.clone();
         let mut stored = feed.finish(name, foot, loads.series.get(k), hints, &file)?;

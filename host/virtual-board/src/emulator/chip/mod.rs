@@ -288,10 +288,7 @@ impl Chip {
         for index in 0..self.spis.len() {
             let pclk = self.spi_clock(index);
             if let Some(out) = self.spis[index].take_frame(now) {
-                let answer = match index == self.wiring.spi {
-                    true => self.exchange(out, now),
-                    false => 0xFF,
-                };
+                let answer = if index == self.wiring.spi { self.exchange(out, now) } else { 0xFF };
                 self.spis[index].finish_frame(answer, now, pclk);
             }
         }

@@ -64,10 +64,7 @@ impl Chip {
     pub(super) fn exchange(&mut self, out: u8, now: u64) -> u8 {
         // The data line then has the level of its pull.
         let data = self.wiring.sensor_bus[2].pin;
-        let undriven = match self.ports[data.port].is_pulled_up(data.number) {
-            true => 0xFF,
-            false => 0,
-        };
+        let undriven = if self.ports[data.port].is_pulled_up(data.number) { 0xFF } else { 0 };
         let Some(sensor) = &mut self.sensor else {
             return undriven;
         };
@@ -166,10 +163,7 @@ impl Chip {
                 ..Transaction::default()
             });
         }
-        self.with_sensor(now, |sensor| match low {
-            true => sensor.select(),
-            false => sensor.deselect(),
-        });
+        self.with_sensor(now, |sensor| if low { sensor.select() } else { sensor.deselect() });
     }
 
     /// Checks that the sensor is clocked over its pins, in mode 0 or 3 at 10 MHz at most.

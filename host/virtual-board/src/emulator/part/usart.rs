@@ -178,10 +178,7 @@ impl Usart {
             let frame = self.frame(pclk);
             let next = self.incoming.front();
             let follows = next.is_some_and(|next| next.time <= time + frame);
-            self.idle_at = match follows || !stopped {
-                true => NEVER,
-                false => time + frame,
-            };
+            self.idle_at = if follows || !stopped { NEVER } else { time + frame };
             return;
         }
         if self.idle_at <= now {

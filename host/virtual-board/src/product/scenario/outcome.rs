@@ -124,10 +124,7 @@ impl ScenarioOutcome {
         outcome.take_counters(watch, at, &resets);
         let silences = Line::BOTH.map(|line| longest_silence(contacts(), line, at, now));
         outcome.silent_us = silences.map(|(silent_us, _)| silent_us);
-        let lines: &[Line] = match scenario.with_can {
-            true => &Line::BOTH,
-            false => &[Line::Uart],
-        };
+        let lines: &[Line] = if scenario.with_can { &Line::BOTH } else { &[Line::Uart] };
         outcome.healthy = lines.iter().all(|&line| {
             let of_line = |contact: &&ContactFrame| contact.line == line;
             let last = watch.contacts.iter().rev().find(of_line);

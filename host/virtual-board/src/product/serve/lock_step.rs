@@ -94,10 +94,7 @@ pub fn turn(
     longest: Duration,
     changed: &mut dyn FnMut(usize, Change),
 ) -> io::Result<Turn> {
-    let longest = match is_turn_of_boards(lines) {
-        true => Duration::ZERO,
-        false => longest,
-    };
+    let longest = if is_turn_of_boards(lines) { Duration::ZERO } else { longest };
     if is_ready(lines, longest)? {
         for (index, line) in lines.iter_mut().enumerate() {
             if line.receive(now_us) == Some(Change::Closed) {

@@ -102,10 +102,7 @@ impl Cpu {
         self.set(RegisterARM::LR, link);
 
         let mut machine = self.machine.borrow_mut();
-        machine.spend(match core::mem::take(&mut self.returned) {
-            true => TAIL,
-            false => ENTRY,
-        });
+        machine.spend(if core::mem::take(&mut self.returned) { TAIL } else { ENTRY });
         machine.nvic.begin(number);
         machine.count_exception(number);
         let table = match machine.scb.vtor {
@@ -171,10 +168,7 @@ impl Cpu {
             self.set(RegisterARM::FAULTMASK, 0);
         }
         let process = process && thread;
-        let stack_pointer = match process {
-            true => RegisterARM::PSP,
-            false => RegisterARM::SP,
-        };
+        let stack_pointer = if process { RegisterARM::PSP } else { RegisterARM::SP };
         let stack = self.get(stack_pointer);
         let size: u32 = if float { 0x68 } else { 0x20 };
         let mut bytes = [0; 0x68];

@@ -59,10 +59,7 @@ impl Can {
                         Some(first) if self.hears_others() => first.time,
                         _ => NEVER,
                     };
-                    let start = match self.starts_now() {
-                        true => self.now,
-                        false => peer.max(self.now),
-                    };
+                    let start = if self.starts_now() { self.now } else { peer.max(self.now) };
                     if start <= now && self.is_normal() {
                         self.arbitrate(start);
                     }
@@ -104,10 +101,7 @@ impl Can {
             }
         }
         // An error flag ends a frame early: no bit after the first few is sent.
-        let bits = match self.is_shorted() {
-            true => 1 + 6 + 8 + 3,
-            false => frame.bits(),
-        };
+        let bits = if self.is_shorted() { 1 + 6 + 8 + 3 } else { frame.bits() };
         let length = bits * self.bit();
         self.busy = Some((sender, start + length));
     }
@@ -162,10 +156,7 @@ impl Can {
 
     /// Waits for this many recessive bits until the controller takes part again.
     pub(super) fn wait_for_idle(&mut self, bits: u64) {
-        self.joined_at = match self.is_shorted() {
-            true => NEVER,
-            false => self.now + bits * self.bit(),
-        };
+        self.joined_at = if self.is_shorted() { NEVER } else { self.now + bits * self.bit() };
     }
 
     fn join(&mut self, time: u64) {

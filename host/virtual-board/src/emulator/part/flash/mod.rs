@@ -304,10 +304,7 @@ impl FlashRegisters {
             self.cut = true;
         }
         let broken_off = now.saturating_add(length) > self.reset_at;
-        self.stall += match broken_off {
-            true => self.reset_at.saturating_sub(now),
-            false => length,
-        };
+        self.stall += if broken_off { self.reset_at.saturating_sub(now) } else { length };
         self.cut || broken_off
     }
 
