@@ -291,7 +291,7 @@ def test_s3_is_read_and_written(
         row = by_foot(found)["robot0", "L"]
         assert row["recording"] == "s3://robots/logs/robot0/L.parquet"
         local = by_foot(fleet.estimate(source, tmp_path / "out", samples=True))["robot0", "L"]
-        same = ["samples", "steps", "stable_s", "gyro_bias_end_wx_rad_s", "rate_half_width_rad_s"]
+        same = ["samples", "steps", "stable_s", "gyro_bias_end_wx_rad_s", "edge_m_s2"]
         assert [row[name] for name in same] == [local[name] for name in same]
         with storage.open(f"tables/contact/{row['samples_file']}") as file:
             there = parquet.read_table(file)
