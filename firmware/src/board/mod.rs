@@ -24,7 +24,7 @@ pub mod wiring;
 #[cfg(feature = "reference")]
 #[path = "reference/mod.rs"]
 pub mod wiring;
-pub use wiring::{BOARD, NAME};
+pub use wiring::BOARD;
 
 pub mod can;
 pub mod clocks;

@@ -17,7 +17,7 @@ mod start;
 
 use core::sync::atomic::{AtomicBool, AtomicU8};
 
-use bootloader::image::{self, Header};
+use bootloader::image::{self, Board, Header};
 use bootloader::supply;
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
@@ -102,7 +102,10 @@ fn main() -> ! {
     };
     let start = Start {
         serial: board.serial,
-        hardware: board::NAME,
+        hardware: match board::BOARD {
+            Board::Reference => "STM32F405RG + LSM6DSOX",
+            Board::Feather => "Feather STM32F405 + LSM6DSOX",
+        },
         cause: match (board.reset, board.crash.is_some()) {
             (Reset::Software, false) if !board::update::take_resume() => BootCause::Commanded,
             _ => BootCause::PowerUp,

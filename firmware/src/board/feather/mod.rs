@@ -26,6 +26,3 @@ super::table::wiring! {
 
 /// Board in the header of the program.
 pub const BOARD: bootloader::image::Board = bootloader::image::Board::Feather;
-
-/// Name of the board in object 0x1009.
-pub const NAME: &str = "Feather STM32F405 + LSM6DSOX";

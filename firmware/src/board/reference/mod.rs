@@ -18,6 +18,3 @@ super::table::wiring! {
 
 /// Board in the header of the program.
 pub const BOARD: bootloader::image::Board = bootloader::image::Board::Reference;
-
-/// Name of the board in object 0x1009.
-pub const NAME: &str = "STM32F405RG + LSM6DSOX";
