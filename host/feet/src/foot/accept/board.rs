@@ -37,8 +37,7 @@ pub(super) fn measure(client: &mut Client) -> Measured {
             Ok((cost != 0).then_some(cost))
         });
         costs.push(match cost {
-            Ok(None) => limit
-                .not_tested("the foot has not measured it: it is simulated, or has just started"),
+            Ok(None) => limit.not_tested("the foot is simulated, lacks CAN, or has just started"),
             Ok(Some(cost)) => {
                 // A foot that measures times measures the stack, too, ten seconds after its start.
                 looks = STACK_LOOKS;
