@@ -9,10 +9,7 @@
 //! Saturation applies to a sensor as a whole, whichever axis is affected:
 //! [`Validity`](crate::Validity) is unchanged.
 
-// A microcontroller has no text to parse, and the core library's number parser can panic.
-#[cfg(not(target_os = "none"))]
-mod read;
-mod text;
+use core::fmt::{self, Display, Formatter};
 
 use crate::sample::{AngularRate, SpecificForce};
 use crate::vector::{Quaternion, Vec3};
@@ -64,6 +61,19 @@ impl SensorAxis {
             Self::MinusX => -vector.x,
             Self::MinusY => -vector.y,
             Self::MinusZ => -vector.z,
+        }
+    }
+
+    /// Short name: `x` … `-z`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::MinusX => "-x",
+            Self::MinusY => "-y",
+            Self::MinusZ => "-z",
         }
     }
 
@@ -221,8 +231,32 @@ pub enum MountingError {
         /// Its length.
         length: f32,
     },
-    /// The text is neither three axes nor four numbers.
-    Unreadable,
+}
+
+impl Display for MountingError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::AxisTwice { axes } => {
+                let [x, y, z] = axes.map(SensorAxis::name);
+                write!(
+                    f,
+                    "{x},{y},{z} has an axis twice: each of the sensor's x, y and z lies along one axis of the foot, such as x,-z,y"
+                )
+            }
+            Self::LeftHanded { axes: [a, b, c] } => {
+                let [x, y, z] = [a, b, c].map(SensorAxis::name);
+                let (other_x, other_y) = (a.opposite().name(), b.opposite().name());
+                write!(
+                    f,
+                    "{x},{y},{z} is left-handed, and a sensor is not: flip the sign of one axis, as in {x},{other_y},{z} or {other_x},{y},{z}"
+                )
+            }
+            Self::Length { length } => write!(
+                f,
+                "the quaternion has the length {length}, allowed is 0.999 to 1.001: divide its four numbers by their length"
+            ),
+        }
+    }
 }
 
 impl core::error::Error for MountingError {}

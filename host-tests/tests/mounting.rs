@@ -7,6 +7,7 @@ use estimator_core::{
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use host_tests::datasets::recorded;
+use recordings::config::parse_axes;
 use recordings::input::{self, Correction, Format, Hints};
 use recordings::mounting::{rotation, then};
 use recordings::output::write_recording;
@@ -42,7 +43,7 @@ fn mountings() -> Vec<Mounting> {
 }
 
 fn mounting(text: &str) -> Mounting {
-    text.parse().expect(text)
+    parse_axes(text).expect(text)
 }
 
 /// Recording of the same motion by a sensor in another orientation.
@@ -94,7 +95,7 @@ fn any_of_24_mountings_gives_the_same_bits() {
             let turned = recorded_by(recording, |vector| back.turn(vector));
             let found = bits(&estimates(&turned, mounting, &params));
             let difference = found.iter().zip(&expected).find(|(a, b)| a != b);
-            assert_eq!(difference, None, "{mounting}");
+            assert_eq!(difference, None, "{mounting:?}");
             assert_eq!(found.len(), expected.len());
         }
     }

@@ -14,6 +14,7 @@ use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use host_tests::requirements::unmet;
+use recordings::config::parse_axes;
 use recordings::input::{BagOptions, Correction, Foreign, Format, Hints, Opened, Topics};
 use recordings::output::write_recording;
 use recordings::replay::Replay;
@@ -186,7 +187,7 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
         // Mounted with its axes turned, the right foot is as the left one.
         let mut turned = hints(&["all"], &["/ft/fl", "/ft/fr"]);
         let correction =
-            Correction { mounting: "-x,-y,z".parse().expect("axes"), ..Correction::NONE };
+            Correction { mounting: parse_axes("-x,-y,z").expect("axes"), ..Correction::NONE };
         turned.foot_corrections.insert("FR".to_owned(), correction);
         for foot in read(&path, &turned) {
             assert!(foot.samples.iter().zip(&left.samples).all(|(found, expected)| {

@@ -2,6 +2,7 @@ use std::format;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
+use super::SensorAxis::{MinusX, MinusY, MinusZ, X, Y, Z};
 use super::*;
 
 /// All combinations of three axes.
@@ -15,12 +16,20 @@ fn all_ways() -> Vec<[SensorAxis; 3]> {
     ways
 }
 
-fn mounting(text: &str) -> Mounting {
-    text.parse().expect(text)
+fn along(axes: [SensorAxis; 3]) -> Mounting {
+    MountingParams::Axes(axes).validate().expect("possible")
 }
 
-fn refusal(text: &str) -> String {
-    text.parse::<Mounting>().expect_err(text).to_string()
+fn quaternion([w, x, y, z]: [f32; 4]) -> Result<Mounting, MountingError> {
+    MountingParams::Rotation(Quaternion { w, x, y, z }).validate()
+}
+
+fn rotation(parts: [f32; 4]) -> Mounting {
+    quaternion(parts).expect("a unit quaternion")
+}
+
+fn refusal(axes: [SensorAxis; 3]) -> String {
+    MountingParams::Axes(axes).validate().expect_err("impossible").to_string()
 }
 
 fn bits(vector: Vec3) -> [u32; 3] {
@@ -32,7 +41,7 @@ const READING: Vec3 = Vec3::new(0.25, -0.0, 9.81);
 #[test]
 fn axes_are_given_in_the_order_of_the_foots_axes() {
     // The foot's z is along the sensor's y.
-    let mounting = mounting("x,-z,y");
+    let mounting = along([X, MinusZ, Y]);
     let up = Vec3::new(0.0, 9.81, 0.0);
     assert_eq!(mounting.turn(up), Vec3::new(0.0, 0.0, 9.81));
     let mut force = SpecificForce(Vec3::new(1.0, 2.0, 3.0));
@@ -44,9 +53,9 @@ fn axes_are_given_in_the_order_of_the_foots_axes() {
 
 #[test]
 fn identity_mounting_keeps_every_bit_in_every_notation() {
-    for text in ["x,y,z", " +x, y ,z", "1,0,0,0", "-1,0,-0,0", "0.9995,0,0,0"] {
-        let mounting = mounting(text);
-        assert_eq!(mounting, Mounting::IDENTITY, "{text}");
+    let rotations = [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, -0.0, 0.0], [0.9995, 0.0, 0.0, 0.0]];
+    for mounting in rotations.map(rotation).into_iter().chain([along([X, Y, Z])]) {
+        assert_eq!(mounting, Mounting::IDENTITY);
         assert_eq!(bits(mounting.turn(READING)), bits(READING));
     }
     assert_eq!(Mounting::default(), Mounting::IDENTITY);
@@ -56,35 +65,30 @@ fn identity_mounting_keeps_every_bit_in_every_notation() {
 fn quaternion_rotates_like_the_equivalent_axes() {
     let half = 0.5_f32.sqrt();
     for (quaternion, axes) in [
-        (format!("{half},{half},0,0"), "x,-z,y"),
-        (format!("{half},0,{half},0"), "z,y,-x"),
-        (format!("{half},0,0,-{half}"), "y,-x,z"),
-        ("0.5,0.5,0.5,0.5".to_string(), "z,x,y"),
-        ("0,1,0,0".to_string(), "x,-y,-z"),
+        ([half, half, 0.0, 0.0], [X, MinusZ, Y]),
+        ([half, 0.0, half, 0.0], [Z, Y, MinusX]),
+        ([half, 0.0, 0.0, -half], [Y, MinusX, Z]),
+        ([0.5; 4], [Z, X, Y]),
+        ([0.0, 1.0, 0.0, 0.0], [X, MinusY, MinusZ]),
     ] {
         let vector = Vec3::new(3.0, -5.0, 7.0);
-        let difference = mounting(&quaternion).turn(vector) - mounting(axes).turn(vector);
-        assert!(difference.length() < 3e-6, "{quaternion}: {difference:?}");
+        let difference = rotation(quaternion).turn(vector) - along(axes).turn(vector);
+        assert!(difference.length() < 3e-6, "{quaternion:?}: {difference:?}");
     }
 }
 
 #[test]
 fn quaternion_with_three_decimals_is_normalised() {
     let vector = Vec3::new(3.0, -5.0, 7.0);
-    let turned = mounting("0.707,0.707,0,0").turn(vector);
+    let turned = rotation([0.707, 0.707, 0.0, 0.0]).turn(vector);
     assert!((turned.length() - vector.length()).abs() < 1e-5);
-    assert!((turned - mounting("x,-z,y").turn(vector)).length() < 1e-5);
+    assert!((turned - along([X, MinusZ, Y]).turn(vector)).length() < 1e-5);
 }
 
 #[test]
-fn mounting_round_trips_through_text() {
-    for axes in all_ways() {
-        let params = MountingParams::Axes(axes);
-        assert_eq!(params.to_string().parse(), Ok(params));
-    }
-    for text in ["0.707,0.707,0,0", "0.1,-0.7,0.5,0.4998", "1e-3,0.6,0.8,0"] {
-        let mounting = mounting(text);
-        assert_eq!(mounting.to_string().parse(), Ok(mounting), "{text}");
+fn params_of_a_mounting_make_it_again() {
+    let quaternions = [[0.707, 0.707, 0.0, 0.0], [0.1, -0.7, 0.5, 0.4998], [1e-3, 0.6, 0.8, 0.0]];
+    for mounting in quaternions.map(rotation) {
         assert_eq!(mounting.params().validate(), Ok(mounting));
     }
 }
@@ -92,7 +96,7 @@ fn mounting_round_trips_through_text() {
 #[test]
 fn mirror_image_is_rejected_with_the_axis_to_flip() {
     assert_eq!(
-        refusal("x,z,y"),
+        refusal([X, Z, Y]),
         "x,z,y is left-handed, and a sensor is not: flip the sign of one axis, as in x,-z,y or -x,z,y"
     );
     for axes in all_ways() {
@@ -109,27 +113,26 @@ fn mirror_image_is_rejected_with_the_axis_to_flip() {
 
 #[test]
 fn axis_used_twice_is_rejected() {
-    for text in ["x,x,z", "x,-x,z", "z,y,z"] {
-        let expected = format!("{text} has an axis twice: ");
-        assert!(refusal(text).starts_with(&expected), "{}", refusal(text));
+    for axes in [[X, X, Z], [X, MinusX, Z], [Z, Y, Z]] {
+        let expected = format!("{} has an axis twice: ", axes.map(SensorAxis::name).join(","));
+        assert!(refusal(axes).starts_with(&expected), "{}", refusal(axes));
     }
 }
 
 #[test]
 fn quaternion_of_wrong_length_is_rejected_with_its_length() {
     assert_eq!(
-        refusal("1,1,0,0"),
+        quaternion([1.0, 1.0, 0.0, 0.0]).expect_err("long").to_string(),
         "the quaternion has the length 1.4142135, allowed is 0.999 to 1.001: \
          divide its four numbers by their length"
     );
-    for text in ["0,0,0,0", "nan,0,0,1", "inf,0,0,0", "1.002,0,0,0", "0,0.998,0,0"] {
-        assert!(refusal(text).starts_with("the quaternion has the length"));
-    }
-}
-
-#[test]
-fn unreadable_text_is_rejected_with_the_expected_format() {
-    for text in ["", "x", "x,y", "x,y,z,x", "x,y,w", "1,0,0", "1,0,0,0,0", "X,Y,Z", "--x,y,z"] {
-        assert!(refusal(text).contains("such as x,-z,y"), "{text}");
+    for parts in [
+        [0.0; 4],
+        [f32::NAN, 0.0, 0.0, 1.0],
+        [f32::INFINITY, 0.0, 0.0, 0.0],
+        [1.002, 0.0, 0.0, 0.0],
+        [0.0, 0.998, 0.0, 0.0],
+    ] {
+        assert!(matches!(quaternion(parts), Err(MountingError::Length { .. })), "{parts:?}");
     }
 }

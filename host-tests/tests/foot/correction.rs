@@ -9,7 +9,7 @@ use ::storage::Origin;
 use estimator_core::{ContactEstimate, ImuSample, Params, Timestamp, Validity, Vec3};
 use firmware::ports::Input;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
-use recordings::config::Overrides;
+use recordings::config::{Overrides, parse_axes};
 use recordings::input::{Format, Hints, read};
 use recordings::replay::replay;
 use wire::dictionary::index;
@@ -213,7 +213,7 @@ fn a_mounting_set_over_uart_applies_at_once_and_after_restart() {
     let flash = stored(Flash::blank(), bench.foot.settings());
     let (settings, origin) = load(flash);
     assert_eq!(origin, Origin::Stored);
-    assert_eq!(Ok(settings.mounting()), "x,-z,y".parse());
+    assert_eq!(Ok(settings.mounting()), parse_axes("x,-z,y"));
     let bench = Bench::new(settings).running();
     assert_eq!(up(&bench), [0.0, -1.0, 0.0]);
 }

@@ -117,17 +117,18 @@ fn angle_degrees(axis: SensorAxis, up: Vec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::{axes_text, parse_axes};
 
     fn found(x: f32, y: f32, z: f32) -> String {
         let up = Vec3::new(x, y, z);
         let mounting = with_z_up(up).expect("z is not up");
         let turned = mounting.turn(up);
         assert!(tilt_degrees(turned) <= NEAR_DEGREES, "{turned:?}");
-        mounting.to_string()
+        axes_text(&mounting)
     }
 
     fn mounting(text: &str) -> Mounting {
-        text.parse().expect(text)
+        parse_axes(text).expect(text)
     }
 
     /// All mountings along the axes, and some others.
@@ -140,11 +141,8 @@ mod tests {
             }
         }
         assert_eq!(all.len(), 24);
-        all.extend(["0.8,0.6,0,0", "0.5,-0.5,0.1,0.7"].map(|text| {
-            let Ok(MountingParams::Rotation(q)) = text.parse() else {
-                panic!("{text}");
-            };
-            checked(MountingParams::Rotation(q.normalised()))
+        all.extend([[0.8, 0.6, 0.0, 0.0], [0.5, -0.5, 0.1, 0.7]].map(|[w, x, y, z]| {
+            checked(MountingParams::Rotation(Quaternion { w, x, y, z }.normalised()))
         }));
         all
     }
@@ -190,7 +188,7 @@ mod tests {
             for second in mountings() {
                 let both = then(&first, &second);
                 let difference = both.turn(vector) - second.turn(first.turn(vector));
-                assert!(difference.length() < 1e-5, "{first}; {second}: {both}");
+                assert!(difference.length() < 1e-5, "{first:?}; {second:?}: {both:?}");
             }
         }
     }
@@ -201,7 +199,7 @@ mod tests {
         for mounting in mountings() {
             let expected = Vector::from(mounting.turn(vector));
             let found = rotation(&mounting).to_world(vector.into());
-            assert!((found - expected).length() < 1e-5, "{mounting}");
+            assert!((found - expected).length() < 1e-5, "{mounting:?}");
         }
     }
 }

@@ -688,7 +688,8 @@ mod tests {
         assert_eq!(mountings.len(), 24);
         let mut settings = Settings::default();
         assert_eq!(set_mounting(&mut settings, 1, Value::U16(162)), Ok(()));
-        assert_eq!(Ok(settings.mounting()), "x,-z,y".parse());
+        let turned = MountingParams::Axes([SensorAxis::X, SensorAxis::MinusZ, SensorAxis::Y]);
+        assert_eq!(settings.mounting().params(), turned);
         // Left-handed, and with an axis twice.
         for wrong in [132, 113, 999] {
             let refused = set_mounting(&mut settings, 1, Value::U16(wrong));
@@ -704,7 +705,8 @@ mod tests {
             assert_eq!(settings.mounting(), Mounting::IDENTITY);
         }
         assert_eq!(set_mounting(&mut settings, 1, Value::U16(0)), Ok(()));
-        assert_eq!(Ok(settings.mounting()), "0.8,0,-0.6,0".parse());
+        let turned = MountingParams::Rotation(Quaternion { w: 0.8, x: 0.0, y: -0.6, z: 0.0 });
+        assert_eq!(settings.mounting().params(), turned);
         // From now on its components must be compatible.
         let before = settings.clone();
         for (wrong, code) in [

@@ -127,7 +127,7 @@ fn micros(seconds: f64) -> Option<Value> {
 fn axes_text(code: u16) -> String {
     let axis = |digit: u16| SensorAxis::ALL.get(usize::from(digit).wrapping_sub(1));
     match [axis(code / 100), axis(code / 10 % 10), axis(code % 10)] {
-        [Some(x), Some(y), Some(z)] => MountingParams::Axes([*x, *y, *z]).to_string(),
+        [Some(x), Some(y), Some(z)] => [x, y, z].map(|axis| axis.name()).join(","),
         _ => QUATERNION.to_owned(),
     }
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 #[cfg(test)]
 use serde_json::json;
 
-use crate::config::{GRAVITIES, LEARNINGS, LearntValues, METHODS, Preset, word_of};
+use crate::config::{GRAVITIES, LEARNINGS, LearntValues, METHODS, Preset, axes_text, word_of};
 
 /// How one foot was estimated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -114,7 +114,7 @@ impl From<&Correction> for CorrectionReport {
             accelerometer_bias_m_s2: bias,
             accelerometer_scale: scale,
             gyroscope_bias_rad_s: gyroscope,
-            axes: correction.mounting.to_string(),
+            axes: axes_text(&correction.mounting),
         }
     }
 }

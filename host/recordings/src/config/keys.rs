@@ -5,6 +5,7 @@ use crate::number::shown;
 use estimator_core::{Axis, Learnt, Mounting, Parameter, Params, Row, parameter};
 use wire::dictionary::{self, Address};
 
+use super::axes::axes_text;
 use super::correction::{ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS, Limits};
 use super::notation::Notation;
 use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text, word_of};
@@ -186,7 +187,7 @@ impl Key {
                 }
             }
             Kind::Gravity => quoted(word_of(&GRAVITIES, params.gravity)),
-            Kind::Axes => quoted(&Mounting::IDENTITY.to_string()),
+            Kind::Axes => quoted(&axes_text(&Mounting::IDENTITY)),
             Kind::Method => quoted(word_of(&METHODS, params.method)),
             Kind::Learning => quoted(word_of(&LEARNINGS, params.learning)),
             Kind::Window => quoted(&window_text(params.window)),

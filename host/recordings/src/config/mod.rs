@@ -84,6 +84,7 @@
 //! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,
 //! `_m`, `_m_s`, `_m_s2` or `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
+mod axes;
 mod correction;
 mod example;
 mod keys;
@@ -104,6 +105,7 @@ use estimator_core::Params;
 use thiserror::Error;
 use toml::de::DeTable;
 
+pub use axes::{FootAxes, axes_text, parse_axes};
 pub use example::example;
 pub use keys::{Key, keys};
 pub use learnt::LearntValues;
@@ -113,9 +115,9 @@ pub use refusal::{Origins, ParameterRefusal, RateOrigin};
 pub use resolved::{ConfigFile, NoSuchFoot, Resolved};
 pub use settings::Settings;
 pub use value::{
-    FootAxes, GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity,
-    parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_seconds,
-    parse_window, window_text, word_of,
+    GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_gravity, parse_gyro_timing,
+    parse_learning, parse_method, parse_sample_rate, parse_seconds, parse_window, window_text,
+    word_of,
 };
 
 use settings::Reader;

@@ -208,6 +208,7 @@ impl Resolved {
 
 #[cfg(test)]
 mod tests {
+    use super::super::axes_text;
     use super::*;
 
     fn of_file(text: &str) -> Resolved {
@@ -237,8 +238,8 @@ mod tests {
                 resolved.params(Format::Csv).window,
                 hints.sample_rate,
                 hints.gravity,
-                hints.correction.mounting.to_string(),
-                hints.correction_of(&["FL"]).mounting.to_string(),
+                axes_text(&hints.correction.mounting),
+                axes_text(&hints.correction_of(&["FL"]).mounting),
             )
         });
         let window = Preset::Default.params(Format::Csv).window;

@@ -10,11 +10,12 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
+use super::axes::parse_axes;
 use super::correction::Limits;
 use super::keys::{Key, Kind, axis, keys, keys_of_a_foot};
 use super::value::{
-    checked_sample_rate, parse_axes, parse_gravity, parse_gyro_timing, parse_learning,
-    parse_method, parse_window,
+    checked_sample_rate, parse_gravity, parse_gyro_timing, parse_learning, parse_method,
+    parse_window,
 };
 
 /// Settings for all feet, or for one: what is set differs from the preset, the rest does not.

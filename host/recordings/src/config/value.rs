@@ -1,13 +1,6 @@
 //! Values written as words, in files and on the command line.
 
-use std::collections::BTreeMap;
-use std::str::FromStr;
-
-use estimator_core::{
-    Gravity, GyroTiming, Learning, Method, Mounting, MountingError, WindowLength,
-};
-
-use crate::input::{Correction, is_among};
+use estimator_core::{Gravity, GyroTiming, Learning, Method, WindowLength};
 
 use super::notation::Notation;
 
@@ -126,90 +119,6 @@ pub fn parse_gravity(text: &str) -> Result<Gravity, String> {
     value_of(&GRAVITIES, text)
 }
 
-/// Parses the mounting of the sensor: for each of the foot's x, y and z the axis of the sensor along it, such as
-/// `x,-z,y`, or a unit quaternion `w,x,y,z` from the sensor's frame to the foot's.
-///
-/// # Errors
-/// A sentence with the accepted notation, or the necessary change.
-pub fn parse_axes(text: &str) -> Result<Mounting, String> {
-    text.parse().map_err(|error| match error {
-        MountingError::Unreadable => format!("{text:?} is neither axes nor a quaternion: {error}"),
-        other => other.to_string(),
-    })
-}
-
-/// Mounting of the sensors: the same in all feet, or one of each foot.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FootAxes {
-    /// Of all feet.
-    All(Mounting),
-    /// By the name of the foot.
-    Each(BTreeMap<String, Mounting>),
-}
-
-impl FootAxes {
-    /// The first foot with a mounting that is not among these names.
-    pub fn absent(&self, names: &[&str]) -> Option<&str> {
-        let Self::Each(mountings) = self else {
-            return None;
-        };
-        let mut feet = mountings.keys().map(String::as_str);
-        feet.find(|foot| !is_among(foot, names))
-    }
-
-    /// Replaces the mountings in the correction of all feet and in those of single feet.
-    pub fn set(&self, all: &mut Correction, feet: &mut BTreeMap<String, Correction>) {
-        match self {
-            Self::All(mounting) => {
-                all.mounting = *mounting;
-                for correction in feet.values_mut() {
-                    correction.mounting = *mounting;
-                }
-            }
-            Self::Each(mountings) => {
-                for (foot, mounting) in mountings {
-                    let mut names = feet.keys();
-                    let known = names.find(|name| name.eq_ignore_ascii_case(foot)).cloned();
-                    let own = feet.entry(known.unwrap_or_else(|| foot.clone()));
-                    own.or_insert(*all).mounting = *mounting;
-                }
-            }
-        }
-    }
-}
-
-impl FromStr for FootAxes {
-    type Err = String;
-
-    /// Reads a mounting as [`parse_axes`] does, or one for each foot, such as `FL=x,y,z,FR=-x,-y,z`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        if !text.contains('=') {
-            return parse_axes(text).map(Self::All);
-        }
-        let mut feet: BTreeMap<String, String> = BTreeMap::new();
-        let mut name: Option<&str> = None;
-        for part in text.split(',') {
-            if let Some((foot, first)) = part.split_once('=') {
-                let foot = foot.trim();
-                if foot.is_empty() || is_among(foot, feet.keys()) {
-                    return Err(format!("{text:?} names no foot before =, or one twice"));
-                }
-                feet.insert(foot.to_owned(), first.to_owned());
-                name = Some(foot);
-            } else if let Some(axes) = name.and_then(|name| feet.get_mut(name)) {
-                *axes = format!("{axes},{part}");
-            } else {
-                return Err(format!("{text:?} has {part:?} before the name of a foot"));
-            }
-        }
-        let parsed = feet.into_iter().map(|(foot, axes)| {
-            let mounting = parse_axes(&axes).map_err(|error| format!("{foot}: {error}"))?;
-            Ok((foot, mounting))
-        });
-        parsed.collect::<Result<_, String>>().map(Self::Each)
-    }
-}
-
 /// Parses the time of the gyroscope's measurement: `period_mean`, or a delay such as `1.5ms`.
 ///
 /// # Errors
@@ -232,27 +141,6 @@ fn duration(text: &str) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn axes_of_each_foot_are_read() {
-        let axes = |text: &str| text.parse::<FootAxes>();
-        let turned = parse_axes("x,-z,y").unwrap();
-        assert_eq!(axes("x,-z,y"), Ok(FootAxes::All(turned)));
-        let Ok(FootAxes::Each(feet)) = axes("FL=x,-z,y,fr=1,0,0,0") else {
-            panic!("two feet");
-        };
-        assert_eq!(feet["FL"], turned);
-        assert_eq!(feet["fr"], Mounting::IDENTITY);
-        for (text, why) in [
-            ("x,FL=y,z", "has \"x\" before the name of a foot"),
-            ("FL=x,y,z,fl=x,y,z", "one twice"),
-            ("=x,y,z", "names no foot"),
-            ("FL=x,y", "FL: \"x,y\" is neither axes nor a quaternion"),
-        ] {
-            let said = axes(text).unwrap_err();
-            assert!(said.contains(why), "{text}: {said}");
-        }
-    }
 
     #[test]
     fn method_and_learning_are_words() {
@@ -279,20 +167,6 @@ mod tests {
         assert_eq!(parse_sample_rate("285.714"), Ok(285.714));
         for wrong in ["0", "-1", "nan", "inf", "1e99", "fast"] {
             assert!(parse_sample_rate(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn axes_are_three_names_or_a_quaternion() {
-        for (text, read) in [("x,-z,y", "x,-z,y"), ("1,0,0,0", "x,y,z")] {
-            assert_eq!(parse_axes(text).map(|axes| axes.to_string()), Ok(read.to_owned()));
-        }
-        for (text, error) in [
-            ("x,z", "\"x,z\" is neither axes nor a quaternion: write "),
-            ("x,z,y", "x,z,y is left-handed, and a sensor is not: flip the sign of "),
-        ] {
-            let refused = parse_axes(text).unwrap_err();
-            assert!(refused.starts_with(error), "{refused}");
         }
     }
 

@@ -16,6 +16,7 @@ use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Gravity, Mounting, Vec3};
 use thiserror::Error;
 
+use crate::config::axes_text;
 use crate::mounting;
 use clock::ClockCheck;
 use dead::DeadCheck;
@@ -104,7 +105,7 @@ pub enum Finding {
         at_rest: f32,
     },
     /// At rest, gravity is not along the z axis.
-    #[error("{up} is up at rest, where the foot has z: --axes {axes}")]
+    #[error("{up} is up at rest, where the foot has z: --axes {}", axes_text(axes))]
     GravityNotAlongZ {
         /// The axis that is up, such as `-x`.
         up: &'static str,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::config::parse_axes;
 use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
 /// A foot that rests and swings every second for 10 s at 200 Hz, with gravity along z.
@@ -132,7 +133,7 @@ fn gravity_contradicting_its_declaration_is_found() {
 #[test]
 fn sensor_on_its_side_is_found_with_the_axis_up() {
     let up = |recording: &Recording| match check(recording)[..] {
-        [Finding::GravityNotAlongZ { up, axes }] => (up, axes.to_string()),
+        [Finding::GravityNotAlongZ { up, axes }] => (up, axes_text(&axes)),
         ref other => panic!("{other:?}"),
     };
     let is = |up: &'static str, axes: &str| (up, axes.to_owned());
@@ -149,7 +150,7 @@ fn sensor_on_its_side_is_found_with_the_axis_up() {
 #[test]
 fn wrong_mounting_is_replaced_by_a_right_one() {
     // y of the sensor is up, but was declared as x of the foot.
-    let wrong: Mounting = "y,z,x".parse().expect("axes");
+    let wrong = parse_axes("y,z,x").expect("axes");
     let recording = with_force(|f| wrong.turn(Vec3::new(f.x, f.z, -f.y)));
     let [finding] = check(&recording)[..] else {
         panic!("one finding");
@@ -158,7 +159,7 @@ fn wrong_mounting_is_replaced_by_a_right_one() {
         finding.with_mounting(&wrong).to_string(),
         "x is up at rest, where the foot has z: --axes -x,z,y"
     );
-    let right: Mounting = "-x,z,y".parse().expect("axes");
+    let right = parse_axes("-x,z,y").expect("axes");
     let recording = with_force(|f| right.turn(Vec3::new(f.x, f.z, -f.y)));
     assert_eq!(found(&recording), [""; 0]);
 }

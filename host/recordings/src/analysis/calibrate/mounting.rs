@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::config::axes_text;
 use crate::mounting;
 use estimator_core::{Mounting, MountingParams, Quaternion, Vec3};
 use serde::{Serialize, Serializer};
@@ -103,7 +104,7 @@ impl MountingReport {
 
 impl fmt::Display for MountingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "axes {}", self.axes)?;
+        writeln!(f, "axes {}", axes_text(&self.axes))?;
         match (self.source, self.tilt_deg) {
             (MountingSource::Found, Some(tilt)) => writeln!(
                 f,
@@ -132,23 +133,24 @@ fn object(axes: &Mounting) -> (u16, [f32; 4]) {
 }
 
 fn as_text<S: Serializer>(axes: &Mounting, to: S) -> Result<S::Ok, S::Error> {
-    to.collect_str(axes)
+    to.serialize_str(&axes_text(axes))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::parse_axes;
 
     fn report(ups: &[[f32; 3]], given: &str) -> Option<MountingReport> {
         let mut rest = RestingUp::default();
         for [x, y, z] in ups {
             rest.add(Some(Vec3::new(*x, *y, *z)));
         }
-        MountingReport::of(&rest, &given.parse().expect(given))
+        MountingReport::of(&rest, &parse_axes(given).expect(given))
     }
 
     fn axes(ups: &[[f32; 3]], given: &str) -> Option<String> {
-        report(ups, given).map(|report| report.axes.to_string())
+        report(ups, given).map(|report| axes_text(&report.axes))
     }
 
     #[test]
@@ -186,7 +188,7 @@ mod tests {
         let slanted = report([0.0, 6.0, 8.0]);
         let (code, [w, x, y, z]) = slanted.object;
         assert_eq!(code, 0);
-        assert_eq!(slanted.axes.to_string(), format!("{w},{x},{y},{z}"));
+        assert_eq!(axes_text(&slanted.axes), format!("{w},{x},{y},{z}"));
         let values = format!("0x2019: 2 = {w}, 3 = {x}, 4 = {y}, 5 = {z}, 1 = 0");
         assert!(slanted.to_string().ends_with(&values), "{slanted}");
     }

@@ -6,6 +6,7 @@ use toml::{Table, Value};
 use super::learnt::LearntFoot;
 use super::mounting::MountingReport;
 use super::sensor::SensorCalibration;
+use crate::config::axes_text;
 
 /// Configuration file with calibrated values.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -65,12 +66,12 @@ impl RobotFile {
         match mounting {
             Some(report) => {
                 self.remarks.push(report.remark());
-                let axes = report.axes.to_string();
+                let axes = axes_text(&report.axes);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
             }
             // Without axes of its own the foot would have those of all.
             None if self.foot.is_some() && self.tables.contains_key(KEY) => {
-                let axes = Mounting::IDENTITY.to_string();
+                let axes = axes_text(&Mounting::IDENTITY);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
             }
             None => {
