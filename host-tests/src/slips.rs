@@ -8,15 +8,11 @@
 
 use estimator_core::{ContactEstimate, Decision, Params};
 use gait::label::SPEED_LIMIT;
-pub use gait::slips::{Profile, SPEEDS, profiles};
+pub use gait::slips::profiles;
 use gait::{Activity, FootState, Simulation};
 use recordings::replay::replay;
 use recordings::samples::recording::Label;
 use recordings::samples::space::Vector;
-
-/// Stride of [`sample`] through the profiles. It is coprime with every dimension of the grid, so all values of each
-/// occur.
-const PROFILE_STEP: usize = 7;
 
 /// Minimum duration of a rest under load that is to be found, s. A foot in stick-slip motion has shorter rests
 /// repeatedly.
@@ -43,8 +39,6 @@ pub struct Score {
     pub good_stances: usize,
     /// Number of these in which the decision did not stay stable.
     pub false_slips: usize,
-    /// Number of stances without a slip that were never called stable.
-    pub never_stable: usize,
     /// Times from rest under load to P > 0.5, s; infinite if it never occurred. For rests of at least 0.1 s.
     pub onsets: Vec<f64>,
 }
@@ -79,12 +73,9 @@ impl Score {
         let sliding = |state: &FootState| state.activity == Activity::Slipping;
         let Some(onset) = truth.iter().position(sliding) else {
             let stable = |e: &ContactEstimate| e.decision == Decision::Stable;
-            match estimates.iter().position(stable) {
-                None => self.never_stable += 1,
-                Some(first) => {
-                    self.good_stances += 1;
-                    self.false_slips += usize::from(!estimates[first..].iter().all(stable));
-                }
+            if let Some(first) = estimates.iter().position(stable) {
+                self.good_stances += 1;
+                self.false_slips += usize::from(!estimates[first..].iter().all(stable));
             }
             return;
         };
@@ -130,16 +121,6 @@ impl Score {
         }
     }
 
-    /// Adds another score.
-    pub fn extend(&mut self, other: &Self) {
-        self.slips.extend(&other.slips);
-        self.not_ready += other.not_ready;
-        self.good_stances += other.good_stances;
-        self.false_slips += other.false_slips;
-        self.never_stable += other.never_stable;
-        self.onsets.extend(&other.onsets);
-    }
-
     /// Latency below which a share of the slips was found, s.
     #[must_use]
     pub fn latency(&self, share: f64) -> f64 {
@@ -152,14 +133,11 @@ impl Score {
         quantile(self.onsets.clone(), share)
     }
 
-    /// Mean and standard deviation of the slip distance at detection, m.
+    /// Mean slip distance at detection, m.
     #[must_use]
-    pub fn distance(&self) -> (f64, f64) {
-        let n = self.slips.len().max(1) as f64;
-        let all = || self.slips.iter().map(|slip| slip.distance);
-        let mean = all().sum::<f64>() / n;
-        let variance = all().map(|d| (d - mean) * (d - mean)).sum::<f64>() / n;
-        (mean, libm::sqrt(variance))
+    pub fn distance(&self) -> f64 {
+        let sum: f64 = self.slips.iter().map(|slip| slip.distance).sum();
+        sum / self.slips.len().max(1) as f64
     }
 
     /// Number of slips that were not found.
@@ -174,14 +152,6 @@ impl Score {
     pub fn false_per_thousand(&self) -> f64 {
         1e3 * self.false_slips as f64 / self.good_stances.max(1) as f64
     }
-}
-
-/// Walks of 14 s with every seventh profile of the grid.
-#[must_use]
-pub fn sample() -> Vec<Simulation> {
-    let seeded = (2000..).zip(profiles().step_by(PROFILE_STEP));
-    let walks = seeded.map(|(seed, profile)| profile.simulate(14.0, seed));
-    walks.collect()
 }
 
 /// Returns whether the foot is between the end of the landing and the beginning of the peel.

@@ -9,7 +9,7 @@ use recordings::input::{self, Format, Hints};
 use recordings::replay::replay;
 use recordings::samples::recording::Recording;
 use recordings::samples::space::{Rotation, Vector};
-use recordings::scoring::inclination::InclinationScore;
+use recordings::scoring::inclination::inclination_error_degrees;
 
 const TRIALS: [&str; 6] = [
     "02_undisturbed_slow_rotation_B",
@@ -57,7 +57,10 @@ fn errors_deg(trials: &[Trial], attitude: AttitudeParams) -> Vec<f64> {
     let params = Params { attitude, ..Params::DEFAULT };
     let error = |trial: &Trial| {
         let estimates = replay(&trial.recording, &params).expect("valid parameters");
-        InclinationScore::of(&trial.recording, &estimates, &trial.truth).rms_deg
+        let squares = estimates.iter().zip(&trial.truth).filter_map(|(estimate, truth)| {
+            Some(inclination_error_degrees(estimate.orientation, (*truth)?).powi(2))
+        });
+        mean(&squares.collect::<Vec<_>>()).sqrt()
     };
     trials.iter().map(error).collect()
 }

@@ -293,7 +293,9 @@ proptest! {
 
     #[test]
     fn arbitrary_files_are_decoded_or_rejected(bytes in vec(any::<u8>(), 0..2000)) {
-        let _ = decode(&bytes, "file", &Feet::default());
+        if let Err(error) = decode(&bytes, "file", &Feet::default()) {
+            prop_assert_eq!(error.to_string().lines().count(), 1);
+        }
     }
 
     #[test]

@@ -18,25 +18,13 @@ fn drift_of_the_gyroscope_in_a_walk_costs_no_stances() {
     for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
         let plan = Plan::steady(gait, Ground::Hard, 65.0, 11);
         let recording = simulate(&plan, &SensorParams::LSM6DSOX, 11).recording;
-        let without = stances_found(&recording, &Params::DEFAULT);
+        let (without, _) = found_from(&recording, 32.5);
         for (axis, drifting) in ["x", "y", "z"].iter().zip(with_rate_drifts(&recording)) {
-            let with = stances_found(&drifting, &Params::DEFAULT);
+            let (with, _) = found_from(&drifting, 32.5);
             println!("{gait} {axis}: {without:.3} → {with:.3}");
             assert!(with > without - LOST, "{gait} {axis}: {without} → {with}");
         }
     }
-}
-
-/// Share of the stable samples of the last half of a recording with P > 0.5.
-fn stances_found(recording: &Recording, params: &Params) -> f64 {
-    let estimates = replay(recording, params).expect("valid parameters");
-    let half = recording.samples.len() / 2;
-    let pairs = recording.samples.iter().zip(&estimates).skip(half);
-    let stable: Vec<bool> = pairs
-        .filter(|(sample, _)| sample.label == Some(Label::Stable))
-        .map(|(_, estimate)| estimate.probabilities.stable > 0.5)
-        .collect();
-    stable.iter().filter(|found| **found).count() as f64 / stable.len() as f64
 }
 
 /// A walk for [`with_step`].

@@ -2,6 +2,9 @@
 //!
 //! The feature `full` adds what `.ci/full` runs alone: bags, browsers, instruction counts, research.
 
+#[cfg(feature = "full")]
+use host_tests::requirements::unmet;
+
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;
 mod labelled;

@@ -3,7 +3,6 @@
 use crate::packages;
 use clap::Parser;
 use footfall::commands::Arguments;
-use host_tests::requirements::unmet;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/record.py");
@@ -17,10 +16,7 @@ fn footfall(arguments: &[&str]) {
 
 #[test]
 fn two_foreign_readers_find_every_value_sent_by_the_foot() {
-    let packages = match packages::install("python-record", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
-    };
+    let Some(packages) = packages::install("python-record", REQUIREMENTS) else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
     footfall(&["demo", "--out", &path("demo")]);
@@ -34,10 +30,7 @@ fn two_foreign_readers_find_every_value_sent_by_the_foot() {
 
 #[test]
 fn consumers_conclude_the_decisions_of_the_feet() {
-    let packages = match packages::install("python-record", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
-    };
+    let Some(packages) = packages::install("python-record", REQUIREMENTS) else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("rec.mcap").display().to_string();
     let compat = "pronto,champ,inekf,drift,muse,bool,unitree";

@@ -13,7 +13,6 @@ use footfall::commands::Arguments;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
-use host_tests::requirements::unmet;
 use recordings::config::parse_axes;
 use recordings::input::{BagOptions, Correction, Foreign, Format, Hints, Opened, Topics};
 use recordings::output::write_recording;
@@ -42,10 +41,10 @@ const ROWS: usize = 5000;
 /// Number of these rows in the bags of two feet.
 const ROWS_OF_FEET: usize = 2000;
 
-/// The files of the script and `walk.csv` beside them; an error is a single line.
-static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
+/// The files of the script and `walk.csv` beside them, or `None` if they cannot be created.
+static ROADS: LazyLock<Option<TempDir>> = LazyLock::new(|| {
     let packages = packages::install("python-roads", REQUIREMENTS)?;
-    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let folder = tempfile::tempdir().expect("a folder");
     let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
     let walk = folder.path().join("walk.csv");
     let mut table = Vec::new();
@@ -57,18 +56,11 @@ static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
     write_recording(&samples, &mut table).expect("a table");
     fs::write(&walk, table).expect("a file");
     packages.run(SCRIPT, &[&walk, &folder.path()]);
-    Ok(folder)
+    Some(folder)
 });
 
-/// The folder with the files, or `None` if they cannot be created.
 fn roads() -> Option<&'static Path> {
-    match &*ROADS {
-        Ok(folder) => Some(folder.path()),
-        Err(missing) => {
-            unmet(missing);
-            None
-        }
-    }
+    ROADS.as_ref().map(TempDir::path)
 }
 
 /// Files and folders, sorted by name.

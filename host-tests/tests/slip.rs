@@ -52,7 +52,7 @@ fn slips_are_found_soon_without_false_slips() {
     assert!(default.good_stances >= 1000, "{}", default.good_stances);
     assert!(default.latency(0.5) <= SLIP_LATENCY);
     assert!(default.onset(0.5) <= STANCE_LATENCY);
-    assert!(default.distance().0 <= DISTANCE);
+    assert!(default.distance() <= DISTANCE);
     assert!(default.false_per_thousand() <= FALSE_PER_THOUSAND);
     assert!(
         running.false_per_thousand() <= FALSE_PER_THOUSAND_RUNNING,

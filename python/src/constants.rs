@@ -11,41 +11,32 @@ use recordings::samples::recording::RecordedSample;
 
 use crate::parameters::value_error;
 
-/// Applies a macro to each constant.
-macro_rules! with_each {
-    ($apply:ident, $of:expr) => {
-        $apply!(
-            $of,
-            noise,
-            still,
-            moving,
-            part_of_the_way,
-            bandwidth,
-            window,
-            prior,
-            memory,
-            stance,
-            lesson,
-            slide_acceleration,
-            slide_speed,
-            slide_factor,
-            slide_lever,
-            rest_acceleration,
-            rest_rate,
-            landing,
-            leftover,
-            evidence
-        )
+/// Defines access to the constants by their names.
+macro_rules! by_name {
+    ($($name:ident)+) => {
+        fn all(of: &Constants) -> Vec<(&'static str, f32)> {
+            vec![$((stringify!($name), of.$name)),+]
+        }
+
+        fn set(of: &mut Constants, name: &str, value: f32) -> PyResult<()> {
+            match name {
+                $(stringify!($name) => of.$name = value,)+
+                _ => return Err(value_error(format!("{name} is no constant"))),
+            }
+            Ok(())
+        }
     };
+}
+
+by_name! {
+    noise still moving part_of_the_way bandwidth window prior memory stance lesson slide_acceleration
+    slide_speed slide_factor slide_lever rest_acceleration rest_rate landing leftover evidence
 }
 
 /// The constants of the default by their names.
 #[pyfunction]
 pub(crate) fn constants() -> Vec<(&'static str, f32)> {
-    macro_rules! list {
-        ($of:expr, $($name:ident),+) => { vec![$((stringify!($name), $of.$name)),+] };
-    }
-    with_each!(list, Constants::DEFAULT)
+    all(&Constants::DEFAULT)
 }
 
 /// Probabilities of stable contact of a recording, with these constants in place of the default's.
@@ -59,16 +50,8 @@ pub(crate) fn p_stable<'py>(
     changed: Vec<(String, f32)>,
 ) -> PyResult<Bound<'py, PyArray1<f32>>> {
     let mut constants = Constants::DEFAULT;
-    for (wanted, value) in changed {
-        macro_rules! set {
-            ($of:expr, $($name:ident),+) => {
-                match wanted.as_str() {
-                    $(stringify!($name) => $of.$name = value,)+
-                    _ => return Err(value_error(format!("{wanted} is no constant"))),
-                }
-            };
-        }
-        with_each!(set, constants);
+    for (name, value) in changed {
+        set(&mut constants, &name, value)?;
     }
     let params = Params { constants, ..Params::DEFAULT };
     let gravity = if gravity_removed { Gravity::Removed } else { Gravity::Included };

@@ -20,7 +20,7 @@ use crate::outputs::CommonColumns;
 use crate::parameters::value_error;
 
 /// Flags that only what was sent has, after those of the estimator.
-const OF_FRAMES: [&str; 3] = ["starting", "fault", "doubtful"];
+const OF_FRAMES: [&str; 4] = ["starting", "fault", "doubtful", "time_not_known"];
 
 const ESTIMATORS: usize = Flag::ALL.len();
 

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use estimator_core::{AngularRate, ContactEstimate, Method, Params, ParamsError};
+use estimator_core::{AngularRate, Method, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -63,7 +63,7 @@ pub(crate) fn run(
     let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity);
     let mut columns = Columns::with_capacity(about.samples);
-    let mut events = FoundEvents::default();
+    let mut events = Events::default();
     let mut first_gyro_bias = None;
     for sample in samples {
         let sample = sample?;
@@ -83,7 +83,7 @@ pub(crate) fn run(
     let first_gyro_bias = first_gyro_bias.map(|AngularRate(bias)| components(bias).to_vec());
     Ok(Estimated {
         columns,
-        events: events.finish(),
+        events: events.finish().collect(),
         findings: findings.map(sentence).collect(),
         learnt: learnt.to_array().to_vec(),
         edge,
@@ -97,7 +97,7 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
     let about = stored.about.clone();
     let check = check_samples(stored, Span::default())?;
     let mut columns = Columns::with_capacity(about.samples);
-    let mut events = FoundEvents::default();
+    let mut events = Events::default();
     for contact in stored.estimates()?.into_iter().flatten() {
         let contact = contact?;
         events.add(&contact.moved);
@@ -106,7 +106,7 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
     let findings = findings_beside_contacts(&check).into_iter();
     Ok(Estimated {
         columns,
-        events: events.finish(),
+        events: events.finish().collect(),
         findings: findings.map(sentence).collect(),
         learnt: Vec::new(),
         edge: f32::NAN,
@@ -118,26 +118,6 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
 /// Name of a finding, and its sentence.
 fn sentence(finding: Finding) -> (&'static str, String) {
     (finding.name(), finding.to_string())
-}
-
-/// Events of the estimates so far.
-#[derive(Default)]
-struct FoundEvents {
-    finder: Events,
-    events: Vec<ContactEvent>,
-}
-
-impl FoundEvents {
-    fn add(&mut self, estimate: &ContactEstimate) {
-        self.finder.add(estimate);
-        let finder = &mut self.finder;
-        self.events.extend(std::iter::from_fn(|| finder.pop()));
-    }
-
-    fn finish(mut self) -> Vec<ContactEvent> {
-        self.events.extend(self.finder.finish());
-        self.events
-    }
 }
 
 /// Fields of `footfall.Event`, in order.

@@ -109,9 +109,9 @@ impl Walk {
 pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, PyDict>> {
     let plan = walk.plan()?;
     let sensor = walk.sensor()?;
-    let (recording, truth) = py.detach(|| {
+    let (recording, (touch_downs, slips)) = py.detach(|| {
         let simulation = gait::simulate(&plan, &sensor, walk.seed);
-        let truth = Truth::of(&simulation);
+        let truth = truth(&simulation);
         (simulation.recording, truth)
     });
     let mut columns = Columns::with_capacity(recording.samples.len());
@@ -120,38 +120,24 @@ pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, 
     }
     let about = About::new(recording.name, recording.sample_rate, recording.gravity);
     let dict = columns.into_dict(py, about, Format::Csv)?;
-    dict.set_item("touch_downs", truth.touch_downs_s.into_pyarray(py))?;
-    let slips = truth.slips_s.into_iter().flatten().collect();
+    dict.set_item("touch_downs", touch_downs.into_pyarray(py))?;
     dict.set_item("slips", table::<f64>(slips, 2).into_pyarray(py))?;
     Ok(dict)
 }
 
-/// Ground truth of a simulated walk.
-struct Truth {
-    touch_downs_s: Vec<f64>,
-    /// Beginning and end of each, of those that began.
-    slips_s: Vec<[f64; 2]>,
-}
-
-impl Truth {
-    fn of(simulation: &Simulation) -> Self {
-        let times_s = simulation.recording.samples.iter().map(RecordedSample::time_s);
-        let activities = simulation.truth.iter().map(|state| state.activity);
-        let states: Vec<(f64, Activity)> = times_s.zip(activities).collect();
-        let turns = || states.windows(2).map(|pair| (pair[0], pair[1]));
-        let touch_downs = turns().filter(|((_, before), (_, after))| {
-            *before == Activity::Swinging && *after != Activity::Swinging
+/// Times of the touch-downs of a simulated walk, s, and beginnings and ends of those of its slips that began.
+fn truth(simulation: &Simulation) -> (Vec<f64>, Vec<f64>) {
+    let times_s = simulation.recording.samples.iter().map(RecordedSample::time_s);
+    let activities = simulation.truth.iter().map(|state| state.activity);
+    let states: Vec<(f64, Activity)> = times_s.zip(activities).collect();
+    let turns = || states.windows(2).map(|pair| (pair[0], pair[1]));
+    let touch_downs = turns().filter(|((_, before), (_, after))| {
+        *before == Activity::Swinging && *after != Activity::Swinging
+    });
+    let slips =
+        states.chunk_by(|(_, one), (_, other)| one == other).filter_map(|stretch| match stretch {
+            [(first, Activity::Slipping), .., (last, _)] => Some([*first, *last]),
+            _ => None,
         });
-        let slips =
-            states.chunk_by(|(_, one), (_, other)| one == other).filter_map(
-                |stretch| match stretch {
-                    [(first, Activity::Slipping), .., (last, _)] => Some([*first, *last]),
-                    _ => None,
-                },
-            );
-        Self {
-            touch_downs_s: touch_downs.map(|(_, (time, _))| time).collect(),
-            slips_s: slips.collect(),
-        }
-    }
+    (touch_downs.map(|(_, (time, _))| time).collect(), slips.flatten().collect())
 }

@@ -224,6 +224,7 @@ def test_what_a_foot_has_sent_has_the_programs_rows(
     assert list(decoded.by_sync) == [row["clock"] == "sync" for row in table]
     assert list(decoded.state_names()) == [row["state"] for row in table]
     assert list(decoded.decision) == [row["decision"] == "1" for row in table]
+    assert {name for row in table for name in row["flags"].split("|")} <= {"", *footfall.SENT_FLAGS}
     for name in footfall.SENT_FLAGS:
         expected_flag = [name in row["flags"].split("|") for row in table]
         assert list(decoded.has_flag(name)) == expected_flag

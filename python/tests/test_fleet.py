@@ -310,9 +310,12 @@ def s3_server(tmp_path: Path) -> Iterator[dict[str, str]]:
         try:
             end = time.monotonic() + 120.0
             while time.monotonic() < end:
+                assert server.poll() is None, "another program may have the port"
                 with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
                     break
                 time.sleep(0.1)
+            else:
+                raise TimeoutError("moto does not answer")
             yield {"endpoint_url": f"http://127.0.0.1:{port}", "key": "key", "secret": "secret"}
         finally:
             server.terminate()

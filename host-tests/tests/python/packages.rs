@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::environment;
+use super::{environment, unmet};
 
 /// An interpreter, and the folder with the packages, which goes into `PYTHONPATH`.
 pub struct Packages {
@@ -28,8 +28,12 @@ impl Packages {
     }
 }
 
-/// Installs `requirements`, one per line, in a folder of this name; an error is a single line.
-pub fn install(folder: &str, requirements: &str) -> Result<Packages, String> {
+/// Installs `requirements`, one per line, in a folder of this name; `None`, reported as unmet, if they cannot be.
+pub fn install(folder: &str, requirements: &str) -> Option<Packages> {
+    try_install(folder, requirements).map_err(|missing| unmet(&missing)).ok()
+}
+
+fn try_install(folder: &str, requirements: &str) -> Result<Packages, String> {
     let interpreter = environment::make()?;
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;

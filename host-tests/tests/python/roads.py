@@ -4,8 +4,8 @@ usage: roads.py walk.csv folder
 
 walk.csv is a table of ours. Into folder/same go bags and Parquet files of that walk, into
 folder/feet bags in which it is the left of two feet, into folder/states bags with messages of robots that
-have its numbers as fields, into folder/robots bags of a Unitree robot with an IMU in each foot, into folder/frames bags with four feet on one topic by their frames, into folder/tables the table that PlotJuggler exports of two feet, into folder/other files
-that are no recordings.
+have its numbers as fields, into folder/robots bags of a Unitree robot with an IMU in each foot, into folder/frames bags with
+four feet on one topic by their frames, into folder/other files that are no recordings.
 Each name is printed. Bags have the load on /ft, or /ft/fl and /ft/fr.
 """
 
@@ -110,8 +110,8 @@ def messages(walk, feet):
             yield "/ft" + foot, WRENCH, stamp_ns + LATE_NS + 1, wrench(stamp_ns, row.force)
 
 
-def definition(name):
-    text, _ = STORE.generate_msgdef(name, ros_version=2)
+def definition(name, store=STORE):
+    text, _ = store.generate_msgdef(name, ros_version=2)
     return text
 
 
@@ -135,30 +135,28 @@ def by_mcap_ros2(path, walk, compression):
         writer.finish()
 
 
-def by_mcap(path, serialised, **options):
+def by_mcap(path, serialised, store=STORE, **options):
     with path.open("wb") as file:
         writer = McapWriter(file, **options)
         writer.start(profile="ros2", library="roads")
-        schemas = {
-            name: writer.register_schema(name, "ros2msg", definition(name).encode())
-            for name in (IMU, WRENCH)
-        }
-        channels = {}
+        schemas, channels = {}, {}
         for topic, name, log_ns, data in serialised:
+            if name not in schemas:
+                schemas[name] = writer.register_schema(name, "ros2msg", definition(name, store).encode())
             if topic not in channels:
                 channels[topic] = writer.register_channel(topic, "cdr", schemas[name])
             writer.add_message(channels[topic], log_ns, data, log_ns)
         writer.finish()
 
 
-def by_rosbags(path, walk, version, plugin, mode):
+def by_rosbags(path, serialised, version, plugin, mode=CompressionMode.NONE, store=STORE):
     writer = Rosbag2Writer(path, version=version, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         connections = {}
-        for topic, name, log_ns, data in walk.little_endian:
+        for topic, name, log_ns, data in serialised:
             if topic not in connections:
-                connections[topic] = writer.add_connection(topic, name, typestore=STORE)
+                connections[topic] = writer.add_connection(topic, name, typestore=store)
             writer.write(connections[topic], log_ns, data)
 
 
@@ -194,7 +192,7 @@ def bags(folder, walk):
         for mode in modes:
             for version in (8, 9):
                 name = f"{plugin.name}_{mode.name}_{version}".lower()
-                by_rosbags(folder / name, walk, version, plugin, mode)
+                by_rosbags(folder / name, walk.little_endian, version, plugin, mode)
     alone(folder)
 
 
@@ -217,7 +215,7 @@ def bags_of_feet(folder, walk):
         (9, StoragePlugin.MCAP, CompressionMode.NONE),
     ):
         name = f"{plugin.name}_{mode.name}_{version}".lower()
-        by_rosbags(folder / name, walk, version, plugin, mode)
+        by_rosbags(folder / name, walk.little_endian, version, plugin, mode)
     alone(folder)
 
 
@@ -335,23 +333,23 @@ def states_of_one_foot(store, walk):
             yield topic, stamp_ns + LATE_NS, fields
 
 
-def states(folder, walk):
-    """Axes and loads in messages that are made for something else."""
+def robot_store():
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
+    return store
+
+
+def states(folder, walk):
+    """Axes and loads in messages that are made for something else."""
+    store = robot_store()
     topics = {"/lowstate": LOW_STATE, "/feet": FEET, "/joints": JOINTS}
     serialised = [
-        (topic, log_ns, store.serialize_cdr(typed(store, topics[topic], fields), topics[topic]))
+        (topic, topics[topic], log_ns, store.serialize_cdr(typed(store, topics[topic], fields), topics[topic]))
         for topic, log_ns, fields in states_of_one_foot(store, walk)
     ]
     for version, plugin in ((8, StoragePlugin.SQLITE3), (9, StoragePlugin.SQLITE3), (9, StoragePlugin.MCAP)):
-        with Rosbag2Writer(folder / f"{plugin.name}_{version}".lower(), version=version, storage_plugin=plugin) as writer:
-            connections = {
-                topic: writer.add_connection(topic, name, typestore=store) for topic, name in topics.items()
-            }
-            for topic, log_ns, data in serialised:
-                writer.write(connections[topic], log_ns, data)
+        by_rosbags(folder / f"{plugin.name}_{version}".lower(), serialised, version, plugin, store=store)
     # Bags before ROS 2 Iron have no definitions.
     with sqlite3.connect(next((folder / "sqlite3_8").glob("*.db3"))) as database:
         database.execute("DROP TABLE message_definitions")
@@ -381,44 +379,18 @@ def robot_messages(store, walk):
 
 
 def robots(folder, walk):
-    store = get_typestore(Stores.ROS2_JAZZY)
-    for name, text in DEFINITIONS.items():
-        store.register(get_types_from_msg(text, name))
+    store = robot_store()
     messages = list(robot_messages(store, walk))
-    serialised = [(topic, name, log_ns, store.serialize_cdr(message, name)) for topic, name, log_ns, message in messages]
+
+    def serialised(little_endian):
+        return [
+            (topic, name, log_ns, bytes(store.serialize_cdr(message, name, little_endian=little_endian)))
+            for topic, name, log_ns, message in messages
+        ]
+
     for version, plugin in ((8, StoragePlugin.SQLITE3), (9, StoragePlugin.MCAP)):
-        with Rosbag2Writer(folder / f"{plugin.name}_{version}".lower(), version=version, storage_plugin=plugin) as writer:
-            connections = {}
-            for topic, name, log_ns, data in serialised:
-                if topic not in connections:
-                    connections[topic] = writer.add_connection(topic, name, typestore=store)
-                writer.write(connections[topic], log_ns, data)
-    with (folder / "big_endian.mcap").open("wb") as file:
-        writer = McapWriter(file, compression=CompressionType.ZSTD)
-        writer.start(profile="ros2", library="roads")
-        channels = {}
-        for topic, name, log_ns, message in messages:
-            if topic not in channels:
-                text, _ = store.generate_msgdef(name, ros_version=2)
-                schema = writer.register_schema(name, "ros2msg", text.encode())
-                channels[topic] = writer.register_channel(topic, "cdr", schema)
-            data = bytes(store.serialize_cdr(message, name, little_endian=False))
-            writer.add_message(channels[topic], log_ns, data, log_ns)
-        writer.finish()
-
-
-def by_plotjuggler(path, walk):
-    """Two feet and the load of the left one as PlotJuggler exports them: a row for each message, whose columns of other
-    topics are blank. A load is 1 µs before its sample."""
-    time = (START_NS + (walk["t"] * 1e6).round() * 1000) / 1e9
-    fields = [f"linear_acceleration/{axis}" for axis in "xyz"] + [f"angular_velocity/{axis}" for axis in "xyz"]
-    topics = [pandas.DataFrame({"__time": time - 1e-6, "/ft/fl/wrench/force/z": walk["force"]})]
-    for foot, turn in (("fl", 1.0), ("fr", -1.0)):
-        axes = walk[AXES] * [turn, turn, 1.0, 1.0, 1.0, 1.0]
-        axes.columns = [f"/imu/{foot}/{field}" for field in fields]
-        topics.append(axes.assign(__time=time + (1e-5 if foot == "fr" else 0.0)))
-    table = pandas.concat(topics).sort_values("__time", kind="stable")
-    table.to_csv(path, index=False)
+        by_rosbags(folder / f"{plugin.name}_{version}".lower(), serialised(True), version, plugin, store=store)
+    by_mcap(folder / "big_endian.mcap", serialised(False), store, compression=CompressionType.ZSTD)
 
 
 def others(folder, walk):
@@ -446,7 +418,7 @@ def others(folder, walk):
 def main():
     walk = pandas.read_csv(sys.argv[1], usecols=["t", *AXES, "force"])
     folder = Path(sys.argv[2])
-    for name in ("same", "feet", "frames", "states", "robots", "tables", "other"):
+    for name in ("same", "feet", "frames", "states", "robots", "other"):
         (folder / name).mkdir(parents=True)
     bags(folder / "same", Walk(walk, {"": False}))
     parquets(folder / "same", walk)
@@ -454,7 +426,6 @@ def main():
     frames(folder / "frames", walk.head(2000))
     states(folder / "states", walk.head(2000))
     robots(folder / "robots", walk.iloc[1000:4000].assign(t=walk["t"][:3000].to_numpy()))
-    by_plotjuggler(folder / "tables" / "plotjuggler.csv", walk.head(2000))
     others(folder / "other", walk)
 
 

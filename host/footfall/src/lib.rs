@@ -32,6 +32,7 @@ pub mod foot_error;
 pub mod foot_names;
 pub mod interruption;
 pub mod json;
+#[cfg(feature = "bags")]
 pub mod mcap_recording;
 pub mod messages;
 pub mod monitor;

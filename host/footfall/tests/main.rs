@@ -9,6 +9,8 @@ mod environment;
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "parquet", feature = "ros2"))]
 #[path = "../../../host-tests/tests/python/packages.rs"]
 mod packages;
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "parquet", feature = "ros2"))]
+use common::unmet;
 
 mod axes;
 mod calibrate;

@@ -3,9 +3,9 @@
 use std::fs;
 use std::process::Command;
 
-use crate::common::{Bench, assert_has, read, text, unmet};
+use crate::common::{Bench, assert_has, read, text};
 use crate::packages::{self, Packages};
-use crate::record::count;
+use crate::record::{column, count};
 
 const REQUIREMENTS: &str = include_str!("../../../host-tests/tests/python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/others.py");
@@ -17,16 +17,8 @@ const WALK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../host-tests/record
 /// Column `p_stable` of a table of estimates.
 fn probabilities(bench: &Bench, options: &str) -> Vec<f32> {
     bench.stdout(&format!("replay {options} --output p.csv"));
-    column(&read(&bench.path("p.csv")))
-}
-
-fn column(table: &str) -> Vec<f32> {
-    let mut lines = table.lines();
-    let header = lines.next().expect("a header");
-    let at = header.split(',').position(|name| name == "p_stable");
-    let at = at.expect("a column");
-    let cell = |row: &str| row.split(',').nth(at).and_then(|cell| cell.parse().ok());
-    lines.map(|row| cell(row).expect("a number")).collect()
+    let cells = column(&read(&bench.path("p.csv")), "p_stable");
+    cells.iter().map(|cell| cell.parse().expect("a number")).collect()
 }
 
 fn assert_near(found: &[f32], expected: &[f32]) {
@@ -68,13 +60,7 @@ fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
 
 /// Installs the packages, and runs a script with the walk in the folder of a bench; `None` if they cannot be installed.
 fn python(script: &str, arguments: &[&str]) -> Option<(Packages, Bench, String)> {
-    let packages = match packages::install("python-roads", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => {
-            unmet(&missing);
-            return None;
-        }
-    };
+    let packages = packages::install("python-roads", REQUIREMENTS)?;
     let bench = Bench::new();
     let said = run(&packages, &bench, script, arguments);
     Some((packages, bench, said))
@@ -135,10 +121,7 @@ fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
 
 #[test]
 fn cut_bag_that_others_refuse_is_made_whole() {
-    let packages = match packages::install("python-roads", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
-    };
+    let Some(packages) = packages::install("python-roads", REQUIREMENTS) else { return };
     let bench = Bench::new();
     bench.stdout(&format!("convert {WALK} walk.mcap"));
     let bytes = fs::read(bench.path("walk.mcap")).expect("a bag");

@@ -2,9 +2,10 @@
 
 use std::fs;
 
+use crate::common::feet::csv;
 use crate::common::{Bench, assert_has, read, text};
-use gait::{GaitName, Ground, Plan, SensorParams, record};
-use recordings::output::write_recording;
+use crate::record::column;
+use gait::GaitName;
 
 /// Settings of the foot `walk` alone, and its contacts with them.
 const SETTINGS: &str = "\
@@ -17,37 +18,18 @@ threshold = 0.95
 
 /// Returns a bench with the recording `walk.csv`, and settings as `robot.toml`.
 fn bench() -> Bench {
-    let plan = Plan::steady(GaitName::Walk, Ground::Hard, 8.0, 3);
-    let recording = record(&plan, &SensorParams::LSM6DSOX, 3);
-    let mut bytes = Vec::new();
-    write_recording(&recording.samples, &mut bytes).expect("memory is enough");
-    let bench = Bench::with("walk.csv", bytes);
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 8.0));
     fs::write(bench.path("robot.toml"), SETTINGS).expect("a file");
     bench
 }
 
-/// Returns these columns of a table.
-fn columns<'a>(table: &'a str, names: &[&str]) -> Vec<Vec<&'a str>> {
-    let mut rows = table.lines().map(|row| row.split(','));
-    let header: Vec<&str> = rows.next().expect("a header").collect();
-    let place = |name: &&str| header.iter().position(|column| column == name);
-    let places: Vec<usize> = names.iter().map(|name| place(name).expect(name)).collect();
-    let row = |row: std::str::Split<'a, char>| {
-        let row: Vec<&str> = row.collect();
-        places.iter().map(|place| row[*place]).collect()
-    };
-    rows.map(row).collect()
-}
-
 const COMPARED: [&str; 3] = ["p_stable", "p_tangential", "decision"];
 
-/// Returns the estimates of a replay with these options.
-fn replayed(bench: &Bench, options: &str) -> Vec<Vec<String>> {
+/// Returns the compared columns of a replay with these options.
+fn replayed(bench: &Bench, options: &str) -> [Vec<String>; 3] {
     bench.stdout(&format!("replay {options} --output out.csv"));
     let table = read(&bench.path("out.csv"));
-    let columns = columns(&table, &COMPARED);
-    let owned = |row: Vec<&str>| row.into_iter().map(str::to_owned).collect();
-    columns.into_iter().map(owned).collect()
+    COMPARED.map(|name| column(&table, name))
 }
 
 #[test]

@@ -209,7 +209,7 @@ fn recorded_samples_are_recorded_as_they_were() {
 }
 
 /// Cells of a column in each row of a table.
-fn column(table: &str, name: &str) -> Vec<String> {
+pub fn column(table: &str, name: &str) -> Vec<String> {
     let mut rows = table.lines().map(|line| line.split(','));
     let mut header = rows.next().expect("a header");
     let place = header.position(|column| column == name).expect(name);

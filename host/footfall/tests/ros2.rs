@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::common::{Bench, assert_has, text, unmet};
+use crate::common::{Bench, assert_has, text};
 use crate::domain::Domain;
 use crate::packages;
 use crate::packages::Packages;
@@ -34,10 +34,7 @@ fn run_script(packages: &Packages, arguments: &[&str]) {
 
 /// Runs a check of the script on feet.
 fn check(check: &str, feet: &str) {
-    let packages = match packages::install("python-ros2", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
-    };
+    let Some(packages) = packages::install("python-ros2", REQUIREMENTS) else { return };
     let footfall = env!("CARGO_BIN_EXE_footfall");
     let domain = Domain::take();
     let id = domain.id.to_string();
@@ -57,10 +54,7 @@ fn second_node_of_one_name_is_reported_once() {
 
 #[test]
 fn cyclonedds_receives_every_message_of_four_feet() {
-    let packages = match packages::install("python-ros2", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
-    };
+    let Some(packages) = packages::install("python-ros2", REQUIREMENTS) else { return };
     // The walk is longer than topic discovery by the subscriber, and slow for machines that stall.
     let feet = "demo:feet=4,seconds=7";
     let slow_feet = "demo:feet=4,seconds=7,speed=0.5";

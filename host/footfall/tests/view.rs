@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 
-use crate::common::{Bench, text, unmet};
+use crate::common::{Bench, text};
 use crate::packages;
 use footfall::ros::FootTopics;
 use footfall::ros::definition::Definition;
@@ -18,13 +18,7 @@ const FEET: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
 /// Returns the output of the client; `None` if Python is unavailable for it.
 fn client(arguments: &[&str]) -> Option<String> {
-    let packages = match packages::install("python-view", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => {
-            unmet(&missing);
-            return None;
-        }
-    };
+    let packages = packages::install("python-view", REQUIREMENTS)?;
     let arguments = arguments.iter().map(|argument| argument as &dyn AsRef<OsStr>);
     Some(packages.run(SCRIPT, &arguments.collect::<Vec<_>>()))
 }

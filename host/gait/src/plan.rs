@@ -1,10 +1,8 @@
 //! Plans: the steps of a foot and the ground, with variation from a seed.
 
-use std::ops::Range;
-use std::str::FromStr;
-
 use crate::random::{Random, Stream};
 use crate::step::{PlannedStep, Sinking, Slip, Spring, TouchDown, Tremor};
+use std::ops::Range;
 
 /// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
@@ -34,6 +32,9 @@ recordings::named! {
         Trot = "trot",
         /// A run: a stride of 0.42 s, 38 % of it in stance, with landings beyond ±16 g.
         Run = "run",
+    } or |name| {
+        let known = Self::ALL.map(Self::name).join(", ");
+        format!("there is no gait `{name}`; known are {known}")
     }
 }
 
@@ -45,17 +46,6 @@ impl GaitName {
             Self::Trot => Some(Style::TROT),
             Self::Run => Some(Style::RUN),
         }
-    }
-}
-
-impl FromStr for GaitName {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::of_name(name).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            format!("there is no gait `{name}`; known are {known}")
-        })
     }
 }
 

@@ -56,7 +56,7 @@ fn under_full_load(elf: &[u8], milliseconds: u64) -> Value {
     let seconds = milliseconds as f64 / 1.0e3;
     let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
-    let run = RunOptions { milliseconds, traffic: Traffic::Full, ..RunOptions::default() };
+    let run = RunOptions { milliseconds, traffic: Traffic::Full };
     report::run(&mut board, &run).expect("it runs")
 }
 

@@ -34,11 +34,7 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     let gait = motion::gait(GaitName::Walk, SECONDS as f64, 1);
     let mut board =
         Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits the flash");
-    let run = RunOptions {
-        milliseconds: SECONDS * 1000,
-        traffic: Traffic::Full,
-        ..RunOptions::default()
-    };
+    let run = RunOptions { milliseconds: SECONDS * 1000, traffic: Traffic::Full };
     let began = Instant::now();
     let report = report::run(&mut board, &run).expect("it runs");
     let factor = SECONDS as f64 / began.elapsed().as_secs_f64();

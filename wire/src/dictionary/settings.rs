@@ -182,7 +182,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::UART_STREAMS,
         name: Text::new("UART streams"),
         shape: Shape::Array,
-        doc: Text::new("one message in N ticks; 0: none"),
+        doc: Text::new("one message in N ms, to the nearest tick; 0: none"),
         entries: &[
             Entry::setting(1, "Contact", Concern::Stream, Value::U16(1)).unit("ms"),
             Entry::setting(2, "Raw sample", Concern::Stream, Value::U16(0)).unit("ms"),
@@ -287,7 +287,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Learnt"),
         shape: Shape::Record,
         doc: Text::new(
-            "what the foot starts with: means of the logarithms of amplitudes, and what they rest on. Nothing where 10 and 11 are both 0, whatever else stands here. To write all of it: first 0 to 10 and 11, then the others, then those two. 0x2120 writes it from what the foot has learnt",
+            "what the foot starts with: means of the logarithms of amplitudes, and what they rest on. Nothing where 4 and 5 are both 0, whatever else stands here. To write all of it: first 0 to 4 and 5, then the others, then those two. 0x2120 writes it from what the foot has learnt",
         ),
         entries: &LEARNT,
     },

@@ -430,6 +430,14 @@ mod tests {
     use crate::dictionary::Limits;
     use crate::pdo::Pdo;
 
+    /// Asserts that settings are restored from storage in both orders.
+    #[track_caller]
+    fn assert_restored(settings: &Settings) {
+        let stored: std::vec::Vec<_> = settings.iter().collect();
+        assert_eq!(Settings::set_all(stored.iter().copied()), (settings.clone(), 0));
+        assert_eq!(Settings::set_all(stored.into_iter().rev()), (settings.clone(), 0));
+    }
+
     #[test]
     fn defaults_are_those_of_the_estimator() {
         let settings = Settings::default();
@@ -561,10 +569,7 @@ mod tests {
         let mut at_once = Settings::default();
         assert_eq!(at_once.set_learnt(Some(learnt())), Ok(()));
         assert_eq!(at_once, settings);
-        // Restored from storage, in both orders.
-        let stored: std::vec::Vec<_> = settings.iter().collect();
-        assert_eq!(Settings::set_all(stored.iter().copied()), (settings.clone(), 0));
-        assert_eq!(Settings::set_all(stored.into_iter().rev()), (settings.clone(), 0));
+        assert_restored(&settings);
         assert_eq!(settings.set_learnt(None), Ok(()));
         assert_eq!(settings, Settings::default());
     }
@@ -722,15 +727,7 @@ mod tests {
         assert_eq!(set_mounting(&mut settings, 2, Value::F32(0.7)), Ok(()));
         let chosen = set_mounting(&mut settings, 1, Value::U16(0));
         assert_eq!(chosen, Err(AbortCode::Incompatible));
-        // Restored from storage, in both orders.
-        let stored: std::vec::Vec<_> = before.iter().collect();
-        for backwards in [false, true] {
-            let mut stored = stored.clone();
-            if backwards {
-                stored.reverse();
-            }
-            assert_eq!(Settings::set_all(stored.into_iter()), (before.clone(), 0));
-        }
+        assert_restored(&before);
     }
 
     #[test]
@@ -756,12 +753,8 @@ mod tests {
         ] {
             assert_eq!(settings.set(address, value), Ok(()));
         }
-        let (back, refused) = Settings::set_all(settings.iter());
-        assert_eq!((back, refused), (settings.clone(), 0));
-        // In the opposite order as well, where the thresholds cross in between.
-        let stored: std::vec::Vec<_> = settings.iter().collect();
-        let (back, refused) = Settings::set_all(stored.into_iter().rev());
-        assert_eq!((back, refused), (settings, 0));
+        // In the opposite order, the thresholds cross in between.
+        assert_restored(&settings);
     }
 
     #[test]
@@ -824,15 +817,7 @@ mod tests {
         assert_eq!(faster, Err(AbortCode::Incompatible));
         assert_eq!(settings.set(timer(Pdo::Contact), Value::U16(5)), Ok(()));
         assert_eq!(settings.set(rate, Value::U16(125)), Ok(()));
-        // Restored from storage, in both orders.
-        let stored: std::vec::Vec<_> = settings.iter().collect();
-        for backwards in [false, true] {
-            let mut stored = stored.clone();
-            if backwards {
-                stored.reverse();
-            }
-            assert_eq!(Settings::set_all(stored.into_iter()), (settings.clone(), 0));
-        }
+        assert_restored(&settings);
         // Only incompatible values are refused.
         let stored = [(rate, Value::U16(125)), (Address::new(index::LOG_LEVEL, 0), Value::U8(1))];
         let (settings, refused) = Settings::set_all(stored.into_iter());

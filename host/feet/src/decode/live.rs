@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_states_and_loads_of_other_nodes_are_ignored() {
+    fn faults_states_and_loads_of_a_foot_are_heard() {
         let mut listener = Listener::default();
         let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
         let frames = [
@@ -359,7 +359,8 @@ mod tests {
             (0x711, &[0][..]),
             (0x711, &[5][..]),
             (0x211, &12.5_f32.to_le_bytes()[..]),
-            (0x7F0 & 0x7FF, &[5][..]),
+            // Of no foot.
+            (0x7F0, &[5][..]),
         ];
         for (id, data) in frames {
             let frame = CanFrame::new(id, data).expect("a frame");

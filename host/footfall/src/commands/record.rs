@@ -3,16 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use feet::link::pace::Speed;
 
 use super::options::listen::ListenArguments;
 use super::options::published::PublishedArguments;
 use crate::error::Error;
-use crate::files::finish_when_interrupted;
-use crate::mcap_recording::McapRecording;
-use crate::report::print_text;
-use crate::stream::{Stream, deadline, unless_ended};
 use crate::targets::{self, Target};
+#[cfg(feature = "bags")]
+use {
+    crate::files::finish_when_interrupted,
+    crate::mcap_recording::McapRecording,
+    crate::report::print_text,
+    crate::stream::{Stream, deadline, unless_ended},
+    feet::link::pace::Speed,
+};
 
 /// Arguments of `footfall record`.
 #[derive(Debug, Args)]
@@ -39,6 +42,15 @@ impl RecordArguments {
         let path = self.output.as_path();
         let input = self.listen.source.file().map(Path::to_owned);
         targets::check(input.as_slice(), &[Target::Bag(path)])?;
+        #[cfg(feature = "bags")]
+        self.record()?;
+        Ok(())
+    }
+
+    /// Records until the feet, the time or the user ends it.
+    #[cfg(feature = "bags")]
+    fn record(self) -> Result<(), Error> {
+        let path = self.output.as_path();
         finish_when_interrupted();
         let (source, feet) = self.listen.listen()?;
         // Recorded sources are read at full speed.

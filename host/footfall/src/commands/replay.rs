@@ -117,6 +117,7 @@ impl ReplayArguments {
             }
             feet.extend(done.feet);
         }
+        #[cfg(feature = "bags")]
         if let Some(bag) = self.bag() {
             self.copied.copy(&self.inputs, bag, &mut copied, self.estimate_again)?;
         }

@@ -6,7 +6,7 @@ use std::net::{IpAddr, Ipv4Addr};
 
 use crate::ros::Published;
 use crate::ros::node::{FootNode, Options, Reliability};
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::options::listen::ListenArguments;
 use super::options::published::PublishedArguments;
@@ -28,7 +28,7 @@ pub struct Ros2Arguments {
     /// Whether messages that are lost on the network are sent again; subscribers that ask for reliable
     /// messages get no others
     #[arg(long, value_name = "QOS", default_value = "reliable")]
-    pub reliability: ReliabilityOption,
+    pub reliability: Reliability,
     /// Messages of a topic that are kept for a subscriber
     #[arg(long, value_name = "MESSAGES", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     pub depth: u16,
@@ -97,15 +97,6 @@ fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
     named
 }
 
-/// Whether lost messages are sent again.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum ReliabilityOption {
-    /// Lost messages are sent again
-    Reliable,
-    /// Lost messages are not sent again
-    BestEffort,
-}
-
 impl Ros2Arguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let bridge = self.published.bridge();
@@ -114,10 +105,7 @@ impl Ros2Arguments {
             networks: networks(self.network),
             namespace: self.namespace,
             name: self.node_name,
-            reliability: match self.reliability {
-                ReliabilityOption::Reliable => Reliability::Reliable,
-                ReliabilityOption::BestEffort => Reliability::BestEffort,
-            },
+            reliability: self.reliability,
             depth: self.depth.into(),
             source: self.listen.source.to_string(),
             frame_id: self.published.frame(),

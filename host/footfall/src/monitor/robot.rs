@@ -189,6 +189,14 @@ mod tests {
         robot
     }
 
+    /// Receives a frame from the bus.
+    fn receive(robot: &mut MonitorState, at_us: u64, id: u16, data: &[u8]) {
+        let at = Timestamp::from_micros(at_us);
+        let interface = "can0".into();
+        let frame = CanFrame::new(id, data).expect("a frame");
+        robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+    }
+
     #[test]
     fn four_feet_at_1_khz_lose_no_contact() {
         let robot = watched("demo:feet=4,speed=max,seconds=6");
@@ -213,11 +221,8 @@ mod tests {
         assert!(!robot.feet()[0].is_silent(now));
         // Loads and heartbeats continue to arrive.
         for ms in 0..600 {
-            let at = Timestamp::from_micros(now.as_micros() + ms * 1000);
             for (id, data) in [(0x211, &[0; 4][..]), (0x711, &[127])] {
-                let frame = CanFrame::new(id, data).expect("a frame");
-                let interface = "can0".into();
-                robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+                receive(&mut robot, now.as_micros() + ms * 1000, id, data);
             }
         }
         assert!(robot.feet()[0].is_silent(robot.session().now()));
@@ -273,18 +278,10 @@ mod tests {
         assert!(robot.feet().iter().all(|foot| foot.missing == 0));
     }
 
-    /// Receives a frame from the bus.
-    fn receive(robot: &mut MonitorState, ms: u64, id: u16, data: &[u8]) {
-        let at = Timestamp::from_micros(ms * 1000);
-        let interface = "can0".into();
-        let frame = CanFrame::new(id, data).expect("a frame");
-        robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
-    }
-
     #[test]
     fn faults_are_tracked_and_explain_a_restart() {
         let mut robot = MonitorState::new(Feet::default());
-        let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
+        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
         let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         let cleared = Emergency::cleared(Fault::WatchdogReset, Faults::NONE).encode();
         receive(0, 0x711, &[0]);
@@ -303,7 +300,7 @@ mod tests {
     #[test]
     fn fault_just_before_boot_up_belongs_to_the_new_start() {
         let mut robot = MonitorState::new(Feet::default());
-        let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
+        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
         let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
         let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         receive(0, 0x091, &frozen);
@@ -334,10 +331,7 @@ mod tests {
                 ..ContactEstimate::default()
             };
             let bytes = Contact::new(&estimate, ms as u8, Faults::NONE).encode();
-            let frame = CanFrame::new(0x191, &bytes).expect("a frame");
-            let at = Timestamp::from_micros(5_000_000 + ms * 1000);
-            let interface = "can0".into();
-            robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+            receive(&mut robot, 5_000_000 + ms * 1000, 0x191, &bytes);
         }
         assert_eq!(robot.feet()[0].missing, 6);
     }
@@ -355,7 +349,6 @@ mod tests {
                 sequence: ms as u8,
                 ..Contact::default()
             };
-            let at = Timestamp::from_micros(7_000_300 + read_us);
             let mut frames = vec![(0x191, contact.encode())];
             if ms % 100 == 50 {
                 let clock = ClockReading::to_report(
@@ -366,9 +359,7 @@ mod tests {
                 frames.push((0x511, health.encode()));
             }
             for (id, bytes) in frames {
-                let frame = CanFrame::new(id, &bytes).expect("a frame");
-                let interface = "can0".into();
-                robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+                receive(&mut robot, 7_000_300 + read_us, id, &bytes);
             }
         }
         assert_eq!(robot.feet()[0].missing, 2700);

@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Timestamp};
-use recordings::events::{ContactEvent, EventKind};
+use recordings::events::ContactEvent;
 use recordings::samples::phase::code_of;
 use wire::Faults;
 use wire::pdo::Status;
@@ -48,7 +48,7 @@ impl EstimateMessages {
         let message = RosEvent {
             header: self.topics.header(stamp),
             foot: self.name.clone(),
-            kind: kind_number(event.kind),
+            kind: event.kind as u8 + 1,
             duration: event.duration_us.map_or(f64::NAN, |us| us as f64 * 1.0e-6),
             p_peak: event.peak,
             distance: event.distance_m.unwrap_or(f64::NAN),
@@ -90,17 +90,5 @@ impl EstimateMessages {
             Published::new(&self.topics.probability, at, probability),
             Published::new(&self.topics.contact, at, RosMessage::Contact(contact)),
         ]
-    }
-}
-
-/// Number of a kind of event in [`RosEvent`].
-pub(crate) const fn kind_number(kind: EventKind) -> u8 {
-    match kind {
-        EventKind::TouchDown => 1,
-        EventKind::LiftOff => 2,
-        EventKind::SlipStart => 3,
-        EventKind::SlipEnd => 4,
-        EventKind::UnstableStart => 5,
-        EventKind::UnstableEnd => 6,
     }
 }

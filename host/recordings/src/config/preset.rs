@@ -1,7 +1,5 @@
 //! Presets of the parameters.
 
-use std::str::FromStr;
-
 use crate::input::Format;
 use estimator_core::{Params, PerAxis, WindowLength};
 use lsm6dsox::{Config, Noise};
@@ -36,6 +34,9 @@ crate::named! {
         Default = "default",
         /// Settings of the paper.
         Paper = "paper",
+    } or |name| {
+        let names = Self::ALL.map(|preset| format!("{:?}", preset.name()));
+        format!("preset is {name:?}, but {} is expected", names.join(" or "))
     }
 }
 
@@ -92,17 +93,6 @@ impl Preset {
                 "{recording}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {sample_rate} Hz \
                  and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration"
             )
-        })
-    }
-}
-
-impl FromStr for Preset {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        Self::of_name(name).ok_or_else(|| {
-            let names = Self::ALL.map(|preset| format!("{:?}", preset.name()));
-            format!("preset is {name:?}, but {} is expected", names.join(" or "))
         })
     }
 }

@@ -223,6 +223,14 @@ mod tests {
                 "load.off_threshold is -1e10, allowed is -1e9 to 12, and not above load.on_threshold",
             ),
             (
+                "load.off_threshold = 13",
+                "load.off_threshold is 13, allowed is -1e9 to 12, and not above load.on_threshold",
+            ),
+            (
+                "load.on_threshold = 5",
+                "load.off_threshold is 6, allowed is -1e9 to 5, and not above load.on_threshold",
+            ),
+            (
                 "attitude.gyro_timing = '60ms'",
                 "attitude.gyro_timing is 60 ms, allowed is 0 to 50 ms",
             ),
@@ -262,25 +270,6 @@ mod tests {
         ] {
             assert_eq!(refusal(text, None), format!("c.toml, key {expected}"));
         }
-    }
-
-    #[test]
-    fn error_names_the_position_of_the_key() {
-        let text = "\n[decision]\n  threshold = 2\n";
-        let (overrides, params) = applied(text);
-        let origins = Origins {
-            file: Some("c.toml"),
-            text,
-            overrides: &overrides,
-            window: None,
-            recording: "x.csv",
-            sample_rate: RateOrigin::Configuration,
-        };
-        let error = params.validate::<CAPACITY>().unwrap_err();
-        assert_eq!(
-            origins.explain(&error).to_string(),
-            "c.toml, line 3, column 3, key decision.threshold is 2, allowed is 0.01 to 0.99"
-        );
     }
 
     /// Returns a file with all learnt values, of which one is changed.
@@ -348,20 +337,5 @@ mod tests {
             refusal("window = '0samples'", None),
             "c.toml, key window comes to 0 samples at this sample rate, allowed is 1 to 4096"
         );
-    }
-
-    #[test]
-    fn load_that_ends_a_stance_does_not_exceed_that_which_starts_it() {
-        for (text, expected) in [
-            ("load.on_threshold = 5", "6, allowed is -1e9 to 5"),
-            ("load.off_threshold = 13", "13, allowed is -1e9 to 12"),
-        ] {
-            assert_eq!(
-                refusal(text, None),
-                format!(
-                    "c.toml, key load.off_threshold is {expected}, and not above load.on_threshold"
-                )
-            );
-        }
     }
 }

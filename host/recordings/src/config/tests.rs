@@ -104,15 +104,6 @@ fn unnamed_axis_keeps_its_value() {
 }
 
 #[test]
-fn an_unknown_key_is_named_with_its_line() {
-    assert_eq!(
-        message("\n[half_width]\nacceleration = 1.0\n"),
-        "x.toml, line 3, column 1, key half_width.acceleration: unknown field `acceleration`, \
-         expected one of `acceleration_m_s2`, `angular_rate_rad_s`"
-    );
-}
-
-#[test]
 fn value_of_wrong_type_is_named_by_key() {
     assert_eq!(
         message("[load]\non_threshold = 'high'\n"),

@@ -1,7 +1,5 @@
 //! Formats of files, by name.
 
-use std::str::FromStr;
-
 use crate::samples::foreign::Foreign;
 
 crate::named! {
@@ -23,6 +21,9 @@ crate::named! {
         Mcap = "mcap",
         /// The same in the `SQLite` database of a rosbag2, or the folder of a rosbag2.
         Rosbag2 = "rosbag2",
+    } or |name| {
+        let known = Self::ALL.map(Self::name).join(", ");
+        format!("there is no format `{name}`; known are {known}")
     }
 }
 
@@ -96,17 +97,6 @@ impl Format {
             Self::Mcap | Self::Rosbag2 if !cfg!(feature = "bags") => Some("bags"),
             _ => None,
         }
-    }
-}
-
-impl FromStr for Format {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::of_name(name).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            format!("there is no format `{name}`; known are {known}")
-        })
     }
 }
 

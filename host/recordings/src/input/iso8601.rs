@@ -7,7 +7,8 @@ use jiff::tz::TimeZone;
 
 /// Microseconds since 1970 in UTC; `None` if the text is not a date with a time, seconds included. Leap seconds are
 /// ignored, as in POSIX.
-pub(super) fn micros_since_1970(text: &str) -> Option<i64> {
+#[must_use]
+pub fn micros_since_1970(text: &str) -> Option<i64> {
     // The colon before the seconds.
     if text.as_bytes().get(16) != Some(&b':') {
         return None;

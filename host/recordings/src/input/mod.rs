@@ -23,7 +23,7 @@ pub mod bag;
 mod correction;
 pub mod error;
 mod format;
-mod iso8601;
+pub mod iso8601;
 mod loaded;
 mod open;
 mod place;
@@ -57,7 +57,7 @@ pub use topics::{BagOptions, LoadTopic, Rename, Topics};
 
 use open::{Container, Source};
 use published::go1;
-use published::simulated::{self, LabelScheme};
+use published::simulated;
 #[cfg(feature = "parquet")]
 use table::parquet;
 use table::reader::Table;
@@ -202,8 +202,7 @@ impl Opened {
 
 fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, InputError> {
     match format {
-        Format::PceAtlas => simulated::read(table, LabelScheme::StableOrNot, hints),
-        Format::Lcd => simulated::read(table, LabelScheme::ContactClass, hints),
+        Format::PceAtlas | Format::Lcd => simulated::read(table, format, hints),
         Format::PceGo1 => go1::read(table, hints),
         // The content of a container is not a table.
         Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => csv::read(table, hints),

@@ -28,7 +28,7 @@ pub struct ImuTopic {
 }
 
 /// How a foot on a serial line is made to send its samples.
-pub(super) const STREAM_ADVICE: &str = "; a foot sends its samples on a serial line after footfall foot SOURCE set uart_streams.raw_sample=1ms";
+pub(super) const STREAM_ADVICE: &str = "; a foot sends its samples on a serial line after footfall foot SOURCE set uart_streams.raw_sample=1";
 
 impl fmt::Display for ImuTopic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,12 +1,13 @@
 //! Enums whose variants have names, as options, files and tables write them.
 
 /// Defines an enum by its variants and their names, such as `Csv = "csv"`. `ALL` has the variants in their order,
-/// `name` returns the name of one, `of_name` the variant with a name; `Display` writes the name.
+/// `name` returns the name of one, `of_name` the variant with a name; `Display` writes the name. With `or` and a
+/// function that makes the error from the text, `FromStr` reads it.
 #[macro_export]
 macro_rules! named {
     ($(#[$of_enum:meta])* $visibility:vis enum $enum:ident {
         $($(#[$of_variant:meta])* $variant:ident = $name:literal),+ $(,)?
-    }) => {
+    } $(or $error:expr)?) => {
         $(#[$of_enum])*
         $visibility enum $enum {
             $($(#[$of_variant])* $variant),+
@@ -36,5 +37,14 @@ macro_rules! named {
                 }
             }
         }
+
+        $(impl std::str::FromStr for $enum {
+            type Err = String;
+
+            fn from_str(name: &str) -> Result<Self, String> {
+                let error: fn(&str) -> String = $error;
+                Self::of_name(name).ok_or_else(|| error(name))
+            }
+        })?
     };
 }

@@ -4,8 +4,6 @@
 //! takes half of the typical time. The same holds for the start of the oscillators, where the slow corner takes
 //! double the typical time if no maximum is given.
 
-use core::str::FromStr;
-
 recordings::named! {
     /// Speed of the chip's internal operations and oscillators.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,15 +15,7 @@ recordings::named! {
         Typical = "typical",
         /// Oscillators at the lower limit, times at the upper.
         Slow = "slow",
-    }
-}
-
-impl FromStr for Corner {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::of_name(text).ok_or_else(|| format!("{text} is none of fast, typical, slow"))
-    }
+    } or |name| format!("{name} is none of fast, typical, slow")
 }
 
 impl Corner {

@@ -13,7 +13,6 @@ use crate::emulator::part::can::TimedFrame;
 use crate::emulator::part::usart::TimedByte;
 use crate::emulator::time::{PER_SECOND, to_ns, to_us};
 use crate::product::parity::{self, Parity, ParityCheck};
-use crate::product::scenario::ScenarioStep;
 use crate::product::spread::Spread;
 use crate::product::traffic::Traffic;
 
@@ -41,19 +40,8 @@ const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
 pub struct RunOptions {
     /// Duration, ms.
     pub milliseconds: u64,
-    /// Actions on the board.
-    pub actions: Vec<TimedStep>,
     /// Additional traffic on the lines.
     pub traffic: Traffic,
-}
-
-/// An action on the board.
-#[derive(Clone, Debug)]
-pub struct TimedStep {
-    /// Time, ms.
-    pub ms: u64,
-    /// The action.
-    pub step: ScenarioStep,
 }
 
 /// Number of transactions in which a sample's edge is searched.
@@ -76,7 +64,6 @@ struct Log {
     frame_began: Option<u64>,
     health: Option<HealthMessage>,
     recent: VecDeque<Transaction>,
-    /// `None` if actions on the board are planned.
     comparison: Option<ParityCheck>,
     uart_frames: u64,
     can_frames: u64,
@@ -179,21 +166,15 @@ pub fn run(board: &mut Board, run: &RunOptions) -> Result<Value, Box<dyn core::e
     let first = board.now().div_ceil(MILLISECOND);
     let mut log = Log {
         settled: (first + SETTLING) * MILLISECOND,
-        comparison: run.actions.is_empty().then(ParityCheck::new).transpose()?,
+        comparison: Some(ParityCheck::new()?),
         ..Log::default()
     };
-    let mut actions = run.actions.clone();
-    actions.sort_by_key(|action| action.ms);
-    let mut actions = actions.into_iter().peekable();
     board.record_sensor_bus();
     let watched = board.watch_function(ESTIMATOR);
     let (mut last, mut last_watched) = (board.counters(), 0);
     // Offset within a millisecond at which the counts of a tick end.
     let mut idle = 0;
     for ms in 0..run.milliseconds {
-        while let Some(action) = actions.next_if(|action| action.ms <= first + ms) {
-            action.step.act(board);
-        }
         let start = (first + ms) * MILLISECOND;
         if ms == SETTLING {
             // Half a tick after an estimate the work of its tick is done, whenever the board started.
@@ -224,17 +205,11 @@ pub fn run(board: &mut Board, run: &RunOptions) -> Result<Value, Box<dyn core::e
         log.requests(&board.take_can_requests());
         log.can(board.take_can());
     }
-    let parity = log.comparison.take().map(ParityCheck::finish);
+    let parity = log.comparison.take().map(ParityCheck::finish).unwrap_or_default();
     Ok(report(board, run, &log, parity, watched))
 }
 
-fn report(
-    board: &mut Board,
-    run: &RunOptions,
-    log: &Log,
-    parity: Option<Parity>,
-    watched: bool,
-) -> Value {
+fn report(board: &mut Board, run: &RunOptions, log: &Log, parity: Parity, watched: bool) -> Value {
     let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
     let stack = match ["_stack_end", "_stack_start"].map(|name| board.image.symbol(name)) {
         [Some(low), Some(high)] => Some(board.stack_high_water(low, high)),
@@ -269,12 +244,9 @@ fn report(
             "can": count(Counter::CanDropped),
             "uart": count(Counter::UartDropped),
         },
-        "parity_compared": parity.map(|parity| json!({
-            "uart": parity.compared,
-            "can": parity.can_compared,
-        })),
-        "parity_measured": parity.map(|parity| parity.measured),
-        "parity_mismatches": parity.map(|parity| parity.mismatches + parity.can_mismatches),
+        "parity_compared": { "uart": parity.compared, "can": parity.can_compared },
+        "parity_measured": parity.measured,
+        "parity_mismatches": parity.mismatches + parity.can_mismatches,
         "digest": log.digest.finish(),
         "emergencies": log.emergencies,
         "resets": resets,

@@ -35,7 +35,7 @@ fn a_seed_gives_the_same_frames_in_any_thread_order() {
 }
 
 #[test]
-fn an_unknown_foot_is_an_error() {
+fn wrong_orders_are_errors_and_the_robot_runs_on() {
     let Some(mut server) = Server::start("none", &["--seconds", "60"]) else {
         return;
     };

@@ -5,6 +5,7 @@
 //! Source of the format: `candump.c` and `lib.c` of can-utils.
 
 use estimator_core::Timestamp;
+use recordings::input::iso8601::micros_since_1970;
 
 use super::text::{Identifier, bytes as spaced_bytes, seconds};
 use super::{LogContent, LogLine, Other, is_name};
@@ -131,26 +132,7 @@ fn leading_time(line: &str) -> Option<(Option<Timestamp>, &str)> {
 /// Parses a date and a time of day (`-tA`), assumed to be UTC.
 fn dated(date: &str, clock: &str) -> Option<Timestamp> {
     let (clock, fraction) = clock.split_once('.')?;
-    let mut parts = date.split('-').chain(clock.split(':')).map(|part| {
-        let is_number = part.bytes().all(|byte| byte.is_ascii_digit());
-        part.parse::<u64>().ok().filter(|_| is_number)
-    });
-    let mut part = |range: std::ops::RangeInclusive<u64>| {
-        parts.next().flatten().filter(|part| range.contains(part))
-    };
-    let (year, month, day) = (part(1970..=9999)?, part(1..=12)?, part(1..=31)?);
-    let (hours, minutes, seconds) = (part(0..=23)?, part(0..=59)?, part(0..=60)?);
-    if parts.next().is_some() {
-        return None;
-    }
-    // Days since 1970, with years that begin in March so that the leap day is the last day.
-    let (years, months) = match month {
-        0..=2 => (year - 1, month + 9),
-        _ => (year, month - 3),
-    };
-    let days = 365 * years + years / 4 - years / 100 + years / 400 + (153 * months + 2) / 5 + day
-        - 719_469;
-    let whole = ((days * 24 + hours) * 60 + minutes) * 60 + seconds;
+    let whole = micros_since_1970(&format!("{date} {clock}"))? / 1_000_000;
     micros(&format!("{whole}.{fraction}"))
 }
 

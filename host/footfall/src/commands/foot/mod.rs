@@ -36,8 +36,7 @@ use crate::report::print_text;
 use crate::targets::{self, Target};
 
 pub(super) use show::Identity;
-pub use show::{FootChanges, FootInfo, FootScan, FootValues, to_json};
-pub use update::FootUpdates;
+pub use show::{FootInfo, to_json};
 use update::{ImageFile, Which};
 
 /// Arguments of `footfall foot`.

@@ -33,11 +33,6 @@ impl Described for FootInfo {
     const SCHEMA: &'static str = "urn:footfall:foot-info:1";
 }
 
-/// The feet that are heard.
-#[derive(Debug, Serialize)]
-#[serde(transparent)]
-pub struct FootScan(Vec<Scanned>);
-
 /// A foot that is heard.
 #[derive(Debug, Serialize)]
 struct Scanned {
@@ -47,27 +42,6 @@ struct Scanned {
     node: Option<u8>,
     /// Its name, such as FL; null where nothing says it.
     name: Option<String>,
-}
-
-/// Values of objects by their names, such as decision.threshold.
-#[derive(Debug, Serialize)]
-#[serde(transparent)]
-pub struct FootValues(Map<String, Json>);
-
-/// Settings that differ.
-#[derive(Debug, Serialize)]
-#[serde(transparent)]
-pub struct FootChanges(Vec<Change>);
-
-/// A setting that differs.
-#[derive(Debug, Serialize)]
-struct Change {
-    /// Its name, such as decision.threshold.
-    name: String,
-    /// The value before; with diff, the default or that in the file.
-    from: Json,
-    /// The value afterwards; with diff, the foot's own.
-    to: Json,
 }
 
 impl FootArguments {
@@ -83,7 +57,7 @@ impl FootArguments {
             name: listener.name(foot).map(|name| name.to_string()),
         });
         if self.json {
-            return Ok(to_json(&FootScan(feet.collect())));
+            return Ok(to_json(&feet.collect::<Vec<_>>()));
         }
         let line = |foot: Scanned| {
             let node = foot.node.map(|node| format!("node {node}"));
@@ -96,12 +70,15 @@ impl FootArguments {
 
     pub(super) fn changes(&self, changes: &[(Named, Value, Value)]) -> String {
         if self.json {
-            let changes = changes.iter().map(|(named, before, after)| Change {
-                name: named.name(),
-                from: number(named, *before),
-                to: number(named, *after),
+            // With diff, from the default or the file's value to the foot's own.
+            let changes = changes.iter().map(|(named, before, after)| {
+                json!({
+                    "name": named.name(),
+                    "from": number(named, *before),
+                    "to": number(named, *after),
+                })
             });
-            return to_json(&FootChanges(changes.collect()));
+            return to_json(&changes.collect::<Vec<_>>());
         }
         let line = |(named, before, after): &(Named, Value, Value)| {
             let unit = named.unit();
@@ -139,7 +116,7 @@ impl FootArguments {
             text.push('\n');
             object.insert(named.name(), value);
         }
-        Ok(if self.json { to_json(&FootValues(object)) } else { text })
+        Ok(if self.json { to_json(&object) } else { text })
     }
 
     pub(super) fn info(&self, client: &mut Client) -> Result<String, FootError> {

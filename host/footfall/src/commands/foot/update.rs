@@ -13,7 +13,7 @@ use feet::foot::update::{self, FootProgram, Image, UpdateError, UpdateStage, Upd
 use feet::link::Link;
 use feet::usb;
 use indicatif::ProgressBar;
-use serde::Serialize;
+use serde_json::{Value as Json, json};
 use wire::NodeId;
 
 use super::FootArguments;
@@ -51,30 +51,6 @@ impl<'a> ImageFile<'a> {
 
 fn refused(file: &Path, message: &str) -> FootError {
     FootError::File { file: file.display().to_string(), message: message.to_owned() }
-}
-
-/// Results of an update, for each foot.
-#[derive(Debug, Serialize)]
-#[serde(transparent)]
-pub struct FootUpdates(Vec<FootUpdate>);
-
-/// Result of the update of a foot.
-#[derive(Debug, Serialize)]
-struct FootUpdate {
-    /// Its node id, 1 to 127; null on a serial line.
-    node: Option<u8>,
-    /// Its serial number (object 0x1018); null where the update failed.
-    serial: Option<u32>,
-    /// Version of the program before; null where the foot ran its bootloader, or the update failed.
-    from_version: Option<String>,
-    /// Number of the program before (object 0x1F56), hexadecimal; 00000000 is one that no image and no commit names.
-    from_program: Option<String>,
-    /// Version of the new program, which is confirmed; null where nothing was sent, or the update failed.
-    to_version: Option<String>,
-    /// Number of the new program, hexadecimal.
-    to_program: Option<String>,
-    /// Reason why the foot was not updated.
-    error: Option<String>,
 }
 
 impl FootArguments {
@@ -131,8 +107,8 @@ impl FootArguments {
         let failed: Vec<String> = failed.map(ToString::to_string).collect();
         let text = if self.json {
             let updates = feet.iter().zip(&results);
-            let updates = updates.map(|(node, result)| FootUpdate::of(*node, result));
-            to_json(&FootUpdates(updates.collect()))
+            let updates = updates.map(|(node, result)| as_json(*node, result));
+            to_json(&updates.collect::<Vec<_>>())
         } else {
             results.iter().flatten().map(line).collect()
         };
@@ -152,21 +128,22 @@ impl FootArguments {
     }
 }
 
-impl FootUpdate {
-    fn of<E: ToString>(node: Option<NodeId>, result: &Result<Updated, E>) -> Self {
-        let number = |program: &FootProgram| hex(program.identification);
-        let done = result.as_ref().ok();
-        let after = done.and_then(|done| done.after.as_ref());
-        Self {
-            node: node.map(NodeId::get),
-            serial: done.map(|done| done.serial),
-            from_version: done.and_then(|done| done.before.version.clone()),
-            from_program: done.map(|done| number(&done.before)),
-            to_version: after.and_then(|after| after.version.clone()),
-            to_program: after.map(number),
-            error: result.as_ref().err().map(ToString::to_string),
-        }
-    }
+/// The result for a foot: null is a node on a serial line; a serial number or program where the update failed, a version
+/// where the bootloader ran, a new program where nothing was sent; the error of a foot that was updated. The program
+/// 00000000 is one that no image and no commit names.
+fn as_json(node: Option<NodeId>, result: &Result<Updated, UpdateError>) -> Json {
+    let number = |program: &FootProgram| hex(program.identification);
+    let done = result.as_ref().ok();
+    let after = done.and_then(|done| done.after.as_ref());
+    json!({
+        "node": node.map(NodeId::get),
+        "serial": done.map(|done| done.serial),
+        "from_version": done.and_then(|done| done.before.version.clone()),
+        "from_program": done.map(|done| number(&done.before)),
+        "to_version": after.and_then(|after| after.version.clone()),
+        "to_program": after.map(number),
+        "error": result.as_ref().err().map(ToString::to_string),
+    })
 }
 
 fn line(updated: &Updated) -> String {

@@ -1,6 +1,8 @@
 //! Copy of a bag with the contacts of its feet, as the output of `footfall replay`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+#[cfg(feature = "bags")]
+use std::path::PathBuf;
 
 use crate::ros::Compat;
 use clap::Args;
@@ -9,10 +11,10 @@ use super::published::compat_parser;
 #[cfg(feature = "bags")]
 use crate::bag_copy::{self, LowStates, OfAllFeet};
 use crate::commands::headings::OUTPUT;
+#[cfg(feature = "bags")]
 use crate::error::Error;
-#[cfg(not(feature = "bags"))]
-use crate::feature::Feature;
 use crate::files::OutputError;
+#[cfg(feature = "bags")]
 use crate::replay_output::CopiedFoot;
 
 /// Messages of all feet in a copy of a bag.
@@ -77,17 +79,6 @@ impl CopiedArguments {
             bag_copy::write(input, feet, &of_all_feet, again, to)?;
         }
         Ok(())
-    }
-
-    #[cfg(not(feature = "bags"))]
-    pub(crate) fn copy(
-        &self,
-        _: &[PathBuf],
-        to: &Path,
-        _: &mut [CopiedFoot],
-        _: bool,
-    ) -> Result<(), Error> {
-        Err(OutputError::from(Feature::Bags.missing_for(to.display())).into())
     }
 }
 

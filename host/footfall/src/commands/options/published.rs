@@ -1,6 +1,8 @@
 //! Frames of messages, and messages of other programs, for all commands that publish streaming feet.
 
-use crate::ros::{Bridge, Compat};
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
+use crate::ros::Bridge;
+use crate::ros::Compat;
 use clap::Args;
 use clap::builder::TypedValueParser;
 
@@ -21,6 +23,7 @@ pub struct PublishedArguments {
     pub frame_prefix: String,
 }
 
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
 impl PublishedArguments {
     /// Pattern of the frames.
     pub(crate) fn frame(&self) -> String {

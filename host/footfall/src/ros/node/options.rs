@@ -12,12 +12,13 @@ use crate::ros::{Compat, Published};
 const DIAGNOSTICS_DEPTH: usize = 10;
 
 recordings::named! {
-    /// Whether a message lost on the network is sent again, with its name in ROS.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    /// Whether a message lost on the network is sent again, with its name in ROS. Subscribers that request reliable
+    /// messages receive no others.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
     pub enum Reliability {
-        /// Lost messages are sent again. Subscribers of both kinds receive the messages.
+        /// Lost messages are sent again
         Reliable = "reliable",
-        /// Lost messages are not sent again. Subscribers that request reliable messages receive none.
+        /// Lost messages are not sent again
         BestEffort = "best_effort",
     }
 }

@@ -14,6 +14,7 @@
 use crate::samples::recording::{Label, RecordedSample, Recording};
 use estimator_core::{Load, Params, Validity};
 
+use crate::input::Format;
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, imu_sample, steady_time};
 use crate::input::store::stored::Stored;
@@ -29,37 +30,18 @@ pub const LCD_SAMPLE_RATE: f32 = 100.0;
 const ATLAS_COLUMNS: [&str; 13] =
     ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz", "ax", "ay", "az", "wx", "wy", "wz", "label"];
 
-/// Meaning of the last of the 13 columns, which also distinguishes the recordings of `lcd` from those of the
-/// method's authors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LabelScheme {
-    /// 1 stable, 0 not: the recordings of the method's authors.
-    StableOrNot,
-    /// 0 stable, 1 no contact, 2 slip: the recordings of `lcd`.
-    ContactClass,
-}
-
-impl LabelScheme {
-    /// Sample rate of the recordings with such labels, Hz.
-    #[must_use]
-    pub const fn sample_rate(self) -> f32 {
-        match self {
-            Self::StableOrNot => ATLAS_SAMPLE_RATE,
-            Self::ContactClass => LCD_SAMPLE_RATE,
-        }
-    }
-}
-
-/// Reads a recording with ATLAS' 13 columns.
+/// Reads a recording with ATLAS' 13 columns, of which the last has the labels of the format.
 ///
 /// # Errors
 /// The first error found, with file, line and column.
 pub(in crate::input) fn read(
     mut table: Table,
-    labels: LabelScheme,
+    format: Format,
     hints: &Hints,
 ) -> Result<Stored, InputError> {
-    let sample_rate = hints.sample_rate.unwrap_or(labels.sample_rate());
+    let is_lcd = format == Format::Lcd;
+    let usual = if is_lcd { LCD_SAMPLE_RATE } else { ATLAS_SAMPLE_RATE };
+    let sample_rate = hints.sample_rate.unwrap_or(usual);
     let mut samples = Vec::new();
     while let Some(row) = table.next_row()? {
         row.expect_columns(ATLAS_COLUMNS.len())?;
@@ -72,9 +54,9 @@ pub(in crate::input) fn read(
         samples.push(RecordedSample {
             imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid),
             load: Some(Load(fz as f32)),
-            label: Some(match (labels, truth) {
-                (LabelScheme::ContactClass, 0.0) => Label::Stable,
-                (LabelScheme::ContactClass, 1.0 | 2.0) => Label::NotStable,
+            label: Some(match (is_lcd, truth) {
+                (true, 0.0) => Label::Stable,
+                (true, 1.0 | 2.0) => Label::NotStable,
                 _ => label(&row, ATLAS_COLUMNS.len() - 1, truth)?,
             }),
         });
@@ -100,15 +82,15 @@ mod tests {
     use estimator_core::Vec3;
 
     fn load(text: &str) -> Result<Loaded, InputError> {
-        load_with(text, LabelScheme::StableOrNot)
+        load_with(text, Format::PceAtlas)
     }
 
-    fn load_with(text: &str, labels: LabelScheme) -> Result<Loaded, InputError> {
+    fn load_with(text: &str, format: Format) -> Result<Loaded, InputError> {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
         let table = Table::open(&path)?;
-        let stored = read(table, labels, &Hints::default())?;
+        let stored = read(table, format, &Hints::default())?;
         Ok(stored.into_loaded().unwrap())
     }
 
@@ -140,14 +122,14 @@ mod tests {
             let row = |class| format!("1,2,3,4,5,6,7,8,9,10,11,12,{class}\n");
             classes.iter().map(row).collect()
         };
-        let loaded = load_with(&rows(&[0, 1, 2]), LabelScheme::ContactClass);
+        let loaded = load_with(&rows(&[0, 1, 2]), Format::Lcd);
         let recording = loaded.unwrap().recording;
         let labels: Vec<_> = recording.samples.iter().filter_map(|s| s.label).collect();
         assert_eq!(labels, [Label::Stable, Label::NotStable, Label::NotStable]);
         assert_eq!(recording.samples[2].load, Some(Load(3.0)));
         assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 10_000);
 
-        match load_with(&rows(&[0, 3]), LabelScheme::ContactClass) {
+        match load_with(&rows(&[0, 3]), Format::Lcd) {
             Err(InputError::Label { cell, .. }) => assert_eq!(cell.place, RowPlace::Line(2)),
             other => panic!("{other:?}"),
         }

@@ -155,14 +155,6 @@ mod tests {
     }
 
     #[test]
-    fn unknown_columns_are_listed_in_one_notice() {
-        let notices =
-            loaded("t,ax,ay,az,wx,wy,wz,qw,qx\n0,1,2,3,4,5,6,,\n1,1,2,3,4,5,6,,\n").notices;
-        assert_eq!(notices.len(), 1);
-        assert!(notices[0].ends_with(": ignored columns: qw, qx"));
-    }
-
-    #[test]
     fn non_finite_value_makes_the_sample_invalid() {
         let recording =
             loaded("t,ax,ay,az,wx,wy,wz\n0,nan,inf,-inf,1e300,0,0\n1,0,0,0,0,0,0\n").recording;

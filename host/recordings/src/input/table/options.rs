@@ -88,15 +88,7 @@ crate::named! {
         Point = ".",
         /// `1,5`.
         Comma = ",",
-    }
-}
-
-impl FromStr for Decimal {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::of_name(name).ok_or_else(|| format!("{name:?} is before no fraction: write . or ,"))
-    }
+    } or |name| format!("{name:?} is before no fraction: write . or ,")
 }
 
 /// Units of a table's axes.
@@ -230,7 +222,7 @@ crate::named! {
         Microseconds = "us",
         /// ns.
         Nanoseconds = "ns",
-    }
+    } or |name| format!("{name:?} is no unit of time: write s, ms, us or ns")
 }
 
 impl TimeUnit {
@@ -255,15 +247,6 @@ impl TimeUnit {
     }
 }
 
-impl FromStr for TimeUnit {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::of_name(name)
-            .ok_or_else(|| format!("{name:?} is no unit of time: write s, ms, us or ns"))
-    }
-}
-
 crate::named! {
     /// Treatment of times that are not in order.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -275,16 +258,7 @@ crate::named! {
         DropBad = "drop-bad",
         /// Rows are spaced by the sample rate, for rows that arrive in batches.
         Rate = "rate",
-    }
-}
-
-impl FromStr for Times {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        Self::of_name(name)
-            .ok_or_else(|| format!("invalid {name:?}: expected keep, drop-bad or rate"))
-    }
+    } or |name| format!("invalid {name:?}: expected keep, drop-bad or rate")
 }
 
 #[cfg(test)]

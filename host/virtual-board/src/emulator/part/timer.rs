@@ -378,21 +378,22 @@ impl Timer {
 mod tests {
     use super::*;
 
+    fn set<const N: usize>(timer: &mut Timer, registers: [(u32, u32); N]) {
+        for (offset, value) in registers {
+            timer.write(offset, value, 0).expect("a register");
+        }
+    }
+
     fn timer() -> Timer {
         let mut timer = Timer::new("TIM", 16, 10);
-        timer.write(0x28, 9, 0).expect("a register");
-        timer.write(0x2C, 999, 0).expect("a register");
-        timer.write(0x14, 1, 0).expect("a register");
-        timer.write(0x10, 0, 0).expect("a register");
+        set(&mut timer, [(0x28, 9), (0x2C, 999), (0x14, 1), (0x10, 0)]);
         timer
     }
 
     #[test]
     fn it_updates_every_reload_plus_one_counts_and_compares() {
         let mut timer = timer();
-        timer.write(0x34, 250, 0).expect("a register");
-        timer.write(0x0C, 3, 0).expect("a register");
-        timer.write(0x00, CEN, 0).expect("a register");
+        set(&mut timer, [(0x34, 250), (0x0C, 3), (0x00, CEN)]);
         assert_eq!(timer.next_event(), 25_000);
         timer.advance(25_000);
         assert!(timer.interrupts());
@@ -407,8 +408,7 @@ mod tests {
     #[test]
     fn a_passed_compare_value_matches_in_the_next_round() {
         let mut timer = timer();
-        timer.write(0x0C, 2, 0).expect("a register");
-        timer.write(0x00, CEN, 0).expect("a register");
+        set(&mut timer, [(0x0C, 2), (0x00, CEN)]);
         timer.write(0x34, 250, 25_100).expect("a register");
         assert_eq!(timer.next_event(), 125_000);
         timer.advance(100_000);
@@ -418,9 +418,7 @@ mod tests {
     #[test]
     fn a_frozen_timer_stands_still() {
         let mut timer = timer();
-        timer.write(0x34, 250, 0).expect("a register");
-        timer.write(0x0C, 2, 0).expect("a register");
-        timer.write(0x00, CEN, 0).expect("a register");
+        set(&mut timer, [(0x34, 250), (0x0C, 2), (0x00, CEN)]);
         timer.freeze(true, 10_000);
         assert_eq!(timer.next_event(), NEVER);
         timer.freeze(false, 1_000_000);
@@ -431,13 +429,9 @@ mod tests {
     #[test]
     fn a_slave_counts_captures_instead_of_its_clock() {
         let mut master = timer();
-        for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)] {
-            master.write(offset, value, 0).expect("a register");
-        }
+        set(&mut master, [(0x18, 1), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)]);
         let mut counter = timer();
-        for (offset, value) in [(0x08, 0x17), (0x2C, 2), (0x00, CEN)] {
-            counter.write(offset, value, 0).expect("a register");
-        }
+        set(&mut counter, [(0x08, 0x17), (0x2C, 2), (0x00, CEN)]);
         assert_eq!(counter.counts_trigger(), Some(1));
         let mut counts = Vec::new();
         for edge in 1..=4 {
@@ -456,9 +450,7 @@ mod tests {
     fn the_pin_of_channel_3_reaches_channel_1_by_the_exclusive_or() {
         for (control, captured, pulses) in [(COMPARE_PULSE, 0, 0), (COMPARE_PULSE | TI1S, 130, 2)] {
             let mut timer = timer();
-            for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, control), (0x00, CEN)] {
-                timer.write(offset, value, 0).expect("a register");
-            }
+            set(&mut timer, [(0x18, 1), (0x20, 1), (0x04, control), (0x00, CEN)]);
             let edges = [(true, 12_345), (false, 12_400), (true, 13_000)];
             let given = edges.map(|(high, now)| timer.edge(2, high, NEVER, now));
             assert_eq!(given.iter().filter(|pulse| **pulse).count(), pulses);
@@ -471,25 +463,17 @@ mod tests {
         let mut timer = timer();
         timer.head_start = 900;
         timer.reset(10);
-        timer.write(0x28, 9, 0).expect("a register");
-        timer.write(0x38, 250, 0).expect("a register");
-        timer.write(0x0C, 5, 0).expect("a register");
-        timer.write(0x14, 1, 0).expect("a register");
-        timer.write(0x10, 0, 0).expect("a register");
-        timer.write(0x00, CEN, 0).expect("a register");
+        set(&mut timer, [(0x28, 9), (0x38, 250), (0x0C, 5), (0x14, 1), (0x10, 0), (0x00, CEN)]);
         assert_eq!(timer.read(0x24, 0), Ok(900));
         assert_eq!(timer.next_event(), 25_000);
-        timer.write(0x00, 0, 0).expect("a register");
-        timer.write(0x00, CEN, 0).expect("a register");
+        set(&mut timer, [(0x00, 0), (0x00, CEN)]);
         assert_eq!(timer.read(0x24, 0), Ok(900));
     }
 
     #[test]
     fn a_second_capture_sets_the_overcapture_flag() {
         let mut timer = timer();
-        timer.write(0x18, 1, 0).expect("a register");
-        timer.write(0x20, 1, 0).expect("a register");
-        timer.write(0x00, CEN, 0).expect("a register");
+        set(&mut timer, [(0x18, 1), (0x20, 1), (0x00, CEN)]);
         timer.edge(0, true, NEVER, 12_345);
         timer.edge(0, false, NEVER, 12_400);
         assert_eq!(timer.read(0x10, 12_500).expect("a register") & 0x202, 2);
@@ -502,9 +486,7 @@ mod tests {
     fn filter_of_eight_samples_removes_pulses_of_seven() {
         for (mode, shortest) in [(0x01, 1), (0x31, 71), (0xF1, 7 * 32 * 10 + 1)] {
             let mut timer = timer();
-            for (offset, value) in [(0x18, mode), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)] {
-                timer.write(offset, value, 0).expect("a register");
-            }
+            set(&mut timer, [(0x18, mode), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)]);
             assert!(!timer.edge(0, true, shortest - 1, 1_000), "{mode:#x}");
             assert!(timer.edge(0, true, shortest, 2_000), "{mode:#x}");
         }

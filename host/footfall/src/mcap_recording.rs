@@ -1,4 +1,4 @@
-//! MCAP recording, for programs built with MCAP output.
+//! Recording of foot messages as MCAP, for `footfall record`.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -49,7 +49,7 @@ impl McapRecording {
                 && !has(&format!("{foot}/imu"))
             {
                 warn(format!(
-                    "{foot}/imu is not in the recording: the foot sent no samples. On a serial line they come with footfall foot SOURCE set uart_streams.raw_sample=1ms"
+                    "{foot}/imu is not in the recording: the foot sent no samples. On a serial line they come with footfall foot SOURCE set uart_streams.raw_sample=1"
                 ));
             }
         }
