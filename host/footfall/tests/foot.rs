@@ -210,11 +210,16 @@ fn acceptance_ends_with_what_was_not_seen_or_is_out() {
     assert_eq!((code, &report["foot"]), (Some(0), &"FL".into()), "{said}");
     assert_eq!(report["schema"], "urn:footfall:accept:1");
     assert_eq!((&report["passed"], &report["not_tested"]), (&3.into(), &7.into()), "{said}");
-    assert!(said.contains("not tested: no fault within 1 s"), "{said}");
+    assert!(said.contains("not tested: it cannot be unplugged"), "{said}");
+    assert_eq!(report["steps"], serde_json::json!(["board", "unplug"]));
     // Ten steps take longer than a second.
     let (report, said, code) = accept("--only steps");
     assert_eq!((code, &report["accepted"]), (Some(1), &false.into()), "{said}");
     assert!(said.contains("not accepted: steps seen"), "{said}");
+    assert_has(
+        &text(&bench.run("accept demo:speed=max --only board").stdout),
+        "accepted in board: 3 passed",
+    );
     let said = text(&bench.run("accept demo --only steps,hop").stderr);
     assert_has(&said, "write some of board, self-test, still");
 }

@@ -172,3 +172,30 @@ fn faults_of_a_board_are_named() {
     assert_eq!(out(&report), ["active faults", "sensor temperature"], "{said}");
     assert!(said.contains("sensor silent"), "{said}");
 }
+
+#[test]
+#[ignore = "full: a board with three defects, a minute of virtual time"]
+fn defects_that_look_like_rest_or_taps_are_named() {
+    let Some(mut server) = Server::start("like-taps", &["--gait", "stand"]) else {
+        return;
+    };
+    // Samples are read by the timer.
+    server.order("FL: fault data-ready-lost");
+    server.run(3000);
+    let (report, said, _) = accepted(&mut server, SERIAL, &["--only", "still"], follow);
+    assert_eq!(out(&report), ["data rate of the sensor", "active faults"], "{said}");
+    server.order("FL: power-cycle");
+    server.run(3000);
+    let taps = |server: &mut Server, tap: &str| {
+        let (report, said, _) = accepted(server, SERIAL, &["--only", "taps"], |server, line| {
+            if line == "now" || line.contains("tap ") && !line.contains("5 of 5") {
+                server.order(&format!("FL: {tap}"));
+            }
+        });
+        (out(&report).join(", "), said)
+    };
+    let (out, said) = taps(&mut server, "fault sensor-reset");
+    assert!(out.contains("sensor restarts"), "{out}: {said}");
+    let (_, said) = taps(&mut server, "power-cycle");
+    assert!(said.contains("OUT: the foot has started again"), "{said}");
+}

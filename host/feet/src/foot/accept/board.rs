@@ -6,9 +6,12 @@ use wire::dictionary::index;
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::{Address, DataType, Fault, Faults, Value};
 
-use super::{AcceptStep, Measured, Person, figure};
+use super::{AcceptStep, Figure, Measured, Person, figure};
 use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
+
+/// Part of the hardware's name where the board is on USB and has the sensor on it.
+pub(super) const NANO: &str = "Nano RP2040";
 
 /// Polling interval of a value that the foot may not have yet.
 const LOOK: Duration = Duration::from_millis(100);
@@ -19,10 +22,9 @@ const STACK_LOOKS: u32 = 300;
 
 /// Reads faults, the last crash, the brown-out level, the temperature, and what the board measures of itself.
 pub(super) fn measure(client: &mut Client) -> Measured {
-    let faults = Faults::from_bits(client.read_number(index::FAULTS, 0)?);
+    let faults = of_faults(faults(client)?);
     let crash = client.read_number(index::LAST_CRASH, 1)?;
-    let hardware = client.read_text(Address::new(index::HARDWARE_VERSION, 0))?;
-    let level = match hardware.contains("STM32F405") {
+    let level = match hardware(client)?.contains("STM32F405") {
         true => figure::BROWN_OUT.measured(f64::from(client.read_number(index::SUPPLY, 1)?)),
         false => figure::BROWN_OUT.not_tested("the foot's chip has none to set"),
     };
@@ -46,13 +48,12 @@ pub(super) fn measure(client: &mut Client) -> Measured {
             Err(error) => return Err(error),
         });
     }
-    let names: Vec<_> = faults.iter().map(Fault::name).collect();
     let crash_name = match crash {
         0 => String::new(),
         code => format!("0x{code:04X}"),
     };
     let mut figures = vec![
-        figure::FAULTS.counted(names.len()).with(names.join(", ")),
+        faults,
         figure::CRASH.measured(f64::from(crash)).with(crash_name),
         level,
         match temperature {
@@ -62,6 +63,29 @@ pub(super) fn measure(client: &mut Client) -> Measured {
     ];
     figures.extend(costs);
     Ok(figures)
+}
+
+/// Reads the faults that last, as bits. Those of CAN do not count on a serial line: a CAN bus may be absent.
+pub(super) fn faults(client: &mut Client) -> Result<u32, RequestError> {
+    let bits: u32 = client.read_number(index::FAULTS, 0)?;
+    let of_can = Faults::NONE.with(Fault::CanErrorPassive).with(Fault::CanBusOff);
+    Ok(if client.node().is_some() { bits } else { bits & !of_can.bits() })
+}
+
+/// Number and names of faults, also of those that only a newer foot has.
+pub(super) fn of_faults(bits: u32) -> Figure {
+    let faults = Faults::from_bits(bits);
+    let mut names: Vec<_> = faults.iter().map(|fault| fault.name().to_owned()).collect();
+    let unknown = bits & !faults.bits();
+    if unknown != 0 {
+        names.push(format!("0x{unknown:08X}, which this version does not know"));
+    }
+    figure::FAULTS.measured(f64::from(bits.count_ones())).with(names.join(", "))
+}
+
+/// Reads the hardware that the foot names.
+pub(super) fn hardware(client: &mut Client) -> Result<String, RequestError> {
+    client.read_text(Address::new(index::HARDWARE_VERSION, 0))
 }
 
 /// Reads the period of the foot's ticks, µs.
@@ -101,6 +125,11 @@ fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError>
 
 /// Runs the sensor's self-test.
 pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> Measured<SelfTestError> {
+    if hardware(client)?.contains(NANO) {
+        let reason =
+            "its reset takes the USB port away: set self_test_at_start=1, and plug it in again";
+        return Ok(AcceptStep::SelfTest.not_tested(reason));
+    }
     (person.tell)(
         "put the foot down, and do not touch it: the sensor tests itself, and the board starts again",
     );

@@ -102,8 +102,8 @@ pub struct Person<'a> {
 /// Measures the foot in these steps, in order.
 ///
 /// Figures are passed to `found` step by step; those of a step in which the person has left are not. On a serial line,
-/// raw samples are switched on meanwhile. A step in which the foot stops to respond has failed, and the next one is
-/// tried.
+/// raw samples are switched on meanwhile. A step in which the foot stops to respond, or starts again, has failed, and the
+/// next one is tried. Faults and sensor restarts that a step brings are figures beside its own.
 ///
 /// # Errors
 /// The line does not work, or the foot's settings could not be put back.
@@ -114,11 +114,14 @@ pub fn run(
     found: &mut dyn FnMut(Figure),
 ) -> Result<(), AcceptError> {
     let mut streams = None;
+    let mut known = 0;
     for step in steps {
         if *step > AcceptStep::SelfTest && streams.is_none() {
             // The self-test resets the foot, which would end the streams.
             streams = Some(switch_on_streams(client)?);
         }
+        let starts = client.starts_of_foot();
+        let restarts = still::sensor_restarts(client);
         let figures = match step {
             AcceptStep::Board => board::measure(client),
             AcceptStep::SelfTest => match board::test_sensor(client, person) {
@@ -134,7 +137,13 @@ pub fn run(
             AcceptStep::Load => contacts::load(client, person),
             AcceptStep::Unplug => contacts::unplug(client, person),
         };
+        let figures = figures.and_then(|mut figures| {
+            figures.extend(beside(client, *step, restarts?, &mut known)?);
+            Ok(figures)
+        });
+        let has_restarted = client.starts_of_foot() != starts && *step != AcceptStep::SelfTest;
         let figures = match figures {
+            Ok(_) if has_restarted => step.failed("the foot has started again: supply, or a crash"),
             Ok(figures) => figures,
             Err(error @ RequestError::Link(_)) => return Err(error.into()),
             Err(error) => step.failed(&error.to_string()),
@@ -148,6 +157,25 @@ pub fn run(
         settings::write(client, &before, Lasting::UntilReset)?;
     }
     Ok(())
+}
+
+/// Faults that are not `known` yet, and restarts of the sensor in a step that asks for motion: a sensor that drops out looks
+/// like a tap. One that is unplugged has faults, and the self-test restarts it.
+fn beside(client: &mut Client, step: AcceptStep, restarts: u32, known: &mut u32) -> Measured {
+    let mut figures = Vec::new();
+    if matches!(step, AcceptStep::SelfTest | AcceptStep::Unplug) {
+        return Ok(figures);
+    }
+    let grown = still::sensor_restarts(client)?.wrapping_sub(restarts);
+    if grown != 0 && step > AcceptStep::Still {
+        figures.push(figure::RESTARTS.measured(f64::from(grown)).with(format!("in {step}")));
+    }
+    let faults = board::faults(client)?;
+    if faults & !*known != 0 && step != AcceptStep::Board {
+        figures.push(board::of_faults(faults));
+    }
+    *known |= faults;
+    Ok(figures)
 }
 
 /// Streams each contact and each raw sample, where the foot is on a serial line; returns the

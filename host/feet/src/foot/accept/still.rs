@@ -30,13 +30,12 @@ struct Contacts {
     samples: SampleTimes,
 }
 
-/// Times of samples, each at one of the sensor's data-ready edges.
+/// Times between samples, each at one of the sensor's data-ready edges.
 #[derive(Clone, Copy, Default)]
 struct SampleTimes {
     newest_us: Option<u64>,
-    /// Time between neighbours, and edges in it.
-    span_us: u64,
-    edges: u64,
+    /// Number and sum, µs, of the times with k edges.
+    spans: [(u64, u64); 10],
 }
 
 impl SampleTimes {
@@ -44,20 +43,44 @@ impl SampleTimes {
     const PERIOD_US: u64 = 150;
     /// Longest time in which edges are counted, µs: at a rate that is 5 % off, half a period of error.
     const LONGEST_US: u64 = 1_400;
+    /// Largest mean error of the times with k edges, µs.
+    const OFF_US: f64 = 8.0;
 
     fn take(&mut self, at_us: u64) {
         let before = self.newest_us.replace(at_us);
         let span_us = before.and_then(|before| at_us.checked_sub(before));
         if let Some(span_us @ 1..=Self::LONGEST_US) = span_us {
-            self.span_us += span_us;
-            self.edges += (span_us + Self::PERIOD_US / 2) / Self::PERIOD_US;
+            let (count, sum_us) =
+                &mut self.spans[((span_us + Self::PERIOD_US / 2) / Self::PERIOD_US) as usize];
+            *count += 1;
+            *sum_us += span_us;
         }
     }
 
-    /// Returns the rate of the edges, Hz, if there were enough of them.
-    fn rate_hz(self) -> Option<f64> {
-        (self.edges > 5_000).then(|| self.edges as f64 * 1.0e6 / self.span_us as f64)
+    /// The rate of the edges, if there were enough of them.
+    fn figure(self) -> Figure {
+        let spans = (0_u64..).zip(self.spans).filter(|(_, (count, _))| *count > 0);
+        let edges: u64 = spans.clone().map(|(k, (count, _))| k * count).sum();
+        if edges <= 5_000 {
+            return figure::DATA_RATE.not_tested("contacts are not sent each millisecond");
+        }
+        let all_us: u64 = spans.clone().map(|(_, (_, sum_us))| sum_us).sum();
+        let period_us = all_us as f64 / edges as f64;
+        // Edges of another rate, or none, were counted as nominal ones, of which only some seem to occur.
+        let divisor = spans.clone().fold(0, |divisor, (k, _)| greatest_divisor(divisor, k));
+        let is_off = |(k, (count, sum_us)): (u64, (u64, u64))| {
+            let mean_us = sum_us as f64 / count as f64;
+            50 * k * count > edges && (mean_us - k as f64 * period_us).abs() > Self::OFF_US
+        };
+        if divisor != 1 || spans.clone().any(is_off) {
+            return figure::DATA_RATE.failed("the times of the samples are not those of its edges");
+        }
+        figure::DATA_RATE.measured(1.0e6 / period_us)
     }
+}
+
+fn greatest_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_divisor(b, a % b) }
 }
 
 /// Measures a foot that lies still.
@@ -102,7 +125,11 @@ pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
         let (before, after) = (before.get(counter), after.get(counter));
         f64::from(after.wrapping_sub(before))
     };
-    let dropped = grown(Counter::CanDropped) + grown(Counter::UartDropped);
+    // Where a CAN bus may be absent, its frames do not count.
+    let dropped = match client.node() {
+        Some(_) => grown(Counter::CanDropped) + grown(Counter::UartDropped),
+        None => grown(Counter::UartDropped),
+    };
     figures.extend([
         figure::MISSED.measured(grown(Counter::MissedSamples)),
         figure::RESTARTS.measured(grown(Counter::SensorRestarts)),
@@ -128,6 +155,11 @@ fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
     })
 }
 
+/// Reads how often the foot has started its sensor again.
+pub(super) fn sensor_restarts(client: &mut Client) -> Result<u32, RequestError> {
+    client.read_number(index::COUNTERS, Counter::SensorRestarts as u8 + 1)
+}
+
 fn counters(client: &mut Client) -> Result<Counters, RequestError> {
     let mut values = Counters::default().to_array();
     for (subindex, value) in (1..).zip(&mut values) {
@@ -146,13 +178,9 @@ fn of_contacts(contacts: &Contacts, period_us: u64) -> Vec<Figure> {
         0 => figure::CONTACT_RATE.not_tested("contacts are not sent by time"),
         _ => figure::CONTACT_RATE.measured(percent(count + missing - 1.0, expected)),
     };
-    let data_rate = match contacts.samples.rate_hz() {
-        Some(hertz) => figure::DATA_RATE.measured(hertz),
-        None => figure::DATA_RATE.not_tested("contacts are not sent each millisecond"),
-    };
     vec![
         rate,
-        data_rate,
+        contacts.samples.figure(),
         figure::MISSING.measured(percent(missing, count + missing)),
         figure::VALID.measured(percent(contacts.valid as f64, count)),
         figure::STABLE.measured(percent(contacts.stable as f64, count)),
@@ -189,22 +217,41 @@ fn of_motions(client: &mut Client, motions: &[Motion]) -> Measured {
 
 #[cfg(test)]
 mod tests {
+    use super::super::FigureOutcome;
     use super::*;
+
+    /// Times of samples at the first edge after each millisecond; some samples are missing.
+    fn times(hertz: f64, step_us: u64) -> SampleTimes {
+        let mut times = SampleTimes::default();
+        for tick in 0..5_000 {
+            let edge = (f64::from(tick) * 1.0e-3 * hertz).ceil() / hertz * 1.0e6;
+            if tick % 97 != 0 {
+                times.take(edge as u64 / step_us * step_us);
+            }
+        }
+        times
+    }
 
     #[test]
     fn data_rate_is_found_from_rounded_times_of_samples() {
         for (hertz, step_us) in [(6_667.0, 1), (6_400.0, 1), (6_950.0, 1), (6_667.0, 10)] {
-            let mut times = SampleTimes::default();
-            for tick in 0..5_000 {
-                // The first edge after each millisecond; some samples are missing.
-                let edge = (f64::from(tick) * 1.0e-3 * hertz).ceil() / hertz * 1.0e6;
-                if tick % 97 != 0 {
-                    times.take(edge as u64 / step_us * step_us);
-                }
-            }
-            let found = times.rate_hz().expect("enough");
+            let FigureOutcome::Measured(found) = times(hertz, step_us).figure().outcome else {
+                panic!("{hertz}");
+            };
             assert!((found - hertz).abs() < hertz * 1.0e-3, "{found} of {hertz}");
         }
-        assert_eq!(SampleTimes::default().rate_hz(), None);
+        let too_few = SampleTimes::default().figure().outcome;
+        assert!(matches!(too_few, FigureOutcome::NotTested(_)));
+    }
+
+    #[test]
+    fn data_rate_far_from_the_nominal_one_is_refused() {
+        // The last is a foot whose samples are read by the timer.
+        for hertz in [3_333.0, 5_000.0, 5_714.0, 7_700.0, 8_200.0, 1_000.0] {
+            for step_us in [1, 10] {
+                let outcome = times(hertz, step_us).figure().outcome;
+                assert!(matches!(outcome, FigureOutcome::Failed(_)), "{hertz}: {outcome:?}");
+            }
+        }
     }
 }

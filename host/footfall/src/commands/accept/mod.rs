@@ -58,13 +58,13 @@ impl AcceptArguments {
         let mut client = Client::new(link, self.node).map_err(FootError::from)?;
         // The self-test changes a setting meanwhile, and so do the streams of a serial line.
         finish_when_interrupted();
-        let mut report = AcceptReport::of(&mut client)?;
         let mut steps = match self.only.is_empty() {
             true => AcceptStep::ALL.to_vec(),
             false => self.only.clone(),
         };
         steps.sort_unstable();
         steps.dedup();
+        let mut report = AcceptReport::of(&mut client, &steps)?;
         let mut person = Person {
             patience: Duration::from_secs(self.seconds.into()),
             tell: &mut |words| messages::aside(words),

@@ -3,7 +3,7 @@
 use crate::commands::foot::{Identity, to_json};
 use crate::foot_error::FootError;
 use crate::json::{Described, DescribedLine};
-use feet::foot::accept::{Figure, FigureOutcome, Verdict};
+use feet::foot::accept::{AcceptStep, Figure, FigureOutcome, Verdict};
 use feet::foot::client::Client;
 use serde::Serialize;
 
@@ -22,8 +22,10 @@ pub(super) enum End {
 /// Report of the acceptance of a board.
 #[derive(Debug, Default, Serialize)]
 pub struct AcceptReport {
-    /// Whether all steps were done, at least one figure was measured, and none is out of its limits.
+    /// Whether all chosen steps were done, at least one figure was measured, and none is out of its limits.
     pub(super) accepted: bool,
+    /// The steps that were chosen.
+    steps: Vec<&'static str>,
     /// Number of figures within their limits.
     passed: usize,
     /// Number of figures out of their limits.
@@ -79,9 +81,10 @@ impl Described for AcceptReport {
 
 impl AcceptReport {
     /// Creates the report of a foot before the first step.
-    pub(super) fn of(client: &mut Client) -> Result<Self, FootError> {
+    pub(super) fn of(client: &mut Client, steps: &[AcceptStep]) -> Result<Self, FootError> {
         let identity = Identity::read(client)?;
         Ok(Self {
+            steps: steps.iter().map(|step| step.name()).collect(),
             foot: identity.foot,
             node: identity.node,
             serial: identity.serial,
@@ -125,8 +128,12 @@ impl AcceptReport {
 
     pub(super) fn counts(&self) -> String {
         let not = if self.accepted { "" } else { "not " };
+        let of = match self.steps.len() == AcceptStep::ALL.len() {
+            true => String::new(),
+            false => format!(" in {}", self.steps.join(", ")),
+        };
         format!(
-            "{not}accepted: {} passed, {} out, {} not tested",
+            "{not}accepted{of}: {} passed, {} out, {} not tested",
             self.passed, self.out, self.not_tested
         )
     }

@@ -128,9 +128,9 @@ impl FootArguments {
     }
 }
 
-/// The result for a foot: null is a node on a serial line; a serial number or program where the update failed, a version
-/// where the bootloader ran, a new program where nothing was sent; the error of a foot that was updated. The program
-/// 00000000 is one that no image and no commit names.
+/// The result for a foot. Null are the node on a serial line, serial number and programs where the update failed, the
+/// version before where the bootloader ran, the new program where nothing was sent, and the error of an updated foot. The
+/// program 00000000 is one that no image and no commit names.
 fn as_json(node: Option<NodeId>, result: &Result<Updated, UpdateError>) -> Json {
     let number = |program: &FootProgram| hex(program.identification);
     let done = result.as_ref().ok();
