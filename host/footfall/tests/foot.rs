@@ -126,6 +126,11 @@ fn empty_file_and_duplicate_setting_are_rejected() {
         assert_eq!(output, "");
         assert!(error.contains("foot.txt: it holds no setting"), "{error}");
     }
+    std::fs::write(bench.path("locked.txt"), "configuration_lock = 1\ndecision.threshold = 0.6\n")
+        .expect("a file");
+    let (output, error) = foot(&bench, "demo:speed=max import locked.txt");
+    assert_has(&output, "decision.threshold: 0.5 → 0.6");
+    assert_eq!(error, "");
     let (output, error) = foot(&bench, "demo:speed=max set window=40ms window=50ms");
     assert_eq!(output, "");
     assert!(error.contains("is named twice"), "{error}");

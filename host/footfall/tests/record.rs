@@ -318,6 +318,9 @@ fn copy_of_a_bag_wants_a_place_for_each_foot() {
     assert!(said.contains(warning), "{said}");
     let said = text(&bench.run(copy).stderr);
     assert!(!said.contains("of all feet"), "{said}");
+    let replay = "replay imu.mcap --topic all --rename R=l";
+    assert_has(&bench.error(replay), "two feet would be l: --rename");
+    bench.stdout(&format!("{replay} --rename L=R"));
     for options in ["--compat champ", "--lowstate /lowstate"] {
         let said = bench.error(&format!("replay imu.mcap --topic all {options}"));
         let option = options.split(' ').next().expect("an option");

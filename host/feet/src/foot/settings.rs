@@ -294,6 +294,12 @@ fn incompatible(name: String) -> ErrorWith {
 fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(), ErrorWith> {
     // A setting may become compatible after another: refused ones are retried as long as any is accepted.
     let mut left: Vec<_> = changes.iter().collect();
+    // A foot that is locked takes no setting but the lock.
+    left.sort_by_key(|(named, _, value)| match named.address.index == index::LOCK {
+        true if *value == Value::U8(0) => 0,
+        true => 2,
+        false => 1,
+    });
     while !left.is_empty() {
         let mut refused = Vec::new();
         let before = left.len();

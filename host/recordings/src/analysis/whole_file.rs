@@ -20,15 +20,26 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Starts a file in an existing folder. A file of that name stays until the new one is finished.
+    /// Starts a file in an existing folder. A file of that name stays until the new one is finished, which gets its
+    /// permissions.
     ///
     /// # Errors
     /// An error of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         // A link is resolved, so that its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let before = match File::options().append(true).open(&path) {
+            Ok(before) => Some(before.metadata()?.permissions()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            // A write-protected file would be replaced all the same.
+            Err(error) => return Err(error),
+        };
         let unfinished = Unfinished::new(&path);
-        Ok(Self { to: BufWriter::new(File::create(&unfinished.0)?), unfinished, path })
+        let file = File::create(&unfinished.0)?;
+        if let Some(permissions) = before {
+            file.set_permissions(permissions)?;
+        }
+        Ok(Self { to: BufWriter::new(file), unfinished, path })
     }
 
     /// Renames the file to its final name.
@@ -115,6 +126,16 @@ mod tests {
         assert!(names().iter().all(|name| is_unfinished(name)) && names().len() == 1);
         file.finish().unwrap();
         assert_eq!(names(), std::slice::from_ref(&path));
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = || fs::metadata(&path).unwrap().permissions().mode() & 0o777;
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+            let mut file = WholeFile::create(&path).unwrap();
+            file.write_all(b"one").unwrap();
+            file.finish().unwrap();
+            assert_eq!(mode(), 0o640);
+        }
         let mut file = WholeFile::create(&path).unwrap();
         file.write_all(b"two").unwrap();
         drop(file);

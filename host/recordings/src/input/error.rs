@@ -59,7 +59,7 @@ fn excerpt(text: &str) -> String {
 fn cell_hint(text: &str) -> &'static str {
     let has_comma = text.matches(',').count() == 1;
     if has_comma && text.replace(',', ".").parse::<f64>().is_ok() {
-        ": a comma before the fraction is read with --decimal ,"
+        ": a comma before the fraction, not between thousands, is read with --decimal ,"
     } else if Units::are_named(text) || TimeUnit::written(text).is_some() {
         ": take out the line of units, and name them with --units and --time-unit"
     } else if is_ours(text) {

@@ -236,6 +236,14 @@ pub enum ContainerError {
         /// Topics of the feet, in order.
         feet: Vec<String>,
     },
+    /// Two feet would have one name.
+    #[error("{file}: two feet would be {name}: --rename gives each foot a name of its own")]
+    TwoFeet {
+        /// File.
+        file: String,
+        /// The name.
+        name: String,
+    },
     /// A foot that is to be renamed is not in the file.
     #[error("{file} has no foot {name} to rename; there is {}", listed(feet))]
     NoFootToRename {

@@ -70,7 +70,14 @@ impl Read for Frames {
             let Some(finished) = self.decoder.take() else {
                 break;
             };
-            let mut source = finished.into_inner();
+            let (mut source, frame) = finished.into_parts();
+            let sums = (frame.get_checksum_from_data(), frame.get_calculated_checksum());
+            if let (Some(stored), Some(computed)) = sums
+                && stored != computed
+            {
+                let damaged = "the data are damaged: their checksum is wrong";
+                return Err(io::Error::new(io::ErrorKind::InvalidData, damaged));
+            }
             let mut next = Vec::new();
             source.by_ref().take(1).read_to_end(&mut next)?;
             if !next.is_empty() {
@@ -126,9 +133,12 @@ mod tests {
     }
 
     #[test]
-    fn truncated_compressed_file_is_an_error() {
+    fn truncated_or_damaged_compressed_file_is_an_error() {
         let gzip = gzip("t,ax\n");
         assert!(read(&gzip[..gzip.len() - 4]).is_err());
         assert!(read(&T_AX[..T_AX.len() - 6]).is_err());
+        let mut damaged = T_AX.to_vec();
+        damaged[12] ^= 1;
+        assert!(read(&damaged).is_err_and(|error| error.to_string().contains("checksum")));
     }
 }

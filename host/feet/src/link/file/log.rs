@@ -9,12 +9,17 @@ use estimator_core::Timestamp;
 
 use crate::link::{Arrival, Arrived};
 
+/// Smallest step back of a log's clock that is not the order of its lines, µs.
+const SET_BACK_US: u64 = 1_000_000;
+
 /// Log, read line by line.
 pub(super) struct Log {
     lines: Lines<BufReader<Box<dyn Read>>>,
     reader: Reader,
-    /// Newest time in the log, if it has any.
+    /// Newest time, on the log's clock as it was before it was set back.
     at: Timestamp,
+    /// Time by which the log's clock was set back so far, µs.
+    set_back_us: u64,
     interface: Arc<str>,
 }
 
@@ -24,6 +29,7 @@ impl Log {
             lines: Lines::new(BufReader::new(source)),
             reader,
             at: Timestamp::default(),
+            set_back_us: 0,
             interface: "".into(),
         }
     }
@@ -39,9 +45,17 @@ impl Log {
                 return Ok(Some((self.at, Arrival::Unreadable(text))));
             };
             if let Some(time) = read.time {
-                self.at = time;
+                let moved_us = time.as_micros().saturating_add(self.set_back_us);
+                let back_us = self.at.as_micros().saturating_sub(moved_us);
+                // Lines of several interfaces may be out of order by less.
+                let back_us = if back_us > SET_BACK_US { back_us } else { 0 };
+                self.set_back_us = self.set_back_us.saturating_add(back_us);
+                self.at = Timestamp::from_micros(moved_us.saturating_add(back_us));
             }
             if let LogContent::Frame(interface, frame) = read.content {
+                if read.time.is_none() {
+                    return Err("has frames without times: log with candump -l".to_owned());
+                }
                 if *self.interface != *interface {
                     self.interface = interface.into();
                 }
@@ -50,5 +64,34 @@ impl Log {
             }
         }
         Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decode::can_log::recognise::recognise;
+
+    fn times_us(text: &'static str) -> Result<Vec<u64>, String> {
+        let reader = recognise(text.as_bytes()).expect("candump");
+        let mut log = Log::new(Box::new(text.as_bytes()), reader);
+        let mut times = Vec::new();
+        while let Some((at, _)) = log.next()? {
+            times.push(at.as_micros());
+        }
+        Ok(times)
+    }
+
+    #[test]
+    fn times_go_on_where_the_clock_is_set_back() {
+        let times =
+            times_us("(9.000000) can0 191#00\n(9.100000) can0 191#00\n(2.500000) can0 191#00\n");
+        assert_eq!(times.unwrap(), [9_000_000, 9_100_000, 9_100_000]);
+    }
+
+    #[test]
+    fn frames_without_times_are_refused() {
+        let log = "  can0  191   [1]  00\n";
+        assert!(times_us(log).unwrap_err().contains("candump -l"));
     }
 }

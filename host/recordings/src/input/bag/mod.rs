@@ -90,7 +90,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         });
     }
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
-    let feet = renamed(feet::names_of(&topics, &all), &topics, &hints.bag, &file)?;
+    let feet = renamed(&feet::names_of(&topics, &all), &topics, &hints.bag, &file)?;
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
         return Err(ContainerError::LoadCount {
             file,
@@ -175,7 +175,7 @@ fn of_contacts_alone(
         .into());
     }
     let known = all.iter().map(|(topic, _)| topic.clone()).collect();
-    let feet = renamed(feet::names_of(&named, &known), &named, bag, file)?;
+    let feet = renamed(&feet::names_of(&named, &known), &named, bag, file)?;
     let mut recordings = Vec::new();
     for (topic, foot) in named.into_iter().zip(feet) {
         let of_topic = contacts.of_topic(&topic);
@@ -198,11 +198,12 @@ fn of_contacts_alone(
 /// Returns the names of feet with those that the options give them; a foot is meant by its name, by its topic, or by a part
 /// of that.
 fn renamed(
-    mut names: Vec<Option<String>>,
+    names: &[Option<String>],
     topics: &[String],
     bag: &BagOptions,
     file: &str,
 ) -> Result<Vec<Option<String>>, InputError> {
+    let mut new = names.to_vec();
     for rename in &bag.renames {
         let is_meant = |at: &usize| {
             let topic = topics[*at].trim_start_matches('/');
@@ -220,9 +221,20 @@ fn renamed(
             }
             .into());
         };
-        names[at] = Some(rename.new.clone());
+        new[at] = Some(rename.new.clone());
     }
-    Ok(names)
+    for (at, name) in new.iter().enumerate() {
+        if name.is_some() && new != names && new[..at].iter().any(|other| is_same(other, name)) {
+            let name = name.clone().unwrap_or_default();
+            return Err(ContainerError::TwoFeet { file: file.to_owned(), name }.into());
+        }
+    }
+    Ok(new)
+}
+
+/// Returns whether two feet would have one name, whose case does not matter.
+fn is_same(one: &Option<String>, other: &Option<String>) -> bool {
+    matches!((one, other), (Some(one), Some(other)) if one.eq_ignore_ascii_case(other))
 }
 
 /// Sentences on the contacts in a bag of `feet` feet: those on the topics `used`, and all others where a foot has none.
