@@ -329,8 +329,8 @@ mod tests {
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(
             said.ends_with(
-                "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction, not between thousands, is read with \
-                 --decimal ,"
+                "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction, not between thousands, \
+                 is read with --decimal ,"
             ),
             "{said}"
         );
