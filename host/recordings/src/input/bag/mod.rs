@@ -39,7 +39,7 @@ use std::collections::BTreeSet;
 
 use super::error::InputError;
 use super::format::Format;
-use super::loaded::Hints;
+use super::loaded::{Hints, is_among};
 use super::open::Container;
 use super::refusal::{ContainerError, ImuTopic, STREAM_ADVICE};
 use super::store::stored::Stored;
@@ -224,17 +224,14 @@ fn renamed(
         new[at] = Some(rename.new.clone());
     }
     for (at, name) in new.iter().enumerate() {
-        if name.is_some() && new != names && new[..at].iter().any(|other| is_same(other, name)) {
-            let name = name.clone().unwrap_or_default();
+        if let Some(name) = name.clone()
+            && new != names
+            && is_among(&name, new[..at].iter().flatten())
+        {
             return Err(ContainerError::TwoFeet { file: file.to_owned(), name }.into());
         }
     }
     Ok(new)
-}
-
-/// Returns whether two feet would have one name, whose case does not matter.
-fn is_same(one: &Option<String>, other: &Option<String>) -> bool {
-    matches!((one, other), (Some(one), Some(other)) if one.eq_ignore_ascii_case(other))
 }
 
 /// Sentences on the contacts in a bag of `feet` feet: those on the topics `used`, and all others where a foot has none.
