@@ -138,7 +138,7 @@ pub fn run(
             AcceptStep::Unplug => contacts::unplug(client, person),
         };
         let figures = figures.and_then(|mut figures| {
-            figures.extend(beside(client, *step, restarts?, &mut known)?);
+            figures.extend(faults_in_step(client, *step, restarts?, &mut known)?);
             Ok(figures)
         });
         let has_restarted = client.starts_of_foot() != starts && *step != AcceptStep::SelfTest;
@@ -159,9 +159,14 @@ pub fn run(
     Ok(())
 }
 
-/// Faults that are not `known` yet, and restarts of the sensor in a step that asks for motion: a sensor that drops out looks
-/// like a tap. One that is unplugged has faults, and the self-test restarts it.
-fn beside(client: &mut Client, step: AcceptStep, restarts: u32, known: &mut u32) -> Measured {
+/// Figures of the faults that are not `known` yet, and of restarts of the sensor in a step that asks for motion: a sensor
+/// that drops out looks like a tap. One that is unplugged has faults, and the self-test restarts it.
+fn faults_in_step(
+    client: &mut Client,
+    step: AcceptStep,
+    restarts: u32,
+    known: &mut u32,
+) -> Measured {
     let mut figures = Vec::new();
     if matches!(step, AcceptStep::SelfTest | AcceptStep::Unplug) {
         return Ok(figures);
