@@ -113,7 +113,7 @@ impl Parts {
     }
 }
 
-/// Time from the data-ready edge to the newest contact in its mailbox, µs.
+/// Time from the data-ready edge to a contact's mailbox, µs; 0 for none.
 static TO_MAILBOX: AtomicU32 = AtomicU32::new(0);
 
 /// Node id that the filters accept, 0 for none.
@@ -248,9 +248,9 @@ pub fn try_send(frame: &CanFrame) -> bool {
     true
 }
 
-/// Time from the data-ready edge to the newest contact in its mailbox, µs; 0 before the first.
-pub fn to_mailbox() -> u32 {
-    TO_MAILBOX.load(Ordering::Relaxed)
+/// Takes the time from the data-ready edge to the contact put into its mailbox since the last call, µs; 0 without one.
+pub fn take_to_mailbox() -> u32 {
+    TO_MAILBOX.swap(0, Ordering::Relaxed)
 }
 
 /// Returns whether a mailbox shows a frame that another node has acknowledged. It shows that until its next frame.

@@ -366,12 +366,21 @@ impl Node {
         match self.device.settings.trigger(pdo) {
             Trigger::Off => false,
             Trigger::Sync(_) => self.requested & 1 << pdo as u8 != 0,
-            // Phases differ, so that slow frames are not all due on one tick.
             Trigger::Ticks(period) => {
                 let period = u32::from(period).max(1);
-                self.ticks.wrapping_add(pdo as u32).is_multiple_of(period)
+                self.ticks.wrapping_add(self.phase(pdo)).is_multiple_of(period)
             }
         }
+    }
+
+    /// Phase of a PDO, ticks. Phases differ, so that slow frames are not all due on one tick, by whole periods of the
+    /// contact, so that the motion of a contact is sent with it.
+    fn phase(&self, pdo: Pdo) -> u32 {
+        let contact = match self.device.settings.trigger(Pdo::Contact) {
+            Trigger::Ticks(period) => u32::from(period),
+            Trigger::Off | Trigger::Sync(_) => 1,
+        };
+        pdo as u32 * contact
     }
 
     fn heartbeat(&mut self, id: NodeId) -> Option<CanFrame> {

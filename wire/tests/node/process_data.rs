@@ -100,6 +100,25 @@ fn streams_have_their_periods_and_different_phases() {
 }
 
 #[test]
+fn motion_is_sent_with_its_contact_at_each_period() {
+    for period in [1, 2, 4, 5, 20] {
+        let mut node = node();
+        accepted(&mut node, Address::new(index::TPDO, 5), Value::U16(period));
+        node.command(Command::StartRemoteNode);
+        let mut counts = [0; PDOS];
+        for _ in 0..1_000 {
+            let frames = tick(&mut node, &ContactEstimate::default());
+            let pdos = || frames.iter().filter_map(|frame| Pdo::from_cob_id(frame.id()));
+            let with_contact = pdos().any(|(pdo, _)| pdo == Pdo::Contact);
+            for (pdo, _) in pdos() {
+                counts[pdo as usize] += usize::from(with_contact);
+            }
+        }
+        assert_eq!(counts[1..5], [50; 4], "{period} ms");
+    }
+}
+
+#[test]
 fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
     let mut node = node();
     let contact = index::TPDO;
