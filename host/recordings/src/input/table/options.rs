@@ -131,9 +131,9 @@ crate::named! {
 impl AccelerationUnit {
     /// The unit with this spelling.
     pub(super) fn written(text: &str) -> Option<Self> {
-        Self::of_name(match text {
-            "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" => "m/s2",
-            "G" => "g",
+        Self::of_name(match &*short(text) {
+            "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" | "ms^-2" | "m*s^-2" | "m/(s^2)" => "m/s2",
+            "milli-g" | "millig" => "mg",
             name => name,
         })
     }
@@ -142,11 +142,33 @@ impl AccelerationUnit {
 impl RateUnit {
     /// The unit with this spelling.
     pub(super) fn written(text: &str) -> Option<Self> {
-        Self::of_name(match text {
-            "deg/s" | "°/s" | "deg/sec" => "dps",
+        Self::of_name(match &*short(text) {
+            "deg/s" => "dps",
+            "mdeg/s" | "millideg/s" => "mdps",
             name => name,
         })
     }
+}
+
+/// A spelling in small letters with short words: `deg/s` for `Degrees/Second`.
+fn short(text: &str) -> String {
+    let mut text = text.to_lowercase().replace(' ', "");
+    for (word, short) in [
+        ("degrees", "deg"),
+        ("degree", "deg"),
+        ("°", "deg"),
+        ("radians", "rad"),
+        ("radian", "rad"),
+        ("meters", "m"),
+        ("metres", "m"),
+        ("seconds", "s"),
+        ("second", "s"),
+        ("sec", "s"),
+        ("per", "/"),
+    ] {
+        text = text.replace(word, short);
+    }
+    text
 }
 
 impl Units {
@@ -284,6 +306,21 @@ mod tests {
         for wrong in ["", "g,g", "g,m/s2", "mph"] {
             assert!(wrong.parse::<Units>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn units_are_known_by_their_usual_spellings() {
+        for text in ["m/s^2", "m / s²", "M/S/S", "meters/second^2", "m/sec2", "m s^-2"] {
+            let si = AccelerationUnit::MetresPerSecondSquared;
+            assert_eq!(AccelerationUnit::written(text), Some(si), "{text}");
+        }
+        for text in ["dps", "deg/s", "°/s", "Degrees/Second", "degrees per second", "DEG/SEC"] {
+            assert_eq!(RateUnit::written(text), Some(RateUnit::DegreesPerSecond), "{text}");
+        }
+        for text in ["rad/s", "Rad/Sec", "radians/s", "radians per second"] {
+            assert_eq!(RateUnit::written(text), Some(RateUnit::RadiansPerSecond), "{text}");
+        }
+        assert_eq!(RateUnit::written("left foot"), None);
     }
 
     #[test]
