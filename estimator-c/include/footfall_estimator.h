@@ -97,7 +97,7 @@ enum {
     FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, or not later than the one before */
     FOOTFALL_FLAG_TIME_GAP = 32,
     FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot */
-    FOOTFALL_FLAG_UNPROVEN = 128 /* neither rested nor landed since the start: the probability is at most 0.5 */
+    FOOTFALL_FLAG_UNPROVEN = 128 /* neither rested nor landed for longer than a stride: the probability is at most 0.5 */
 };
 
 enum { FOOTFALL_NOT_STABLE = 0, FOOTFALL_STABLE = 1 };

@@ -319,6 +319,26 @@ mod tests {
     }
 
     #[test]
+    fn foot_that_hangs_after_a_rest_is_unproven_again() {
+        let mut estimator = rested(&GRAVITY_FREE, 600);
+        let estimates = (600..4_000).map(|ms| {
+            // Too little for a swing, too much for rest, up and down.
+            let z = if ms / 100 % 2 == 0 { 0.5 } else { -0.5 };
+            let specific_force = SpecificForce(Vec3::new(0.0, 0.0, z));
+            estimator.update(&ImuSample { specific_force, ..at_rest(ms * 1000) }, None)
+        });
+        let estimates: Vec<_> = estimates.collect();
+        let lapses = estimates.iter().position(|last| last.flags.contains(Flag::Unproven));
+        let evidence = (1.0e3 * Constants::DEFAULT.evidence) as usize;
+        assert!(lapses.is_some_and(|ms| (evidence..evidence + 150).contains(&ms)), "{lapses:?}");
+        assert!(estimates[..evidence].iter().any(|last| last.decision == Decision::Stable));
+        for last in &estimates[evidence + 300..] {
+            assert!(last.flags.contains(Flag::Unproven) && last.probabilities.stable < 0.5);
+            assert_eq!(last.decision, Decision::NotStable);
+        }
+    }
+
+    #[test]
     fn foot_that_never_walked_can_be_stable_and_is_settling() {
         let mut estimator = rested(&GRAVITY_FREE, 600_000);
         let estimate = estimator.update(&at_rest(600_000_000), None);

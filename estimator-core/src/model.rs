@@ -104,9 +104,9 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
         }
     }
 
-    /// Returns whether the foot has shown that it can stand.
+    /// Returns whether there is evidence that the foot stands or walks.
     #[inline]
-    pub(crate) const fn is_proven(&self) -> bool {
+    pub(crate) fn is_proven(&self) -> bool {
         match self {
             Self::SelfCalibrating(adaptive) => adaptive.is_proven(),
             Self::HalfWidths(..) => true,

@@ -18,14 +18,16 @@
 //! |---|---|
 //! | stillness and motion learnt from this foot | `adaptive::classes` |
 //! | speed gained along the ground | `adaptive::slide` |
-//! | evidence that a foot stands | `adaptive::evidence` |
+//! | evidence that a foot stands: it has rested, or landed | `adaptive::evidence`, `adaptive::rest`, `adaptive::landing` |
 //! | stored form of the learnt state | `adaptive::learnt` |
 //! | constants | `adaptive::constants` |
 
 mod classes;
 mod constants;
 mod evidence;
+mod landing;
 mod learnt;
+mod rest;
 mod slide;
 
 pub use constants::Constants;
@@ -172,9 +174,9 @@ impl Adaptive {
         self.classes.learnt(self.slide.usual()).is_settled()
     }
 
-    /// Returns whether the foot has rested or landed since the start.
-    pub const fn is_proven(&self) -> bool {
-        self.evidence.seen()
+    /// Returns whether the foot has rested or landed lately.
+    pub fn is_proven(&self) -> bool {
+        self.evidence.is_given(&self.constants)
     }
 
     /// Processes one sample's motion, with gravity and bias removed.
@@ -188,7 +190,6 @@ impl Adaptive {
         let square = a.dot(a);
         let Up { direction, correction } = up;
         let upright = a.dot(direction);
-        let logarithm = self.amplitude(square);
 
         let edge = self.classes.edge(&self.constants);
         // Until the window has passed, the means cover the samples so far.
@@ -208,10 +209,11 @@ impl Adaptive {
             a.y * a.y,
             a.z * a.z,
         ];
-        let masses = parts.map(|part| self.mass(self.amplitude(part), edge));
-        for (mean, mass) in self.masses.iter_mut().zip(masses) {
-            *mean += (mass - *mean) * newest;
+        let logarithms = parts.map(|part| self.amplitude(part));
+        for (mean, u) in self.masses.iter_mut().zip(logarithms) {
+            *mean += (mass(edge, u, self.inverse_scale) - *mean) * newest;
         }
+        let [logarithm, ..] = logarithms;
 
         let [whole, ..] = self.masses;
         let moving = self.classes.moving();
@@ -319,9 +321,9 @@ impl Adaptive {
     fn amplitude(&self, square: f32) -> f32 {
         0.5 * ln(square + self.constants.noise * self.constants.noise)
     }
+}
 
-    /// The kernel's mass below the edge at the logarithm of an amplitude.
-    fn mass(&self, logarithm: f32, edge: f32) -> f32 {
-        0.5 + 0.5 * erf((edge - logarithm) * self.inverse_scale)
-    }
+/// The kernel's mass below the edge at the logarithm of an amplitude, for 1/(h√2) of its bandwidth h.
+fn mass(edge: f32, u: f32, inverse_scale: f32) -> f32 {
+    0.5 + 0.5 * erf((edge - u) * inverse_scale)
 }

@@ -21,6 +21,7 @@
 //! Low-passing in the inertial frame is the idea of VQF (Laidig and Seel, *VQF: Highly accurate
 //! IMU orientation estimation with bias estimation and magnetic disturbance rejection*, 2023).
 
+mod gravity;
 mod inclination;
 mod params;
 mod quietness;
@@ -156,11 +157,11 @@ impl AttitudeFilter {
         }
         // The end of the range is nearer to the force of an impact than none.
         if self.alignment == Alignment::Aligned && step.continuity == Continuity::Continuous {
-            self.bias.weigh(force_world.z, step.seconds);
+            self.bias.gravity.walk(force_world.z, step.seconds);
         }
         match self.inclination.has_settled(step.seconds) {
             true => self.alignment = Alignment::Aligned,
-            false => self.bias.excuse(),
+            false => self.bias.forget_corrections(),
         }
         self.bias.update(force, rate, step);
         if self.correcting >= FOLLOWS_EVERY {
@@ -228,7 +229,7 @@ impl AttitudeFilter {
 
     /// Gravity as this accelerometer reads it at rest, m/s².
     pub(crate) const fn gravity(&self) -> f32 {
-        self.bias.gravity()
+        self.bias.gravity.value()
     }
 
     /// The angular rate at rest, rad/s, that is too large to be learnt as a bias; `None` if there is

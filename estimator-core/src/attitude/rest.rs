@@ -26,9 +26,10 @@
 //! pending or too large to be accepted: the gyroscope is beyond its data sheet, or the
 //! ground turns. So is a bias at the limit of what is followed in a walk.
 
+use super::gravity::Gravity;
 use crate::order::Order;
 use crate::step::{Continuity, Step};
-use crate::units::{DEGREE, STANDARD_GRAVITY};
+use crate::units::DEGREE;
 use crate::vector::Vec3;
 
 /// Time constant of the means that deviations are measured from, s.
@@ -99,18 +100,7 @@ const CONTRADICTED: f32 = GATE + LARGEST_OPENING;
 const LARGEST_CORRECTION_RATE: f32 = 60.0 * DEGREE;
 
 /// Time after a loss of the inclination in which its corrections do not count, s: it has then been found again.
-const EXCUSED: f32 = 5.0;
-
-/// Least and largest reading of gravity by an accelerometer at rest, m/s². A NAO's reads 9.06; readings
-/// outside this range are limited to it.
-const GRAVITY: (f32, f32) = (0.9 * STANDARD_GRAVITY, 1.1 * STANDARD_GRAVITY);
-
-/// Time constant, s, with which gravity follows the force along up before the first rest: a foot that walks gains no
-/// speed in it.
-const GRAVITY_MOTION_TIME_CONSTANT: f32 = 5.0;
-
-/// Time constant of the gravity estimate at rest, s.
-const GRAVITY_TIME_CONSTANT: f32 = 0.5;
+const FOUND_AFTER: f32 = 5.0;
 
 /// Whether the sensor has moved since the first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -223,7 +213,7 @@ pub(crate) struct BiasEstimator {
     /// Current opening of the gate, rad/s.
     opening: f32,
     /// Duration of a rate beyond the limit in this rest while no bias is known, s.
-    unbelieved: f32,
+    excessive: f32,
     /// Duration of corrections that lead beyond the largest followed bias, s.
     unfollowed: f32,
     bias: Vec3,
@@ -233,11 +223,8 @@ pub(crate) struct BiasEstimator {
     /// Mean error of the bias by the corrections of the inclination, rad/s.
     error: Vec3,
     /// Time in which corrections still show no bias, s.
-    excused: f32,
-    /// Length of the specific force at rest, m/s²: gravity as this accelerometer reads it.
-    gravity: f32,
-    /// Whether gravity was read at rest.
-    weighed: bool,
+    uncounted: f32,
+    pub(super) gravity: Gravity,
     beginning: Beginning,
 }
 
@@ -255,15 +242,14 @@ impl BiasEstimator {
             known: 0.0,
             contradicted: 0.0,
             opening: 0.0,
-            unbelieved: 0.0,
+            excessive: 0.0,
             unfollowed: 0.0,
             bias: Vec3::ZERO,
             rested: Vec3::ZERO,
             source: Source::Corrections,
             error: Vec3::ZERO,
-            excused: 0.0,
-            gravity: STANDARD_GRAVITY,
-            weighed: false,
+            uncounted: 0.0,
+            gravity: Gravity::STANDARD,
             beginning: Beginning::Still,
         }
     }
@@ -295,11 +281,11 @@ impl BiasEstimator {
         if !still {
             self.beginning = Beginning::Over;
             self.still = 0.0;
-            self.unbelieved = 0.0;
+            self.excessive = 0.0;
             return;
         }
         if step.continuity == Continuity::Gap {
-            // It shows nothing: a foot that walks has moved in it.
+            // It tells nothing: a foot that walks has moved in it.
             self.still = (self.still - dt).greater(0.0);
             return;
         }
@@ -312,25 +298,9 @@ impl BiasEstimator {
             Beginning::Over => duration,
         };
         if self.still >= least {
-            self.weighed = true;
-            let read = self.mean_force.length();
-            self.read_gravity(read, dt / (GRAVITY_TIME_CONSTANT + dt));
+            self.gravity.rest(self.mean_force.length(), dt);
             self.learn(dt);
         }
-    }
-
-    /// Processes the specific force along up of a foot that moves, m/s²: before the first rest its mean is gravity.
-    pub(crate) fn weigh(&mut self, upward: f32, dt: f32) {
-        if !self.weighed {
-            self.read_gravity(upward, dt / GRAVITY_MOTION_TIME_CONSTANT);
-        }
-    }
-
-    /// Moves gravity by a share of the way to a reading of it.
-    fn read_gravity(&mut self, read: f32, share: f32) {
-        let (lightest, heaviest) = GRAVITY;
-        let moved = self.gravity + (read - self.gravity) * share;
-        self.gravity = moved.greater(lightest).lesser(heaviest);
     }
 
     /// Returns whether gravity has moved through the sensor since the stillness began.
@@ -345,8 +315,8 @@ impl BiasEstimator {
     fn learn(&mut self, dt: f32) {
         let limit = self.coefficients.bias_limit;
         let beyond = limit > 0.0 && !self.mean_rate.is_within(limit);
-        self.unbelieved = if beyond && self.learnt == 0.0 {
-            (self.unbelieved + dt).lesser(REPORTED_AFTER)
+        self.excessive = if beyond && self.learnt == 0.0 {
+            (self.excessive + dt).lesser(REPORTED_AFTER)
         } else {
             0.0
         };
@@ -360,10 +330,10 @@ impl BiasEstimator {
         }
         let error = self.mean_rate - self.bias;
         let distance_squared = error.dot(error);
-        let believable = self.mean_rate.is_within(self.coefficients.bias_limit);
+        let within_limit = self.mean_rate.is_within(self.coefficients.bias_limit);
         let contradicts = self.learnt > KNOWN_AFTER && distance_squared >= gate * gate;
-        if contradicts || (self.learnt == 0.0 && !believable) {
-            let least = if contradicts && believable && !self.bias.is_within(USUAL) {
+        if contradicts || (self.learnt == 0.0 && !within_limit) {
+            let least = if contradicts && within_limit && !self.bias.is_within(USUAL) {
                 LEAST_CONTRADICTION_OF_UNUSUAL
             } else {
                 LEAST_CONTRADICTION
@@ -390,22 +360,17 @@ impl BiasEstimator {
     /// The rate at rest, rad/s, that is too large to be learnt as a bias, or the bias beyond which the
     /// corrections of the inclination still lead; `None` if there is neither.
     pub(crate) fn excess(&self) -> Option<Vec3> {
-        let rate = match self.unbelieved >= REPORTED_AFTER {
+        let rate = match self.excessive >= REPORTED_AFTER {
             true => self.mean_rate,
             false => self.bias,
         };
-        let seconds = self.unbelieved.greater(self.unfollowed);
+        let seconds = self.excessive.greater(self.unfollowed);
         (seconds >= REPORTED_AFTER).then_some(rate)
     }
 
     /// Length of the mean specific force of a rest that lasts, m/s²; `None` outside of one.
     pub(crate) fn force(&self) -> Option<f32> {
         (self.still >= self.coefficients.duration).then(|| self.mean_force.length())
-    }
-
-    /// Gravity as this accelerometer reads it, m/s²: the standard value before the first rest.
-    pub(crate) const fn gravity(&self) -> f32 {
-        self.gravity
     }
 
     /// Returns whether the bias was observed at rest.
@@ -418,12 +383,12 @@ impl BiasEstimator {
     /// distance from the bias of the last rest.
     pub(crate) fn follow(&mut self, turn: Vec3, dt: f32) {
         if !turn.is_within(LARGEST_CORRECTION_RATE * dt) {
-            return self.excuse();
+            return self.forget_corrections();
         }
         let step = turn * (-1.0 / CORRECTIONS_TIME_CONSTANT);
         // Ends where a period no longer takes from it, after hours.
-        self.excused -= dt;
-        if self.excused <= 0.0 {
+        self.uncounted -= dt;
+        if self.uncounted <= 0.0 {
             self.error += step - self.error * (dt / CORRECTIONS_TIME_CONSTANT);
         }
         if self.error.dot(self.error) > CONTRADICTED * CONTRADICTED {
@@ -442,11 +407,11 @@ impl BiasEstimator {
         };
     }
 
-    /// Forgets the error so far, and for [`EXCUSED`] all that comes: the inclination has to be found again, and its
+    /// Forgets the error so far, and for [`FOUND_AFTER`] all that comes: the inclination has to be found again, and its
     /// corrections show no bias.
-    pub(crate) const fn excuse(&mut self) {
+    pub(crate) const fn forget_corrections(&mut self) {
         self.error = Vec3::ZERO;
-        self.excused = EXCUSED;
+        self.uncounted = FOUND_AFTER;
     }
 
     /// The estimated bias, rad/s.
@@ -521,24 +486,6 @@ mod tests {
         }
         assert!(estimator.is_known());
         assert_near(estimator.bias().x / DEGREE, 1.5, 0.02);
-    }
-
-    #[test]
-    fn gravity_is_the_mean_force_of_a_walk_until_the_first_rest() {
-        let mut estimator = estimator();
-        estimator.start(UP, Vec3::ZERO);
-        let walk = |estimator: &mut BiasEstimator, read: f32| {
-            for k in 0..20_000 {
-                let swing = 5.0 * libm::sinf(10.0 * k as f32 * DT);
-                estimator.weigh(read + swing, DT);
-            }
-        };
-        walk(&mut estimator, 9.06);
-        assert_near(estimator.gravity(), 9.06, 0.15);
-        feed(&mut estimator, 0.0, 4.0);
-        assert_near(estimator.gravity(), 9.81, 0.01);
-        walk(&mut estimator, 9.06);
-        assert_near(estimator.gravity(), 9.81, 0.01);
     }
 
     #[test]

@@ -248,9 +248,14 @@ pub fn try_send(frame: &CanFrame) -> bool {
     true
 }
 
-/// Takes the time from the data-ready edge to the contact put into its mailbox since the last call, µs; 0 without one.
-pub fn take_to_mailbox() -> u32 {
-    TO_MAILBOX.swap(0, Ordering::Relaxed)
+/// Time from the data-ready edge to the contact's mailbox, µs; 0 if none was put there since [`forget_to_mailbox`].
+pub fn to_mailbox() -> u32 {
+    TO_MAILBOX.load(Ordering::Relaxed)
+}
+
+/// Forgets the time to the mailbox, as at the start of a tick.
+pub fn forget_to_mailbox() {
+    TO_MAILBOX.store(0, Ordering::Relaxed);
 }
 
 /// Returns whether a mailbox shows a frame that another node has acknowledged. It shows that until its next frame.

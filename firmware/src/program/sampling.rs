@@ -25,7 +25,7 @@ pub(super) async fn sample(
     board::timebase::discard();
     sampling::run(sensor, board::sensor::Delay, ticks, self_test, |tick, measurement| {
         // A contact that has waited for the bus since an earlier tick is no cost of the board.
-        board::can::take_to_mailbox();
+        board::can::forget_to_mailbox();
         foot.tick(tick, measurement, Some(load.reading()), &PORTS);
         report_bus_state(&mut bus);
         if mem::replace(&mut id, foot.node_id()) != foot.node_id() {
@@ -36,7 +36,7 @@ pub(super) async fn sample(
         board::flash::note_tick();
         // Ticks without a sample may be long: the sensor starts, or its burst hangs.
         if measurement.raw.is_some() {
-            PORTS.costs.take(Cost::Mailbox, board::can::take_to_mailbox());
+            PORTS.costs.take(Cost::Mailbox, board::can::to_mailbox());
             PORTS.costs.take(Cost::Work, board::timebase::since_edge());
         }
     })

@@ -324,8 +324,13 @@ impl Node {
             return;
         };
         if self.device.state == NmtState::Operational {
+            // Phases differ, so that slow frames are not all due on one tick: by the period of the contact, so that the motion of a contact is sent with it.
+            let spacing = match self.device.settings.trigger(Pdo::Contact) {
+                Trigger::Ticks(period) => u32::from(period),
+                Trigger::Off | Trigger::Sync(_) => 1,
+            };
             for pdo in Pdo::ALL {
-                if self.is_due(pdo) {
+                if self.is_due(pdo, spacing) {
                     let payload = self.device.snapshot.payload(pdo);
                     send(CanFrame::of(pdo.cob_id(id), payload));
                     if pdo == Pdo::Contact {
@@ -362,25 +367,15 @@ impl Node {
         }
     }
 
-    fn is_due(&self, pdo: Pdo) -> bool {
+    fn is_due(&self, pdo: Pdo, spacing: u32) -> bool {
         match self.device.settings.trigger(pdo) {
             Trigger::Off => false,
             Trigger::Sync(_) => self.requested & 1 << pdo as u8 != 0,
             Trigger::Ticks(period) => {
-                let period = u32::from(period).max(1);
-                self.ticks.wrapping_add(self.phase(pdo)).is_multiple_of(period)
+                let phase = pdo as u32 * spacing;
+                self.ticks.wrapping_add(phase).is_multiple_of(u32::from(period).max(1))
             }
         }
-    }
-
-    /// Phase of a PDO, ticks. Phases differ, so that slow frames are not all due on one tick, by whole periods of the
-    /// contact, so that the motion of a contact is sent with it.
-    fn phase(&self, pdo: Pdo) -> u32 {
-        let contact = match self.device.settings.trigger(Pdo::Contact) {
-            Trigger::Ticks(period) => u32::from(period),
-            Trigger::Off | Trigger::Sync(_) => 1,
-        };
-        pdo as u32 * contact
     }
 
     fn heartbeat(&mut self, id: NodeId) -> Option<CanFrame> {

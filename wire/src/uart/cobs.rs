@@ -5,20 +5,19 @@
 
 use heapless::Vec;
 
-/// Encodes at most 254 bytes, with a zero before them and one after them; `None` if they do not fit.
-pub(super) fn encode<const N: usize>(plain: &[u8]) -> Option<Vec<u8, N>> {
-    let mut frame = Vec::from_array([0, 0]);
-    // Place of the distance to the next zero: that of the previous zero.
-    let mut place = 1;
-    for byte in plain.iter().chain(&[0]) {
+/// Encodes at most 254 bytes into an empty `frame`, with a zero before them and one after them; `None` if they do not fit.
+pub(super) fn encode<const N: usize>(plain: &[u8], frame: &mut Vec<u8, N>) -> Option<()> {
+    frame.extend_from_slice(&[0, 0]).ok()?;
+    frame.extend_from_slice(plain).ok()?;
+    frame.push(0).ok()?;
+    let mut next = frame.len() - 1;
+    for (at, byte) in frame.iter_mut().enumerate().skip(1).rev() {
         if *byte == 0 {
-            let distance = u8::try_from(frame.len() - place).ok()?;
-            *frame.get_mut(place)? = distance;
-            place = frame.len();
+            *byte = u8::try_from(next - at).ok()?;
+            next = at;
         }
-        frame.push(*byte).ok()?;
     }
-    Some(frame)
+    Some(())
 }
 
 /// Decoder that takes one byte after the other.
@@ -68,7 +67,8 @@ mod tests {
     }
 
     fn encoded(plain: &[u8]) -> Vec<u8> {
-        let frame = encode::<260>(plain).expect("it fits");
+        let mut frame = heapless::Vec::<u8, 260>::new();
+        encode(plain, &mut frame).expect("it fits");
         let (zero, coded) = frame.split_first().expect("not empty");
         assert_eq!(*zero, 0);
         coded.to_vec()

@@ -213,8 +213,12 @@ pub fn encode(sequence: u16, message: &Message) -> Encoded {
         Writer::new(rest).u32(CRC.checksum(body));
     }
     // Every message is shorter than the longest payload; a test encodes the longest of each.
-    let frame = plain.get(..length + CHECK).and_then(cobs::encode);
-    Encoded(frame.unwrap_or_default())
+    let mut frame = Encoded(Vec::new());
+    let plain = plain.get(..length + CHECK);
+    if plain.and_then(|plain| cobs::encode(plain, &mut frame.0)).is_none() {
+        frame.0.clear();
+    }
+    frame
 }
 
 /// Parses a decoded frame; returns the problem if it is invalid.

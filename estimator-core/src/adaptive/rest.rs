@@ -1,0 +1,54 @@
+//! Rest: means of the acceleration and of the angular rate stay small for longer than a stance. The hum of a motor has no
+//! mean.
+
+use super::constants::Constants;
+use super::evidence::Reading;
+use crate::order::Order;
+use crate::vector::Vec3;
+
+/// Limit of counted rest, as a multiple of the required rest, so that a disturbance does not end it at once.
+const MOST_REST: f32 = 1.3;
+
+/// Largest acceleration, m/s², and rate, rad/s, that count in the means: an impact decays soon.
+const LARGEST: f32 = 2.0;
+
+/// Means over a window, and the time for which they were small.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rest {
+    /// Time between samples, s.
+    period: f32,
+    /// Share of the newest sample in the means.
+    share: f32,
+    /// m/s² and rad/s, frame of the foot.
+    acceleration: Vec3,
+    rate: Vec3,
+    /// Rest, less the time without it, s.
+    seconds: f32,
+}
+
+impl Rest {
+    /// No rest so far.
+    pub const fn new(period: f32, share: f32) -> Self {
+        Self { period, share, acceleration: Vec3::ZERO, rate: Vec3::ZERO, seconds: 0.0 }
+    }
+
+    /// Processes a sample; returns whether the foot has rested for longer than a stance.
+    pub fn push(&mut self, constants: &Constants, reading: &Reading) -> bool {
+        self.acceleration +=
+            (reading.acceleration.clipped(LARGEST) - self.acceleration) * self.share;
+        self.rate += (reading.rate.clipped(LARGEST) - self.rate) * self.share;
+        let is_below = |mean: Vec3, limit: f32| mean.dot(mean) < limit * limit;
+        let rests = is_below(self.acceleration, constants.rest_acceleration)
+            && is_below(self.rate, constants.rest_rate);
+        self.seconds = match rests {
+            true => (self.seconds + self.period).lesser(MOST_REST * constants.stance),
+            false => (self.seconds - self.period).greater(0.0),
+        };
+        self.seconds > constants.stance
+    }
+
+    /// Lets a time in s pass without a reliable sample.
+    pub fn pass(&mut self, seconds: f32) {
+        self.seconds = (self.seconds - seconds).greater(0.0);
+    }
+}
