@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::packages;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
-use footfall::convert::{Bag, ConvertFormat, ConvertedFoot, each, write_table};
+use footfall::convert::{Bag, ConvertFormat, ConvertedFoot, samples, write_table};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use proptest::prelude::*;
@@ -34,12 +34,10 @@ fn convert(folder: &Path, target: &str, form: ConvertFormat) {
     let stored = stored.unwrap_or_else(|error| panic!("{error}"));
     let mut feet = [ConvertedFoot { name, stored }];
     let [foot] = &mut feet;
-    let mut has_load = false;
     let span = Span::default();
-    each(&mut foot.stored, span, |sample| {
-        has_load |= sample.load.is_some();
-    })
-    .expect("samples");
+    let mut read = samples(&mut foot.stored, span).expect("samples");
+    let has_load = read.any(|sample| sample.expect("a sample").load.is_some());
+    drop(read);
     let path = folder.join(target);
     let written = match form {
         ConvertFormat::Csv | ConvertFormat::Parquet => {

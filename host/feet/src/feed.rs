@@ -67,8 +67,8 @@ impl Feed {
             to_send,
             lost: Arc::clone(&lost),
         };
-        // The thread ends at the next arrival or timeout after the feed is dropped.
-        thread::spawn(move || feeder.run());
+        // The thread ends at the next arrival or timeout after the feed is dropped, its only error.
+        thread::spawn(move || feeder.serve());
         Self { reader: Reader::Thread { fed, sendings, lost }, clock: LineClock::default() }
     }
 
@@ -180,11 +180,6 @@ struct Feeder {
 struct Left;
 
 impl Feeder {
-    fn run(self) {
-        // The only error is that the feed was dropped, which ends the thread.
-        let _ = self.serve();
-    }
-
     fn serve(&self) -> Result<(), Left> {
         let mut reported = false;
         loop {

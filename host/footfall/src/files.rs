@@ -1,6 +1,6 @@
 //! Writing of results to disk, and its errors.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -116,15 +116,6 @@ pub fn check_directory_of(path: &Path) -> Result<(), OutputError> {
         }),
         None => Ok(()),
     }
-}
-
-/// Creates a directory of results where it does not exist.
-///
-/// # Errors
-/// A file has its name, or it cannot be created.
-pub fn create_directory(path: &Path) -> Result<(), OutputError> {
-    check_can_be_directory(path)?;
-    fs::create_dir_all(path).map_err(OutputError::unwritable(path))
 }
 
 /// Checks that a directory exists or can be created, i.e. that no file has its name.

@@ -35,7 +35,8 @@ impl Described for feet::decode::Report {
 pub struct Document<'a, R> {
     schema: &'static str,
     /// The version of the program.
-    version: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    version: Option<&'static str>,
     #[serde(flatten)]
     report: &'a R,
 }
@@ -43,22 +44,12 @@ pub struct Document<'a, R> {
 impl<'a, R: Described> Document<'a, R> {
     /// Wraps a report for printing.
     pub const fn of(report: &'a R) -> Self {
-        Self { schema: R::SCHEMA, version: env!("CARGO_PKG_VERSION"), report }
+        Self { schema: R::SCHEMA, version: Some(env!("CARGO_PKG_VERSION")), report }
     }
-}
 
-/// An object about feet as it is printed: without the version of the program, which would stand in
-/// every line, or beside that of a foot.
-#[derive(Debug, Serialize)]
-pub struct DescribedLine<'a, R> {
-    schema: &'static str,
-    #[serde(flatten)]
-    line: &'a R,
-}
-
-impl<'a, R: Described> DescribedLine<'a, R> {
-    /// Wraps the state of a foot for printing.
-    pub const fn of(line: &'a R) -> Self {
-        Self { schema: R::SCHEMA, line }
+    /// Wraps the state of a foot for printing: without the version of the program, which would stand in every line, or
+    /// beside that of a foot.
+    pub const fn line(report: &'a R) -> Self {
+        Self { version: None, ..Self::of(report) }
     }
 }

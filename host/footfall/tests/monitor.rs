@@ -1,23 +1,20 @@
 //! Tests of `footfall monitor` and `footfall explain` as programs.
 
-use std::process::{Command, Stdio};
+use crate::common::{Bench, text};
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
+/// Returns what a command prints, what it says beside that, and its status.
+fn said(bench: &Bench, arguments: &str) -> (String, String, Option<i32>) {
+    let output = bench.run(arguments);
+    (text(&output.stdout), text(&output.stderr), output.status.code())
+}
 
-fn monitor(arguments: &[&str]) -> (String, String, Option<i32>) {
-    let output = Command::new(PROGRAM)
-        .arg("monitor")
-        .args(arguments)
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program runs");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (text(output.stdout), text(output.stderr), output.status.code())
+fn monitor(arguments: &str) -> (String, String, Option<i32>) {
+    said(&Bench::new(), &format!("monitor {arguments}"))
 }
 
 /// Returns what is printed of four feet in two and a half seconds.
 fn lines_of_four_feet() -> String {
-    let (lines, warnings, code) = monitor(&["demo:feet=4,seconds=2.5"]);
+    let (lines, warnings, code) = monitor("demo:feet=4,seconds=2.5");
     assert_eq!((warnings.as_str(), code), ("", Some(0)));
     assert!(lines.contains("missing 0, dropped 0"), "{lines}");
     assert!(lines.contains("the demo has ended"), "{lines}");
@@ -49,7 +46,7 @@ fn output_without_terminal_is_one_line_per_foot_and_second() {
 
 #[test]
 fn json_output_has_one_object_per_line() {
-    let (lines, _, code) = monitor(&["demo:feet=2,speed=max,seconds=3", "--json"]);
+    let (lines, _, code) = monitor("demo:feet=2,speed=max,seconds=3 --json");
     assert_eq!(code, Some(0));
     let objects: Vec<serde_json::Value> = lines
         .lines()
@@ -67,24 +64,17 @@ fn json_output_has_one_object_per_line() {
 
 #[test]
 fn invalid_source_is_a_command_line_error() {
-    let (_, error, code) = monitor(&["ttyACM0"]);
+    let (_, error, code) = monitor("ttyACM0");
     assert_eq!(code, Some(2));
     assert!(error.contains("sources are usb, uart:PORT[@BAUD]"), "{error}");
 }
 
 #[test]
 fn demo_log_and_recording_are_played() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let demo = Command::new(PROGRAM)
-        .args(["demo", "--out"])
-        .arg(folder.path())
-        .output()
-        .expect("the program runs");
-    assert!(demo.status.success());
+    let bench = Bench::new();
+    bench.stdout("demo --out walk");
     for file in ["can.log", "uart.bin", "samples.csv"] {
-        let path = folder.path().join(file);
-        let source = format!("file:{}@max", path.display());
-        let (lines, warnings, code) = monitor(&[&source]);
+        let (lines, warnings, code) = said(&bench, &format!("monitor file:walk/{file}@max"));
         assert_eq!((warnings.as_str(), code), ("", Some(0)), "{file}: {lines}");
         assert!(lines.contains("  P "), "{file}: {lines}");
     }
@@ -92,28 +82,24 @@ fn demo_log_and_recording_are_played() {
 
 #[test]
 fn unplayable_source_is_an_error() {
-    let (lines, error, code) = monitor(&["file:there-is-none.log"]);
+    let (lines, error, code) = monitor("file:there-is-none.log");
     assert_eq!(code, Some(1), "{lines}");
     assert!(error.contains("there-is-none.log"), "{error}");
 }
 
 #[test]
 fn faults_flags_and_refusals_are_explained() {
-    let explain = |arguments: &[&str]| {
-        let output = Command::new(PROGRAM).arg("explain").args(arguments).output();
-        let output = output.expect("the program runs");
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (text(&output.stdout), text(&output.stderr), output.status.code())
-    };
-    let (text, _, code) = explain(&["0x7007"]);
+    let bench = Bench::new();
+    let explain = |arguments: &str| said(&bench, &format!("explain {arguments}"));
+    let (text, _, code) = explain("0x7007");
     assert_eq!(code, Some(0));
     assert!(text.starts_with("fault 0x7007 sensor out of step\n"), "{text}");
     assert!(text.contains("what to do: "), "{text}");
-    assert!(explain(&["sensor", "frozen"]).0.starts_with("fault 0x7002"));
-    assert!(explain(&["settling"]).0.contains("walk four or five steps"));
-    assert!(explain(&["0x06090031"]).0.contains("value too high"));
-    assert!(explain(&[]).0.lines().count() > 40);
-    let (_, error, code) = explain(&["0x1234"]);
+    assert!(explain("sensor frozen").0.starts_with("fault 0x7002"));
+    assert!(explain("settling").0.contains("walk four or five steps"));
+    assert!(explain("0x06090031").0.contains("value too high"));
+    assert!(explain("").0.lines().count() > 40);
+    let (_, error, code) = explain("0x1234");
     assert_eq!(code, Some(1));
     assert!(error.contains("footfall explain lists all"), "{error}");
 }

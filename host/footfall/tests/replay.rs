@@ -70,14 +70,6 @@ fn figure_covers_the_whole_recording() {
 }
 
 #[test]
-fn replay_prints_a_summary() {
-    let bench = Bench::with("walk.csv", standing());
-    let summary = bench.stdout("replay walk.csv");
-    assert!(summary.starts_with("walk: 1000 samples, 0.999 s at 1000 Hz\nstate    "), "{summary}");
-    assert!(summary.contains("\nlabels   RMSE "), "{summary}");
-}
-
-#[test]
 fn options_override_configuration_and_preset() {
     let bench = Bench::with("walk.csv", standing());
     fs::write(

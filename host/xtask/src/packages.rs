@@ -2,12 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use serde::Deserialize;
 
-use crate::command::root;
+use crate::command::Step;
 
 /// Output of `cargo metadata`.
 #[derive(Deserialize)]
@@ -40,13 +39,8 @@ impl Packages {
     /// # Errors
     /// A manifest cannot be read.
     pub fn read() -> Result<Self> {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let output = Command::new(cargo)
-            .args(["metadata", "--format-version", "1", "--no-deps"])
-            .current_dir(root())
-            .output()?;
-        ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let metadata: Metadata = serde_json::from_slice(&output.stdout)?;
+        let text = Step::cargo(&["metadata", "--format-version", "1", "--no-deps"]).output()?;
+        let metadata: Metadata = serde_json::from_str(&text)?;
         let names = metadata.packages.iter();
         let names: BTreeSet<&str> = names.map(|package| package.name.as_str()).collect();
         let mut all = BTreeMap::new();

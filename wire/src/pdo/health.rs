@@ -127,7 +127,7 @@ pub(super) const FIELDS: [Field; 5] = [
             ),
             Signal::flag(
                 "Unproven",
-                "The foot has neither rested nor landed for longer than a stride.",
+                "The foot has neither rested nor landed for a stride.",
             ),
         ],
     )

@@ -11,11 +11,10 @@ use recordings::analysis::replay::span::Span;
 use recordings::config::{Preset, parse_seconds};
 use recordings::input::{Format, InputError, TimesSoFar};
 use recordings::plausible::{Check, Finding};
-use recordings::samples::recording::RecordedSample;
 
 use super::headings::{INPUT, OUTPUT};
 use super::options::recording::{self, ReadingArguments, with_mounting};
-use crate::convert::{Bag, ConvertFormat, ConvertedFoot, each, write_table};
+use crate::convert::{Bag, ConvertFormat, ConvertedFoot, samples, write_table};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::foot_names::unlike;
@@ -208,13 +207,14 @@ fn look(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Looked, Vec<Finding
     let mut check = Check::new(about.sample_rate, about.gravity);
     let mut times = TimesSoFar::default();
     let mut looked = Looked::default();
-    each(&mut foot.stored, span, |sample: &RecordedSample| {
-        check.add(sample);
+    for sample in samples(&mut foot.stored, span)? {
+        let sample = sample?;
+        check.add(&sample);
         let micros = i64::try_from(sample.imu.timestamp.as_micros());
         times.add(micros.unwrap_or(i64::MAX));
         looked.samples += 1;
         looked.has_load |= sample.load.is_some();
-    })?;
+    }
     if about.gravity == Gravity::Removed {
         looked.options.push("--gravity removed".to_owned());
     }

@@ -1,5 +1,6 @@
 //! `footfall demo`: estimates a simulated walk, without input files.
 
+use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -10,7 +11,7 @@ use recordings::analysis::summary::{Summaries, Summary};
 use recordings::output::write_samples;
 
 use crate::error::Error;
-use crate::files::{check_can_be_directory, create_directory, write_file};
+use crate::files::{OutputError, check_can_be_directory, write_file};
 use crate::plot;
 use crate::report::{SummaryStyle, print};
 
@@ -43,7 +44,7 @@ impl DemoArguments {
         let simulation = gait::simulate(&plan, &SensorParams::LSM6DSOX, self.seed);
         let sent = walk::walk(&simulation)?;
 
-        create_directory(directory)?;
+        fs::create_dir_all(directory).map_err(OutputError::unwritable(directory))?;
         let (recording, estimates) = (&simulation.recording, &sent.estimates);
         let files =
             ["samples.csv", "plot.svg", "can.log", "uart.bin"].map(|name| directory.join(name));

@@ -27,10 +27,9 @@ impl Bag {
         let mut streams = Vec::new();
         for foot in feet {
             let offset_us = foot.stored.about.start_us + self.shift_us;
-            let messages = SampleMessages::new(&foot.name);
             streams.push(Stream {
                 offset_us,
-                messages: if self.has_loads { messages.with_load() } else { messages },
+                messages: SampleMessages::new(&foot.name, self.has_loads),
                 samples: samples(&mut foot.stored, span)?.peekable(),
             });
         }

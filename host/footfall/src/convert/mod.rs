@@ -76,7 +76,10 @@ pub struct ConvertedFoot {
 }
 
 /// Returns the samples of a foot within a span.
-fn samples(
+///
+/// # Errors
+/// The temporary file with the samples cannot be read.
+pub fn samples(
     stored: &mut Stored,
     span: Span,
 ) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
@@ -85,21 +88,6 @@ fn samples(
         Err(_) => true,
     };
     Ok(stored.samples()?.filter(is_in))
-}
-
-/// Passes all samples to be converted to a closure.
-///
-/// # Errors
-/// The temporary file with the samples cannot be read.
-pub fn each(
-    stored: &mut Stored,
-    span: Span,
-    mut see: impl FnMut(&RecordedSample),
-) -> io::Result<()> {
-    for sample in samples(stored, span)? {
-        see(&sample?);
-    }
-    Ok(())
 }
 
 /// Returns the item of least time that a stream has next, and the index of the stream; the first of several.

@@ -9,7 +9,7 @@ use feet::session::SEVERAL_BOARDS;
 use serde::Serialize;
 
 use super::robot::{MonitorEvent, MonitorState};
-use crate::json::{Described, DescribedLine};
+use crate::json::{Described, Document};
 
 /// A foot as it is, for programs.
 #[derive(Debug, Serialize)]
@@ -100,7 +100,7 @@ fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
 /// Errors of the writer.
 pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
-        serde_json::to_writer(&mut *to, &DescribedLine::of(&foot_line(robot, foot)))?;
+        serde_json::to_writer(&mut *to, &Document::line(&foot_line(robot, foot)))?;
         writeln!(to)?;
     }
     to.flush()
@@ -111,7 +111,7 @@ pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
 /// # Errors
 /// Errors of the writer.
 pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
-    serde_json::to_writer(&mut *to, &DescribedLine::of(event))?;
+    serde_json::to_writer(&mut *to, &Document::line(event))?;
     writeln!(to)
 }
 

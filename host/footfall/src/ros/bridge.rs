@@ -26,7 +26,6 @@ use crate::ros::compat::{AllFeet, Compat};
 use crate::ros::foot::Foot;
 use crate::ros::message::{RosContact, RosMessage};
 use crate::ros::published::Published;
-use crate::ros::topics::FRAME;
 
 /// Messages from the updates of a session.
 #[derive(Debug)]
@@ -36,12 +35,6 @@ pub struct Bridge {
     feet: BTreeMap<usize, Foot>,
     /// Combined messages of all feet for other programs.
     all_feet: Option<AllFeet>,
-}
-
-impl Default for Bridge {
-    fn default() -> Self {
-        Self::new(FRAME, &[])
-    }
 }
 
 impl Bridge {
@@ -175,12 +168,13 @@ mod tests {
     use super::*;
     use crate::ros::foot::SILENT;
     use crate::ros::message::Level;
+    use crate::ros::topics::FRAME;
 
     /// Messages of a robot with two feet, of which the right one has the id `right`.
     fn messages(right: NodeId) -> Vec<Published> {
         let source = "demo:feet=2,speed=max,seconds=3".parse();
         let feed = Feed::open(source.expect("a source"));
-        let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::default());
+        let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::new(FRAME, &[]));
         let mut published = Vec::new();
         loop {
             let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");

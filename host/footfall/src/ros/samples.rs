@@ -48,22 +48,17 @@ pub struct SampleMessages {
 }
 
 impl SampleMessages {
-    /// Creates a converter for the foot `name`.
+    /// Creates a converter for the foot `name`; the first sample of one that `has_load` publishes a load even without one,
+    /// so that of several feet either all have the topic or none.
     #[must_use]
-    pub fn new(name: &str) -> Self {
+    pub fn new(name: &str, has_load: bool) -> Self {
         let topics = FootTopics::of(name);
         Self {
             validity: format!("{}/validity", topics.imu).into(),
             label: format!("{}/label", topics.imu).into(),
             topics,
-            has_load: false,
+            has_load,
         }
-    }
-
-    /// Publishes the load topic even if there is no load, so that of several feet either all have it or none.
-    #[must_use]
-    pub fn with_load(self) -> Self {
-        Self { has_load: true, ..self }
     }
 
     /// Returns the messages of a sample acquired at `at` since 1970.
@@ -115,7 +110,7 @@ mod tests {
 
     #[test]
     fn end_of_the_load_is_published_once() {
-        let mut samples = SampleMessages::new("FL");
+        let mut samples = SampleMessages::new("FL", false);
         let mut loads = |load: Option<f32>| -> Vec<f64> {
             let sample =
                 RecordedSample { imu: ImuSample::default(), load: load.map(Load), label: None };

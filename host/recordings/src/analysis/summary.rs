@@ -16,7 +16,7 @@ use crate::analysis::calibrate::mounting::MountingReport;
 use crate::analysis::parameters::Estimation;
 
 /// The figures of one replay. `Display` is the summary for the terminal.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// The recording's name, and the foot's where it has one.
     pub recording: String,
@@ -140,7 +140,7 @@ impl<R: fmt::Display> fmt::Display for WithInputs<R> {
 }
 
 /// Counts the figures of a [`Summary`], sample by sample.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// The summary so far, without shares and metrics.
     summary: Summary,
@@ -158,21 +158,10 @@ impl Tally {
         let summary = Summary {
             recording: recording.to_owned(),
             foot: foot.map(str::to_owned),
-            samples: 0,
-            duration_s: 0.0,
             sample_rate_hz,
-            state_shares: BTreeMap::new(),
-            flag_counts: BTreeMap::new(),
-            metrics: None,
-            input: None,
-            estimation: None,
+            ..Summary::default()
         };
-        Self {
-            summary,
-            first: None,
-            states: [0; Phase::ALL.len()],
-            metrics: RunningMetrics::default(),
-        }
+        Self { summary, ..Self::default() }
     }
 
     /// Counts a sample with its estimate.

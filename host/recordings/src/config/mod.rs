@@ -116,8 +116,7 @@ pub use resolved::{ConfigFile, NoSuchFoot, Resolved};
 pub use settings::Settings;
 pub use value::{
     GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_gravity, parse_gyro_timing,
-    parse_learning, parse_method, parse_sample_rate, parse_seconds, parse_window, window_text,
-    word_of,
+    parse_sample_rate, parse_seconds, parse_window, window_text, word_of,
 };
 
 use settings::Reader;

@@ -14,8 +14,8 @@ use super::axes::parse_axes;
 use super::correction::Limits;
 use super::keys::{Key, Kind, axis, keys, keys_of_a_foot};
 use super::value::{
-    checked_sample_rate, parse_gravity, parse_gyro_timing, parse_learning, parse_method,
-    parse_window,
+    LEARNINGS, METHODS, checked_sample_rate, parse_gravity, parse_gyro_timing, parse_window,
+    value_of,
 };
 
 /// Settings for all feet, or for one: what is set differs from the preset, the rest does not.
@@ -160,8 +160,8 @@ impl Reader {
         match kind {
             Kind::Gravity => to.gravity = self.word(value, parse_gravity),
             Kind::Axes => to.axes = self.word(value, parse_axes),
-            Kind::Method => to.method = self.word(value, parse_method),
-            Kind::Learning => to.learning = self.word(value, parse_learning),
+            Kind::Method => to.method = self.word(value, |text| value_of(&METHODS, text)),
+            Kind::Learning => to.learning = self.word(value, |text| value_of(&LEARNINGS, text)),
             Kind::Window => to.window = self.word(value, parse_window),
             Kind::GyroTiming => to.gyro_timing = self.word(value, parse_gyro_timing),
             Kind::Learnt(place) => self.learnt[*place] = self.take(value, "a number"),

@@ -75,7 +75,9 @@ impl Source {
         };
         match (opened, given) {
             (Opened::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
-            (Opened::Table(_), Some(given)) if given.is_container() => {
+            (Opened::Table(_), Some(given))
+                if matches!(given, Format::Parquet | Format::Mcap | Format::Rosbag2) =>
+            {
                 Err(other_format(file, given, None))
             }
             (Opened::Table(table), _) => Ok(Self::Table(table)),

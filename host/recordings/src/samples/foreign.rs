@@ -1,41 +1,30 @@
 //! Kinds of files other than tables, their names and advice for each: one table for recordings and logs of frames.
 //! [`magic`](crate::samples::magic) has their first bytes.
 
-use std::fmt;
-
-/// Name of a kind, and advice for it.
-struct Kind {
-    /// Name, with its article.
-    name: &'static str,
-    /// Advice for a file that should be a recording and cannot be read; `None` if every file of the kind is read.
-    recording: Option<&'static str>,
-    /// Advice for a file that should be a log, with `FILE` for its name; `None` if it is read, or if a recording
-    /// of the serial line may have the same first bytes.
-    log: Option<&'static str>,
-}
-
 /// Advice for frames that another program can write as a log.
 const BY_PYTHON_CAN: &str =
     "convert it with python-can: pip install python-can, then can_logconvert FILE can.log";
 
 const UNPACK: &str = "unpack it";
 
-/// Defines the kinds by name, advice for a recording and advice for a log, as in [`Kind`].
+/// Defines the kinds by name, with its article, advice for a file that should be a recording and cannot be read, and advice
+/// for one that should be a log, with `FILE` for its name: `None` if it is read, or if a recording of the serial line may
+/// have the same first bytes.
 macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $recording:expr, $log:expr;)+) => {
-        /// A kind of file other than a table.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum Foreign {
-            $($(#[$doc])* $kind),+
+        crate::named! {
+            /// A kind of file other than a table.
+            #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+            pub enum Foreign {
+                $($(#[$doc])* $kind = $name),+
+            }
         }
 
         impl Foreign {
-            /// All kinds.
-            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$kind),+];
-
-            const fn kind(self) -> Kind {
+            /// Advice for a recording, and for a log.
+            const fn advices(self) -> [Option<&'static str>; 2] {
                 match self {
-                    $(Self::$kind => Kind { name: $name, recording: $recording, log: $log }),+
+                    $(Self::$kind => [$recording, $log]),+
                 }
             }
         }
@@ -95,27 +84,17 @@ kinds! {
 }
 
 impl Foreign {
-    /// Name, with its article.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        self.kind().name
-    }
-
     /// Advice for a file that should be a recording and cannot be read; `None` if every file of the kind is read.
     #[must_use]
     pub const fn advice(self) -> Option<&'static str> {
-        self.kind().recording
+        let [recording, _] = self.advices();
+        recording
     }
 
     /// Advice for the file of this name that should be a log; `None` if it may be one.
     #[must_use]
     pub fn log_advice(self, file: &str) -> Option<String> {
-        self.kind().log.map(|advice| advice.replace("FILE", file))
-    }
-}
-
-impl fmt::Display for Foreign {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        let [_, log] = self.advices();
+        log.map(|advice| advice.replace("FILE", file))
     }
 }

@@ -13,7 +13,7 @@ use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::{Board, BoardOptions};
-use virtual_board::emulator::chip::Chip;
+use virtual_board::emulator::chip::{Chip, ChipOptions};
 use virtual_board::emulator::core::cpu::Cpu;
 use virtual_board::emulator::elf::ElfImage;
 use virtual_board::emulator::machine::Machine;
@@ -97,8 +97,12 @@ pub fn image(package: &str, program: &str) -> ElfImage {
 
 /// Boots a core with a program in flash.
 pub fn boot(image: &ElfImage) -> Cpu {
-    Cpu::new(Machine::new(Chip::default()), &image.segments, image.vectors())
-        .expect("it fits the flash")
+    Cpu::new(
+        Machine::new(Chip::new(ChipOptions::default(), Wiring::reference(), None)),
+        &image.segments,
+        image.vectors(),
+    )
+    .expect("it fits the flash")
 }
 
 /// Returns whether the product is built here: an ELF from elsewhere has numbers that differ from those of the

@@ -66,7 +66,6 @@ pub(super) fn decode(
             Some((LogContent::Dropped(count), _)) => {
                 log.report.count_problems("dropped_before_the_log", count);
             }
-            Some((LogContent::Aside, _)) => {}
             None => {
                 log.report.count_problem("malformed_lines");
                 malformed += 1;

@@ -18,7 +18,7 @@ const ERROR_FLAG: u32 = 0x2000_0000;
 pub fn parse(line: &str) -> Option<LogLine<'_>> {
     let read = log_line(line).or_else(|| terminal_line(line));
     // The textual explanation of an error frame, on an indented line of its own (-e).
-    let explanation = LogLine::without_time(LogContent::Other(Other::Event));
+    let explanation = LogLine { time: None, content: LogContent::Other(Other::Event) };
     read.or_else(|| line.starts_with('\t').then_some(explanation))
 }
 
@@ -26,7 +26,7 @@ pub fn parse(line: &str) -> Option<LogLine<'_>> {
 #[must_use]
 pub fn log_line(line: &str) -> Option<LogLine<'_>> {
     if let Some(count) = dropped(line) {
-        return Some(LogLine::without_time(LogContent::Dropped(count)));
+        return Some(LogLine { time: None, content: LogContent::Dropped(count) });
     }
     let mut words = line.split_ascii_whitespace();
     let (time, interface, frame) = (words.next()?, words.next()?, words.next()?);

@@ -47,14 +47,6 @@ pub struct LogLine<'a> {
     pub content: LogContent<'a>,
 }
 
-impl<'a> LogLine<'a> {
-    /// A line without a time.
-    const fn without_time(content: LogContent<'a>) -> Self {
-        let time = None;
-        Self { time, content }
-    }
-}
-
 /// Content of a line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogContent<'a> {
@@ -65,8 +57,6 @@ pub enum LogContent<'a> {
     Other(Other),
     /// Number of frames lost between the bus and the log.
     Dropped(u64),
-    /// A valid line without a frame: a header, a comment, the rest of another line.
-    Aside,
 }
 
 recordings::named! {

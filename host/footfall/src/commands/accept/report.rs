@@ -2,7 +2,7 @@
 
 use crate::commands::foot::{Identity, to_json};
 use crate::foot_error::FootError;
-use crate::json::{Described, DescribedLine};
+use crate::json::{Described, Document};
 use feet::foot::accept::{AcceptStep, Figure, FigureOutcome, Verdict};
 use feet::foot::client::Client;
 use serde::Serialize;
@@ -109,7 +109,7 @@ impl AcceptReport {
     }
 
     pub(super) fn to_json(&self) -> String {
-        to_json(&DescribedLine::of(self))
+        to_json(&Document::line(self))
     }
 
     /// The values that are out, with their remedies; steps that failed; and the counts.

@@ -14,7 +14,7 @@ use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::FootArguments;
 use crate::foot_error::FootError;
-use crate::json::{Described, DescribedLine};
+use crate::json::{Described, Document};
 
 /// Which foot it is, its program, its stage and its faults.
 #[derive(Debug, Serialize)]
@@ -134,7 +134,7 @@ impl FootArguments {
             stage: stage.map_or("?", |stage| stage.name()),
             faults: faults.iter().map(Fault::name).collect(),
         };
-        Ok(if self.json { to_json(&DescribedLine::of(&info)) } else { info.text() })
+        Ok(if self.json { to_json(&Document::line(&info)) } else { info.text() })
     }
 }
 

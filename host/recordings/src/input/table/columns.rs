@@ -81,7 +81,12 @@ impl Columns {
             return Ok(columns);
         }
         let suggestion = columns.slip().or_else(|| suggestion(header, &missing));
-        Err(header.lacks(&missing, suggestion))
+        Err(InputError::MissingColumns {
+            file: header.file.clone(),
+            place: header.place,
+            columns: missing.join(", "),
+            suggestion,
+        })
     }
 
     /// Indices of all columns that are read.

@@ -11,7 +11,7 @@ use super::head::{COMMENT, Head};
 use super::lines::{LONGEST_ROW, Progress, Watched};
 use super::names;
 use super::options::Decimal;
-use crate::input::error::{InputError, RowPlace, Suggestion};
+use crate::input::error::{InputError, RowPlace};
 use crate::input::iso8601::micros_since_1970;
 use crate::samples::compressed::without_ending;
 
@@ -251,16 +251,6 @@ impl Row {
     /// Returns a row at the same position with other cells.
     pub(super) fn with_cells(&self, cells: StringRecord) -> Self {
         Self { file: self.file.clone(), place: self.place, cells }
-    }
-
-    /// Error about a header without these names.
-    pub(super) fn lacks(&self, names: &[&str], suggestion: Option<Suggestion>) -> InputError {
-        InputError::MissingColumns {
-            file: self.file.clone(),
-            place: self.place,
-            columns: names.join(", "),
-            suggestion,
-        }
     }
 
     /// Checks that the row has `expected` cells.

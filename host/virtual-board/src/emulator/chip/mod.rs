@@ -121,12 +121,6 @@ pub struct Chip {
     pub(crate) power_lost: bool,
 }
 
-impl Default for Chip {
-    fn default() -> Self {
-        Self::new(ChipOptions::default(), Wiring::reference(), None)
-    }
-}
-
 impl Chip {
     /// Creates a chip on a board, just powered up.
     #[must_use]
