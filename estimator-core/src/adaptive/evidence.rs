@@ -16,7 +16,7 @@ const MOVES: f32 = 0.2;
 /// Factor of the probability before the first evidence, …
 const UNPROVEN: f32 = 0.5;
 
-/// … and once there was some and is none: a foot that walked or stood probably hangs.
+/// … and after the last one: a foot that neither rests nor walks may hang.
 const LAPSED: f32 = 0.4;
 
 /// State of the evidence.

@@ -3,13 +3,13 @@
 use crate::common::{Bench, text};
 
 /// Returns what a command prints, what it says beside that, and its status.
-fn said(bench: &Bench, arguments: &str) -> (String, String, Option<i32>) {
+fn outcome(bench: &Bench, arguments: &str) -> (String, String, Option<i32>) {
     let output = bench.run(arguments);
     (text(&output.stdout), text(&output.stderr), output.status.code())
 }
 
 fn monitor(arguments: &str) -> (String, String, Option<i32>) {
-    said(&Bench::new(), &format!("monitor {arguments}"))
+    outcome(&Bench::new(), &format!("monitor {arguments}"))
 }
 
 /// Returns what is printed of four feet in two and a half seconds.
@@ -74,7 +74,7 @@ fn demo_log_and_recording_are_played() {
     let bench = Bench::new();
     bench.stdout("demo --out walk");
     for file in ["can.log", "uart.bin", "samples.csv"] {
-        let (lines, warnings, code) = said(&bench, &format!("monitor file:walk/{file}@max"));
+        let (lines, warnings, code) = outcome(&bench, &format!("monitor file:walk/{file}@max"));
         assert_eq!((warnings.as_str(), code), ("", Some(0)), "{file}: {lines}");
         assert!(lines.contains("  P "), "{file}: {lines}");
     }
@@ -90,7 +90,7 @@ fn unplayable_source_is_an_error() {
 #[test]
 fn faults_flags_and_refusals_are_explained() {
     let bench = Bench::new();
-    let explain = |arguments: &str| said(&bench, &format!("explain {arguments}"));
+    let explain = |arguments: &str| outcome(&bench, &format!("explain {arguments}"));
     let (text, _, code) = explain("0x7007");
     assert_eq!(code, Some(0));
     assert!(text.starts_with("fault 0x7007 sensor out of step\n"), "{text}");
