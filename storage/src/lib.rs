@@ -45,6 +45,7 @@ extern crate std;
 
 mod pages;
 
+use core::convert::Infallible;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
@@ -118,6 +119,12 @@ pub enum StoreFailed {
     SupplyLow,
     /// A page must be erased first, which was not allowed.
     NeedsErase,
+}
+
+impl From<Infallible> for StoreFailed {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
 }
 
 impl StoreFailed {

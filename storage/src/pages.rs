@@ -336,12 +336,6 @@ pub(super) mod tests {
         read: usize,
     }
 
-    impl From<Infallible> for StoreFailed {
-        fn from(never: Infallible) -> Self {
-            match never {}
-        }
-    }
-
     impl<const SIZE: usize> ErrorType for Flash<SIZE> {
         type Error = Infallible;
     }

@@ -3,7 +3,6 @@
 use std::convert::Infallible;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use storage::StoreFailed;
 
 /// Size of a page, bytes.
 pub(super) const PAGE: usize = 16 * 1024;
@@ -15,22 +14,6 @@ pub(super) const SIZE: usize = 2 * PAGE;
 #[derive(Clone, Debug)]
 pub(super) struct Flash(Vec<u8>);
 
-/// Error that never occurs.
-#[derive(Debug)]
-pub(super) struct Never(Infallible);
-
-impl From<Never> for StoreFailed {
-    fn from(Never(never): Never) -> Self {
-        match never {}
-    }
-}
-
-impl embedded_storage::nor_flash::NorFlashError for Never {
-    fn kind(&self) -> embedded_storage::nor_flash::NorFlashErrorKind {
-        match self.0 {}
-    }
-}
-
 impl Flash {
     pub(super) fn blank() -> Self {
         Self(vec![0xFF; SIZE])
@@ -38,13 +21,13 @@ impl Flash {
 }
 
 impl ErrorType for Flash {
-    type Error = Never;
+    type Error = Infallible;
 }
 
 impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Never> {
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
         let stored = self.0.iter().skip(offset as usize);
         for (to, from) in bytes.iter_mut().zip(stored) {
             *to = *from;
@@ -61,14 +44,14 @@ impl NorFlash for Flash {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = PAGE;
 
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Never> {
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
         if let Some(pages) = self.0.get_mut(from as usize..to as usize) {
             pages.fill(0xFF);
         }
         Ok(())
     }
 
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Never> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
         for (to, from) in self.0.iter_mut().skip(offset as usize).zip(bytes) {
             *to &= *from;
         }

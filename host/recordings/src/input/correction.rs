@@ -5,7 +5,7 @@ use estimator_core::{
 };
 
 /// Errors of a sensor, and its mounting in the foot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correction {
     /// Correction of the accelerometer, in single precision and bit-exact with the foot's.
     pub accelerometer: AccelerometerCorrection,
@@ -37,11 +37,5 @@ impl Correction {
     pub fn corrected(&self, imu: ImuSample) -> ImuSample {
         let (specific_force, angular_rate) = self.apply(imu.specific_force, imu.angular_rate);
         ImuSample { specific_force, angular_rate, ..imu }
-    }
-}
-
-impl Default for Correction {
-    fn default() -> Self {
-        Self::NONE
     }
 }

@@ -53,10 +53,10 @@ pub enum Finding {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
-    /// Accelerations are in an unsupported unit.
+    /// Accelerations are in an unsupported unit, or of another full scale.
     #[error(
-        "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, so it is in another unit: --units m/s2, g or mg, or --scale with the value of a count",
-        at_rest / STANDARD_GRAVITY
+        "the acceleration is {at_rest:.*} m/s² at rest, {:.*} times gravity, so it is in another unit or of another full scale: --units m/s2, g or mg, or --scale with the value of a count",
+        decimals(*at_rest), decimals(*at_rest), at_rest / STANDARD_GRAVITY
     )]
     AccelerationInOtherUnit {
         /// |a| at rest, m/s².
@@ -157,7 +157,10 @@ pub enum Finding {
 /// Names of all findings, with their conditions.
 pub const FINDINGS: [(&str, &str); 12] = [
     ("acceleration_in_g", "the acceleration at rest is 1 m/s², within a fifth"),
-    ("acceleration_in_other_unit", "the acceleration at rest is above 29 m/s²"),
+    (
+        "acceleration_in_other_unit",
+        "the acceleration at rest is steady and not gravity, or above 29 m/s²",
+    ),
     ("not_numbers", "more than one sample in a hundred has an axis that is blank or no number"),
     ("rate_in_degrees", "one sample in a hundred is beyond 34.9 rad/s"),
     (
@@ -329,8 +332,13 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
             let axes = mounting::with_z_up(rest.mean)?;
             Some(Finding::GravityNotAlongZ { up, axes })
         }
-        Gravity::Included => None,
+        Gravity::Included => rest.is_steady.then_some(Finding::AccelerationInOtherUnit { at_rest }),
     }
+}
+
+/// Decimals with which an acceleration of about that of gravity, or far above it, is written.
+fn decimals(at_rest: f32) -> usize {
+    if at_rest > LARGEST_REST { 0 } else { 2 }
 }
 
 /// The axis that is up, if it is not z; the accelerometer of a still sensor reads upwards.

@@ -12,12 +12,21 @@ const PIECE_S: f32 = 0.1;
 /// Share of the pieces that counts as rest.
 const REST_SHARE: f64 = 0.1;
 
+/// Largest deviation of a steady reading, as a fraction of it, …
+const STEADY: f32 = 0.05;
+
+/// … and the least number of its pieces.
+const LEAST_PIECES: usize = 5;
+
 /// Accelerometer reading at rest.
 pub(super) struct Rest {
     /// Median of |a|, m/s².
     pub(super) size: f32,
     /// Mean, m/s².
     pub(super) mean: Vec3,
+    /// Whether |a| is the same in all of it, as while a foot stands: a foot that moves at its quietest has no such
+    /// reading.
+    pub(super) is_steady: bool,
 }
 
 /// Collects the variance and mean of each piece of a recording.
@@ -84,8 +93,14 @@ impl RestSearch {
             let sum: f32 = quiet.iter().map(|(_, mean)| component(*mean)).sum();
             sum / count as f32
         };
+        let size = *sizes.get(count / 2)?;
+        let is_near = |other: &f32| (other - size).abs() < STEADY * size;
+        let is_quiet = |(variance, _): &(f32, Vec3)| libm::sqrtf(*variance) < STEADY * size;
         Some(Rest {
-            size: *sizes.get(count / 2)?,
+            size,
+            is_steady: count >= LEAST_PIECES
+                && sizes.iter().all(is_near)
+                && quiet.iter().all(is_quiet),
             mean: Vec3::new(mean(|v| v.x), mean(|v| v.y), mean(|v| v.z)),
         })
     }

@@ -200,7 +200,8 @@ fn gyroscope_that_stops_is_dead_unless_the_foot_rests() {
 
 #[test]
 fn accelerations_in_mg_or_counts_are_found() {
-    for factor in [1000.0 / 9.81, 2048.0 / 9.81, 16384.0 / 9.81, 16384.0] {
+    // Half and twice are of another full scale.
+    for factor in [0.5, 2.0, 1000.0 / 9.81, 2048.0 / 9.81, 16384.0 / 9.81, 16384.0] {
         let found = found(&with_force(scaled(factor)));
         assert_eq!(found, ["acceleration_in_other_unit"], "{factor}");
     }
@@ -208,8 +209,8 @@ fn accelerations_in_mg_or_counts_are_found() {
     let counts = check(&with_force(scaled(16384.0)));
     assert_eq!(
         counts[0].to_string(),
-        "the acceleration is 160800 m/s² at rest, 16397 times gravity, so it is in another unit: \
-         --units m/s2, g or mg, or --scale with the value of a count"
+        "the acceleration is 160800 m/s² at rest, 16397 times gravity, so it is in another unit or of \
+         another full scale: --units m/s2, g or mg, or --scale with the value of a count"
     );
 }
 
