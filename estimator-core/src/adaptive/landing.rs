@@ -14,10 +14,9 @@ const WEAKEST: f32 = -3.0;
 /// The swing that a landing follows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Landing {
-    /// Shares of the newest sample in the means over a window and over a stance.
-    share: f32,
+    /// Share of the newest sample in the mean over a stance.
     stance_share: f32,
-    /// Means of the logarithm of the acceleration.
+    /// Means of the logarithm of the acceleration over a window and over a stance.
     newest: f32,
     swing: f32,
     /// Recent maximum of the mean over a stance, which falls by a unit in the time of evidence, and its acceleration,
@@ -50,10 +49,9 @@ pub(super) struct Fall {
 }
 
 impl Landing {
-    /// No swing so far. `share` is that of the newest sample in the mean over a window.
-    pub fn new(constants: &Constants, period: f32, share: f32) -> Self {
+    /// No swing so far, with samples each `period` seconds.
+    pub fn new(constants: &Constants, period: f32) -> Self {
         Self {
-            share,
             stance_share: 1.0 - exp(-period / constants.stance),
             newest: 0.0,
             swing: WEAKEST,
@@ -72,7 +70,7 @@ impl Landing {
 
     /// Processes a sample. A foot that `has_rested` has no speed.
     pub fn push(&mut self, constants: &Constants, reading: &Reading, has_rested: bool) -> Fall {
-        self.newest += (reading.logarithm - self.newest) * self.share;
+        self.newest += (reading.logarithm - self.newest) * reading.share;
         self.swing += (reading.logarithm - self.swing) * self.stance_share;
         self.corrected += STANDARD_GRAVITY * reading.correction;
         self.strongest -= self.falls_by;
