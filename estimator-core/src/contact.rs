@@ -333,7 +333,13 @@ mod tests {
         for every in [1, 2, 14] {
             let mut estimator = rested(&GRAVITY_FREE, 600);
             let estimates = (600..4_000).step_by(every).map(|ms| {
-                let estimate = estimator.update(&shaken(ms, SWAY), None);
+                // Invalid where the evidence lapses.
+                let validity = match ms {
+                    2_390..2_430 => Validity::Invalid,
+                    _ => Validity::Valid,
+                };
+                let sample = ImuSample { validity, ..shaken(ms, SWAY) };
+                let estimate = estimator.update(&sample, None);
                 let p = estimate.probabilities.stable;
                 assert!(p <= 0.5 || !estimate.flags.contains(Flag::Unproven), "{estimate:?}");
                 (ms, estimate)

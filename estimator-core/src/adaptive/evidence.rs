@@ -30,6 +30,8 @@ pub(super) struct Evidence {
     since_landing: f32,
     since_fall: f32,
     since: f32,
+    /// Whether there is evidence, as of the newest reliable sample, and whether there ever was.
+    given: bool,
     seen: bool,
     landed: bool,
     /// Whether the acceleration has just fallen from a swing that counts as motion.
@@ -50,7 +52,9 @@ pub(super) struct Reading {
     pub correction: f32,
     /// Probability of stillness without evidence.
     pub still: f32,
-    /// Time since the sample before, s, and its share in a mean over a window.
+    /// Samples since the one before, more than one where a gap is bridged; their time, s, and their share in a mean over a
+    /// window.
+    pub samples: f32,
     pub seconds: f32,
     pub share: f32,
 }
@@ -65,6 +69,7 @@ impl Evidence {
             since_landing: f32::INFINITY,
             since_fall: f32::INFINITY,
             since: f32::INFINITY,
+            given: false,
             seen: false,
             landed: false,
             evident: false,
@@ -78,8 +83,8 @@ impl Evidence {
     }
 
     /// Returns whether the foot has rested or landed lately.
-    pub fn is_given(&self, constants: &Constants) -> bool {
-        self.since < constants.evidence
+    pub const fn is_given(&self) -> bool {
+        self.given
     }
 
     /// Returns whether the newest sample gave evidence.
@@ -129,9 +134,9 @@ impl Evidence {
         self.since_landing = since(lands || lands_unseen, self.since_landing);
 
         self.since = since(lands || has_rested, self.since);
-        let is_given = self.is_given(constants);
-        self.seen |= is_given;
-        self.factor = match (is_given, self.seen) {
+        self.given = self.since < constants.evidence;
+        self.seen |= self.given;
+        self.factor = match (self.given, self.seen) {
             (true, _) => self.factor + (1.0 - self.factor) * reading.share,
             (false, true) => LAPSED,
             (false, false) => UNPROVEN,

@@ -23,8 +23,6 @@ pub(super) struct Landing {
     /// m/s².
     strongest: f32,
     strongest_acceleration: f32,
-    falls_by: f32,
-    shrinks_to: f32,
     /// Logarithm of the noise.
     noise: f32,
     /// Acceleration that corrections of up have removed since that maximum, m/s²: where a pendulum turns, its force points
@@ -57,8 +55,6 @@ impl Landing {
             swing: WEAKEST,
             strongest: WEAKEST,
             strongest_acceleration: exp(WEAKEST),
-            falls_by: period / constants.evidence,
-            shrinks_to: exp(-period / constants.evidence),
             noise: ln(constants.noise),
             corrected: 0.0,
             gained: Vec3::ZERO,
@@ -71,9 +67,11 @@ impl Landing {
     /// Processes a sample. A foot that `has_rested` has no speed.
     pub fn push(&mut self, constants: &Constants, reading: &Reading, has_rested: bool) -> Fall {
         self.newest += (reading.logarithm - self.newest) * reading.share;
-        self.swing += (reading.logarithm - self.swing) * self.stance_share;
+        let share = (self.stance_share * reading.samples).lesser(1.0);
+        self.swing += (reading.logarithm - self.swing) * share;
         self.corrected += STANDARD_GRAVITY * reading.correction;
-        self.strongest -= self.falls_by;
+        let falls_by = reading.seconds / constants.evidence;
+        self.strongest -= falls_by;
         let swing = match self.swing > self.strongest {
             true => {
                 self.strongest = self.swing;
@@ -82,12 +80,13 @@ impl Landing {
                 self.swing
             }
             false => {
-                self.strongest_acceleration *= self.shrinks_to;
+                self.strongest_acceleration *= 1.0 - falls_by;
                 ln((self.strongest_acceleration - self.corrected).greater(f32::MIN_POSITIVE))
             }
         };
-        self.gained += reading.acceleration;
-        self.gained_at_most += magnitudes(reading.acceleration);
+        let gained = reading.acceleration * reading.samples;
+        self.gained += gained;
+        self.gained_at_most += magnitudes(gained);
         let has_ended = magnitudes(self.gained) < constants.leftover * self.gained_at_most;
 
         let is_below = self.newest < swing.greater(self.noise) - constants.landing;

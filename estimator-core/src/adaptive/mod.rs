@@ -179,8 +179,7 @@ impl Adaptive {
 
     /// Returns whether evidence alone keeps the probability at or below a threshold.
     pub fn is_unproven(&self, threshold: f32) -> bool {
-        !self.evidence.is_given(&self.constants)
-            && self.probabilities.stable > threshold * self.evidence.factor()
+        !self.evidence.is_given() && self.probabilities.stable > threshold * self.evidence.factor()
     }
 
     /// Processes one sample's motion, with gravity and bias removed.
@@ -237,6 +236,7 @@ impl Adaptive {
                 rate: rate.0,
                 correction: correction.unwrap_or(0.0),
                 still,
+                samples,
                 seconds: self.period * samples,
                 share: (self.newest * samples).lesser(1.0),
             },
@@ -271,7 +271,7 @@ impl Adaptive {
         };
         self.in_stance = in_stance;
         let walks = self.evidence.walks(&self.constants);
-        let learns = walks || self.evidence.is_given(&self.constants);
+        let learns = walks || self.evidence.is_given();
         if self.learning == Learning::Frozen || !learns {
             return;
         }
@@ -301,7 +301,8 @@ impl Adaptive {
     /// motion, and is not learnt from.
     pub fn push_doubt(&mut self) -> Probabilities {
         self.fade(self.newest);
-        self.evidence.pass(self.period);
+        let samples = 1.0 + core::mem::take(&mut self.bridged);
+        self.evidence.pass(self.period * samples);
         self.probabilities
     }
 
