@@ -87,6 +87,11 @@ impl Evidence {
         self.given
     }
 
+    /// Returns whether the acceleration is too large for rest.
+    pub fn is_accelerated(&self, constants: &Constants) -> bool {
+        self.rest.is_accelerated(constants)
+    }
+
     /// Returns whether the newest sample gave evidence.
     pub const fn is_newly_given(&self) -> bool {
         self.since <= 0.0

@@ -285,9 +285,12 @@ impl Adaptive {
             self.stood = false;
         }
         // A foot that stands for a minute would forget its motion, and take its own quiet for that of all stances.
-        // One that rests by turns, but lands no more, may walk so slowly that its swings pass for stances.
+        // One that rests by turns, but lands no more, may walk so slowly that its swings pass for stances. One that only
+        // turns may stand.
         let begins = !in_stance || self.stance < self.constants.stance;
-        let is_slow = !walks && !self.evidence.is_newly_given();
+        let is_slow = !walks
+            && !self.evidence.is_newly_given()
+            && self.evidence.is_accelerated(&self.constants);
         if begins || is_slow || self.evidence.fell_within(self.constants.lesson) {
             self.classes.learn(&self.constants, logarithm, self.period);
         }

@@ -31,14 +31,19 @@ impl Rest {
         let &Reading { acceleration, rate, seconds, share, .. } = reading;
         self.acceleration += (acceleration.clipped(LARGEST) - self.acceleration) * share;
         self.rate += (rate.clipped(LARGEST) - self.rate) * share;
-        let is_below = |mean: Vec3, limit: f32| mean.dot(mean) < limit * limit;
-        let rests = is_below(self.acceleration, constants.rest_acceleration)
-            && is_below(self.rate, constants.rest_rate);
+        let turns = self.rate.dot(self.rate) >= constants.rest_rate * constants.rest_rate;
+        let rests = !self.is_accelerated(constants) && !turns;
         self.seconds = match rests {
             true => (self.seconds + seconds).lesser(MOST_REST * constants.stance),
             false => (self.seconds - seconds).greater(0.0),
         };
         self.seconds > constants.stance
+    }
+
+    /// Returns whether the mean acceleration is too large for rest.
+    pub fn is_accelerated(&self, constants: &Constants) -> bool {
+        let limit = constants.rest_acceleration;
+        self.acceleration.dot(self.acceleration) >= limit * limit
     }
 
     /// Lets a time in s pass without a reliable sample.
