@@ -171,7 +171,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         if !self.model.is_settled() {
             flags = flags.with(Flag::Settling);
         }
-        if !self.model.is_proven() {
+        if self.model.is_unproven(self.phase.threshold()) {
             flags = flags.with(Flag::Unproven);
         }
         if self.model.filling() == Filling::Partial {
@@ -318,23 +318,64 @@ mod tests {
         assert!(proven.is_some_and(|ms| (rest - 1..rest + 150).contains(&ms)), "{proven:?}");
     }
 
+    /// A foot that moves up and down for 100 ms each, by `force` m/s².
+    fn shaken(ms: u64, force: f32) -> ImuSample {
+        let z = if ms / 100 % 2 == 0 { force } else { -force };
+        ImuSample { specific_force: SpecificForce(Vec3::new(0.0, 0.0, z)), ..at_rest(ms * 1000) }
+    }
+
+    /// Too little for a swing, and too much for rest.
+    const SWAY: f32 = 0.5;
+
     #[test]
     fn foot_that_hangs_after_a_rest_is_unproven_again() {
+        // All samples, one of two, one of fourteen.
+        for every in [1, 2, 14] {
+            let mut estimator = rested(&GRAVITY_FREE, 600);
+            let estimates = (600..4_000).step_by(every).map(|ms| {
+                // Invalid where the evidence lapses.
+                let validity = match ms {
+                    2_390..2_430 => Validity::Invalid,
+                    _ => Validity::Valid,
+                };
+                let sample = ImuSample { validity, ..shaken(ms, SWAY) };
+                let estimate = estimator.update(&sample, None);
+                let p = estimate.probabilities.stable;
+                assert!(p <= 0.5 || !estimate.flags.contains(Flag::Unproven), "{estimate:?}");
+                (ms, estimate)
+            });
+            let estimates: Vec<_> = estimates.collect();
+            let is_unproven = |estimate: &ContactEstimate| estimate.flags.contains(Flag::Unproven);
+            let lapses = estimates.iter().find(|(_, estimate)| is_unproven(estimate));
+            let lapses = lapses.map(|(ms, _)| *ms);
+            let evidence = 600 + (1.0e3 * Constants::DEFAULT.evidence) as u64;
+            let expected = evidence..evidence + 150;
+            assert!(lapses.is_some_and(|ms| expected.contains(&ms)), "1 of {every}: {lapses:?}");
+            let stands = |(ms, last): &(u64, ContactEstimate)| {
+                *ms < evidence && last.decision == Decision::Stable
+            };
+            assert!(estimates.iter().any(stands));
+            for (ms, last) in estimates.iter().filter(|(ms, _)| *ms > evidence + 300) {
+                assert!(is_unproven(last), "1 of {every}, {ms} ms: {last:?}");
+                assert_eq!(last.decision, Decision::NotStable);
+            }
+        }
+    }
+
+    #[test]
+    fn foot_without_evidence_that_plainly_moves_is_not_unproven() {
         let mut estimator = rested(&GRAVITY_FREE, 600);
-        let estimates = (600..4_000).map(|ms| {
-            // Too little for a swing, too much for rest, up and down.
-            let z = if ms / 100 % 2 == 0 { 0.5 } else { -0.5 };
-            let specific_force = SpecificForce(Vec3::new(0.0, 0.0, z));
-            estimator.update(&ImuSample { specific_force, ..at_rest(ms * 1000) }, None)
-        });
-        let estimates: Vec<_> = estimates.collect();
-        let lapses = estimates.iter().position(|last| last.flags.contains(Flag::Unproven));
-        let evidence = (1.0e3 * Constants::DEFAULT.evidence) as usize;
-        assert!(lapses.is_some_and(|ms| (evidence..evidence + 150).contains(&ms)), "{lapses:?}");
-        assert!(estimates[..evidence].iter().any(|last| last.decision == Decision::Stable));
-        for last in &estimates[evidence + 300..] {
-            assert!(last.flags.contains(Flag::Unproven) && last.probabilities.stable < 0.5);
-            assert_eq!(last.decision, Decision::NotStable);
+        for ms in 600..10_000 {
+            let force = if ms < 3_000 { SWAY } else { 20.0 };
+            let estimate = estimator.update(&shaken(ms, force), Some(Load(100.0)));
+            if ms == 2_999 {
+                assert!(estimate.flags.contains(Flag::Unproven), "{estimate:?}");
+                assert_eq!(estimate.phase, Phase::Unknown);
+            }
+            if ms > 3_100 {
+                assert_eq!(but_settling(estimate.flags), [], "{ms} ms");
+                assert_eq!(estimate.phase, Phase::Slip, "{ms} ms");
+            }
         }
     }
 

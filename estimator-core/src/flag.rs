@@ -23,8 +23,8 @@ pub enum Flag {
     /// The foot has not yet shown enough stillness and motion: the limits between them
     /// are still mostly those that fit all feet. Walking a few steps clears it.
     Settling,
-    /// The foot has neither rested nor landed for longer than a stride: however little it moves, it may hang, or be carried.
-    /// The probability is at most one half.
+    /// The foot moves as little as in a stance, but has neither rested nor landed for longer than a stride: it may hang, or
+    /// be carried. The probability is at most one half.
     Unproven,
 }
 

@@ -104,12 +104,12 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
         }
     }
 
-    /// Returns whether there is evidence that the foot stands or walks.
+    /// Returns whether evidence alone keeps the probability at or below a threshold.
     #[inline]
-    pub(crate) fn is_proven(&self) -> bool {
+    pub(crate) fn is_unproven(&self, threshold: f32) -> bool {
         match self {
-            Self::SelfCalibrating(adaptive) => adaptive.is_proven(),
-            Self::HalfWidths(..) => true,
+            Self::SelfCalibrating(adaptive) => adaptive.is_unproven(threshold),
+            Self::HalfWidths(..) => false,
         }
     }
 

@@ -117,6 +117,11 @@ impl PhaseTracker {
         }
     }
 
+    /// The probability above which the foot may be stable.
+    pub(crate) const fn threshold(&self) -> f32 {
+        self.coefficients.threshold
+    }
+
     /// Processes the probability at `now`, its flags, and the load if there is one.
     pub(crate) fn update(
         &mut self,

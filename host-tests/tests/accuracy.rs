@@ -12,7 +12,7 @@ const LIMITS: [(Set, f64); 12] = [
     (Set::Ground, 0.286),
     (Set::ThreeSteps, 0.290),
     (Set::Slip, 0.451),
-    (Set::Atlas7k, 0.289),
+    (Set::Atlas7k, 0.290),
     (Set::Nao, 0.250),
     (Set::Shoe, 0.303),
     (Set::Demo, 0.256),

@@ -273,3 +273,35 @@ fn motion_after_a_walk_is_not_stable_and_costs_no_stance() {
         assert!(wrong.is_empty(), "{wrong:#?}");
     }
 }
+
+/// A step of 0.8 s each two seconds, with a peak of 1.2 m/s², 0.3 m/s and 0.8 rad/s: a stance of a faster walk shakes as
+/// much.
+fn slow_step(t: f64) -> Motion {
+    const SWING: f64 = 0.8;
+    const PEAK: f64 = 1.2;
+    const ANGLE: f64 = 0.1;
+    let t = t % 2.0;
+    if t >= SWING {
+        return Motion::default();
+    }
+    let omega = TAU / SWING;
+    let (sin, cos) = (omega * t).sin_cos();
+    Motion {
+        acceleration: [0.8 * PEAK * sin, 0.0, 0.6 * PEAK * sin],
+        angle: ANGLE * (1.0 - cos),
+        rate: ANGLE * omega * sin,
+        speed: PEAK / omega * (1.0 - cos),
+    }
+}
+
+#[test]
+fn slow_steps_after_a_walk_are_learnt() {
+    let walk = walk();
+    let mut foot = Foot::new(None);
+    let before = foot.walk(&walk);
+    foot.move_like(&slow_step, 20.0);
+    // Where such a swing turns, it moves as little as in a stance.
+    let share = foot.move_like(&slow_step, 60.0);
+    let after = foot.walk(&walk);
+    assert!(share < 0.35 && after > before - LOST, "{share:.3}; {before:.3}, then {after:.3}");
+}

@@ -22,10 +22,6 @@ const LAPSED: f32 = 0.4;
 /// State of the evidence.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
-    /// Time between samples, s.
-    period: f32,
-    /// Share of the newest sample in the factor.
-    share: f32,
     rest: Rest,
     landing: Landing,
     /// Times since the foot moved, since it landed, since the acceleration fell as in a landing, and since the last
@@ -34,6 +30,8 @@ pub(super) struct Evidence {
     since_landing: f32,
     since_fall: f32,
     since: f32,
+    /// Whether there is evidence, as of the newest reliable sample, and whether there ever was.
+    given: bool,
     seen: bool,
     landed: bool,
     /// Whether the acceleration has just fallen from a swing that counts as motion.
@@ -54,20 +52,24 @@ pub(super) struct Reading {
     pub correction: f32,
     /// Probability of stillness without evidence.
     pub still: f32,
+    /// Samples since the one before, more than one where a gap is bridged; their time, s, and their share in a mean over a
+    /// window.
+    pub samples: f32,
+    pub seconds: f32,
+    pub share: f32,
 }
 
 impl Evidence {
-    /// A foot of which nothing is known.
-    pub fn new(constants: &Constants, period: f32, share: f32) -> Self {
+    /// A foot of which nothing is known, with samples each `period` seconds.
+    pub fn new(constants: &Constants, period: f32) -> Self {
         Self {
-            period,
-            share,
-            rest: Rest::new(period, share),
-            landing: Landing::new(constants, period, share),
+            rest: Rest::NONE,
+            landing: Landing::new(constants, period),
             since_motion: f32::INFINITY,
             since_landing: f32::INFINITY,
             since_fall: f32::INFINITY,
             since: f32::INFINITY,
+            given: false,
             seen: false,
             landed: false,
             evident: false,
@@ -81,8 +83,18 @@ impl Evidence {
     }
 
     /// Returns whether the foot has rested or landed lately.
-    pub fn is_given(&self, constants: &Constants) -> bool {
-        self.since < constants.evidence
+    pub const fn is_given(&self) -> bool {
+        self.given
+    }
+
+    /// Returns whether the acceleration is too large for rest.
+    pub fn is_accelerated(&self, constants: &Constants) -> bool {
+        self.rest.is_accelerated(constants)
+    }
+
+    /// Returns whether the newest sample gave evidence.
+    pub const fn is_newly_given(&self) -> bool {
+        self.since <= 0.0
     }
 
     /// Returns whether the foot has just landed from a swing that counted as motion.
@@ -96,23 +108,24 @@ impl Evidence {
         self.since_fall < seconds
     }
 
-    /// Returns whether the foot is learnt from: it walks, or has yet to show that it does.
+    /// Returns whether the foot walks, or has yet to show that it does.
     pub fn walks(&self, constants: &Constants) -> bool {
         !self.landed || self.since_landing < constants.evidence
     }
 
     /// Lets a time in s pass without a reliable sample.
     pub fn pass(&mut self, seconds: f32) {
+        self.rest.pass(seconds);
         self.since_motion += seconds;
         self.since_landing += seconds;
         self.since_fall += seconds;
         self.since += seconds;
-        self.rest.pass(seconds);
     }
 
     /// Processes a sample.
     pub fn push(&mut self, constants: &Constants, reading: &Reading) {
-        let since = |happens: bool, before: f32| if happens { 0.0 } else { before + self.period };
+        let since =
+            |happens: bool, before: f32| if happens { 0.0 } else { before + reading.seconds };
         let has_rested = self.rest.push(constants, reading);
         let fall = self.landing.push(constants, reading, has_rested);
         self.since_motion = since(reading.still < MOVES, self.since_motion);
@@ -126,12 +139,12 @@ impl Evidence {
         self.since_landing = since(lands || lands_unseen, self.since_landing);
 
         self.since = since(lands || has_rested, self.since);
-        let target = match (self.is_given(constants), self.seen) {
-            (true, _) => 1.0,
+        self.given = self.since < constants.evidence;
+        self.seen |= self.given;
+        self.factor = match (self.given, self.seen) {
+            (true, _) => self.factor + (1.0 - self.factor) * reading.share,
             (false, true) => LAPSED,
             (false, false) => UNPROVEN,
         };
-        self.seen |= self.is_given(constants);
-        self.factor += (target - self.factor) * self.share;
     }
 }

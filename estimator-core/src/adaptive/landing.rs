@@ -14,18 +14,15 @@ const WEAKEST: f32 = -3.0;
 /// The swing that a landing follows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Landing {
-    /// Shares of the newest sample in the means over a window and over a stance.
-    share: f32,
+    /// Share of the newest sample in the mean over a stance.
     stance_share: f32,
-    /// Means of the logarithm of the acceleration.
+    /// Means of the logarithm of the acceleration over a window and over a stance.
     newest: f32,
     swing: f32,
     /// Recent maximum of the mean over a stance, which falls by a unit in the time of evidence, and its acceleration,
     /// m/s².
     strongest: f32,
     strongest_acceleration: f32,
-    falls_by: f32,
-    shrinks_to: f32,
     /// Logarithm of the noise.
     noise: f32,
     /// Acceleration that corrections of up have removed since that maximum, m/s²: where a pendulum turns, its force points
@@ -50,17 +47,14 @@ pub(super) struct Fall {
 }
 
 impl Landing {
-    /// No swing so far. `share` is that of the newest sample in the mean over a window.
-    pub fn new(constants: &Constants, period: f32, share: f32) -> Self {
+    /// No swing so far, with samples each `period` seconds.
+    pub fn new(constants: &Constants, period: f32) -> Self {
         Self {
-            share,
             stance_share: 1.0 - exp(-period / constants.stance),
             newest: 0.0,
             swing: WEAKEST,
             strongest: WEAKEST,
             strongest_acceleration: exp(WEAKEST),
-            falls_by: period / constants.evidence,
-            shrinks_to: exp(-period / constants.evidence),
             noise: ln(constants.noise),
             corrected: 0.0,
             gained: Vec3::ZERO,
@@ -72,10 +66,12 @@ impl Landing {
 
     /// Processes a sample. A foot that `has_rested` has no speed.
     pub fn push(&mut self, constants: &Constants, reading: &Reading, has_rested: bool) -> Fall {
-        self.newest += (reading.logarithm - self.newest) * self.share;
-        self.swing += (reading.logarithm - self.swing) * self.stance_share;
+        self.newest += (reading.logarithm - self.newest) * reading.share;
+        let share = (self.stance_share * reading.samples).lesser(1.0);
+        self.swing += (reading.logarithm - self.swing) * share;
         self.corrected += STANDARD_GRAVITY * reading.correction;
-        self.strongest -= self.falls_by;
+        let falls_by = reading.seconds / constants.evidence;
+        self.strongest -= falls_by;
         let swing = match self.swing > self.strongest {
             true => {
                 self.strongest = self.swing;
@@ -84,12 +80,13 @@ impl Landing {
                 self.swing
             }
             false => {
-                self.strongest_acceleration *= self.shrinks_to;
+                self.strongest_acceleration *= 1.0 - falls_by;
                 ln((self.strongest_acceleration - self.corrected).greater(f32::MIN_POSITIVE))
             }
         };
-        self.gained += reading.acceleration;
-        self.gained_at_most += magnitudes(reading.acceleration);
+        let gained = reading.acceleration * reading.samples;
+        self.gained += gained;
+        self.gained_at_most += magnitudes(gained);
         let has_ended = magnitudes(self.gained) < constants.leftover * self.gained_at_most;
 
         let is_below = self.newest < swing.greater(self.noise) - constants.landing;

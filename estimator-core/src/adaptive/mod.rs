@@ -125,6 +125,8 @@ pub(crate) struct Adaptive {
     classes: Classes,
     slide: Slide,
     evidence: Evidence,
+    /// Samples missing before the next one, in a gap that is bridged.
+    bridged: f32,
     /// Mean mass of each part.
     masses: [f32; PARTS],
     /// Whether the foot is in a stance, and for how long so far, s.
@@ -155,7 +157,8 @@ impl Adaptive {
                 period,
                 learnt.map(|learnt| (learnt.speed, learnt.still_seconds.lesser(SETTLED_AFTER))),
             ),
-            evidence: Evidence::new(&constants, period, newest),
+            evidence: Evidence::new(&constants, period),
+            bridged: 0.0,
             masses: [0.0; PARTS],
             in_stance: true,
             stance: 0.0,
@@ -174,9 +177,9 @@ impl Adaptive {
         self.classes.learnt(self.slide.usual()).is_settled()
     }
 
-    /// Returns whether the foot has rested or landed lately.
-    pub fn is_proven(&self) -> bool {
-        self.evidence.is_given(&self.constants)
+    /// Returns whether evidence alone keeps the probability at or below a threshold.
+    pub fn is_unproven(&self, threshold: f32) -> bool {
+        !self.evidence.is_given() && self.probabilities.stable > threshold * self.evidence.factor()
     }
 
     /// Processes one sample's motion, with gravity and bias removed.
@@ -224,6 +227,7 @@ impl Adaptive {
         let level = a - direction * upright;
         let slides_not = self.slide.push(&self.constants, level, turn, moving, tilt);
         let still = whole * slides_not;
+        let samples = 1.0 + core::mem::take(&mut self.bridged);
         self.evidence.push(
             &self.constants,
             &Reading {
@@ -232,6 +236,9 @@ impl Adaptive {
                 rate: rate.0,
                 correction: correction.unwrap_or(0.0),
                 still,
+                samples,
+                seconds: self.period * samples,
+                share: (self.newest * samples).lesser(1.0),
             },
         );
         self.probabilities = self.combine(slides_not);
@@ -263,7 +270,9 @@ impl Adaptive {
             false => 0.0,
         };
         self.in_stance = in_stance;
-        if self.learning == Learning::Frozen || !self.evidence.walks(&self.constants) {
+        let walks = self.evidence.walks(&self.constants);
+        let learns = walks || self.evidence.is_given();
+        if self.learning == Learning::Frozen || !learns {
             return;
         }
         self.stood |= in_stance;
@@ -276,11 +285,16 @@ impl Adaptive {
             self.stood = false;
         }
         // A foot that stands for a minute would forget its motion, and take its own quiet for that of all stances.
+        // One that rests by turns, but lands no more, may walk so slowly that its swings pass for stances. One that only
+        // turns may stand.
         let begins = !in_stance || self.stance < self.constants.stance;
-        if begins || self.evidence.fell_within(self.constants.lesson) {
+        let is_slow = !walks
+            && !self.evidence.is_newly_given()
+            && self.evidence.is_accelerated(&self.constants);
+        if begins || is_slow || self.evidence.fell_within(self.constants.lesson) {
             self.classes.learn(&self.constants, logarithm, self.period);
         }
-        if begins {
+        if begins && walks {
             // Slides teach as stances do: a foot whose stances all count as slides must find out.
             self.slide.learn(&self.constants, whole * self.period);
         }
@@ -290,17 +304,20 @@ impl Adaptive {
     /// motion, and is not learnt from.
     pub fn push_doubt(&mut self) -> Probabilities {
         self.fade(self.newest);
-        self.evidence.pass(self.period);
+        let samples = 1.0 + core::mem::take(&mut self.bridged);
+        self.evidence.pass(self.period * samples);
         self.probabilities
     }
 
-    /// Accounts for missing samples. A gap of half a window has no effect.
+    /// Accounts for missing samples. A gap of half a window takes nothing from the probabilities.
     pub fn account_for(&mut self, missing: u64) -> Probabilities {
         if missing > u64::from(self.window / 2).max(1) {
             for _ in 0..missing.min((GAP_WINDOWS * self.window).into()) {
                 self.fade(self.newest);
             }
             self.evidence.pass(missing as f32 * self.period);
+        } else {
+            self.bridged = missing as f32;
         }
         self.probabilities
     }

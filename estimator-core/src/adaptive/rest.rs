@@ -15,10 +15,6 @@ const LARGEST: f32 = 2.0;
 /// Means over a window, and the time for which they were small.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rest {
-    /// Time between samples, s.
-    period: f32,
-    /// Share of the newest sample in the means.
-    share: f32,
     /// m/s² and rad/s, frame of the foot.
     acceleration: Vec3,
     rate: Vec3,
@@ -28,23 +24,26 @@ pub(super) struct Rest {
 
 impl Rest {
     /// No rest so far.
-    pub const fn new(period: f32, share: f32) -> Self {
-        Self { period, share, acceleration: Vec3::ZERO, rate: Vec3::ZERO, seconds: 0.0 }
-    }
+    pub const NONE: Self = Self { acceleration: Vec3::ZERO, rate: Vec3::ZERO, seconds: 0.0 };
 
     /// Processes a sample; returns whether the foot has rested for longer than a stance.
     pub fn push(&mut self, constants: &Constants, reading: &Reading) -> bool {
-        self.acceleration +=
-            (reading.acceleration.clipped(LARGEST) - self.acceleration) * self.share;
-        self.rate += (reading.rate.clipped(LARGEST) - self.rate) * self.share;
-        let is_below = |mean: Vec3, limit: f32| mean.dot(mean) < limit * limit;
-        let rests = is_below(self.acceleration, constants.rest_acceleration)
-            && is_below(self.rate, constants.rest_rate);
+        let &Reading { acceleration, rate, seconds, share, .. } = reading;
+        self.acceleration += (acceleration.clipped(LARGEST) - self.acceleration) * share;
+        self.rate += (rate.clipped(LARGEST) - self.rate) * share;
+        let turns = self.rate.dot(self.rate) >= constants.rest_rate * constants.rest_rate;
+        let rests = !self.is_accelerated(constants) && !turns;
         self.seconds = match rests {
-            true => (self.seconds + self.period).lesser(MOST_REST * constants.stance),
-            false => (self.seconds - self.period).greater(0.0),
+            true => (self.seconds + seconds).lesser(MOST_REST * constants.stance),
+            false => (self.seconds - seconds).greater(0.0),
         };
         self.seconds > constants.stance
+    }
+
+    /// Returns whether the mean acceleration is too large for rest.
+    pub fn is_accelerated(&self, constants: &Constants) -> bool {
+        let limit = constants.rest_acceleration;
+        self.acceleration.dot(self.acceleration) >= limit * limit
     }
 
     /// Lets a time in s pass without a reliable sample.

@@ -4,7 +4,7 @@
 //! an error costs their frames.
 
 use core::future::poll_fn;
-use core::sync::atomic::{Ordering, compiler_fence};
+use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};
 use core::task::Poll;
 
 use embassy_stm32::gpio::Pull;
@@ -21,8 +21,8 @@ use super::{Barrier, COMMUNICATION_PRIORITY, wiring};
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
-    // The first handles the errors, at which the HAL panics.
-    DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>, Barrier;
+    // The first handles the errors, at which the HAL panics, and lets none happen before the third.
+    DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>, Resumed, Barrier;
     // The first leaves nothing to do for the second, which the HAL requires.
     DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>, Barrier;
 });
@@ -60,12 +60,21 @@ impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
     }
 }
 
+/// Whether reception waits for the end of the interrupt.
+static PAUSED: AtomicBool = AtomicBool::new(false);
+
 /// Handler of a DMA that stopped with a bus error. The HAL is given the end of a round instead: a stream
-/// that is disabled before its end reports completion (RM0090, 10.3.14).
+/// that is disabled before its end reports completion (RM0090, 10.3.14). A byte received before [`Resumed`] waits in the
+/// receiver: an error of its transfer would reach the HAL.
 struct NotReceived;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
     unsafe fn on_interrupt() {
+        let requests = pac::USART1.cr3();
+        if requests.read().dmar() {
+            requests.modify(|w| w.set_dmar(false));
+            PAUSED.store(true, Ordering::Relaxed);
+        }
         if !DMA2.isr(RECEIVE / 4).read().teif(RECEIVE % 4) {
             return;
         }
@@ -74,6 +83,17 @@ impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
         let control = DMA2.st(RECEIVE).cr();
         control.modify(|w| w.set_en(true));
         control.modify(|w| w.set_en(false));
+    }
+}
+
+/// Handler after that of the HAL: reception goes on.
+struct Resumed;
+
+impl typelevel::Handler<typelevel::DMA2_STREAM2> for Resumed {
+    unsafe fn on_interrupt() {
+        if PAUSED.swap(false, Ordering::Relaxed) {
+            pac::USART1.cr3().modify(|w| w.set_dmar(true));
+        }
     }
 }
 

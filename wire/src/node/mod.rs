@@ -324,7 +324,8 @@ impl Node {
             return;
         };
         if self.device.state == NmtState::Operational {
-            // Phases differ, so that slow frames are not all due on one tick: by the period of the contact, so that the motion of a contact is sent with it.
+            // Phases differ, so that slow frames are not all due on one tick: by the period of the contact, so that the
+            // motion of a contact is sent with it.
             let spacing = match self.device.settings.trigger(Pdo::Contact) {
                 Trigger::Ticks(period) => u32::from(period),
                 Trigger::Off | Trigger::Sync(_) => 1,

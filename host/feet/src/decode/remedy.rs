@@ -87,7 +87,7 @@ impl Trouble {
             }
             Self::Flag(Flag::WindowNotFull) => "the mean is over the samples there are",
             Self::Flag(Flag::Unproven) => {
-                "no frame says \"stable\", and within 0.1 s the probability is at most 0.5"
+                "the probability stays at or below 0.5, and no frame says \"stable\""
             }
             Self::Flag(_) => "the sample counts as motion",
             Self::Refusal(_) => "",
