@@ -89,16 +89,10 @@ impl Hysteresis {
 }
 
 /// Keeps faults that are events active for a while after the last event.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct FaultLatch {
     /// Ticks left, by fault number.
     left: [u16; Fault::ALL.len()],
-}
-
-impl Default for FaultLatch {
-    fn default() -> Self {
-        Self { left: [0; Fault::ALL.len()] }
-    }
 }
 
 impl FaultLatch {

@@ -1,6 +1,8 @@
 //! Sample defects of real installations: the default preset on the walk of `footfall demo`, and a foot that has
 //! stood for long before it walks. Limits are on the RMSE of P against the labels.
 
+use std::f32::consts::TAU;
+
 use crate::labelled;
 use estimator_core::{Params, Vec3};
 use gait::{Plan, SensorParams, record};
@@ -122,6 +124,29 @@ fn limits_of_another_robot_give_way_to_those_of_a_foot() {
         println!("{} after {}: {alone:.4} → {joined:.4}", set.name(), before.name());
         assert!(joined - alone < most, "{}: {alone:.4} → {joined:.4}", set.name());
     }
+}
+
+#[test]
+fn turns_of_a_foot_that_stands_teach_no_wide_limits() {
+    let Some(files) = of_sets(&[Set::Go1]) else { return };
+    let walk = resample(&files[0].recording, RATE);
+    let readings = |of: &Recording| {
+        let imus = of.samples.iter().map(|sample| sample.imu);
+        imus.map(|imu| (imu.specific_force.0, imu.angular_rate.0)).collect::<Vec<_>>()
+    };
+    let second = RATE as usize;
+    let mut standing = readings(&stood(&walk, 10.0, SEED));
+    standing.truncate(10 * second);
+    let errors = [0.0, 0.08_f32].map(|turning| {
+        let turned = (0_u16..).zip(&standing).map(|(k, &(force, rate))| {
+            let phase = TAU * 0.3 * f32::from(k) / RATE;
+            (force, rate + force * (turning * phase.cos() / force.dot(force).sqrt()))
+        });
+        let joined = after(readings(&walk).into_iter().chain(turned), &walk);
+        rmse_from(walk.samples.len() + standing.len(), &joined, &Params::DEFAULT)
+    });
+    println!("{errors:.4?}");
+    assert!(errors[1] - errors[0] < 0.01, "{errors:.4?}");
 }
 
 #[test]

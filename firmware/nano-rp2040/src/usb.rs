@@ -56,7 +56,7 @@ pub async fn serve(usb: Peri<'static, USB>, serial: &'static str) {
 
 /// Sends the frames while a host has opened the port; those that it does not take in time are counted.
 async fn send(mut sender: Sender<'static, Bus>) {
-    let mut batch = UartBatch::new();
+    let mut batch = UartBatch::default();
     let mut is_torn = false;
     loop {
         PORTS.liveness.report(Worker::Uart);

@@ -14,17 +14,8 @@ use crate::supervision::Hysteresis;
 /// open or shorted.
 pub const LOAD_READINGS: RangeInclusive<u16> = 16..=4079;
 
-/// State of the analog input.
-#[derive(Debug)]
-pub(super) struct LoadInput {
-    open: Hysteresis,
-}
-
-impl Default for LoadInput {
-    fn default() -> Self {
-        Self { open: Hysteresis::new(10, 100) }
-    }
-}
+/// Ticks after which the input counts as open, and as connected again.
+pub(super) const OPEN: Hysteresis = Hysteresis::new(10, 100);
 
 impl Foot {
     /// Current load on the foot, if it is known.
@@ -34,7 +25,7 @@ impl Foot {
         let open = analog.is_some_and(|reading| {
             !reading.is_some_and(|reading| LOAD_READINGS.contains(&reading))
         });
-        if self.load_input.open.update(open) {
+        if self.load_open.update(open) {
             let detail = reading.map_or(u32::MAX, u32::from);
             self.raise(Fault::LoadSensorOpen, detail, ports);
             return None;

@@ -32,11 +32,10 @@ use wire::{Counter, Counters, Fault, Node, NodeId, Settings, Stage};
 use crate::outlet::Lane;
 use crate::ports::Ports;
 use crate::sampling::{Activity, Measurement, Tick};
-use crate::supervision::Worker;
+use crate::supervision::{Hysteresis, Worker};
 use storage::Origin;
 
 use faults::FaultState;
-use load::LoadInput;
 use output::{Level, Output};
 use renewal::Renewal;
 use requests::Requests;
@@ -93,7 +92,7 @@ pub struct Foot {
     tick_us: u32,
     requests: Requests,
     fault_state: FaultState,
-    load_input: LoadInput,
+    load_open: Hysteresis,
     output: Output,
 }
 
@@ -116,7 +115,7 @@ impl Foot {
             tick_us: TICK_US,
             requests: Requests::default(),
             fault_state: FaultState::default(),
-            load_input: LoadInput::default(),
+            load_open: load::OPEN,
             output: Output::new(start.unused_crystal_khz.is_none()),
         })
     }

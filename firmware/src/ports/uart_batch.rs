@@ -9,7 +9,7 @@ use crate::outlet::Lane;
 /// Frames sent to the serial line in one transfer: faults first, the contact, then others, not more
 /// than [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when it is sent:
 /// the next one replaces it in the queue.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct UartBatch {
     bytes: Vec<u8, { uart::MAX_FRAME }>,
     /// Consecutive batches with a contact that had no room for all frames.
@@ -25,12 +25,6 @@ impl UartBatch {
     /// if that is not enough, the next one goes without the contact: a line filled by contacts alone
     /// still sends responses.
     const CROWDED: u8 = 4;
-
-    /// Creates an empty batch.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { bytes: Vec::new(), crowded: 0 }
-    }
 
     pub(super) fn fill(&mut self, queue: &UartQueue) -> &[u8] {
         let without_contact = self.crowded > Self::CROWDED;
@@ -52,12 +46,6 @@ impl UartBatch {
         });
         self.crowded = crowded;
         &self.bytes
-    }
-}
-
-impl Default for UartBatch {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -88,7 +76,7 @@ mod tests {
 
     #[test]
     fn the_newest_contact_goes_first_and_replaces_the_previous() {
-        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
         line(&ports, 1, 20);
         assert_eq!(contact(&ports, 2), 0);
         assert_eq!(contact(&ports, 3), 1);
@@ -98,7 +86,7 @@ mod tests {
 
     #[test]
     fn several_frames_take_less_than_a_tick_and_one_may_exceed_it() {
-        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
         for sequence in 0..4 {
             line(&ports, sequence, 30);
         }
@@ -113,12 +101,12 @@ mod tests {
 
     #[test]
     fn a_batch_of_exactly_the_maximum_is_one_transfer() {
-        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
         line(&ports, 0, 30);
         let (_, first) = taken(&ports, &mut batch);
         let overhead = first - 30;
         for (excess, frames) in [(0, 2), (1, 1)] {
-            let (ports, mut batch) = (Ports::new(), UartBatch::new());
+            let (ports, mut batch) = (Ports::new(), UartBatch::default());
             line(&ports, 0, 30);
             line(&ports, 1, UartBatch::BYTES - first - overhead + excess);
             assert_eq!(taken(&ports, &mut batch).0.len(), frames);
@@ -127,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_line_that_fits_the_longest_batch_goes_with_the_contact() {
-        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
         line(&ports, 1_000, 60);
         let mut rounds = (0..20).map(|round| {
             assert_eq!(contact(&ports, round), 0, "no contact is dropped");
@@ -140,7 +128,7 @@ mod tests {
 
     #[test]
     fn contacts_that_fill_the_line_do_not_block_other_frames() {
-        let (ports, mut batch) = (Ports::new(), UartBatch::new());
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
         line(&ports, 1_000, MAX_LOG);
         let rounds = (0..20).take_while(|round| {
             contact(&ports, *round);

@@ -50,7 +50,7 @@ pub(super) async fn receive_can(mut can: board::can::Receiver) {
 /// Sends frames over the serial line, all queued ones in one transfer.
 #[embassy_executor::task]
 pub(super) async fn send_uart(mut uart: board::uart::Sender) {
-    let mut batch = UartBatch::new();
+    let mut batch = UartBatch::default();
     loop {
         let rate = match PORTS.take_uart(&mut batch) {
             bytes @ [_, ..] => {

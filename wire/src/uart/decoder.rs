@@ -69,7 +69,7 @@ impl Drops {
 
 /// Decoder that takes bytes one by one and returns frames. Garbage before a frame does not affect it: the
 /// zero at the frame's beginning ends the garbage, or a frame that lost its end.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Decoder {
     plain: Vec<u8, MAX_DECODED>,
     decoding: Decoding,
@@ -80,23 +80,11 @@ pub struct Decoder {
     drops: Drops,
 }
 
-impl Default for Decoder {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Decoder {
     /// Creates a decoder before its first byte.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            plain: Vec::new(),
-            decoding: Decoding::default(),
-            overflowed: false,
-            newest: None,
-            drops: Drops::default(),
-        }
+        Self::default()
     }
 
     /// Counters of received and dropped frames.
