@@ -51,8 +51,7 @@ const FOLLOWS_EVERY: f32 = 0.02;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Alignment {
-    /// Not yet: hold still. A fifth of a second of quiet is enough; without quiet it takes a second
-    /// or two of averaging.
+    /// Not yet: hold still. A few samples of quiet are enough; without quiet it takes a third of a second of averaging.
     #[default]
     Searching,
     /// The inclination has settled, and no gap has invalidated it since.
@@ -139,8 +138,7 @@ impl AttitudeFilter {
         };
         let force_world = self.orientation.rotate(force);
         let rate_magnitude = (rate - self.bias.bias()).length();
-        let noise =
-            self.quietness.update(force_world, force.length(), rate_magnitude, step.seconds);
+        let noise = self.quietness.update(force_world, rate_magnitude, step.seconds);
 
         self.inclination.grow_doubt(rate_magnitude, saturation, spread_squared, step.seconds);
         if !saturation.is_some_and(Saturation::includes_accelerometer) {
@@ -159,7 +157,7 @@ impl AttitudeFilter {
         if self.alignment == Alignment::Aligned && step.continuity == Continuity::Continuous {
             self.bias.gravity.walk(force_world.z, step.seconds);
         }
-        match self.inclination.has_settled(step.seconds) {
+        match self.inclination.has_settled() {
             true => self.alignment = Alignment::Aligned,
             false => self.bias.forget_corrections(),
         }
@@ -298,13 +296,13 @@ mod tests {
     }
 
     #[test]
-    fn it_aligns_within_a_fifth_of_a_second_of_quiet() {
+    fn it_aligns_within_20_ms_of_quiet() {
         let mut filter = filter();
         let aligned = (0..1_000).position(|ms| {
             filter.update(&sample(ms, LEVEL, Validity::Valid));
             filter.alignment() == Alignment::Aligned
         });
-        assert!(aligned.is_some_and(|ms| (50..200).contains(&ms)), "{aligned:?} ms");
+        assert!(aligned.is_some_and(|ms| (1..20).contains(&ms)), "{aligned:?} ms");
     }
 
     #[test]

@@ -19,13 +19,6 @@ const LARGEST_DEVIATION: f32 = 0.5 * STANDARD_GRAVITY;
 /// Largest angular rate that a sample counts for, rad/s.
 const LARGEST_RATE: f32 = 100.0 * DEGREE;
 
-/// Share of a sample's own deviation that counts at once, so that even the first sample of an
-/// impact has little weight.
-const ATTACK: f32 = 0.5;
-
-/// Weight of the force's difference from 1 g in the deviation; a steady push has such a difference.
-const MAGNITUDE_WEIGHT: f32 = 0.7;
-
 #[derive(Clone, Copy, Debug)]
 pub(super) struct QuietnessCoefficients {
     least_noise: f32,
@@ -56,16 +49,16 @@ pub(super) struct Quietness {
 }
 
 impl Quietness {
-    /// Starts as if an impact had just passed: quiet has to be observed first.
+    /// A foot that is quiet until it shows that it is not.
     pub(super) const fn new(coefficients: QuietnessCoefficients) -> Self {
-        Self { coefficients, mean: Vec3::ZERO, deviation: LARGEST_DEVIATION, rate: LARGEST_RATE }
+        Self { coefficients, mean: Vec3::ZERO, deviation: 0.0, rate: 0.0 }
     }
 
     pub(super) const fn start(&mut self, force_magnitude: f32) {
         self.mean = Vec3::new(0.0, 0.0, force_magnitude);
     }
 
-    /// Returns to the initial state: quiet has to be observed again.
+    /// After an unknown turn: quiet has to be observed again, as after an impact.
     pub(super) const fn forget(&mut self) {
         self.deviation = LARGEST_DEVIATION;
         self.rate = LARGEST_RATE;
@@ -73,13 +66,7 @@ impl Quietness {
 
     /// Processes a sample and returns its noise relative to one in motion: 1 for all samples in
     /// motion, down to 1/`quiet_gain` in perfect quiet.
-    pub(super) fn update(
-        &mut self,
-        force_world: Vec3,
-        force_magnitude: f32,
-        rate_magnitude: f32,
-        dt: f32,
-    ) -> f32 {
+    pub(super) fn update(&mut self, force_world: Vec3, rate_magnitude: f32, dt: f32) -> f32 {
         let difference = force_world - self.mean;
         let distance = difference.length();
         let mut mean_gain = dt / (MEAN_TIME_CONSTANT + dt);
@@ -89,16 +76,15 @@ impl Quietness {
         }
         self.mean += difference * mean_gain;
 
-        let from_one_g = (force_magnitude - STANDARD_GRAVITY).abs();
-        let deviation = (distance + MAGNITUDE_WEIGHT * from_one_g).lesser(LARGEST_DEVIATION);
-        let rate = rate_magnitude.lesser(LARGEST_RATE);
+        // An impact counts at once, and decays.
         let release = dt / (RELEASE_TIME_CONSTANT + dt);
-        self.deviation += release * (deviation - self.deviation);
-        self.rate += release * (rate - self.rate);
+        let follow =
+            |envelope: f32, newest: f32| newest.greater(envelope + release * (newest - envelope));
+        self.deviation = follow(self.deviation, distance.lesser(LARGEST_DEVIATION));
+        self.rate = follow(self.rate, rate_magnitude.lesser(LARGEST_RATE));
 
-        let deviation =
-            self.deviation.greater(ATTACK * deviation) * self.coefficients.inverse_acceleration;
-        let rate = self.rate.greater(ATTACK * rate) * self.coefficients.inverse_rate;
+        let deviation = self.deviation * self.coefficients.inverse_acceleration;
+        let rate = self.rate * self.coefficients.inverse_rate;
         let unrest = deviation * deviation + rate * rate;
         ((1.0 + unrest * unrest) * self.coefficients.least_noise).lesser(1.0)
     }
@@ -122,7 +108,7 @@ mod tests {
     fn settle(quietness: &mut Quietness, seconds: f32) -> f32 {
         let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
         let steps = (seconds * 1000.0) as u32;
-        (0..steps).fold(1.0, |_, _| quietness.update(up, STANDARD_GRAVITY, 0.0, 0.001))
+        (0..steps).fold(1.0, |_, _| quietness.update(up, 0.0, 0.001))
     }
 
     #[test]
@@ -136,7 +122,7 @@ mod tests {
         let mut quietness = quietness();
         settle(&mut quietness, 1.0);
         let impact = Vec3::new(60.0, 0.0, 30.0);
-        assert_eq!(quietness.update(impact, impact.length(), 0.0, 0.001), 1.0);
+        assert_eq!(quietness.update(impact, 0.0, 0.001), 1.0);
     }
 
     #[test]
@@ -144,7 +130,7 @@ mod tests {
         let mut quietness = quietness();
         settle(&mut quietness, 1.0);
         let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
-        let noise = (0..200).fold(0.0, |_, _| quietness.update(up, STANDARD_GRAVITY, 0.5, 0.001));
+        let noise = (0..200).fold(0.0, |_, _| quietness.update(up, 0.5, 0.001));
         assert_eq!(noise, 1.0);
     }
 
@@ -153,7 +139,7 @@ mod tests {
         let mean_after = |force: f32| {
             let mut quietness = quietness();
             let force = Vec3::new(force, 0.0, STANDARD_GRAVITY);
-            quietness.update(force, force.length(), 0.0, 0.001);
+            quietness.update(force, 0.0, 0.001);
             quietness.mean.x
         };
         let limit = mean_after(LARGEST_DEVIATION);
