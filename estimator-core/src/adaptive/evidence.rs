@@ -2,22 +2,17 @@
 //!
 //! Learnt limits leave room for stances that shake. A foot that hangs, is carried or shaken moves within that
 //! room, for minutes. It lacks the evidence of each stride of a walk, a landing, and that of a standing foot, rest.
-//! Without either for [`Constants::evidence`] the probability stays below one half, however little the foot moves, and
-//! nothing is learnt. Before the first evidence it is at most one half.
+//! Without either for [`Constants::evidence`] the probability is at most one half, however little the foot moves, and
+//! nothing is learnt.
 
+use super::STILL;
 use super::constants::Constants;
 use super::landing::Landing;
 use super::rest::Rest;
 use crate::vector::Vec3;
 
-/// Mean mass below which the foot is in motion without doubt.
-const MOVES: f32 = 0.2;
-
-/// Factor of the probability before the first evidence, …
+/// Factor of the probability without evidence: the foot may stand or hang.
 const UNPROVEN: f32 = 0.5;
-
-/// … and after the last one: a foot that neither rests nor walks may hang.
-const LAPSED: f32 = 0.4;
 
 /// State of the evidence.
 #[derive(Clone, Copy, Debug)]
@@ -30,9 +25,8 @@ pub(super) struct Evidence {
     since_landing: f32,
     since_fall: f32,
     since: f32,
-    /// Whether there is evidence, as of the newest reliable sample, and whether there ever was.
+    /// Whether there is evidence, as of the newest reliable sample.
     given: bool,
-    seen: bool,
     landed: bool,
     /// Whether the acceleration has just fallen from a swing that counts as motion.
     evident: bool,
@@ -70,7 +64,6 @@ impl Evidence {
             since_fall: f32::INFINITY,
             since: f32::INFINITY,
             given: false,
-            seen: false,
             landed: false,
             evident: false,
             factor: UNPROVEN,
@@ -128,7 +121,7 @@ impl Evidence {
             |happens: bool, before: f32| if happens { 0.0 } else { before + reading.seconds };
         let has_rested = self.rest.push(constants, reading);
         let fall = self.landing.push(constants, reading, has_rested);
-        self.since_motion = since(reading.still < MOVES, self.since_motion);
+        self.since_motion = since(reading.still < STILL, self.since_motion);
         self.since_fall = since(fall.begins, self.since_fall);
         let moved = self.since_motion < constants.evidence;
         self.evident = fall.begins && moved;
@@ -140,11 +133,9 @@ impl Evidence {
 
         self.since = since(lands || has_rested, self.since);
         self.given = self.since < constants.evidence;
-        self.seen |= self.given;
-        self.factor = match (self.given, self.seen) {
-            (true, _) => self.factor + (1.0 - self.factor) * reading.share,
-            (false, true) => LAPSED,
-            (false, false) => UNPROVEN,
+        self.factor = match self.given {
+            true => self.factor + (1.0 - self.factor) * reading.share,
+            false => UNPROVEN,
         };
     }
 }

@@ -6,9 +6,6 @@ use super::evidence::Reading;
 use crate::order::Order;
 use crate::vector::Vec3;
 
-/// Limit of counted rest, as a multiple of the required rest, so that a disturbance does not end it at once.
-const MOST_REST: f32 = 1.3;
-
 /// Largest acceleration, m/s², and rate, rad/s, that count in the means: an impact decays soon.
 const LARGEST: f32 = 2.0;
 
@@ -34,10 +31,10 @@ impl Rest {
         let turns = self.rate.dot(self.rate) >= constants.rest_rate * constants.rest_rate;
         let rests = !self.is_accelerated(constants) && !turns;
         self.seconds = match rests {
-            true => (self.seconds + seconds).lesser(MOST_REST * constants.stance),
+            true => (self.seconds + seconds).lesser(constants.stance),
             false => (self.seconds - seconds).greater(0.0),
         };
-        self.seconds > constants.stance
+        self.seconds >= constants.stance
     }
 
     /// Returns whether the mean acceleration is too large for rest.
