@@ -85,11 +85,6 @@ impl Evidence {
         self.rest.is_accelerated(constants)
     }
 
-    /// Returns whether the newest sample gave evidence.
-    pub const fn is_newly_given(&self) -> bool {
-        self.since <= 0.0
-    }
-
     /// Returns whether the foot has just landed from a swing that counted as motion.
     pub const fn lands_evidently(&self) -> bool {
         self.evident

@@ -288,9 +288,7 @@ impl Adaptive {
         // One that rests by turns, but lands no more, may walk so slowly that its swings pass for stances. One that only
         // turns may stand.
         let begins = !in_stance || self.stance < self.constants.stance;
-        let is_slow = !walks
-            && !self.evidence.is_newly_given()
-            && self.evidence.is_accelerated(&self.constants);
+        let is_slow = !walks && self.evidence.is_accelerated(&self.constants);
         if begins || is_slow || self.evidence.fell_within(self.constants.lesson) {
             self.classes.learn(&self.constants, logarithm, self.period);
         }

@@ -127,7 +127,7 @@ pub(super) const FIELDS: [Field; 5] = [
             ),
             Signal::flag(
                 "Unproven",
-                "The foot moves as little as in a stance, but has neither rested nor landed for a stride.",
+                "It hardly moves, but has neither rested nor landed for a stride.",
             ),
         ],
     )
