@@ -181,15 +181,9 @@ fn results_never_overwrite_a_recording() {
 fn piped_configuration_is_kept() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     fs::write(bench.path("robot.toml"), "learning = 'frozen'\n").expect("a file");
-    let command = format!(
-        "cat robot.toml | {} calibrate --rests rests.csv --config /dev/stdin --output out.toml",
-        env!("CARGO_BIN_EXE_footfall")
+    let output = bench.shell(
+        "cat robot.toml | \"$0\" calibrate --rests rests.csv --config /dev/stdin --output out.toml",
     );
-    let output = std::process::Command::new("sh")
-        .args(["-c", &command])
-        .current_dir(&bench.directory)
-        .output()
-        .expect("a shell");
     assert!(output.status.success(), "{output:?}");
     assert!(read(&bench.path("out.toml")).contains("learning = \"frozen\""));
 }

@@ -1,21 +1,12 @@
 //! Tests of the command line: messages, pipes, interruption, configuration, shells and manual pages.
 
 use std::fs;
-use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, assert_has, cases, read, standing, text, unmet, wait_until};
+use crate::common::{AXES, Bench, assert_has, cases, kill, read, standing, text, wait_until};
 
 const SHELLS: [&str; 5] = ["bash", "zsh", "fish", "powershell", "elvish"];
-
-/// Runs a shell command in a bench; `$0` is the program.
-fn shell(bench: &Bench, name: &str, command: &str) -> std::io::Result<Output> {
-    Command::new(name)
-        .args(["-c", command, env!("CARGO_BIN_EXE_footfall")])
-        .current_dir(&bench.directory)
-        .output()
-}
 
 fn with_another_column() -> Bench {
     Bench::with("x.csv", format!("t,{AXES},mood\n0,0,0,9,0,0,0,1\n0.01,0,0,9,0,0,0,1\n"))
@@ -64,14 +55,9 @@ fn strict_findings_are_printed_with_quiet() {
 fn colour_is_used_on_terminals_or_when_forced() {
     let bench = Bench::new();
     let said = |variables: &[(&str, &str)]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
-            .args(["replay", "absent.csv"])
-            .current_dir(&bench.directory)
-            .env_remove("NO_COLOR")
-            .envs(variables.iter().copied())
-            .output()
-            .expect("the command that was just built");
-        text(&output.stderr)
+        let mut command = bench.command("replay absent.csv");
+        let output = command.env_remove("NO_COLOR").envs(variables.iter().copied()).output();
+        text(&output.expect("the command that was just built").stderr)
     };
     assert!(said(&[]).starts_with("footfall: absent.csv "));
     assert!(said(&[("CLICOLOR_FORCE", "1")]).contains("error:\u{1b}[0m absent.csv "));
@@ -99,7 +85,7 @@ fn closed_stdout_is_not_an_error() {
     ] {
         // The reader closes the pipe before anything is written.
         let pipe = format!("{{ \"$0\" {command}; echo $? >&2; }} | true");
-        let output = shell(&bench, "bash", &pipe).expect("bash");
+        let output = bench.shell(&pipe);
         let said = text(&output.stderr);
         assert!(said.ends_with("0\n") && !said.contains("cannot be written"), "{command}: {said}");
     }
@@ -115,22 +101,11 @@ fn interrupted_command_leaves_no_unfinished_file() {
     let is_unfinished = || bench.files().iter().any(|name| name.ends_with(".part"));
     // The command may finish before it is interrupted.
     wait_until("an interruption before the end", || {
-        // SIGINT is ignored if a shell without job control started the test.
-        let mut child = Command::new("env")
-            .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
-            .args(["replay", "long.csv", "--output", "out.csv"])
-            .current_dir(&bench.directory)
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("the command that was just built");
+        let mut child = bench.start("replay long.csv --output out.csv", None);
         while !is_unfinished() && child.try_wait().expect("a child").is_none() {
             sleep(Duration::from_micros(500));
         }
-        let kill = Command::new("kill")
-            .args(["-INT", &child.id().to_string()])
-            .stderr(Stdio::null())
-            .status();
-        kill.expect("kill");
+        kill("INT", &child);
         let status = child.wait().expect("a child");
         assert!(!is_unfinished(), "{:?}", bench.files());
         status.code() == Some(130)
@@ -153,26 +128,14 @@ fn is_ignored(process: u32, signal: u32) -> bool {
 fn signals_ignored_at_start_stay_ignored() {
     for (ignored, number, sent) in [("INT", 2, "TERM"), ("HUP", 1, "INT"), ("HUP", 1, "TERM")] {
         let bench = Bench::new();
-        let mut child = Command::new("env")
-            .args(["--default-signal", &format!("--ignore-signal={ignored}")])
-            .arg(env!("CARGO_BIN_EXE_footfall"))
-            .args(["record", "demo:feet=1,speed=1", "--output", "walk.mcap"])
-            .current_dir(&bench.directory)
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("the command that was just built");
-        let id = child.id().to_string();
-        let send = |signal: &str| {
-            let kill = Command::new("kill").args(["-s", signal, &id]).status();
-            assert!(kill.expect("kill").success());
-        };
+        let mut child = bench.start("record demo:feet=1,speed=1 --output walk.mcap", Some(ignored));
         // The handlers are installed before the file is created.
         bench.wait_for("walk.mcap");
         assert!(is_ignored(child.id(), number), "{ignored}");
-        send(ignored);
+        kill(ignored, &child);
         bench.wait_for_samples("walk.mcap", "/footfall/FL/imu", 0);
         assert!(child.try_wait().expect("a child").is_none(), "{ignored}");
-        send(sent);
+        kill(sent, &child);
         let status = child.wait().expect("a child");
         assert_eq!(status.code(), Some(0), "{sent} with {ignored} ignored");
     }
@@ -267,11 +230,7 @@ fn wrong_option_error_suggests_what_to_write() {
 fn help_fits_80_columns_and_groups_options() {
     let bench = Bench::new();
     let help = |command: &str| {
-        let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
-            .args(command.split_whitespace())
-            .env("COLUMNS", "80")
-            .current_dir(&bench.directory)
-            .output();
+        let output = bench.command(command).env("COLUMNS", "80").output();
         text(&output.expect("the command that was just built").stdout)
     };
     for command in ["", "replay", "calibrate", "config", "completions"] {
@@ -297,13 +256,9 @@ fn bash_accepts_the_completions() {
     let commands = "set -e; bash -n bash; source ./bash; complete -p footfall; \
         COMP_WORDS=(footfall replay --pre); COMP_CWORD=2; _footfall footfall --pre replay; \
         echo \"${COMPREPLY[@]}\"";
-    match shell(&bench, "bash", commands) {
-        Ok(output) => {
-            assert!(output.status.success(), "{output:?}");
-            let said = text(&output.stdout);
-            assert!(said.contains("-F _footfall"), "{said}");
-            assert!(said.ends_with("\n--preset\n"), "{said}");
-        }
-        Err(_) => unmet("bash is not installed"),
-    }
+    let output = bench.shell(commands);
+    assert!(output.status.success(), "{output:?}");
+    let said = text(&output.stdout);
+    assert!(said.contains("-F _footfall"), "{said}");
+    assert!(said.ends_with("\n--preset\n"), "{said}");
 }

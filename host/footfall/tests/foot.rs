@@ -1,7 +1,7 @@
 //! Tests of `footfall foot` and `footfall accept` as a program, on a simulated foot that runs the board's firmware.
 
 use crate::common::feet::image;
-use crate::common::{Bench, assert_has, cases, text, wait_until};
+use crate::common::{Bench, assert_has, cases, kill, text, wait_until};
 
 /// Returns stdout and stderr of a command.
 fn foot(bench: &Bench, arguments: &str) -> (String, String) {
@@ -84,17 +84,11 @@ fn calibration_needs_a_walking_and_learning_foot() {
 #[cfg(target_os = "linux")]
 #[test]
 fn interrupted_id_change_is_completed() {
-    use std::process::{Command, Stdio};
     // The command may end before it is interrupted.
     wait_until("an interruption before the end", || {
-        // SIGINT is ignored if a shell without job control started the test.
-        let child = Command::new("env")
-            .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
-            // A foot with a known node is not searched for: an interruption of the search ends the command.
-            .args(["foot", "demo", "--node", "17", "id", "FR"])
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the command that was just built");
+        // A foot with a known node is not searched for: an interruption of the search ends the command.
+        let bench = Bench::new();
+        let child = bench.start("foot demo --node 17 id FR", None);
         let id = child.id().to_string();
         let status = || std::fs::read_to_string(format!("/proc/{id}/status")).expect("a process");
         let has_ended = |status: &str| status.contains("\nState:\tZ");
@@ -107,8 +101,7 @@ fn interrupted_id_change_is_completed() {
             has_ended(&status)
                 || sleeps.is_some_and(|sleeps| sleeps.trim().parse::<u32>().is_ok_and(|n| n > 500))
         });
-        let kill = Command::new("kill").args(["-s", "INT", &id]).status();
-        assert!(kill.expect("kill runs").success());
+        kill("INT", &child);
         let is_interrupted = !has_ended(&status());
         let output = child.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(0));

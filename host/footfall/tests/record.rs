@@ -1,10 +1,9 @@
 //! Tests of `footfall record` as a program.
 
 use std::fs;
-use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, assert_has, cases, read, samples, text};
+use crate::common::{AXES, Bench, assert_has, cases, kill, read, samples, text};
 use feet::feed::Fed;
 use feet::{Arrival, Feed};
 use wire::Foot as Position;
@@ -74,20 +73,11 @@ fn absent_feet_of_compat_are_reported_as_in_swing() {
 fn interrupted_and_killed_recordings_are_readable() {
     for signal in ["INT", "KILL"] {
         let bench = Bench::new();
-        // SIGINT is ignored if a shell without job control started the test.
-        let mut child = Command::new("env")
-            .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
-            .args(["record", "demo:feet=2,speed=1", "-o", "walk.mcap"])
-            .current_dir(&bench.directory)
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("the command that was just built");
+        let mut child = bench.start("record demo:feet=2,speed=1 -o walk.mcap", None);
         // On CAN, each motion message carries an IMU sample, 50 times a second.
         let topic = "/footfall/L/imu";
         bench.wait_for_samples("walk.mcap", topic, 75);
-        let id = child.id().to_string();
-        let kill = Command::new("kill").args(["-s", signal, &id]).status();
-        assert!(kill.expect("kill runs").success());
+        kill(signal, &child);
         let code = child.wait().expect("it ends").code();
         assert_eq!(code, (signal == "INT").then_some(0), "{signal}");
         let report = bench.stdout(&format!("replay walk.mcap --topic {topic} --json"));

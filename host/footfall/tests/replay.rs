@@ -1,7 +1,6 @@
 //! Tests of `footfall replay` as a program: output, files and exit codes.
 
 use std::fs;
-use std::process::Command;
 
 use crate::common::{AXES, Bench, read, standing, text};
 use estimator_core::Params;
@@ -118,12 +117,7 @@ fn skipped_go1_rows_are_reported_on_stderr() {
 #[test]
 fn pipes_are_read_and_written() {
     let bench = Bench::with("walk.csv", standing());
-    let output = Command::new("sh")
-        .args(["-c", "cat walk.csv | \"$0\" replay /dev/stdin --plot /dev/stdout"])
-        .arg(env!("CARGO_BIN_EXE_footfall"))
-        .current_dir(&bench.directory)
-        .output()
-        .expect("a shell");
+    let output = bench.shell("cat walk.csv | \"$0\" replay /dev/stdin --plot /dev/stdout");
     assert!(output.status.success(), "{output:?}");
     assert!(text(&output.stdout).starts_with("<svg"));
 }
@@ -140,12 +134,7 @@ fn unwritable_output_streams_cause_no_panic() {
         ("replay x.csv --sample-rate 100 >/dev/full", 1),
         ("replay x.csv --sample-rate 100 >/dev/full 2>/dev/full", 1),
     ] {
-        let output = Command::new("sh")
-            .args(["-c", &format!("\"$0\" {arguments}")])
-            .arg(env!("CARGO_BIN_EXE_footfall"))
-            .current_dir(&bench.directory)
-            .output()
-            .expect("a shell");
+        let output = bench.shell(&format!("\"$0\" {arguments}"));
         assert_eq!(output.status.code(), Some(expected), "{arguments}: {output:?}");
     }
 }

@@ -104,12 +104,9 @@ fn ros_environment_variables_are_applied() {
         ("ROS_LOCALHOST_ONLY", "1"),
         ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
     ] {
-        let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
-            .args(["ros2", "demo:seconds=0.1,speed=max", "--namespace", "dog"])
-            .current_dir(bench.directory.path())
-            .env(variable, value)
-            .output()
-            .expect("the program that was just built");
+        let mut command = bench.command("ros2 demo:seconds=0.1,speed=max --namespace dog");
+        let output =
+            command.env(variable, value).output().expect("the program that was just built");
         let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
         assert!(output.status.success(), "{variable}: {stderr}");
         assert_has(&stdout, " /dog/footfall/FL/contact\n");
@@ -120,12 +117,9 @@ fn ros_environment_variables_are_applied() {
 #[test]
 fn invalid_domain_is_blamed_on_the_variable() {
     let bench = Bench::new();
-    let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
-        .args(["ros2", "demo:seconds=0.1"])
-        .current_dir(bench.directory.path())
-        .env("ROS_DOMAIN_ID", "500")
-        .output()
-        .expect("the program that was just built");
+    let mut command = bench.command("ros2 demo:seconds=0.1");
+    let output = command.env("ROS_DOMAIN_ID", "500").output();
+    let output = output.expect("the program that was just built");
     let stderr = text(&output.stderr);
     assert!(!output.status.success());
     assert_eq!(stderr, "footfall: the variable ROS_DOMAIN_ID is wrong: 500 is not in 0..=232\n");

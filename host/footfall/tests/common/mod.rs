@@ -7,7 +7,7 @@ use std::env;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -23,6 +23,13 @@ pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
         assert!(Instant::now() < end, "not within {HANG:?}: {what}");
         thread::sleep(Duration::from_millis(20));
     }
+}
+
+/// Sends a signal to a process, which may have ended.
+pub fn kill(signal: &str, child: &Child) {
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-s", signal, &id]).stderr(Stdio::null()).status();
+    kill.expect("kill");
 }
 
 /// A directory per test in which the command runs.
@@ -46,19 +53,45 @@ impl Bench {
         self.directory.path().join(name)
     }
 
+    /// Returns the command with these arguments, in the directory.
+    pub fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
+        command.args(arguments.split_whitespace()).current_dir(&self.directory);
+        command
+    }
+
     pub fn run(&self, arguments: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_footfall"))
-            .args(arguments.split_whitespace())
+        self.command(arguments).output().expect("the command that was just built")
+    }
+
+    /// Runs a line of bash, in which `$0` is the program.
+    pub fn shell(&self, line: &str) -> Output {
+        Command::new("bash")
+            .args(["-c", line, env!("CARGO_BIN_EXE_footfall")])
             .current_dir(&self.directory)
             .output()
+            .expect("bash")
+    }
+
+    /// Starts the command with its own handlers of signals, except one that is to be ignored: SIGINT is ignored if a shell
+    /// without job control started the test.
+    pub fn start(&self, arguments: &str, ignored: Option<&str>) -> Child {
+        let ignored = ignored.map(|signal| format!("--ignore-signal={signal}"));
+        Command::new("env")
+            .arg("--default-signal")
+            .args(ignored)
+            .arg(env!("CARGO_BIN_EXE_footfall"))
+            .args(arguments.split_whitespace())
+            .current_dir(&self.directory)
+            .stdout(Stdio::piped())
+            .spawn()
             .expect("the command that was just built")
     }
 
     /// Runs the command with this standard input, all of which it reads.
     pub fn piped(&self, arguments: &str, input: &str) -> Output {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
-            .args(arguments.split_whitespace())
-            .current_dir(&self.directory)
+        let mut child = self
+            .command(arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
