@@ -145,7 +145,6 @@ fn turns_of_a_foot_that_stands_teach_no_wide_limits() {
         let joined = after(readings(&walk).into_iter().chain(turned), &walk);
         rmse_from(walk.samples.len() + standing.len(), &joined, &Params::DEFAULT)
     });
-    println!("{errors:.4?}");
     assert!(errors[1] - errors[0] < 0.01, "{errors:.4?}");
 }
 
