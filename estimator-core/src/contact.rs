@@ -320,7 +320,7 @@ mod tests {
 
     /// A foot that moves up and down for 100 ms each, by `force` m/s².
     fn shaken(ms: u64, force: f32) -> ImuSample {
-        let z = if ms / 100 % 2 == 0 { force } else { -force };
+        let z = if (ms / 100).is_multiple_of(2) { force } else { -force };
         ImuSample { specific_force: SpecificForce(Vec3::new(0.0, 0.0, z)), ..at_rest(ms * 1000) }
     }
 
