@@ -110,14 +110,17 @@ fn a_start_in_mid_walk_is_forgotten_after_ten_seconds() {
     }
 }
 
+/// Specific forces and angular rates of a recording.
+fn readings(of: &Recording) -> impl Iterator<Item = (Vec3, Vec3)> {
+    of.samples.iter().map(|of| (of.imu.specific_force.0, of.imu.angular_rate.0))
+}
+
 #[test]
 fn limits_of_another_robot_give_way_to_those_of_a_foot() {
     for (before, set, most) in [(Set::Talos, Set::Go1, 0.08), (Set::Nao, Set::Atlas7k, 0.14)] {
         let Some(files) = of_sets(&[before, set]) else { return };
         let [other, own] = [&files[0], &files[1]].map(|file| resample(&file.recording, RATE));
-        let readings =
-            other.samples.iter().map(|of| (of.imu.specific_force.0, of.imu.angular_rate.0));
-        let joined = after(readings, &own);
+        let joined = after(readings(&other), &own);
         let [start, second] = [other.samples.len(), 10 * RATE as usize];
         let [alone, joined] = [(second, &own), (start + second, &joined)]
             .map(|(first, of)| rmse_from(first, of, &Params::DEFAULT));
@@ -130,19 +133,13 @@ fn limits_of_another_robot_give_way_to_those_of_a_foot() {
 fn turns_of_a_foot_that_stands_teach_no_wide_limits() {
     let Some(files) = of_sets(&[Set::Go1]) else { return };
     let walk = resample(&files[0].recording, RATE);
-    let readings = |of: &Recording| {
-        let imus = of.samples.iter().map(|sample| sample.imu);
-        imus.map(|imu| (imu.specific_force.0, imu.angular_rate.0)).collect::<Vec<_>>()
-    };
-    let second = RATE as usize;
-    let mut standing = readings(&stood(&walk, 10.0, SEED));
-    standing.truncate(10 * second);
+    let standing: Vec<_> = readings(&stood(&walk, 10.0, SEED)).take(10 * RATE as usize).collect();
     let errors = [0.0, 0.08_f32].map(|turning| {
         let turned = (0_u16..).zip(&standing).map(|(k, &(force, rate))| {
             let phase = TAU * 0.3 * f32::from(k) / RATE;
             (force, rate + force * (turning * phase.cos() / force.dot(force).sqrt()))
         });
-        let joined = after(readings(&walk).into_iter().chain(turned), &walk);
+        let joined = after(readings(&walk).chain(turned), &walk);
         rmse_from(walk.samples.len() + standing.len(), &joined, &Params::DEFAULT)
     });
     assert!(errors[1] - errors[0] < 0.01, "{errors:.4?}");

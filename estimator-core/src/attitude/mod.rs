@@ -51,7 +51,7 @@ const FOLLOWS_EVERY: f32 = 0.02;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Alignment {
-    /// Not yet: hold still. A few samples of quiet are enough; without quiet it takes a third of a second of averaging.
+    /// Not yet: hold still. A few samples of quiet are enough; without quiet it takes a second of averaging.
     #[default]
     Searching,
     /// The inclination has settled, and no gap has invalidated it since.

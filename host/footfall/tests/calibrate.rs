@@ -181,9 +181,9 @@ fn results_never_overwrite_a_recording() {
 fn piped_configuration_is_kept() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     fs::write(bench.path("robot.toml"), "learning = 'frozen'\n").expect("a file");
-    let output = bench.shell(
-        "cat robot.toml | \"$0\" calibrate --rests rests.csv --config /dev/stdin --output out.toml",
-    );
+    let line =
+        "cat robot.toml | \"$0\" calibrate --rests rests.csv --config /dev/stdin --output out.toml";
+    let output = bench.shell("sh", line).expect("a shell");
     assert!(output.status.success(), "{output:?}");
     assert!(read(&bench.path("out.toml")).contains("learning = \"frozen\""));
 }

@@ -4,7 +4,9 @@ use std::fs;
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, assert_has, cases, kill, read, standing, text, wait_until};
+use crate::common::{
+    AXES, Bench, assert_has, cases, kill, read, standing, text, unmet, wait_until,
+};
 
 const SHELLS: [&str; 5] = ["bash", "zsh", "fish", "powershell", "elvish"];
 
@@ -85,7 +87,7 @@ fn closed_stdout_is_not_an_error() {
     ] {
         // The reader closes the pipe before anything is written.
         let pipe = format!("{{ \"$0\" {command}; echo $? >&2; }} | true");
-        let output = bench.shell(&pipe);
+        let output = bench.shell("bash", &pipe).expect("bash");
         let said = text(&output.stderr);
         assert!(said.ends_with("0\n") && !said.contains("cannot be written"), "{command}: {said}");
     }
@@ -132,10 +134,10 @@ fn signals_ignored_at_start_stay_ignored() {
         // The handlers are installed before the file is created.
         bench.wait_for("walk.mcap");
         assert!(is_ignored(child.id(), number), "{ignored}");
-        kill(ignored, &child);
+        assert!(kill(ignored, &child));
         bench.wait_for_samples("walk.mcap", "/footfall/FL/imu", 0);
         assert!(child.try_wait().expect("a child").is_none(), "{ignored}");
-        kill(sent, &child);
+        assert!(kill(sent, &child));
         let status = child.wait().expect("a child");
         assert_eq!(status.code(), Some(0), "{sent} with {ignored} ignored");
     }
@@ -256,7 +258,9 @@ fn bash_accepts_the_completions() {
     let commands = "set -e; bash -n bash; source ./bash; complete -p footfall; \
         COMP_WORDS=(footfall replay --pre); COMP_CWORD=2; _footfall footfall --pre replay; \
         echo \"${COMPREPLY[@]}\"";
-    let output = bench.shell(commands);
+    let Ok(output) = bench.shell("bash", commands) else {
+        return unmet("bash is not installed");
+    };
     assert!(output.status.success(), "{output:?}");
     let said = text(&output.stdout);
     assert!(said.contains("-F _footfall"), "{said}");

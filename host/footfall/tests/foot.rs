@@ -101,7 +101,7 @@ fn interrupted_id_change_is_completed() {
             has_ended(&status)
                 || sleeps.is_some_and(|sleeps| sleeps.trim().parse::<u32>().is_ok_and(|n| n > 500))
         });
-        kill("INT", &child);
+        assert!(kill("INT", &child));
         let is_interrupted = !has_ended(&status());
         let output = child.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(0));

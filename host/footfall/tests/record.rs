@@ -77,7 +77,7 @@ fn interrupted_and_killed_recordings_are_readable() {
         // On CAN, each motion message carries an IMU sample, 50 times a second.
         let topic = "/footfall/L/imu";
         bench.wait_for_samples("walk.mcap", topic, 75);
-        kill(signal, &child);
+        assert!(kill(signal, &child));
         let code = child.wait().expect("it ends").code();
         assert_eq!(code, (signal == "INT").then_some(0), "{signal}");
         let report = bench.stdout(&format!("replay walk.mcap --topic {topic} --json"));

@@ -117,7 +117,9 @@ fn skipped_go1_rows_are_reported_on_stderr() {
 #[test]
 fn pipes_are_read_and_written() {
     let bench = Bench::with("walk.csv", standing());
-    let output = bench.shell("cat walk.csv | \"$0\" replay /dev/stdin --plot /dev/stdout");
+    let output = bench
+        .shell("sh", "cat walk.csv | \"$0\" replay /dev/stdin --plot /dev/stdout")
+        .expect("a shell");
     assert!(output.status.success(), "{output:?}");
     assert!(text(&output.stdout).starts_with("<svg"));
 }
@@ -134,7 +136,7 @@ fn unwritable_output_streams_cause_no_panic() {
         ("replay x.csv --sample-rate 100 >/dev/full", 1),
         ("replay x.csv --sample-rate 100 >/dev/full 2>/dev/full", 1),
     ] {
-        let output = bench.shell(&format!("\"$0\" {arguments}"));
+        let output = bench.shell("sh", &format!("\"$0\" {arguments}")).expect("a shell");
         assert_eq!(output.status.code(), Some(expected), "{arguments}: {output:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{Read, Write};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use crate::common::{AXES, Bench, cases, read, standing, text};
 
@@ -139,9 +139,8 @@ fn span_has_the_estimates_of_the_whole_recording() {
 #[cfg(target_os = "linux")]
 fn peak_memory(rows: u32, options: &str) -> u64 {
     let bench = Bench::new();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
-        .args(format!("replay - {options}").split_whitespace())
-        .current_dir(&bench.directory)
+    let mut child = bench
+        .command(&format!("replay - {options}"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

@@ -5,7 +5,7 @@ pub mod feet;
 
 use std::env;
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
@@ -25,11 +25,11 @@ pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// Sends a signal to a process, which may have ended.
-pub fn kill(signal: &str, child: &Child) {
+/// Sends a signal to a process; returns whether it is there.
+pub fn kill(signal: &str, child: &Child) -> bool {
     let id = child.id().to_string();
     let kill = Command::new("kill").args(["-s", signal, &id]).stderr(Stdio::null()).status();
-    kill.expect("kill");
+    kill.expect("kill").success()
 }
 
 /// A directory per test in which the command runs.
@@ -64,13 +64,11 @@ impl Bench {
         self.command(arguments).output().expect("the command that was just built")
     }
 
-    /// Runs a line of bash, in which `$0` is the program.
-    pub fn shell(&self, line: &str) -> Output {
-        Command::new("bash")
-            .args(["-c", line, env!("CARGO_BIN_EXE_footfall")])
-            .current_dir(&self.directory)
-            .output()
-            .expect("bash")
+    /// Runs a line of a shell, in which `$0` is the program.
+    pub fn shell(&self, name: &str, line: &str) -> io::Result<Output> {
+        let mut shell = Command::new(name);
+        shell.args(["-c", line, env!("CARGO_BIN_EXE_footfall")]).current_dir(&self.directory);
+        shell.output()
     }
 
     /// Starts the command with its own handlers of signals, except one that is to be ignored: SIGINT is ignored if a shell
@@ -153,7 +151,7 @@ impl Bench {
     /// Returns the names of the files.
     pub fn files(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.directory).expect("a directory");
-        let name = |entry: std::io::Result<fs::DirEntry>| {
+        let name = |entry: io::Result<fs::DirEntry>| {
             let name = entry.expect("an entry").file_name();
             name.to_string_lossy().into_owned()
         };
