@@ -15,6 +15,8 @@
 //!   runs up to [`AttitudeParams::quiet_gain`] times faster.
 //! * Samples get lost. Across up to half a second the foot turns at the mean of the rates on both sides; doubt
 //!   grows with the difference between them. After more than that, or a turn of a radian, up has to be found again.
+//! * The first samples may be wrong, as a stale reading or an impact is. So the filter starts again with a sample that
+//!   contradicts them.
 //! * A clipped accelerometer sample says nothing and is never used; after clipping, the estimate
 //!   is trusted less until it has settled again.
 //!
@@ -28,6 +30,7 @@ mod quietness;
 pub mod rest;
 mod strapdown;
 
+use crate::order::Order;
 use crate::sample::{AngularRate, ImuSample, Saturation, Timestamp, Validity};
 use crate::step::{Continuity, Step};
 use crate::units::STANDARD_GRAVITY;
@@ -43,6 +46,19 @@ pub use params::{AttitudeParams, GyroTiming};
 /// Least length of the first sample's specific force, as a part of g: less is free fall and has
 /// no direction.
 const LEAST_FIRST_FORCE: f32 = 0.05 * STANDARD_GRAVITY;
+
+/// Time after a start in which a sample may start the filter again, s: wrong samples are few.
+const BEGINNING: f32 = 0.1;
+
+/// Time after the first sample in which it may, s: a foot that moves is no fault.
+const LAST_BEGINNING: f32 = 0.3;
+
+/// Distance of such a sample's force from the mean before it, m/s².
+const CONTRADICTION: f32 = 0.5 * STANDARD_GRAVITY;
+
+/// Time since up was lost for which gravity is not learnt from a walk, s: up is then found by the force that it would learn
+/// from.
+const STEADY_AFTER: f32 = 1.0;
 
 /// Least time between two steps in which the bias follows the corrections of the inclination, s.
 const FOLLOWS_EVERY: f32 = 0.02;
@@ -75,6 +91,10 @@ pub struct AttitudeFilter {
     /// Length of the newest correction, rad.
     newest: f32,
     alignment: Alignment,
+    /// Time since the inclination has settled, s, up to [`STEADY_AFTER`].
+    settled: f32,
+    /// Time since the first sample of all, s, up to [`LAST_BEGINNING`].
+    begun: f32,
 }
 
 impl AttitudeFilter {
@@ -92,6 +112,8 @@ impl AttitudeFilter {
             correcting: 0.0,
             newest: 0.0,
             alignment: Alignment::Searching,
+            settled: 0.0,
+            begun: 0.0,
         }
     }
 
@@ -110,7 +132,11 @@ impl AttitudeFilter {
         };
         let force = sample.specific_force.0;
         let rate = sample.angular_rate.0;
-        if self.previous.is_none() && !self.start(force, rate, saturation) {
+        let has_force = !saturation.is_some_and(Saturation::includes_accelerometer);
+        if has_force && self.is_contradicted(force) {
+            *self = Self { begun: self.begun, ..Self::with_coefficients(self.coefficients) };
+        }
+        if self.previous.is_none() && !(has_force && self.start(force, rate)) {
             return;
         }
         let elapsed_us = self
@@ -119,6 +145,7 @@ impl AttitudeFilter {
             .and_then(|previous| sample.timestamp.micros_since(previous))
             .filter(|elapsed| *elapsed > 0);
         let step = self.step(elapsed_us);
+        self.begun = (self.begun + step.seconds).lesser(LAST_BEGINNING);
 
         let turn = self.strapdown.turn(rate, self.bias.bias(), step);
         let spread_squared = match turn {
@@ -141,7 +168,7 @@ impl AttitudeFilter {
         let noise = self.quietness.update(force_world, rate_magnitude, step.seconds);
 
         self.inclination.grow_doubt(rate_magnitude, saturation, spread_squared, step.seconds);
-        if !saturation.is_some_and(Saturation::includes_accelerometer) {
+        if has_force {
             let correction = self.inclination.correct(force_world, noise, step.seconds);
             self.orientation = correction.apply(self.orientation);
             self.quietness.turn_frame(correction);
@@ -153,13 +180,19 @@ impl AttitudeFilter {
                 self.correcting += step.seconds;
             }
         }
-        // The end of the range is nearer to the force of an impact than none.
-        if self.alignment == Alignment::Aligned && step.continuity == Continuity::Continuous {
-            self.bias.gravity.walk(force_world.z, step.seconds);
-        }
         match self.inclination.has_settled() {
-            true => self.alignment = Alignment::Aligned,
-            false => self.bias.forget_corrections(),
+            true => {
+                self.alignment = Alignment::Aligned;
+                self.settled = (self.settled + step.seconds).lesser(STEADY_AFTER);
+            }
+            false => {
+                self.settled = 0.0;
+                self.bias.forget_corrections();
+            }
+        }
+        // The end of the range is nearer to the force of an impact than none.
+        if self.settled >= STEADY_AFTER && step.continuity == Continuity::Continuous {
+            self.bias.gravity.walk(force_world.z, step.seconds);
         }
         self.bias.update(force, rate, step);
         if self.correcting >= FOLLOWS_EVERY {
@@ -192,16 +225,21 @@ impl AttitudeFilter {
         Step { seconds, continuity }
     }
 
+    /// Returns whether a force shows that the first samples were wrong.
+    fn is_contradicted(&self, force: Vec3) -> bool {
+        self.previous.is_some()
+            && self.bias.age() < BEGINNING
+            && self.begun < LAST_BEGINNING
+            && self.bias.deviation(force) > CONTRADICTION
+    }
+
     /// Takes the first direction of up from one sample's force; returns whether the sample had one.
-    fn start(&mut self, force: Vec3, rate: Vec3, saturation: Option<Saturation>) -> bool {
-        let usable = !saturation.is_some_and(Saturation::includes_accelerometer)
-            && force.length() >= LEAST_FIRST_FORCE;
+    fn start(&mut self, force: Vec3, rate: Vec3) -> bool {
         match Quaternion::from_up(force) {
-            Some(orientation) if usable => {
+            Some(orientation) if force.length() >= LEAST_FIRST_FORCE => {
                 self.orientation = orientation;
                 self.strapdown.start(rate);
                 self.quietness.start(force.length());
-                self.bias.start(force, rate);
                 true
             }
             _ => false,
@@ -319,6 +357,39 @@ mod tests {
             filter.update(&sample(1, Vec3::new(STANDARD_GRAVITY, 0.0, 0.0), Validity::Valid));
             assert!((tilt(&filter) - 90.0).abs() < 1.0, "{}", tilt(&filter));
         }
+    }
+
+    #[test]
+    fn up_is_right_at_once_after_wrong_first_samples() {
+        for wrong in [1, 3, 10] {
+            let mut filter = filter();
+            for ms in 0..wrong {
+                filter.update(&sample(ms, Vec3::new(20.0, 0.0, -5.0), Validity::Valid));
+            }
+            filter.update(&sample(wrong, LEVEL, Validity::Valid));
+            assert!(tilt(&filter) < 0.1, "{}° after {wrong}", tilt(&filter));
+        }
+        // Later it is an impact.
+        let mut filter = settled();
+        filter.update(&sample(1_000, Vec3::new(20.0, 0.0, -5.0), Validity::Valid));
+        assert!(tilt(&filter) < 1.0, "{}°", tilt(&filter));
+    }
+
+    #[test]
+    fn gravity_is_not_learnt_while_up_is_searched_for() {
+        let mut filter = filter();
+        let gravity_after = |filter: &mut AttitudeFilter, from: u64| {
+            for ms in from..from + 900 {
+                let shaken = LEVEL * if ms % 40 < 20 { 1.6 } else { 0.8 };
+                filter.update(&sample(ms, shaken, Validity::Valid));
+            }
+            filter.gravity()
+        };
+        assert_eq!(gravity_after(&mut filter, 0), STANDARD_GRAVITY);
+        let learnt = gravity_after(&mut filter, 900);
+        assert!(learnt > 1.01 * STANDARD_GRAVITY, "{learnt}");
+        // A gap loses up.
+        assert_eq!(gravity_after(&mut filter, 3_000), learnt);
     }
 
     #[test]

@@ -199,6 +199,8 @@ pub(crate) struct BiasEstimator {
     /// Means over [`SHORT_TIME_CONSTANT`].
     short_force: Vec3,
     short_rate: Vec3,
+    /// Time since the first sample, s, up to [`Self::OLDEST`].
+    age: f32,
     /// The mean force when this stillness began and the mean had settled.
     first_force: Vec3,
     /// Duration of stillness so far, s.
@@ -229,6 +231,9 @@ pub(crate) struct BiasEstimator {
 }
 
 impl BiasEstimator {
+    /// Age that is not told from a larger one, s.
+    const OLDEST: f32 = 1.0;
+
     pub(crate) const fn new(coefficients: RestCoefficients) -> Self {
         Self {
             coefficients,
@@ -236,6 +241,7 @@ impl BiasEstimator {
             mean_rate: Vec3::ZERO,
             short_force: Vec3::ZERO,
             short_rate: Vec3::ZERO,
+            age: 0.0,
             first_force: Vec3::ZERO,
             still: 0.0,
             learnt: 0.0,
@@ -254,22 +260,19 @@ impl BiasEstimator {
         }
     }
 
-    /// Starts with the first sample's values as means.
-    pub(crate) const fn start(&mut self, force: Vec3, rate: Vec3) {
-        (self.mean_force, self.short_force) = (force, force);
-        (self.mean_rate, self.short_rate) = (rate, rate);
-    }
-
     /// Processes a sample: specific force in m/s² and angular rate in rad/s, sensor frame.
     pub(crate) fn update(&mut self, force: Vec3, rate: Vec3, step: Step) {
         let RestCoefficients { duration, stillness, .. } = self.coefficients;
         let dt = step.seconds;
-        let gain = dt / (MEAN_TIME_CONSTANT + dt);
-        self.mean_force += (force - self.mean_force) * gain;
-        self.mean_rate += (rate - self.mean_rate) * gain;
-        let gain = dt / (SHORT_TIME_CONSTANT + dt);
-        self.short_force += (force - self.short_force) * gain;
-        self.short_rate += (rate - self.short_rate) * gain;
+        // All means begin as those of the samples so far, or vibration would leave its first value in the long ones.
+        let begins = self.age < SHORT_TIME_CONSTANT;
+        let gain = |time_constant: f32| dt / (if begins { self.age } else { time_constant } + dt);
+        let (long, short) = (gain(MEAN_TIME_CONSTANT), gain(SHORT_TIME_CONSTANT));
+        self.age = (self.age + dt).lesser(Self::OLDEST);
+        self.mean_force += (force - self.mean_force) * long;
+        self.mean_rate += (rate - self.mean_rate) * long;
+        self.short_force += (force - self.short_force) * short;
+        self.short_rate += (rate - self.short_rate) * short;
         let force_deviation = self.short_force - self.mean_force;
         let rate_deviation = self.short_rate - self.mean_rate;
 
@@ -298,9 +301,19 @@ impl BiasEstimator {
             Beginning::Over => duration,
         };
         if self.still >= least {
-            self.gravity.rest(self.mean_force.length(), dt);
+            self.gravity.rest(self.mean_force.length(), self.still >= duration, dt);
             self.learn(dt);
         }
+    }
+
+    /// Time since the first sample, s, up to a second.
+    pub(crate) const fn age(&self) -> f32 {
+        self.age
+    }
+
+    /// Distance of a force from its mean over 25 ms, m/s².
+    pub(crate) fn deviation(&self, force: Vec3) -> f32 {
+        (force - self.short_force).length()
     }
 
     /// Returns whether gravity has moved through the sensor since the stillness began.
@@ -460,7 +473,6 @@ mod tests {
     #[test]
     fn bias_is_known_after_half_a_second_of_initial_stillness() {
         let mut estimator = estimator();
-        estimator.start(UP, Vec3::new(5.0 * DEGREE, 0.0, 0.0));
         assert_near(feed(&mut estimator, 5.0, 0.55), 5.0, 0.1);
     }
 
@@ -527,7 +539,6 @@ mod tests {
     fn rate_beyond_the_limit_is_reported_until_it_is_known() {
         for rate in [8.0, 15.0, 30.0, 100.0] {
             let mut estimator = estimator();
-            estimator.start(UP, Vec3::new(rate * DEGREE, 0.0, 0.0));
             feed(&mut estimator, rate, 5.4);
             assert_eq!(estimator.excess(), None, "{rate}");
             feed(&mut estimator, rate, 0.2);
