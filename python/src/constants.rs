@@ -30,7 +30,8 @@ macro_rules! by_name {
 
 by_name! {
     noise still moving part_of_the_way bandwidth window prior memory stance lesson slide_acceleration
-    slide_speed slide_factor slide_lever rest_acceleration rest_rate landing leftover evidence
+    slide_speed slide_factor slide_lever rest_acceleration rest_acceleration_change rest_rate
+    rest_rate_change landing leftover evidence
 }
 
 /// The constants of the default by their names.

@@ -37,8 +37,12 @@ pub struct Constants {
 
     /// Largest acceleration at rest, m/s².
     pub rest_acceleration: f32,
+    /// Largest change of it within a stance, m/s².
+    pub rest_acceleration_change: f32,
     /// Largest angular rate at rest, rad/s.
     pub rest_rate: f32,
+    /// Largest change of it within a stance, rad/s.
+    pub rest_rate_change: f32,
     /// Fall of the logarithm of the acceleration from a swing to the stance after it.
     pub landing: f32,
     /// Largest change of speed from one landing to the next, as a part of the sum of all changes of it.
@@ -65,7 +69,9 @@ impl Constants {
         slide_factor: 1.5,
         slide_lever: 0.046,
         rest_acceleration: 0.2,
+        rest_acceleration_change: 0.12,
         rest_rate: 0.05,
+        rest_rate_change: 0.015,
         landing: 1.5,
         leftover: 0.8,
         evidence: 1.75,

@@ -29,7 +29,7 @@
 use super::gravity::Gravity;
 use crate::order::Order;
 use crate::step::{Continuity, Step};
-use crate::units::DEGREE;
+use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
 /// Time constant of the means that deviations are measured from, s.
@@ -38,6 +38,12 @@ const MEAN_TIME_CONSTANT: f32 = 0.5;
 /// Time constant of the means whose deviations are measured, s: the noise of a sensor and the hum of a motor are no
 /// motion of the foot.
 const SHORT_TIME_CONSTANT: f32 = 0.025;
+
+/// Time after a start in which a sample may contradict those before it, s: wrong samples are few.
+const BEGINNING: f32 = 0.1;
+
+/// Distance of its force from the mean of theirs, m/s².
+const CONTRADICTING: f32 = 0.5 * STANDARD_GRAVITY;
 
 /// Largest motion of gravity through the sensor in a rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in
 /// the last second of a rest's least duration. Far above the noise of the mean.
@@ -101,13 +107,6 @@ const LARGEST_CORRECTION_RATE: f32 = 60.0 * DEGREE;
 
 /// Time after a loss of the inclination in which its corrections do not count, s: it has then been found again.
 const FOUND_AFTER: f32 = 5.0;
-
-/// Whether the sensor has moved since the first sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Beginning {
-    Still,
-    Over,
-}
 
 /// Observation that the bias is taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,7 +198,7 @@ pub(crate) struct BiasEstimator {
     /// Means over [`SHORT_TIME_CONSTANT`].
     short_force: Vec3,
     short_rate: Vec3,
-    /// Time since the first sample, s, up to [`Self::OLDEST`].
+    /// Time since the first sample, s, up to [`BEGINNING`].
     age: f32,
     /// The mean force when this stillness began and the mean had settled.
     first_force: Vec3,
@@ -227,13 +226,11 @@ pub(crate) struct BiasEstimator {
     /// Time in which corrections still show no bias, s.
     uncounted: f32,
     pub(super) gravity: Gravity,
-    beginning: Beginning,
+    /// Whether the sensor has moved since the first sample.
+    has_moved: bool,
 }
 
 impl BiasEstimator {
-    /// Age that is not told from a larger one, s.
-    const OLDEST: f32 = 1.0;
-
     pub(crate) const fn new(coefficients: RestCoefficients) -> Self {
         Self {
             coefficients,
@@ -256,7 +253,7 @@ impl BiasEstimator {
             error: Vec3::ZERO,
             uncounted: 0.0,
             gravity: Gravity::STANDARD,
-            beginning: Beginning::Still,
+            has_moved: false,
         }
     }
 
@@ -268,7 +265,7 @@ impl BiasEstimator {
         let begins = self.age < SHORT_TIME_CONSTANT;
         let gain = |time_constant: f32| dt / (if begins { self.age } else { time_constant } + dt);
         let (long, short) = (gain(MEAN_TIME_CONSTANT), gain(SHORT_TIME_CONSTANT));
-        self.age = (self.age + dt).lesser(Self::OLDEST);
+        self.age = (self.age + dt).lesser(BEGINNING);
         self.mean_force += (force - self.mean_force) * long;
         self.mean_rate += (rate - self.mean_rate) * long;
         self.short_force += (force - self.short_force) * short;
@@ -282,7 +279,7 @@ impl BiasEstimator {
             && rate_deviation.dot(rate_deviation) <= stillness.rate_squared
             && !self.sways();
         if !still {
-            self.beginning = Beginning::Over;
+            self.has_moved = true;
             self.still = 0.0;
             self.excessive = 0.0;
             return;
@@ -296,9 +293,9 @@ impl BiasEstimator {
         if self.still < MEAN_TIME_CONSTANT {
             self.first_force = self.mean_force;
         }
-        let least = match self.beginning {
-            Beginning::Still => duration.lesser(REST_FROM_THE_START),
-            Beginning::Over => duration,
+        let least = match self.has_moved {
+            true => duration,
+            false => duration.lesser(REST_FROM_THE_START),
         };
         if self.still >= least {
             self.gravity.rest(self.mean_force.length(), self.still >= duration, dt);
@@ -306,14 +303,9 @@ impl BiasEstimator {
         }
     }
 
-    /// Time since the first sample, s, up to a second.
-    pub(crate) const fn age(&self) -> f32 {
-        self.age
-    }
-
-    /// Distance of a force from its mean over 25 ms, m/s².
-    pub(crate) fn deviation(&self, force: Vec3) -> f32 {
-        (force - self.short_force).length()
+    /// Returns whether a force shows, soon enough, that the first samples were wrong.
+    pub(crate) fn is_contradicted(&self, force: Vec3) -> bool {
+        self.age < BEGINNING && (force - self.short_force).length() > CONTRADICTING
     }
 
     /// Returns whether gravity has moved through the sensor since the stillness began.
