@@ -139,7 +139,8 @@ fn motions() -> Vec<Named> {
     let mut motions: Vec<Named> = Vec::new();
     for length in [0.25, 0.5, 1.0, 2.0, 4.0_f64] {
         // With 3° one of 4 m passes for rest.
-        for degrees in [5.0, 8.6, 15.0, 20.0_f64] {
+        let least = if length < 4.0 { 3.0 } else { 5.0 };
+        for degrees in [least, 8.6, 15.0, 20.0_f64] {
             let omega = (GRAVITY / length).sqrt();
             let swings = move |t| rod(t, length, degrees.to_radians(), omega);
             motions.push((format!("pendulum of {length} m, {degrees}°"), Box::new(swings)));
@@ -149,9 +150,11 @@ fn motions() -> Vec<Named> {
         let shakes = move |t| shaker(t, frequency, amplitude);
         motions.push((format!("shaker at {frequency} Hz"), Box::new(shakes)));
     }
-    // At most 0.24 m/s.
-    let driven = |t| rod(t, 0.509, 8.6_f64.to_radians(), TAU * 0.5);
-    motions.push(("driven rod".to_owned(), Box::new(driven)));
+    // At most 0.24 m/s, and 0.41 m/s as on a boat.
+    for (length, degrees, hz) in [(0.509, 8.6, 0.5), (3.0, 10.0, 0.125)] {
+        let driven = move |t| rod(t, length, f64::to_radians(degrees), TAU * hz);
+        motions.push((format!("driven rod of {length} m"), Box::new(driven)));
+    }
     motions.extend(SWAYING.map(|(name, along, about)| -> Named {
         (name.to_owned(), Box::new(move |t| swaying(t, along, about)))
     }));
@@ -223,10 +226,6 @@ fn walk() -> Recording {
     simulate(&plan, &SensorParams::LSM6DSOX, 7).recording
 }
 
-fn stand(foot: &mut Foot) {
-    foot.move_like(&|_| Motion::default(), STANDING);
-}
-
 fn limit(name: &str) -> f64 {
     match name {
         "carried" => CARRIED,
@@ -259,7 +258,7 @@ fn motion_after_a_walk_is_not_stable_and_costs_no_stance() {
             let mut foot = Foot::new(None);
             let before = foot.walk(&walk);
             if stands {
-                stand(&mut foot);
+                foot.move_like(&|_| Motion::default(), STANDING);
             }
             let share = foot.move_like(&*motion, LASTS);
             let after = foot.walk(&walk);

@@ -141,8 +141,7 @@ fn turns_of_a_foot_that_stands_teach_no_wide_limits() {
         });
         let joined = after(readings(&walk).chain(turned), &walk);
         // A second later evidence is found again.
-        let first = walk.samples.len() + standing.len() + RATE as usize;
-        rmse_from(first, &joined, &Params::DEFAULT)
+        rmse_from(walk.samples.len() + 11 * RATE as usize, &joined, &Params::DEFAULT)
     });
     assert!(errors[1] - errors[0] < 0.01, "{errors:.4?}");
 }
