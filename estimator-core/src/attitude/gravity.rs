@@ -1,5 +1,5 @@
-//! Gravity as the accelerometer reads it: at rest the length of the mean force, before the first long rest also the mean
-//! force along up, since a foot that walks gains no speed in it.
+//! Gravity as the accelerometer reads it: at rest the length of the mean force, before the first rest the mean force along
+//! up, since a foot that walks gains no speed in it.
 
 use crate::order::Order;
 use crate::units::STANDARD_GRAVITY;
@@ -10,7 +10,7 @@ const RANGE: (f32, f32) = (0.9 * STANDARD_GRAVITY, 1.1 * STANDARD_GRAVITY);
 /// Time constant at rest, s.
 const REST_TIME_CONSTANT: f32 = 0.2;
 
-/// Time constant before the first long rest, s.
+/// Time constant before the first rest, s.
 const MOTION_TIME_CONSTANT: f32 = 5.0;
 
 /// A reading of gravity.
@@ -18,28 +18,28 @@ const MOTION_TIME_CONSTANT: f32 = 5.0;
 pub(super) struct Gravity {
     /// m/s².
     value: f32,
-    /// Whether it was read in a rest too long for the lull of a sway.
-    is_known: bool,
+    /// Whether it was read at rest.
+    at_rest: bool,
 }
 
 impl Gravity {
     /// The standard value.
-    pub const STANDARD: Self = Self { value: STANDARD_GRAVITY, is_known: false };
+    pub const STANDARD: Self = Self { value: STANDARD_GRAVITY, at_rest: false };
 
     /// m/s².
     pub const fn value(self) -> f32 {
         self.value
     }
 
-    /// Processes the mean force of `dt` seconds of a rest, m/s².
-    pub fn rest(&mut self, force: f32, is_long: bool, dt: f32) {
-        self.is_known |= is_long;
+    /// Processes the mean force of `dt` seconds of rest, m/s².
+    pub fn rest(&mut self, force: f32, dt: f32) {
+        self.at_rest = true;
         self.approach(force, dt / (REST_TIME_CONSTANT + dt));
     }
 
     /// Processes the force along up of `dt` seconds of motion, m/s².
     pub fn walk(&mut self, upward: f32, dt: f32) {
-        if !self.is_known {
+        if !self.at_rest {
             self.approach(upward, dt / MOTION_TIME_CONSTANT);
         }
     }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gravity_is_the_mean_force_of_a_walk_until_a_long_rest() {
+    fn gravity_is_the_mean_force_of_a_walk_until_the_first_rest() {
         const DT: f32 = 0.001;
         let mut gravity = Gravity::STANDARD;
         let walk = |gravity: &mut Gravity| {
@@ -67,13 +67,10 @@ mod tests {
             gravity.value()
         };
         assert!((walk(&mut gravity) - 9.06).abs() < 0.15);
-        // In the lull of a sway.
-        (0..200).for_each(|_| gravity.rest(9.81, false, DT));
-        assert!((walk(&mut gravity) - 9.06).abs() < 0.15);
-        (0..4_000).for_each(|_| gravity.rest(9.81, true, DT));
+        (0..4_000).for_each(|_| gravity.rest(9.81, DT));
         assert!((gravity.value() - 9.81).abs() < 0.01);
         assert!((walk(&mut gravity) - 9.81).abs() < 0.01);
-        (0..40_000).for_each(|_| gravity.rest(8.0, true, DT));
+        (0..40_000).for_each(|_| gravity.rest(8.0, DT));
         assert_eq!(gravity.value(), 0.9 * STANDARD_GRAVITY);
     }
 }

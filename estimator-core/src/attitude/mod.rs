@@ -50,10 +50,6 @@ const LEAST_FIRST_FORCE: f32 = 0.05 * STANDARD_GRAVITY;
 /// Time after the first sample in which a sample may start the filter again, s: a foot that moves is no fault.
 const LAST_BEGINNING: f32 = 0.3;
 
-/// Time since up was lost for which gravity is not learnt from a walk, s: up is then found by the force that it would learn
-/// from.
-const STEADY_AFTER: f32 = 1.0;
-
 /// Least time between two steps in which the bias follows the corrections of the inclination, s.
 const FOLLOWS_EVERY: f32 = 0.02;
 
@@ -85,8 +81,6 @@ pub struct AttitudeFilter {
     /// Length of the newest correction, rad.
     newest: f32,
     alignment: Alignment,
-    /// Time since the inclination has settled, s.
-    settled: f32,
     /// Time since the first sample of all, s, up to [`LAST_BEGINNING`].
     begun: f32,
 }
@@ -106,7 +100,6 @@ impl AttitudeFilter {
             correcting: 0.0,
             newest: 0.0,
             alignment: Alignment::Searching,
-            settled: 0.0,
             begun: 0.0,
         }
     }
@@ -174,17 +167,13 @@ impl AttitudeFilter {
                 self.correcting += step.seconds;
             }
         }
-        // Ends where a period no longer adds to it, after hours.
-        self.settled += step.seconds;
-        if self.inclination.has_settled() {
-            self.alignment = Alignment::Aligned;
-        } else {
-            self.settled = 0.0;
-            self.bias.forget_corrections();
-        }
         // The end of the range is nearer to the force of an impact than none.
-        if self.settled >= STEADY_AFTER && step.continuity == Continuity::Continuous {
+        if self.alignment == Alignment::Aligned && step.continuity == Continuity::Continuous {
             self.bias.gravity.walk(force_world.z, step.seconds);
+        }
+        match self.inclination.has_settled() {
+            true => self.alignment = Alignment::Aligned,
+            false => self.bias.forget_corrections(),
         }
         self.bias.update(force, rate, step);
         if self.correcting >= FOLLOWS_EVERY {
@@ -353,23 +342,6 @@ mod tests {
             }
             assert!(tilt(&filter) < 0.1, "{}° after {wrong}", tilt(&filter));
         }
-    }
-
-    #[test]
-    fn gravity_is_not_learnt_while_up_is_searched_for() {
-        let mut filter = filter();
-        let gravity_after = |filter: &mut AttitudeFilter, from: u64| {
-            for ms in from..from + 900 {
-                let shaken = LEVEL * if ms % 40 < 20 { 1.6 } else { 0.8 };
-                filter.update(&sample(ms, shaken, Validity::Valid));
-            }
-            filter.gravity()
-        };
-        assert_eq!(gravity_after(&mut filter, 0), STANDARD_GRAVITY);
-        let learnt = gravity_after(&mut filter, 900);
-        assert!(learnt > 1.01 * STANDARD_GRAVITY, "{learnt}");
-        // A gap loses up.
-        assert_eq!(gravity_after(&mut filter, 3_000), learnt);
     }
 
     #[test]

@@ -298,7 +298,7 @@ impl BiasEstimator {
             false => duration.lesser(REST_FROM_THE_START),
         };
         if self.still >= least {
-            self.gravity.rest(self.mean_force.length(), self.still >= duration, dt);
+            self.gravity.rest(self.mean_force.length(), dt);
             self.learn(dt);
         }
     }
