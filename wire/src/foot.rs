@@ -1,4 +1,4 @@
-//! Position of a foot on the robot, and its address on the bus.
+//! Position of a foot on the robot, its address on the bus, and its serial number.
 
 /// A foot of a robot with two or four legs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,9 +105,28 @@ impl NodeId {
     }
 }
 
+/// Serial number of a foot, object 0x1018:4: the unique id of its chip, folded into 32 bits by FNV-1a. The foot's
+/// program and its bootloader give the same number, so that a master finds the same device in both.
+#[must_use]
+pub fn serial_number(unique_id: impl IntoIterator<Item = u8>) -> u32 {
+    const OFFSET_BASIS: u32 = 0x811C_9DC5;
+    const PRIME: u32 = 0x0100_0193;
+    unique_id
+        .into_iter()
+        .fold(OFFSET_BASIS, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(PRIME))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn serial_number_is_the_published_hash_of_the_id() {
+        // Test vectors of FNV-1a, 32 bits (Fowler, Noll and Vo).
+        for (id, hash) in [("", 0x811C_9DC5), ("a", 0xE40C_292C), ("foobar", 0xBF9C_F968)] {
+            assert_eq!(serial_number(id.bytes()), hash, "{id:?}");
+        }
+    }
 
     #[test]
     fn default_node_ids_match_the_documentation() {

@@ -12,6 +12,7 @@ pub mod watchdog;
 use bootloader::image::{Board, HEADER};
 use bootloader::layout::Slot;
 use bootloader::supply;
+use wire::foot::serial_number;
 
 #[cfg(any(
     all(feature = "feather", feature = "reference"),
@@ -42,12 +43,10 @@ pub fn start_program() -> ! {
     unsafe { cortex_m::asm::bootload(core::ptr::with_exposed_provenance(vectors as usize)) }
 }
 
-/// Serial number: the chip's unique number folded into 32 bits (FNV-1a), as the program computes it.
+/// Serial number of the foot, the same that its program gives.
 pub fn serial() -> u32 {
-    const UNIQUE_NUMBER: usize = 0x1FFF_7A10;
-    (UNIQUE_NUMBER..UNIQUE_NUMBER + 12).fold(0x811C_9DC5, |hash: u32, at| {
-        // SAFETY: the number can be read at any time, byte by byte.
-        let byte = unsafe { core::ptr::with_exposed_provenance::<u8>(at).read_volatile() };
-        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-    })
+    const UNIQUE_ID: usize = 0x1FFF_7A10;
+    // SAFETY: the id can be read at any time, byte by byte.
+    let byte = |at| unsafe { core::ptr::with_exposed_provenance::<u8>(at).read_volatile() };
+    serial_number((UNIQUE_ID..UNIQUE_ID + 12).map(byte))
 }

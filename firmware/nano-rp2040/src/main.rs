@@ -42,6 +42,7 @@ use firmware::{Foot, Ports, Start};
 use lsm6dsox::Config;
 use static_cell::StaticCell;
 use storage::{MOST_WATCHDOG_RESETS, Origin, Storage, StoreFailed};
+use wire::foot::serial_number;
 use wire::node::{BootCause, Crash, Program};
 use wire::{Fault, Settings, Stage};
 
@@ -112,7 +113,7 @@ fn main() -> ! {
         None => timed_out.then_some(Crash { fault: Fault::WatchdogReset, program_counter: 0 }),
     };
     let start = Start {
-        serial: folded(id),
+        serial: serial_number(id),
         hardware: "Arduino Nano RP2040 Connect",
         cause: match (cause_of_reset, crash.is_some()) {
             (Some(ResetReason::Forced), false) => BootCause::Commanded,
@@ -186,12 +187,6 @@ fn halt() -> ! {
     loop {
         cortex_m::asm::wfi();
     }
-}
-
-/// Serial number of the foot: that of the flash chip, folded (FNV-1a).
-fn folded(id: [u8; 8]) -> u32 {
-    id.into_iter()
-        .fold(0x811C_9DC5, |hash: u32, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }
 
 /// Serial number of the USB device, hexadecimal.

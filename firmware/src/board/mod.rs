@@ -42,6 +42,7 @@ pub mod watchdog;
 use bootloader::supply;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
+use wire::foot::serial_number;
 
 /// Priority of the timer and the sensor's DMA, for which a sample waits.
 const URGENT_PRIORITY: Priority = Priority::P1;
@@ -113,7 +114,7 @@ pub fn start() -> Board {
         reset,
         watchdog_resets: crash::count_watchdog_resets(reset),
         crash,
-        serial: serial(),
+        serial: serial_number(embassy_stm32::uid::uid()),
         timebase: timebase::Timebase::start(parts.timer, parts.counter),
         sensor: parts.sensor.start(),
         load: load::LoadSensor::start(parts.converter, parts.load),
@@ -122,11 +123,4 @@ pub fn start() -> Board {
         flash: flash::ConfigFlash::new(parts.flash),
         led: Output::new(parts.led, Level::Low, Speed::Low),
     }
-}
-
-/// Factory id of the chip, 96 bits folded into 32 (FNV-1a).
-fn serial() -> u32 {
-    embassy_stm32::uid::uid()
-        .into_iter()
-        .fold(0x811C_9DC5, |hash: u32, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }
