@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::packages;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
-use footfall::convert::{Bag, ConvertFormat, ConvertedFoot, samples, write_table};
+use footfall::commands::convert::{Bag, ConvertFormat, ConvertedFoot, samples, write_table};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use proptest::prelude::*;

@@ -171,7 +171,7 @@ pub enum Error {
     /// The viewer server failed.
     #[cfg(feature = "foxglove")]
     #[error(transparent)]
-    View(#[from] crate::view::ViewError),
+    View(#[from] crate::commands::view::server::ViewError),
     /// The summary cannot be printed.
     #[error("the summary cannot be printed: {0}")]
     Print(#[source] io::Error),

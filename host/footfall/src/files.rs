@@ -1,14 +1,230 @@
-//! Writing of results to disk, and its errors.
+//! Files of results: checked before anything is computed, and written as a whole.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::path::{Path, PathBuf};
 
-use recordings::analysis::whole_file::{WholeFile, remove_unfinished_and_exit};
+use recordings::analysis::replay::estimates::Layout;
+use recordings::analysis::whole_file::WholeFile;
+use recordings::input::{InputError, recording_name};
 use thiserror::Error;
 
-use crate::feature::NotBuilt;
+use crate::feature::{Feature, NotBuilt};
+
+/// Name for standard input or standard output.
+pub const STANDARD: &str = "-";
+
+/// An output file by kind of result.
+#[derive(Clone, Copy, Debug)]
+pub enum Target<'a> {
+    /// Table of replay estimates.
+    Estimates(&'a Path),
+    /// Table of events.
+    Events(&'a Path),
+    /// Table of decoded rows.
+    Rows(&'a Path),
+    /// Picture of a replay, in any format of [`Drawing`].
+    Drawing(&'a Path),
+    /// A configuration file.
+    Configuration(&'a Path),
+    /// A recording for ROS 2.
+    Bag(&'a Path),
+    /// Settings of a foot.
+    Settings(&'a Path),
+    /// Recording in the format given by its name or by an option.
+    Samples(&'a Path),
+}
+
+impl<'a> Target<'a> {
+    const fn path(self) -> &'a Path {
+        self.parts().0
+    }
+
+    /// Path, description of the result for error messages, and accepted file extensions; none accepts any.
+    const fn parts(self) -> (&'a Path, &'static str, &'static [&'static str]) {
+        match self {
+            Self::Estimates(path) => (path, "tables are CSV or Parquet", &Layout::EXTENSIONS),
+            Self::Events(path) | Self::Rows(path) => (path, "tables are CSV", &["csv"]),
+            Self::Drawing(path) => (path, "pictures are SVG or pages", &Drawing::EXTENSIONS),
+            Self::Configuration(path) => (path, "configurations are TOML", &["toml"]),
+            Self::Bag(path) => (path, "recordings for ROS 2 are MCAP", &["mcap"]),
+            Self::Settings(path) => (path, "settings are text", &["txt"]),
+            Self::Samples(path) => (path, "recordings are CSV, Parquet or bags", &[]),
+        }
+    }
+
+    /// Returns the feature that writes the format; `None` if it needs none.
+    fn feature(self) -> Option<Feature> {
+        match self {
+            Self::Estimates(path) if Layout::of(path) == Layout::Parquet => Some(Feature::Parquet),
+            Self::Bag(_) => Some(Feature::Bags),
+            _ => None,
+        }
+    }
+}
+
+/// Format of a replay picture, selected by the file name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drawing {
+    /// SVG, one per foot.
+    Svg,
+    /// HTML page of all feet.
+    Page,
+}
+
+impl Drawing {
+    /// Accepted file extensions.
+    const EXTENSIONS: [&'static str; 2] = ["svg", "html"];
+
+    /// Returns the format for a file of this name; standard output, pipes and other names get an SVG.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        let extension = path.extension().unwrap_or_default();
+        if extension.eq_ignore_ascii_case("html") { Self::Page } else { Self::Svg }
+    }
+}
+
+/// Checks the output files: their directories exist, no recording and no other output is overwritten, and
+/// extensions match the results. Standard output takes one result, but not a streamed recording, which needs a
+/// file.
+///
+/// # Errors
+/// The first violation found.
+pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputError> {
+    for (k, target) in targets.iter().enumerate() {
+        let path = target.path();
+        if inputs.iter().any(|input| same_file(input, path)) {
+            return Err(OutputError::OverInput(named(path)));
+        }
+        if let Some(feature) = target.feature() {
+            feature.needed_for(path.display())?;
+        }
+        if path != Path::new(STANDARD) || matches!(target, Target::Bag(_)) {
+            if path.is_dir() {
+                return Err(OutputError::IsDirectory(named(path)));
+            }
+            check_directory_of(path)?;
+            check_extension(*target)?;
+        }
+        let is_stdout = |target: &Target<'_>| target.path() == Path::new(STANDARD);
+        if is_stdout(target) && targets[..k].iter().any(is_stdout) {
+            return Err(OutputError::StdoutTwice);
+        }
+        let is_same = |before: &Target<'_>| same_file(before.path(), path);
+        if targets[..k].iter().any(is_same) {
+            return Err(OutputError::SameFile(named(path)));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the file name for one of several feet, with the foot's name before the extension.
+#[must_use]
+pub fn path_of_foot(path: &Path, foot: &str) -> PathBuf {
+    let is_safe = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    let safe = foot.replace(|c| !is_safe(c), "_");
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{safe}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// Returns the path, with a number before the extension if it is already taken.
+#[must_use]
+pub fn unused_path(path: PathBuf, taken: &[PathBuf]) -> PathBuf {
+    let numbered = (2..).map(|number: u32| path_of_foot(&path, &number.to_string()));
+    let mut names = std::iter::once(path.clone()).chain(numbered);
+    names.find(|name| !taken.contains(name)).unwrap_or(path)
+}
+
+/// Checks that no recording is named twice, as it would count twice.
+///
+/// # Errors
+/// A recording is named twice.
+pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
+    for (k, input) in inputs.iter().enumerate() {
+        let is_standard = input == Path::new(STANDARD);
+        let is_same =
+            |before: &PathBuf| same_file(before, input) || (is_standard && before == input);
+        if inputs[..k].iter().any(is_same) {
+            return Err(InputError::Twice { file: named(input) });
+        }
+    }
+    Ok(())
+}
+
+/// Returns the path of a recording as its name if another of `inputs` has the same file name.
+#[must_use]
+pub fn name_among(inputs: &[PathBuf], input: &Path) -> Option<String> {
+    let name = recording_name(input);
+    let mut others = inputs.iter().filter(|other| *other != input);
+    others.any(|other| recording_name(other) == name).then(|| named(input))
+}
+
+/// Writes a file that appears under its name only when complete, and not at all on an error.
+///
+/// # Errors
+/// The directory is missing, or the file cannot be written.
+pub fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    check_directory_of(path)?;
+    written(path, content).map_err(OutputError::unwritable(path))
+}
+
+/// Checks that the directory of a file exists.
+///
+/// # Errors
+/// It does not.
+pub fn check_directory_of(path: &Path) -> Result<(), OutputError> {
+    match directory_of(path).filter(|directory| !directory.is_dir()) {
+        Some(directory) => Err(OutputError::NoDirectory {
+            file: path.display().to_string(),
+            directory: directory.display().to_string(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Checks that a directory exists or can be created, i.e. that no file has its name.
+///
+/// # Errors
+/// A file has this name.
+pub fn check_can_be_directory(path: &Path) -> Result<(), OutputError> {
+    match path.exists() && !path.is_dir() {
+        true => Err(OutputError::NotADirectory(path.display().to_string())),
+        false => Ok(()),
+    }
+}
+
+/// Ignores an error caused by a closed reader, such as `head`; remaining work continues.
+///
+/// # Errors
+/// Any other error in `written`.
+pub fn unless_closed(written: io::Result<()>) -> io::Result<()> {
+    match written {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
+}
+
+/// Writes to standard output, whose reader may close it.
+///
+/// # Errors
+/// Any other error.
+pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    in_place(io::stdout().lock(), content)
+}
+
+/// Returns the directory part of a path, if any.
+#[must_use]
+pub fn directory_of(path: &Path) -> Option<&Path> {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty())
+}
 
 /// Reason a result cannot be written.
 #[derive(Debug, Error)]
@@ -89,69 +305,36 @@ impl OutputError {
     }
 }
 
-/// Name for standard input or standard output.
-pub const STANDARD: &str = "-";
-
-/// Writes a file that appears under its name only when complete, and not at all on an error.
-///
-/// # Errors
-/// The directory is missing, or the file cannot be written.
-pub fn write_file(
-    path: &Path,
-    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), OutputError> {
-    check_directory_of(path)?;
-    written(path, content).map_err(OutputError::unwritable(path))
-}
-
-/// Checks that the directory of a file exists.
-///
-/// # Errors
-/// It does not.
-pub fn check_directory_of(path: &Path) -> Result<(), OutputError> {
-    match directory_of(path).filter(|directory| !directory.is_dir()) {
-        Some(directory) => Err(OutputError::NoDirectory {
-            file: path.display().to_string(),
-            directory: directory.display().to_string(),
-        }),
-        None => Ok(()),
+fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
+    let (path, kind, extensions) = target.parts();
+    // Pipes and terminals are accepted under any name.
+    let special = path.exists() && !path.is_file();
+    let extension = path.extension().unwrap_or_default();
+    let is_known = |known: &&str| extension.eq_ignore_ascii_case(known);
+    if special || extensions.is_empty() || extensions.iter().any(is_known) {
+        return Ok(());
     }
+    Err(OutputError::Extension { file: named(path), kind, expected: extensions.join(" or .") })
 }
 
-/// Checks that a directory exists or can be created, i.e. that no file has its name.
-///
-/// # Errors
-/// A file has this name.
-pub fn check_can_be_directory(path: &Path) -> Result<(), OutputError> {
-    match path.exists() && !path.is_dir() {
-        true => Err(OutputError::NotADirectory(path.display().to_string())),
-        false => Ok(()),
+/// Returns whether two paths refer to one file, which may not exist yet.
+fn same_file(a: &Path, b: &Path) -> bool {
+    if a == Path::new(STANDARD) || b == Path::new(STANDARD) {
+        return false;
     }
+    resolved(a).is_some_and(|a| Some(a) == resolved(b))
 }
 
-/// Ignores an error caused by a closed reader, such as `head`; remaining work continues.
-///
-/// # Errors
-/// Any other error in `written`.
-pub fn unless_closed(written: io::Result<()>) -> io::Result<()> {
-    match written {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written,
+fn resolved(path: &Path) -> Option<PathBuf> {
+    if let Ok(resolved) = fs::canonicalize(path) {
+        return Some(resolved);
     }
+    let directory = fs::canonicalize(directory_of(path).unwrap_or(Path::new("."))).ok()?;
+    Some(directory.join(path.file_name()?))
 }
 
-/// Writes to standard output, whose reader may close it.
-///
-/// # Errors
-/// Any other error.
-pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    in_place(io::stdout().lock(), content)
-}
-
-/// Returns the directory part of a path, if any.
-#[must_use]
-pub fn directory_of(path: &Path) -> Option<&Path> {
-    path.parent().filter(|parent| !parent.as_os_str().is_empty())
+fn named(path: &Path) -> String {
+    path.display().to_string()
 }
 
 fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -174,37 +357,6 @@ fn in_place(
     let mut buffer = BufWriter::new(to);
     unless_closed(content(&mut buffer).and_then(|()| buffer.flush()))
 }
-
-/// Effect of an interruption: exits at once; requests an orderly end; or, once requested, exits on the next
-/// interruption.
-static INTERRUPTION: AtomicU8 = AtomicU8::new(ENDS);
-const ENDS: u8 = 0;
-const FINISHES: u8 = 1;
-const FINISHING: u8 = 2;
-
-/// Handles an interruption.
-pub(crate) fn interrupt() {
-    let is_asked =
-        INTERRUPTION.compare_exchange(FINISHES, FINISHING, Ordering::Relaxed, Ordering::Relaxed);
-    if is_asked.is_err() {
-        remove_unfinished_and_exit(INTERRUPTED);
-    }
-}
-
-/// Makes the first interruption request an orderly end, reported by [`is_interrupted`]. The next interruption exits
-/// at once.
-pub fn finish_when_interrupted() {
-    INTERRUPTION.store(FINISHES, Ordering::Relaxed);
-}
-
-/// Returns whether an orderly end was requested.
-#[must_use]
-pub fn is_interrupted() -> bool {
-    INTERRUPTION.load(Ordering::Relaxed) == FINISHING
-}
-
-/// Exit code of a program ended by Ctrl-C, as used by shells.
-pub const INTERRUPTED: i32 = 130;
 
 #[cfg(test)]
 mod tests {

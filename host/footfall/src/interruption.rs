@@ -4,18 +4,50 @@
 //! ignore SIGINT for background jobs. The other signals must still work: `kill` sends SIGTERM. `ctrlc` handles all
 //! of them or none, so it is used only on systems without signals.
 
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use recordings::analysis::whole_file::remove_unfinished_and_exit;
+
+/// Exit code of a program ended by Ctrl-C, as used by shells.
+pub const INTERRUPTED: i32 = 130;
+
 /// Makes an interruption remove unfinished files and exit with [`INTERRUPTED`]. If the handler cannot be installed,
 /// the files remain.
-///
-/// [`INTERRUPTED`]: crate::files::INTERRUPTED
 pub fn tidy_up_when_interrupted() {
     // The program also works without the handler.
     let _ = listen();
 }
 
+/// Makes the first interruption request an orderly end, reported by [`is_interrupted`]. The next interruption exits
+/// at once.
+pub fn finish_when_interrupted() {
+    INTERRUPTION.store(FINISHES, Ordering::Relaxed);
+}
+
+/// Returns whether an orderly end was requested.
+#[must_use]
+pub fn is_interrupted() -> bool {
+    INTERRUPTION.load(Ordering::Relaxed) == FINISHING
+}
+
+/// Effect of an interruption: exits at once; requests an orderly end; or, once requested, exits on the next
+/// interruption.
+static INTERRUPTION: AtomicU8 = AtomicU8::new(EXITS);
+const EXITS: u8 = 0;
+const FINISHES: u8 = 1;
+const FINISHING: u8 = 2;
+
+fn interrupt() {
+    let request =
+        INTERRUPTION.compare_exchange(FINISHES, FINISHING, Ordering::Relaxed, Ordering::Relaxed);
+    if request.is_err() {
+        remove_unfinished_and_exit(INTERRUPTED);
+    }
+}
+
 #[cfg(not(unix))]
 fn listen() -> Result<(), ctrlc::Error> {
-    ctrlc::set_handler(crate::files::interrupt)
+    ctrlc::set_handler(interrupt)
 }
 
 #[cfg(unix)]
@@ -28,7 +60,7 @@ mod signals {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
-    use crate::files::interrupt;
+    use super::interrupt;
 
     pub(super) fn listen() -> io::Result<()> {
         let signals = [SIGINT, SIGTERM, SIGHUP];

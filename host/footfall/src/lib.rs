@@ -8,42 +8,29 @@
 //! | parameters from preset, file and options | [`recordings::config`] |
 //! | reading a recording | [`recordings::input`], with a bar from [`progress`] |
 //! | or simulating a walk | [`gait`] |
-//! | checking the output files | [`targets`] |
-//! | running the estimator, sample by sample | [`recordings::analysis::replay`], drawn and written by [`replay_output`] |
+//! | checking the output files | [`files`] |
+//! | running the estimator, sample by sample | [`recordings::analysis::replay`], drawn and written by [`commands::replay`] |
 //! | or calibrating: learning a foot in advance, or finding sensor errors | [`recordings::analysis::calibrate`] |
-//! | or converting to another format | [`convert`] |
+//! | or converting to another format | [`commands::convert`] |
 //! | scoring the estimates | [`recordings::scoring`] |
 //! | simulating and decoding the output of a foot | [`feet::robot::walk`], [`feet::decode`] |
-//! | streaming feet | [`monitor`], [`feet`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
-//! | writing the results | [`recordings::output`], [`plot`], [`recordings::analysis::summary`], combined by [`report`] |
+//! | streaming feet | [`feet`], [`commands::monitor`]; as messages [`stream`], [`mod@ros`], in viewers [`commands::view`] |
+//! | writing the results | [`recordings::output`], [`plot`], [`recordings::analysis::summary`], combined by [`report`], which prints them as text or JSON |
 //! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
-//! | JSON output | [`recordings::analysis::parameters`], [`json`] |
-//! | messages on standard error | [`messages`] |
+//! //! | messages on standard error | [`messages`] |
 //! | optional features | [`feature`] |
 
-#[cfg(feature = "bags")]
-pub mod bag_copy;
 pub mod commands;
-pub mod convert;
 pub mod error;
 pub mod feature;
 pub mod files;
 pub mod foot_error;
-pub mod foot_names;
 pub mod interruption;
-pub mod json;
-#[cfg(feature = "bags")]
-pub mod mcap_recording;
 pub mod messages;
-pub mod monitor;
 pub mod plot;
-pub mod program;
 pub mod progress;
-pub mod replay_output;
 pub mod report;
 pub mod ros;
 pub mod stream;
-pub mod targets;
-pub mod view;
 
 pub use error::Error;

@@ -4,8 +4,15 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use footfall::commands::Arguments;
-use footfall::program;
+use footfall::{interruption, messages};
 
 fn main() -> ExitCode {
-    program::run(|| Arguments::parse().run())
+    interruption::tidy_up_when_interrupted();
+    match Arguments::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            messages::error(&error);
+            ExitCode::FAILURE
+        }
+    }
 }

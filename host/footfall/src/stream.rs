@@ -13,7 +13,7 @@ use feet::session::SEVERAL_BOARDS;
 use feet::{Feed, LinkError, Session, Source, Update};
 
 use crate::error::Error;
-use crate::files::is_interrupted;
+use crate::interruption::is_interrupted;
 use crate::messages::warn;
 
 /// Time without arrivals after which [`Sink::idle`] is called.

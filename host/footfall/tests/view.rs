@@ -6,7 +6,7 @@ use std::ffi::OsStr;
 use crate::common::{Bench, text};
 use crate::packages;
 use footfall::ros::FootTopics;
-use footfall::ros::definition::Definition;
+use footfall::ros::message::Definition;
 use serde_json::Value;
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/view.py");

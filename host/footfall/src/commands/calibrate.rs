@@ -19,15 +19,19 @@ use recordings::input::{Correction, Format, Hints, InputError, Loaded, Opened};
 use recordings::plausible::{self, Finding};
 use serde::Serialize;
 
-use super::headings::{ESTIMATOR, OUTPUT};
-use super::options::recording::{self, RecordingArguments, check};
+use super::options::{self, ESTIMATOR, OUTPUT, RecordingArguments, check};
 use crate::error::Error;
-use crate::files::write_file;
-use crate::json::Described;
+use crate::files::{self, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
-use crate::report::{SummaryStyle, print};
-use crate::targets::{self, Target};
+use crate::report::{Described, SummaryStyle, print};
+
+/// Examples of `footfall calibrate`.
+pub const EXAMPLES: &str = "\
+Examples:
+  footfall calibrate walk.csv --output robot.toml
+  footfall calibrate --rests sides.csv --config robot.toml --output robot.toml
+  footfall replay walk.csv --config robot.toml";
 
 /// Arguments of `footfall calibrate`.
 #[derive(Debug, Args)]
@@ -91,9 +95,9 @@ fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile
 
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        targets::check_inputs(&self.inputs)?;
+        files::check_inputs(&self.inputs)?;
         let configuration = self.output.as_deref().map(Target::Configuration);
-        targets::check(&self.inputs, configuration.as_slice())?;
+        files::check(&self.inputs, configuration.as_slice())?;
         let resolved = self.recording.resolved(None)?;
         if self.rests { self.calibrate_sensor(&resolved) } else { self.learn(&resolved) }
     }
@@ -138,7 +142,7 @@ impl CalibrateArguments {
         findings: &[Finding],
     ) -> Result<InputReport, Error> {
         let (file, format) = (input.file.as_str(), input.format);
-        let place = recording::place(file, foot);
+        let place = options::place(file, foot);
         self.recording.reading.report(&place, findings)?;
         let (notices, repairs) = (&input.loaded.notices, input.loaded.repairs);
         Ok(InputReport::new(file, format, notices, repairs, findings))

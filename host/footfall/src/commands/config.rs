@@ -6,9 +6,15 @@ use clap::Args;
 use recordings::config::{Preset, Resolved, example};
 use recordings::input::Format;
 
-use super::options::recording::{preset_parser, read_config};
+use super::options::{preset_parser, read_config};
 use crate::error::Error;
 use crate::report::print_text;
+
+/// Examples of `footfall config`.
+pub const EXAMPLES: &str = "\
+Examples:
+  footfall config > robot.toml
+  footfall config --check robot.toml";
 
 /// Arguments of `footfall config`.
 #[derive(Debug, Args)]

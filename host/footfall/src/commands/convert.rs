@@ -1,27 +1,49 @@
 //! `footfall convert`: converts a recording to another format.
+//!
+//! The output holds the inputs of the estimator: SI units in the frame of the foot, f32, times in µs on the
+//! recording's clock, with load, validity and label. Estimates from the output are therefore bit-identical to those
+//! from the source.
 
-use std::io;
+use std::io::{self, Write};
+#[cfg(feature = "bags")]
+use std::iter::Peekable;
 use std::path::{Path, PathBuf};
 
-use crate::ros::FootTopics;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use estimator_core::Gravity;
+#[cfg(feature = "bags")]
+use estimator_core::Timestamp;
 use estimator_core::params::LoadParams;
+#[cfg(feature = "bags")]
+use mcap::write::NoSeek;
 use recordings::analysis::replay::span::Span;
 use recordings::config::{Preset, parse_seconds};
-use recordings::input::{Format, InputError, TimesSoFar};
+use recordings::input::{Format, InputError, Stored, TimesSoFar};
+use recordings::output::{write_recording_header, write_recording_row};
+#[cfg(feature = "parquet")]
+use recordings::parquet_samples::ParquetSamples;
 use recordings::plausible::{Check, Finding};
+use recordings::samples::recording::RecordedSample;
 
-use super::headings::{INPUT, OUTPUT};
-use super::options::recording::{self, ReadingArguments, with_mounting};
-use crate::convert::{Bag, ConvertFormat, ConvertedFoot, samples, write_table};
+use super::options::{self, INPUT, OUTPUT, ReadingArguments, with_mounting};
 use crate::error::Error;
-use crate::files::{OutputError, STANDARD, write_file};
-use crate::foot_names::unlike;
+use crate::feature::Feature;
+use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, warn};
 use crate::progress::{self, Bars};
 use crate::report::print_text;
-use crate::targets::{self, Target};
+use crate::ros::FootTopics;
+use crate::ros::recording::{LAST_US, clock_shift_us};
+use crate::ros::topics::unused_name;
+#[cfg(feature = "bags")]
+use crate::ros::{McapFile, SampleMessages, mcap_file::earliest};
+
+/// Examples of `footfall convert`.
+pub const EXAMPLES: &str = "\
+Examples:
+  footfall convert walk.mcap walk.parquet --load-topic /ft:force.z
+  footfall convert log.csv walk.mcap --units g,dps --axes x,-z,y
+  footfall convert walk.parquet - --from 10 --to 20 | head";
 
 /// Arguments of `footfall convert`.
 #[derive(Debug, Args)]
@@ -58,7 +80,7 @@ struct Looked {
 
 impl ConvertArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let span = recording::span(self.from, self.to)?;
+        let span = options::span(self.from, self.to)?;
         let form = self.form()?;
         let file = self.input.display().to_string();
         let opened = progress::open(&self.input, self.reading.format, &Bars::default())?;
@@ -66,14 +88,14 @@ impl ConvertArguments {
         let resolved = self.reading.resolved(Preset::default(), None)?;
         let hints = self.reading.hints(&resolved);
         let stored = opened.store_all(&hints)?;
-        recording::check_begin(&file, self.from, &stored)?;
+        options::check_begin(&file, self.from, &stored)?;
         let names = stored.iter().flat_map(|stored| stored.about.names());
         resolved.check_axes(&names.collect::<Vec<_>>())?;
         let mut feet: Vec<ConvertedFoot> = Vec::new();
         for stored in stored {
             stored.about.notices.iter().for_each(warn);
             let taken = feet.iter().map(|foot| foot.name.as_str());
-            let name = unlike(stored.about.foot_or_name(), &taken.collect::<Vec<_>>());
+            let name = unused_name(stored.about.foot_or_name(), &taken.collect::<Vec<_>>());
             feet.push(ConvertedFoot { name, stored });
         }
         if feet.len() > 1 && !form.holds_several() {
@@ -84,7 +106,7 @@ impl ConvertArguments {
         for foot in &mut feet {
             let (looked_at, findings) = look(foot, span)
                 .map_err(|source| InputError::Spool { file: file.clone(), source })?;
-            let place = recording::place(&file, foot.stored.about.foot.as_deref());
+            let place = options::place(&file, foot.stored.about.foot.as_deref());
             self.reading.report(&place, &findings)?;
             looked.push(looked_at);
         }
@@ -111,7 +133,7 @@ impl ConvertArguments {
             feature.needed_for(named())?;
         }
         let target = Target::Samples(output);
-        targets::check(std::slice::from_ref(&self.input), &[target])?;
+        files::check(std::slice::from_ref(&self.input), &[target])?;
         match output.is_file() && !self.overwrite {
             true => Err(OutputError::Exists(named())),
             false => Ok(form),
@@ -224,4 +246,187 @@ fn look(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Looked, Vec<Finding
     }
     let mounting = &foot.stored.about.correction.mounting;
     Ok((looked, with_mounting(check.findings(), mounting)))
+}
+
+/// Output formats of a conversion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ConvertFormat {
+    /// A table: .csv
+    Csv,
+    /// The same columns, typed: .parquet
+    Parquet,
+    /// A bag of ROS 2: .mcap
+    Mcap,
+}
+
+impl ConvertFormat {
+    /// Accepted file extensions, for messages.
+    pub const ENDINGS: &'static str = "csv, .parquet or .mcap";
+
+    /// Returns the format for a file of this name; standard output gets a table.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        if path == Path::new(STANDARD) {
+            return Some(Self::Csv);
+        }
+        let name = path.file_name()?.to_string_lossy().to_lowercase();
+        let forms = [(".csv", Self::Csv), (".parquet", Self::Parquet), (".mcap", Self::Mcap)];
+        let found = forms.into_iter().find(|(ending, _)| name.ends_with(ending));
+        found.map(|(_, form)| form)
+    }
+
+    /// Returns the feature that writes the format; `None` if it needs none.
+    #[must_use]
+    pub const fn feature(self) -> Option<Feature> {
+        match self {
+            Self::Csv => None,
+            Self::Parquet => Some(Feature::Parquet),
+            Self::Mcap => Some(Feature::Bags),
+        }
+    }
+
+    /// Returns whether the format holds several feet.
+    #[must_use]
+    pub const fn holds_several(self) -> bool {
+        matches!(self, Self::Mcap)
+    }
+}
+
+/// A foot to be converted.
+pub struct ConvertedFoot {
+    /// Name of the foot.
+    pub name: String,
+    /// Recording of the foot.
+    pub stored: Stored,
+}
+
+/// Returns the samples of a foot within a span.
+///
+/// # Errors
+/// The temporary file with the samples cannot be read.
+pub fn samples(
+    stored: &mut Stored,
+    span: Span,
+) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
+    let is_in = move |sample: &io::Result<RecordedSample>| match sample {
+        Ok(sample) => span.contains(sample.imu.timestamp),
+        Err(_) => true,
+    };
+    Ok(stored.samples()?.filter(is_in))
+}
+
+/// Writes the table of a foot.
+///
+/// # Errors
+/// Errors of the writer and of the temporary file.
+pub fn write_table(
+    form: ConvertFormat,
+    stored: &mut Stored,
+    span: Span,
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    let start_us = stored.about.start_us;
+    match form {
+        #[cfg(feature = "parquet")]
+        ConvertFormat::Parquet => {
+            let mut table = ParquetSamples::new(to)?;
+            for sample in samples(stored, span)? {
+                table.add(&sample?, start_us)?;
+            }
+            table.finish()?;
+        }
+        _ => {
+            write_recording_header(to)?;
+            for sample in samples(stored, span)? {
+                write_recording_row(&sample?, start_us, to)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A bag as target of a conversion.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bag {
+    /// Topics of each foot.
+    pub topics: Vec<FootTopics>,
+    /// Whether the feet have loads: all or none.
+    pub has_loads: bool,
+    /// Offset of the bag's clock from the recording's, µs.
+    pub shift_us: i64,
+}
+
+impl Bag {
+    /// Creates a bag for these feet; `None` if a bag cannot hold their times.
+    #[must_use]
+    pub fn new(feet: &[ConvertedFoot], has_loads: bool) -> Option<Self> {
+        let abouts = feet.iter().map(|foot| &foot.stored.about);
+        let starts = abouts.clone().map(|about| about.start_us);
+        let shift_us = clock_shift_us(starts.min().unwrap_or_default());
+        let ends_us = abouts.map(|about| about.start_us.saturating_add_unsigned(about.duration_us));
+        let ends_us = ends_us.max().unwrap_or_default();
+        let is_in_time = ends_us.saturating_add(shift_us) <= LAST_US;
+        is_in_time.then(|| Self {
+            topics: feet.iter().map(|foot| FootTopics::of(&foot.name)).collect(),
+            has_loads,
+            shift_us,
+        })
+    }
+    /// Writes the messages of all feet in order of time.
+    ///
+    /// # Errors
+    /// Errors of the writer and of the temporary files.
+    #[cfg(feature = "bags")]
+    pub fn write(
+        &self,
+        feet: &mut [ConvertedFoot],
+        span: Span,
+        to: &mut dyn Write,
+    ) -> io::Result<()> {
+        let mut bag = McapFile::new(NoSeek::new(to))?;
+        let mut streams = Vec::new();
+        for foot in feet {
+            let offset_us = foot.stored.about.start_us + self.shift_us;
+            streams.push(SampleStream {
+                offset_us,
+                messages: SampleMessages::new(&foot.name, self.has_loads),
+                samples: samples(&mut foot.stored, span)?.peekable(),
+            });
+        }
+        while let Some((at, index)) = earliest(&mut streams, |stream| {
+            let next = stream.next_at()?;
+            Ok(next.map(|at| (at, at)))
+        })? {
+            let stream = &mut streams[index];
+            if let Some(sample) = stream.samples.next() {
+                let mut messages = stream.messages.messages(&sample?, at).into_iter();
+                messages.try_for_each(|published| bag.write(&published))?;
+            }
+        }
+        bag.finish()
+    }
+}
+
+/// Samples of a foot to be written to a bag.
+#[cfg(feature = "bags")]
+struct SampleStream<I: Iterator<Item = io::Result<RecordedSample>>> {
+    /// Offset added to the timestamps, µs.
+    offset_us: i64,
+    messages: SampleMessages,
+    samples: Peekable<I>,
+}
+
+#[cfg(feature = "bags")]
+impl<I: Iterator<Item = io::Result<RecordedSample>>> SampleStream<I> {
+    /// Returns the acquisition time of the next sample, on the clock of the bag.
+    fn next_at(&mut self) -> io::Result<Option<Timestamp>> {
+        if let Some(Err(error)) = self.samples.next_if(Result::is_err) {
+            return Err(error);
+        }
+        let next = self.samples.peek().and_then(|next| next.as_ref().ok());
+        Ok(next.map(|sample| {
+            let micros = sample.imu.timestamp.as_micros();
+            Timestamp::from_micros(micros.saturating_add_signed(self.offset_us))
+        }))
+    }
 }

@@ -7,12 +7,11 @@ use clap::Args;
 use feet::decode::row::{HEADER, write_row};
 use feet::decode::{self, DecodeError, Feet, FileOutcome};
 
-use super::options::feet::FeetArguments;
+use super::options::FeetArguments;
 use crate::error::Error;
-use crate::files::{OutputError, STANDARD, write_file};
+use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, warn};
 use crate::report::{SummaryStyle, print};
-use crate::targets::{self, Target};
 
 /// Arguments of `footfall decode`.
 #[derive(Debug, Args)]
@@ -36,7 +35,7 @@ impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let feet = self.feet.feet()?;
         let table = self.output.as_deref().map(Target::Rows);
-        targets::check(std::slice::from_ref(&self.input), table.as_slice())?;
+        files::check(std::slice::from_ref(&self.input), table.as_slice())?;
         let fills_stdout = self.output.as_deref() == Some(Path::new(STANDARD));
         if self.json && fills_stdout {
             return Err(OutputError::StdoutTwice.into());

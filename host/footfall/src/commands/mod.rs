@@ -14,14 +14,10 @@
 //! | `config` | [`config`] |
 //! | `explain` | [`explain`] |
 //! | `foot` | [`foot`] |
-//! | `completions` | [`shell`] |
-//! | headings of option groups, examples | [`headings`] |
+//! | `completions` | this one |
 //! | options that commands share | [`options`] |
-//! | stub of `ros2` if not built | `absent` |
 //! | functions shared by `record`, `view` and `ros2` | [`stream`](crate::stream) |
 
-#[cfg(not(feature = "ros2"))]
-pub mod absent;
 pub mod accept;
 pub mod calibrate;
 pub mod config;
@@ -30,23 +26,43 @@ pub mod decode;
 pub mod demo;
 pub mod explain;
 pub mod foot;
-pub mod headings;
 pub mod monitor;
 pub mod options;
 pub mod record;
 pub mod replay;
 #[cfg(feature = "ros2")]
 pub mod ros2;
-#[cfg(not(feature = "ros2"))]
-use absent as ros2;
-pub mod shell;
 pub mod view;
 
-use clap::{ArgAction, Parser, Subcommand};
+use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 
 use crate::error::Error;
 use crate::messages::{Verbosity, set_verbosity};
-use headings::{EXAMPLES, EXIT_CODES};
+use crate::report::print_text;
+
+/// Examples of the program as a whole.
+pub const EXAMPLES: &str = "\
+Examples:
+  footfall                                   simulate a walk, no files needed
+  footfall replay walk.csv --plot walk.svg   estimate a recording, draw it
+  footfall calibrate walk.csv --output robot.toml
+  footfall config > robot.toml";
+
+/// Meaning of the exit codes.
+pub const EXIT_CODES: &str = "\
+Exit codes:
+  0    done; also where the reader of standard output has gone (| head)
+  1    not done: standard error says why
+  2    the command line is not understood
+  130  interrupted; no unfinished file is left";
+
+/// Examples of `footfall completions`.
+pub const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  footfall completions bash > ~/.local/share/bash-completion/completions/footfall
+  footfall completions zsh > \"${fpath[1]}/_footfall\"
+  footfall completions fish > ~/.config/fish/completions/footfall.fish";
 
 /// Estimates the probability of stable contact of a robot's foot, from the IMU on it
 #[derive(Debug, Parser)]
@@ -73,10 +89,10 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary
-    #[command(after_help = headings::REPLAY_EXAMPLES)]
+    #[command(after_help = replay::EXAMPLES)]
     Replay(replay::ReplayArguments),
     /// Convert a recording: any format that replay reads to CSV, Parquet or MCAP
-    #[command(after_help = headings::CONVERT_EXAMPLES)]
+    #[command(after_help = convert::EXAMPLES)]
     Convert(convert::ConvertArguments),
     /// Simulate a walking foot with an LSM6DSOX, and write its samples, plot, CAN log and serial bytes;
     /// needs no input
@@ -91,17 +107,17 @@ pub enum Command {
     /// Show feet that stream in viewers of others.
     #[command(
         about = "Show feet that stream in Foxglove and PlotJuggler, and print layouts for them",
-        after_help = headings::VIEW_EXAMPLES
+        after_help = view::EXAMPLES
     )]
     View(view::ViewArguments),
     /// Publish feet that stream as a node of ROS 2, without ROS: contacts, IMU, diagnostics
     Ros2(ros2::Ros2Arguments),
     /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
     /// wrong with the sensor
-    #[command(after_help = headings::CALIBRATE_EXAMPLES)]
+    #[command(after_help = calibrate::EXAMPLES)]
     Calibrate(calibrate::CalibrateArguments),
     /// Print a configuration file with every key: its meaning, unit, range and the preset's value; or check one
-    #[command(after_help = headings::CONFIG_EXAMPLES)]
+    #[command(after_help = config::EXAMPLES)]
     Config(config::ConfigArguments),
     /// Query, configure, calibrate and update feet: scan, info, get, set, save, restore, diff, export, import, reset,
     /// id, calibrate, selftest, update
@@ -111,8 +127,8 @@ pub enum Command {
     /// Say what a fault, a flag, a refusal, a state or a finding means, and what to do about it
     Explain(explain::ExplainArguments),
     /// Print a script that completes commands and options in a shell
-    #[command(after_help = headings::COMPLETIONS_EXAMPLES)]
-    Completions(shell::CompletionsArguments),
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArguments),
 }
 
 impl Arguments {
@@ -145,10 +161,51 @@ impl Arguments {
     }
 }
 
+/// Arguments of `footfall completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: Shell,
+}
+
+impl CompletionsArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut Arguments::command(), "footfall", &mut script);
+        print_text(&String::from_utf8_lossy(&script)).map_err(Error::Print)
+    }
+}
+
+/// The command `ros2` where it is not built.
+#[cfg(not(feature = "ros2"))]
+mod ros2 {
+    use std::ffi::OsString;
+
+    use clap::Args;
+
+    use crate::error::Error;
+    use crate::feature::Feature;
+
+    /// Whatever `footfall ros2` takes.
+    #[derive(Debug, Args)]
+    #[command(disable_help_flag = true)]
+    pub struct Ros2Arguments {
+        /// Taken as it is.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+        pub all: Vec<OsString>,
+    }
+
+    impl Ros2Arguments {
+        pub(super) fn run(&self) -> Result<(), Error> {
+            Err(Feature::Ros2.missing_for("footfall ros2").into())
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn command_line_definition_is_consistent() {

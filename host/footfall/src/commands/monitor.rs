@@ -1,20 +1,31 @@
-//! `footfall monitor`: shows the current state of streaming feet.
+//! `footfall monitor`: shows the current state of streaming feet, and events.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
+use std::mem;
 use std::time::Duration;
 
 use clap::Args;
-use feet::Feed;
+use estimator_core::Decision;
+use feet::decode::live::Said;
+use feet::decode::{ContactRow, Feet};
+use feet::feed::Fed;
+use feet::session::SEVERAL_BOARDS;
+use feet::{Feed, LinkError, LiveFoot, Session, Update};
+use serde::Serialize;
+use wire::{Emergency, Fault, Faults};
 
-use super::options::listen::ListenArguments;
+use super::options::ListenArguments;
 use crate::error::Error;
 use crate::files::unless_closed;
-use crate::monitor::robot::EVENT_DELAY;
-use crate::monitor::{MonitorState, lines};
-use crate::stream::{deadline, is_over, next, unless_ended, warn_of_lost};
+use crate::report::{Described, Document};
+use crate::stream::{deadline, is_over, next, parse_seconds, unless_ended, warn_of_lost};
 
 /// Period of the lines of a foot.
 const LINE: Duration = Duration::from_secs(1);
+
+/// Longest time that an event waits to be printed.
+const EVENT_DELAY: Duration = Duration::from_millis(50);
 
 /// Arguments of `footfall monitor`.
 #[derive(Debug, Args)]
@@ -26,7 +37,7 @@ pub struct MonitorArguments {
     #[arg(long)]
     pub json: bool,
     /// Stop after this time
-    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub seconds: Option<f64>,
 }
 
@@ -58,18 +69,518 @@ fn watch(
             robot.listen(feed, due.min(clock.now() + EVENT_DELAY));
             for event in robot.take_events() {
                 match json {
-                    true => lines::write_event_json(&event, &mut to)?,
-                    false => lines::write_event(&event, &mut to)?,
+                    true => write_event_json(&event, &mut to)?,
+                    false => write_event(&event, &mut to)?,
                 }
             }
             to.flush()?;
         }
         match json {
-            true => lines::write_json(robot, &mut to)?,
-            false => lines::write_text(robot, &mut to)?,
+            true => write_json(robot, &mut to)?,
+            false => write_text(robot, &mut to)?,
         }
         if robot.has_ended() || is_over(clock, end) {
             return Ok(());
         }
+    }
+}
+
+/// State of all feet on all lines.
+#[derive(Default)]
+pub struct MonitorState {
+    session: Session,
+    /// Reported faults of each foot of the session.
+    known: Vec<Faults>,
+    /// Events that have not been taken.
+    events: Vec<MonitorEvent>,
+    /// Whether the line waits for something, as it is not open.
+    waits: bool,
+    /// Reason the source has ended.
+    pub(crate) ended: Option<LinkError>,
+}
+
+impl MonitorState {
+    /// Creates the state before the first arrival.
+    #[must_use]
+    pub fn new(feet: Feet) -> Self {
+        Self { session: Session::new(feet), ..Self::default() }
+    }
+
+    /// Receives from a feed until `due` on its clock.
+    pub fn listen(&mut self, feed: &Feed, due: Duration) {
+        while self.ended.is_none() {
+            let left = feed.clock().until(due);
+            if left.is_zero() {
+                return;
+            }
+            self.session.listen(feed, left);
+            self.follow();
+        }
+    }
+
+    /// Processes all updates of the session.
+    fn follow(&mut self) {
+        while let Some(update) = self.session.next_update() {
+            match update {
+                Update::Message(foot, heard) => self.hear(foot, &heard.said),
+                Update::Quiet(_) | Update::Line(Fed::Arrived(_)) => {}
+                Update::Line(Fed::Remark(text)) => self.say(None, text),
+                Update::Line(Fed::Opened) => {
+                    if mem::take(&mut self.waits) {
+                        self.say(None, "the line is open again".to_owned());
+                    }
+                }
+                Update::Line(Fed::WaitsFor(error)) => {
+                    self.say(None, format!("{error}; waiting for it"));
+                    self.waits = true;
+                }
+                Update::Line(Fed::NotSent(error)) => self.say(None, format!("not sent: {error}")),
+                Update::Line(Fed::Ended(error)) => {
+                    self.say(None, error.to_string());
+                    self.ended = Some(error);
+                }
+            }
+        }
+    }
+
+    fn hear(&mut self, index: usize, said: &Said) {
+        let feet = self.session.feet();
+        self.known.resize(feet.len(), Faults::NONE);
+        let foot = &feet[index];
+        let known = mem::replace(&mut self.known[index], foot.faults);
+        if let Some(text) = event_text(said, known) {
+            let name = foot.name_or("node ").into_owned();
+            self.say(Some(name), text);
+        }
+    }
+
+    fn say(&mut self, foot: Option<String>, text: String) {
+        let t = self.session.elapsed_s();
+        self.events.push(MonitorEvent { t, foot, text });
+    }
+
+    /// Returns the state of the feet and of their lines.
+    #[must_use]
+    pub const fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Returns the feet that have been heard, by line and id.
+    #[must_use]
+    pub fn feet(&self) -> Vec<&LiveFoot> {
+        let mut feet: Vec<_> = self.session.feet()[..self.known.len()].iter().collect();
+        feet.sort_by_key(|foot| &foot.key);
+        feet
+    }
+
+    /// Takes the events since the last call, newest last.
+    pub fn take_events(&mut self) -> Vec<MonitorEvent> {
+        mem::take(&mut self.events)
+    }
+
+    /// Returns whether the source has ended.
+    #[must_use]
+    pub const fn has_ended(&self) -> bool {
+        self.ended.is_some()
+    }
+}
+
+/// Returns the text of the event of a message, if it is one; `known` are the faults before it.
+fn event_text(said: &Said, known: Faults) -> Option<String> {
+    match said {
+        Said::Board(board) => {
+            let new = board.faults.iter().filter(|fault| !known.contains(*fault));
+            new.last().map(|fault| fault_text("fault", fault))
+        }
+        Said::Emergency(emergency) => Some(emergency_text(*emergency)),
+        Said::BootUp(_) => Some("has started".to_owned()),
+        Said::Log(log) => Some(log.text().to_owned()),
+        _ => None,
+    }
+}
+
+fn fault_text(what: &str, fault: Fault) -> String {
+    format!("{what} 0x{:04X} {}", fault.code(), fault.name())
+}
+
+fn emergency_text(emergency: Emergency) -> String {
+    let (code, detail) = (emergency.code, emergency.detail);
+    match emergency.fault {
+        None => format!("fault 0x{code:04X}, which is not known here"),
+        Some(fault) if code == 0 => fault_text("cleared:", fault),
+        Some(fault) => match Fault::detail(fault) {
+            "" => fault_text("fault", fault),
+            meaning => format!("{}: {detail} ({meaning})", fault_text("fault", fault)),
+        },
+    }
+}
+
+/// A foot as it is, for programs.
+#[derive(Debug, Serialize)]
+pub struct FootLine<'a> {
+    /// Since the first arrival, s.
+    t: f64,
+    /// The foot's name, such as FL.
+    foot: Cow<'a, str>,
+    /// The line that it is heard on, such as can0.
+    line: &'a str,
+    /// Its node id, 1 to 127; null on a serial line where it has not said it.
+    node: Option<u8>,
+    /// Probability of stable contact, 0 to 1; null before the first contact, and where the foot is silent or
+    /// several boards have its id.
+    p_stable: Option<f32>,
+    /// Probability of no motion along the ground, 0 to 1.
+    p_tangential: Option<f32>,
+    /// Probability of no lifting and no tilting, 0 to 1.
+    p_vertical: Option<f32>,
+    /// Phase of the gait: stance, slip, swing, `quiet_swing` or unknown.
+    state: Option<&'static str>,
+    /// The debounced answer: 1 stable, 0 not.
+    decision: Option<u8>,
+    /// The estimator's reasons for doubt, by name.
+    flags: Vec<&'static str>,
+    /// Faults of the board that last, by name.
+    faults: Vec<&'static str>,
+    /// Contacts in the newest second of the foot's clock, Hz.
+    rate_hz: Option<f32>,
+    /// By how much the delay from sample to reception varied in that second, ms.
+    jitter_ms: Option<f32>,
+    /// Contacts that did not arrive, by the foot's clock.
+    missing: u64,
+    /// Frames that the foot says it could not send.
+    dropped: u64,
+    /// Last load sent to the foot, N.
+    load_n: Option<f32>,
+    /// Roll, degrees.
+    roll_deg: Option<f32>,
+    /// Pitch, degrees.
+    pitch_deg: Option<f32>,
+    /// Temperature of the sensor, degrees Celsius.
+    temperature_c: Option<f32>,
+    /// Whether no contact has come for half a second: what else there is, came last.
+    silent: bool,
+    /// Whether contacts come that one board alone does not send: several have its id. There is no P then.
+    several_boards: bool,
+}
+
+impl Described for FootLine<'_> {
+    const SCHEMA: &'static str = "urn:footfall:monitor:1";
+}
+
+/// Event that is printed as text or JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MonitorEvent {
+    /// Since the first arrival, s.
+    pub t: f64,
+    /// The foot's name; null where it is of none.
+    pub foot: Option<String>,
+    /// Event in words.
+    #[serde(rename = "event")]
+    pub text: String,
+}
+
+impl Described for MonitorEvent {
+    const SCHEMA: &'static str = "urn:footfall:monitor-event:1";
+}
+
+fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
+    let now = robot.session().now();
+    let silent = foot.is_silent(now);
+    let several_boards = foot.second.is_of_several_boards(now);
+    // Old contacts and contacts from several boards do not show whether the foot stands.
+    let row = foot.row.as_ref().filter(|_| !silent && !several_boards);
+    FootLine {
+        t: robot.session().elapsed_s(),
+        foot: foot.name_or("node "),
+        line: &foot.key.line,
+        node: foot.key.node,
+        p_stable: row.map(|row| row.stable),
+        p_tangential: row.map(|row| row.tangential),
+        p_vertical: row.map(|row| row.vertical),
+        state: row.map(|row| row.status.phase().name()),
+        decision: row.map(|row| u8::from(row.status.decision() == Decision::Stable)),
+        flags: row.map(ContactRow::flag_names).unwrap_or_default(),
+        faults: foot.faults.iter().map(Fault::name).collect(),
+        rate_hz: foot.second.rate_hz(),
+        jitter_ms: foot.second.jitter_ms(),
+        missing: foot.missing,
+        dropped: foot.dropped,
+        load_n: foot.load,
+        roll_deg: foot.tilt_deg().map(|[roll, _]| roll),
+        pitch_deg: foot.tilt_deg().map(|[_, pitch]| pitch),
+        temperature_c: foot.temperature,
+        silent,
+        several_boards,
+    }
+}
+
+/// Writes each foot as a JSON object.
+///
+/// # Errors
+/// Errors of the writer.
+pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
+    for foot in robot.feet() {
+        serde_json::to_writer(&mut *to, &Document::line(&foot_line(robot, foot)))?;
+        writeln!(to)?;
+    }
+    to.flush()
+}
+
+/// Writes an event as a JSON object.
+///
+/// # Errors
+/// Errors of the writer.
+pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
+    serde_json::to_writer(&mut *to, &Document::line(event))?;
+    writeln!(to)
+}
+
+/// Writes each foot as a line of text.
+///
+/// # Errors
+/// Errors of the writer.
+pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
+    for foot in robot.feet() {
+        let line = foot_line(robot, foot);
+        write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
+        match (line.p_stable, line.silent) {
+            _ if line.several_boards => write!(to, "  {SEVERAL_BOARDS}")?,
+            (_, true) => write!(to, "  silent")?,
+            (None, _) => write!(to, "  no contact yet")?,
+            (Some(p), _) => {
+                let state = line.state.unwrap_or_default();
+                let not = if line.decision == Some(1) { "" } else { "not " };
+                write!(to, "  P {p:.3}  {state:<7}  {not}stable")?;
+            }
+        }
+        if let (Some(rate), Some(jitter)) = (line.rate_hz, line.jitter_ms) {
+            write!(to, "  {rate:.0} Hz, jitter {jitter:.1} ms")?;
+        }
+        write!(to, ", missing {}, dropped {}", line.missing, line.dropped)?;
+        if let Some(load) = line.load_n {
+            write!(to, ", load {load:.0} N")?;
+        }
+        for names in [&line.flags, &line.faults] {
+            if !names.is_empty() {
+                write!(to, ", {}", names.join(", "))?;
+            }
+        }
+        writeln!(to)?;
+    }
+    to.flush()
+}
+
+/// Writes an event as a line of text.
+///
+/// # Errors
+/// Errors of the writer.
+pub fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
+    let MonitorEvent { t, foot, text } = event;
+    let foot = foot.as_deref().unwrap_or("");
+    writeln!(to, "{t:9.3} s  {foot:<4}  {text}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::Timestamp;
+    use feet::Arrival;
+    use wire::CanFrame;
+
+    impl MonitorState {
+        fn take(&mut self, fed: Fed) {
+            self.session.take(fed);
+            self.follow();
+        }
+
+        fn idle(&mut self, since: Duration) {
+            self.session.idle(since);
+            self.follow();
+        }
+    }
+
+    fn watched(source: &str) -> MonitorState {
+        let feed = Feed::open(source.parse().expect("a source"));
+        let mut robot = MonitorState::new(Feet::default());
+        while !robot.has_ended() {
+            robot.listen(&feed, feed.clock().now() + Duration::from_secs(600));
+        }
+        robot
+    }
+
+    /// Receives a frame from the bus.
+    fn receive(robot: &mut MonitorState, at_us: u64, id: u16, data: &[u8]) {
+        let at = Timestamp::from_micros(at_us);
+        let interface = "can0".into();
+        let frame = CanFrame::new(id, data).expect("a frame");
+        robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+    }
+
+    #[test]
+    fn four_feet_at_1_khz_lose_no_contact() {
+        let robot = watched("demo:feet=4,speed=max,seconds=6");
+        let names: Vec<_> = robot.feet().iter().map(|foot| foot.name_or("node ")).collect();
+        assert_eq!(names, ["FL", "FR", "RL", "RR"]);
+        for foot in robot.feet() {
+            assert_eq!((foot.missing, foot.dropped), (0, 0), "{:?}", foot.name);
+            let rate = foot.second.rate_hz().expect("a rate");
+            assert!((995.0..1005.0).contains(&rate), "{rate}");
+            assert!(foot.second.jitter_ms().expect("a jitter") < 1.0);
+            assert!(foot.load.is_some() && foot.tilt_deg().is_some() && foot.temperature.is_some());
+            assert_eq!(foot.state, Some(wire::node::State::Operational));
+        }
+        assert!((5.9..6.1).contains(&robot.session().elapsed_s()));
+        assert!(robot.events.iter().any(|event| event.text == "has started"));
+    }
+
+    #[test]
+    fn foot_without_contacts_is_silent_despite_other_frames() {
+        let mut robot = watched("demo:speed=max,seconds=2");
+        let now = robot.session().now();
+        assert!(!robot.feet()[0].is_silent(now));
+        // Loads and heartbeats continue to arrive.
+        for ms in 0..600 {
+            for (id, data) in [(0x211, &[0; 4][..]), (0x711, &[127])] {
+                receive(&mut robot, now.as_micros() + ms * 1000, id, data);
+            }
+        }
+        assert!(robot.feet()[0].is_silent(robot.session().now()));
+    }
+
+    #[test]
+    fn two_boards_with_one_id_report_no_decision() {
+        let feed = Feed::open("demo:feet=2,speed=max,seconds=3".parse().expect("a source"));
+        let mut robot = MonitorState::new(Feet::default());
+        while !robot.has_ended() {
+            let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");
+            if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed
+                && frame.id() & 0x7F == u16::from(wire::Foot::Right.default_node_id().get())
+            {
+                let id = frame.id() & !0x7F | u16::from(wire::Foot::Left.default_node_id().get());
+                *frame = CanFrame::new(id, frame.data()).expect("a frame");
+            }
+            robot.take(fed);
+        }
+        assert_eq!(robot.feet().len(), 1);
+        assert!(robot.feet()[0].second.is_of_several_boards(robot.session().now()));
+        let mut json = Vec::new();
+        write_json(&robot, &mut json).expect("memory");
+        let line: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        assert_eq!(line["several_boards"], true);
+        assert!(line["p_stable"].is_null() && line["decision"].is_null());
+    }
+
+    #[test]
+    fn single_board_is_not_reported_as_several() {
+        for source in ["demo:speed=max,seconds=5", "demo:feet=2,speed=max,seconds=5,line=uart"] {
+            let robot = watched(source);
+            for foot in robot.feet() {
+                assert!(!foot.second.is_of_several_boards(robot.session().now()), "{source}");
+            }
+        }
+    }
+
+    #[test]
+    fn foot_is_silent_on_a_silent_line() {
+        let mut robot = watched("demo:speed=max,seconds=2");
+        robot.idle(Duration::from_millis(400));
+        assert!(!robot.feet()[0].is_silent(robot.session().now()));
+        robot.idle(Duration::from_millis(600));
+        assert!(robot.feet()[0].is_silent(robot.session().now()));
+    }
+
+    #[test]
+    fn serial_foot_is_named_by_its_first_health_message() {
+        let robot = watched("demo:feet=2,speed=max,seconds=2,line=uart");
+        let names: Vec<_> = robot.feet().iter().map(|foot| foot.name_or("node ")).collect();
+        assert_eq!(names, ["L", "R"]);
+        assert!(robot.feet().iter().all(|foot| foot.missing == 0));
+    }
+
+    #[test]
+    fn faults_are_tracked_and_explain_a_restart() {
+        let mut robot = MonitorState::new(Feet::default());
+        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
+        let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
+        let cleared = Emergency::cleared(Fault::WatchdogReset, Faults::NONE).encode();
+        receive(0, 0x711, &[0]);
+        receive(10, 0x091, &raised);
+        receive(500, 0x711, &[5]);
+        receive(900, 0x091, &cleared);
+        let reason = |robot: &MonitorState| robot.feet()[0].started.and_then(|(_, reason)| reason);
+        assert_eq!(reason(&robot), Some(Fault::WatchdogReset));
+        assert_eq!(robot.feet()[0].faults, Faults::NONE);
+        let texts: Vec<_> = robot.events.iter().map(|e| (e.t, e.text.as_str())).collect();
+        assert_eq!(texts[0], (0.0, "has started"));
+        assert!(texts[1].1.starts_with("fault 0x"), "{texts:?}");
+        assert!(texts[2].1.starts_with("cleared: 0x") && texts[2].0 == 0.9, "{texts:?}");
+    }
+
+    #[test]
+    fn fault_just_before_boot_up_belongs_to_the_new_start() {
+        let mut robot = MonitorState::new(Feet::default());
+        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
+        let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
+        let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
+        receive(0, 0x091, &frozen);
+        receive(900, 0x091, &watchdog);
+        receive(901, 0x711, &[0]);
+        let foot = robot.feet()[0];
+        assert_eq!(foot.started.and_then(|(_, reason)| reason), Some(Fault::WatchdogReset));
+        assert_eq!(foot.faults, Faults::NONE.with(Fault::WatchdogReset));
+    }
+
+    #[test]
+    fn health_flags_apply_to_following_contacts() {
+        for source in ["demo:speed=max,seconds=3", "demo:speed=max,seconds=3,line=uart"] {
+            let robot = watched(source);
+            let row = robot.feet()[0].row.as_ref().expect("a contact");
+            assert_eq!(row.flag_names(), ["settling"], "{source}");
+        }
+    }
+
+    #[test]
+    fn missing_contacts_are_counted() {
+        use estimator_core::ContactEstimate;
+        use wire::pdo::Contact;
+        let mut robot = MonitorState::new(Feet::default());
+        for ms in (0..300_u64).filter(|ms| !(100..105).contains(ms) && *ms != 200) {
+            let estimate = ContactEstimate {
+                timestamp: Timestamp::from_micros(ms * 1000),
+                ..ContactEstimate::default()
+            };
+            let bytes = Contact::new(&estimate, ms as u8, Faults::NONE).encode();
+            receive(&mut robot, 5_000_000 + ms * 1000, 0x191, &bytes);
+        }
+        assert_eq!(robot.feet()[0].missing, 6);
+    }
+
+    #[test]
+    fn contacts_lost_in_a_stall_are_counted() {
+        use wire::pdo::{ClockReading, Contact, Health, ShortTime};
+        let mut robot = MonitorState::new(Feet::default());
+        for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
+            // Edges have 10 % jitter; nothing is read from 2 s to 5 s.
+            let made_us = ms * 1000 + ms * 37 % 100;
+            let read_us = if ms < 2000 { made_us } else { made_us.max(5_000_000) };
+            let contact = Contact {
+                timestamp: ShortTime((made_us / 10) as u16),
+                sequence: ms as u8,
+                ..Contact::default()
+            };
+            let mut frames = vec![(0x191, contact.encode())];
+            if ms % 100 == 50 {
+                let clock = ClockReading::to_report(
+                    ClockReading::default(),
+                    Timestamp::from_micros(made_us),
+                );
+                let health = Health { clock, ..Health::default() };
+                frames.push((0x511, health.encode()));
+            }
+            for (id, bytes) in frames {
+                receive(&mut robot, 7_000_300 + read_us, id, &bytes);
+            }
+        }
+        assert_eq!(robot.feet()[0].missing, 2700);
     }
 }

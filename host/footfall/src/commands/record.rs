@@ -4,17 +4,22 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::options::listen::ListenArguments;
-use super::options::published::PublishedArguments;
+use super::options::{ListenArguments, PublishedArguments};
 use crate::error::Error;
-use crate::targets::{self, Target};
+use crate::files::{self, Target};
+use crate::stream::parse_seconds;
 #[cfg(feature = "bags")]
 use {
-    crate::files::finish_when_interrupted,
-    crate::mcap_recording::McapRecording,
+    crate::files::OutputError,
+    crate::interruption::finish_when_interrupted,
+    crate::messages::warn,
     crate::report::print_text,
-    crate::stream::{Stream, deadline, unless_ended},
+    crate::ros::{McapFile, Published},
+    crate::stream::{Sink, Stream, deadline, unless_ended},
     feet::link::pace::Speed,
+    std::fmt::Write as _,
+    std::fs::File,
+    std::io,
 };
 
 /// Arguments of `footfall record`.
@@ -30,7 +35,7 @@ pub struct RecordArguments {
     #[arg(long, short, value_name = "OUT.mcap")]
     pub output: PathBuf,
     /// Stop after this time; Ctrl-C stops it, too
-    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub seconds: Option<f64>,
     /// Replace a file of this name
     #[arg(long)]
@@ -41,7 +46,7 @@ impl RecordArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let path = self.output.as_path();
         let input = self.listen.source.file().map(Path::to_owned);
-        targets::check(input.as_slice(), &[Target::Bag(path)])?;
+        files::check(input.as_slice(), &[Target::Bag(path)])?;
         #[cfg(feature = "bags")]
         self.record()?;
         Ok(())
@@ -63,5 +68,69 @@ impl RecordArguments {
         stream.report();
         print_text(&recording.finish()?).map_err(Error::Print)?;
         unless_ended(ended)
+    }
+}
+
+/// A recording in progress.
+#[cfg(feature = "bags")]
+struct McapRecording {
+    path: PathBuf,
+    file: McapFile<File>,
+}
+
+#[cfg(feature = "bags")]
+impl McapRecording {
+    /// Creates a recording without messages, which `replaces` a file of its name or fails.
+    ///
+    /// # Errors
+    /// The file cannot be written, or already exists and is kept.
+    fn create(path: &Path, replaces: bool) -> Result<Self, OutputError> {
+        let mut options = File::options();
+        options.write(true).create_new(!replaces);
+        let options = options.create(replaces).truncate(replaces);
+        let file = options.open(path).map_err(|source| match source.kind() {
+            io::ErrorKind::AlreadyExists => OutputError::Exists(path.display().to_string()),
+            _ => OutputError::unwritable(path)(source),
+        })?;
+        let file = McapFile::new(file).map_err(OutputError::unwritable(path))?;
+        Ok(Self { path: path.to_owned(), file })
+    }
+
+    /// Writes pending messages and returns the message counts by topic and the name of the file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    fn finish(self) -> Result<String, OutputError> {
+        let mut text = String::new();
+        let counts = self.file.counts();
+        let has = |topic: &str| counts.iter().any(|(other, _)| **other == *topic);
+        for topic in counts.keys() {
+            if let Some(foot) = topic.strip_suffix("/contact")
+                && !has(&format!("{foot}/imu"))
+            {
+                warn(format!(
+                    "{foot}/imu is not in the recording: the foot sent no samples. On a serial line they come with footfall foot SOURCE set uart_streams.raw_sample=1"
+                ));
+            }
+        }
+        for (topic, count) in &counts {
+            // Writing to memory does not fail.
+            let _ = writeln!(text, "{count:>9} {topic}");
+        }
+        let _ = writeln!(text, "wrote {}", self.path.display());
+        self.file.finish().map_err(OutputError::unwritable(&self.path))?;
+        Ok(text)
+    }
+}
+
+#[cfg(feature = "bags")]
+impl Sink for McapRecording {
+    fn publish(&mut self, published: Published) -> Result<(), Error> {
+        let written = self.file.write(&published);
+        Ok(written.map_err(OutputError::unwritable(&self.path))?)
+    }
+
+    fn idle(&mut self) -> Result<(), Error> {
+        Ok(self.file.flush().map_err(OutputError::unwritable(&self.path))?)
     }
 }

@@ -8,10 +8,9 @@ use crate::ros::Published;
 use crate::ros::node::{FootNode, Options, Reliability};
 use clap::Args;
 
-use super::options::listen::ListenArguments;
-use super::options::published::PublishedArguments;
+use super::options::{ListenArguments, PublishedArguments};
 use crate::error::Error;
-use crate::files::finish_when_interrupted;
+use crate::interruption::finish_when_interrupted;
 use crate::messages::warn;
 use crate::report::print_text;
 use crate::stream::{Sink, Stream, deadline, unless_ended};

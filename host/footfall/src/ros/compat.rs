@@ -31,7 +31,7 @@ use estimator_core::Timestamp;
 use feet::silence::COMPLETION_WAIT_US;
 
 use crate::ros::message::{Header, LowState, RosContact, RosMessage, Stances, Time};
-use crate::ros::published::Published;
+use crate::ros::topics::Published;
 
 /// Names of the feet, in the order of the messages.
 pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];

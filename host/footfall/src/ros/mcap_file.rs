@@ -1,18 +1,18 @@
-//! Recording to MCAP with the profile `ros2`, schemas included, chunks compressed with zstd.
+//! Writer of MCAP with the profile `ros2`, schemas included, chunks compressed with zstd.
 //!
 //! A chunk is written as a whole, once a second of message time or when it is full: a truncated file keeps
 //! all complete chunks.
 
 use std::collections::{BTreeMap, HashMap};
-use std::io::{Seek, Write};
+use std::io::{self, Seek, Write};
 use std::sync::Arc;
 
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions, Writer};
 use recordings::input::bag::{Channel, Schema, Written};
 
-use crate::ros::definition::Definition;
-use crate::ros::published::Published;
+use crate::ros::message::Definition;
+use crate::ros::topics::Published;
 
 /// Maximum size of a chunk before compression, bytes.
 const CHUNK: u64 = 1 << 20;
@@ -40,7 +40,7 @@ impl<W: Write + Seek> McapFile<W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn new(to: W) -> Result<Self, McapError> {
+    pub fn new(to: W) -> io::Result<Self> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("footfall ", env!("CARGO_PKG_VERSION")))
@@ -48,14 +48,18 @@ impl<W: Write + Seek> McapFile<W> {
             .chunk_size(Some(CHUNK))
             // Written data is never changed, so complete chunks survive truncation.
             .disable_seeking(true);
-        Ok(Self { writer: options.create(to)?, channels: HashMap::new(), chunk_began_us: None })
+        Ok(Self {
+            writer: options.create(to).map_err(io_error)?,
+            channels: HashMap::new(),
+            chunk_began_us: None,
+        })
     }
 
     /// Appends a message.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write(&mut self, published: &Published) -> Result<(), McapError> {
+    pub fn write(&mut self, published: &Published) -> io::Result<()> {
         let definition = Definition::of(&published.message);
         let is_own = |channel: &Channel| channel.message == definition.name;
         let schema =
@@ -79,7 +83,7 @@ impl<W: Write + Seek> McapFile<W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn copy(&mut self, of: &Channel, written: Written, data: &[u8]) -> Result<(), McapError> {
+    pub fn copy(&mut self, of: &Channel, written: Written, data: &[u8]) -> io::Result<()> {
         let (channel_id, number) = match self.next(&of.topic, |channel| channel == of) {
             Some(next) => next,
             None => self.declare(of.clone())?,
@@ -103,38 +107,39 @@ impl<W: Write + Seek> McapFile<W> {
         Some((*id, number))
     }
 
-    fn put(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
+    fn put(&mut self, header: &MessageHeader, data: &[u8]) -> io::Result<()> {
         let micros = header.log_time / 1000;
         let began = *self.chunk_began_us.get_or_insert(micros);
         if micros.saturating_sub(began) >= CHUNK_US {
-            self.writer.flush()?;
+            self.writer.flush().map_err(io_error)?;
             self.chunk_began_us = Some(micros);
         }
-        self.writer.write_to_known_channel(header, data)
+        self.writer.write_to_known_channel(header, data).map_err(io_error)
     }
 
     /// Writes the current chunk, for use before a pause.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn flush(&mut self) -> Result<(), McapError> {
+    pub fn flush(&mut self) -> io::Result<()> {
         if self.chunk_began_us.take().is_some() {
-            self.writer.flush()?;
+            self.writer.flush().map_err(io_error)?;
         }
         Ok(())
     }
 
     /// Adds a channel; returns its id and the number of its first message. A schema that is there already is used again.
-    fn declare(&mut self, channel: Channel) -> Result<(u16, u32), McapError> {
+    fn declare(&mut self, channel: Channel) -> io::Result<(u16, u32)> {
         let message = &channel.message;
         let schema = match &channel.schema {
-            Some(schema) => self.writer.add_schema(message, &schema.encoding, &schema.text)?,
+            Some(schema) => self.writer.add_schema(message, &schema.encoding, &schema.text),
             // The name of the type is kept without its definition.
-            None if !message.is_empty() => self.writer.add_schema(message, "", &[])?,
-            None => 0,
+            None if !message.is_empty() => self.writer.add_schema(message, "", &[]),
+            None => Ok(0),
         };
+        let schema = schema.map_err(io_error)?;
         let Channel { topic, encoding, metadata, .. } = &channel;
-        let id = self.writer.add_channel(schema, topic, encoding, metadata)?;
+        let id = self.writer.add_channel(schema, topic, encoding, metadata).map_err(io_error)?;
         let of_topic = self.channels.entry(topic.as_str().into()).or_default();
         of_topic.push(Declared { id, channel, messages: 1 });
         Ok((id, 0))
@@ -153,7 +158,34 @@ impl<W: Write + Seek> McapFile<W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn finish(mut self) -> Result<(), McapError> {
-        self.writer.finish().map(drop)
+    pub fn finish(mut self) -> io::Result<()> {
+        self.writer.finish().map(drop).map_err(io_error)
+    }
+}
+
+/// Returns the item of least time that a stream has next, and the index of the stream; the first of several.
+///
+/// # Errors
+/// The first error of `next`, which returns a time and its item.
+pub(crate) fn earliest<S, K: Ord, T>(
+    streams: &mut [S],
+    mut next: impl FnMut(&mut S) -> io::Result<Option<(K, T)>>,
+) -> io::Result<Option<(T, usize)>> {
+    let mut first: Option<(K, T, usize)> = None;
+    for (index, stream) in streams.iter_mut().enumerate() {
+        if let Some((time, item)) = next(stream)?
+            && first.as_ref().is_none_or(|(before, ..)| time < *before)
+        {
+            first = Some((time, item, index));
+        }
+    }
+    Ok(first.map(|(_, item, index)| (item, index)))
+}
+
+/// Converts an error of the MCAP writer to an I/O error, keeping one of the operating system.
+fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
     }
 }

@@ -2,38 +2,28 @@
 //!
 //! | content | module |
 //! |---|---|
-//! | messages, and their encoding (CDR) | [`message`] |
-//! | message definitions, as stored in recordings | [`definition`] |
-//! | topics of a foot | [`topics`] |
-//! | message on a topic | [`published`] |
-//! | conversion of a foot's data to messages on topics | [`bridge`] |
-//! | conversion of recorded samples to messages on topics | [`samples`] |
-//! | conversion of estimates from a recording to messages on topics | [`estimates`] |
+//! | messages, their encoding (CDR) and their definitions | [`message`] |
+//! | topics of a foot, and a message on a topic | [`topics`] |
+//! | streaming feet as messages on topics | [`bridge`] |
+//! | recorded samples and estimates as messages on topics | [`recording`] |
 //! | contacts of all feet in one message of other programs | [`compat`] |
-//! | messages of a foot | `foot` |
 //! | recording of messages: MCAP | `mcap_file`, with the feature `bags` |
-//! | node that publishes the messages | `node`, with the feature `node` |
+//! | node that publishes the messages | `node`, with the feature `ros2` |
 
 pub mod bridge;
 pub mod compat;
-pub mod definition;
-pub mod estimates;
-mod foot;
 #[cfg(feature = "bags")]
-mod mcap_file;
+pub mod mcap_file;
 pub mod message;
 #[cfg(feature = "ros2")]
 pub mod node;
-pub mod published;
-pub mod samples;
+pub mod recording;
 pub mod topics;
 
 pub use bridge::Bridge;
 pub use compat::{AllFeet, Compat};
-pub use estimates::EstimateMessages;
 #[cfg(feature = "bags")]
 pub use mcap_file::McapFile;
 pub use message::RosMessage;
-pub use published::Published;
-pub use samples::SampleMessages;
-pub use topics::FootTopics;
+pub use recording::{EstimateMessages, SampleMessages};
+pub use topics::{FootTopics, Published};

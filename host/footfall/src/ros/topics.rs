@@ -1,11 +1,10 @@
-//! Topics of a foot: names and message types.
+//! Topics of a foot: names and message types; a message on a topic.
 
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
 
-use crate::ros::definition::Definition;
-use crate::ros::message::{Header, Time};
+use crate::ros::message::{Definition, Header, RosMessage, Time};
 
 /// Topic of the diagnostics of all feet.
 pub const DIAGNOSTICS: &str = "/diagnostics";
@@ -79,6 +78,37 @@ impl FootTopics {
     }
 }
 
+/// A message with its topic and time of reception.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Published {
+    /// The topic.
+    pub topic: Arc<str>,
+    /// Time of reception of its data.
+    pub at: Timestamp,
+    /// The message.
+    pub message: RosMessage,
+}
+
+impl Published {
+    pub(crate) fn new(topic: &Arc<str>, at: Timestamp, message: RosMessage) -> Self {
+        let topic = Arc::clone(topic);
+        Self { topic, at, message }
+    }
+}
+
+/// Returns a foot name whose topics differ from those of these names.
+#[must_use]
+pub fn unused_name(name: &str, taken: &[impl AsRef<str>]) -> String {
+    let is_free = |name: &String| {
+        let topics = FootTopics::of(name);
+        let mut taken = taken.iter();
+        taken.all(|other| FootTopics::of(other.as_ref()) != topics)
+    };
+    let numbered = (2..).map(|number: u32| format!("{name}_{number}"));
+    let mut names = std::iter::once(name.to_owned()).chain(numbered);
+    names.find(is_free).unwrap_or_else(|| name.to_owned())
+}
+
 /// Converts a name to a part of a topic: letters, digits and single underscores, starting with a letter. A
 /// part that starts with an underscore would be hidden.
 fn topic_part(name: &str) -> String {
@@ -109,5 +139,14 @@ mod tests {
         ] {
             assert_eq!(topic_part(name), part);
         }
+    }
+
+    #[test]
+    fn names_with_the_same_topics_are_numbered() {
+        let mut names: Vec<String> = Vec::new();
+        for name in ["front left", "front_left", "左前", "右前", "fl"] {
+            names.push(unused_name(name, &names));
+        }
+        assert_eq!(names, ["front left", "front_left_2", "左前", "右前_2", "fl"]);
     }
 }

@@ -1,42 +1,36 @@
 //! `footfall foot`: requests to one foot over its line.
 //!
-//! | content | file |
-//! |---|---|
-//! | actions and arguments | this one |
-//! | output as text and as JSON | `show` |
-//! | calibration learnt by the foot | `calibrate` |
-//! | update of the program | `update` |
+//! [`update`] sends the image of a program.
 
-mod calibrate;
-mod show;
 mod update;
 
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
+use bootloader::image::Refusal;
 use clap::{Args, Subcommand};
-use feet::foot::Named;
-use feet::foot::calibration;
-use feet::foot::client::Client;
-use feet::foot::position;
+use feet::decode::live::Listener;
+use feet::foot::client::{Client, RequestError};
 use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, Values};
+use feet::foot::update::programs;
+use feet::foot::{Named, calibration, position, scan};
 use feet::{Link, Source, link};
+use serde::Serialize;
+use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
-use wire::node::Calibration;
-use wire::{Address, NodeId};
+use wire::node::{Calibration, CalibrationState, State};
+use wire::{Address, DataType, Fault, NodeId, Value};
 
-use super::options::feet::{parse_node, parse_number};
-use super::options::listen::SOURCES;
+use super::options::{SOURCES, parse_node, parse_number};
 use crate::error::Error;
-use crate::files::{STANDARD, finish_when_interrupted, write_file};
+use crate::files::{self, STANDARD, Target, write_file};
 use crate::foot_error::FootError;
-use crate::report::print_text;
-use crate::targets::{self, Target};
-
-pub(super) use show::Identity;
-pub use show::{FootInfo, to_json};
+use crate::interruption::finish_when_interrupted;
+use crate::messages;
+use crate::report::{Described, Document, print_text};
 use update::{ImageFile, Which};
 
 /// Arguments of `footfall foot`.
@@ -147,31 +141,10 @@ impl FootAction {
     }
 }
 
-/// Longest time accepted, s: one hour.
-const MOST_SECONDS: f64 = 3600.0;
-
-fn parse_seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok();
-    let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= MOST_SECONDS);
-    seconds.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
-}
-
-/// Parses a serial number, decimal or hexadecimal with 0x.
-fn parse_serial(text: &str) -> Result<u32, &'static str> {
-    parse_number(text).ok_or("write a serial number, such as 0x1234ABCD")
-}
-
-fn parse_position(text: &str) -> Result<wire::Foot, String> {
-    let mut all = wire::Foot::ALL.into_iter();
-    let foot = all.find(|foot| foot.name().eq_ignore_ascii_case(text));
-    let names = wire::Foot::ALL.map(wire::Foot::name).join(", ");
-    foot.ok_or_else(|| format!("write one of {names}"))
-}
-
 impl FootArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         if let FootAction::Export { file } = &self.action {
-            targets::check(&[], &[Target::Settings(file)])?;
+            files::check(&[], &[Target::Settings(file)])?;
         }
         let open = || link::open_for_requests(&self.source);
         let text = match &self.action {
@@ -300,6 +273,308 @@ impl FootArguments {
         }
         Ok(text)
     }
+
+    fn scan(&self, link: &mut dyn Link) -> Result<String, FootError> {
+        let mut listener = Listener::default();
+        let feet = scan::feet(link, &mut listener, scan::SCAN)?;
+        if feet.is_empty() {
+            return Err(RequestError::NoFoot.into());
+        }
+        let feet = feet.iter().map(|foot| Scanned {
+            line: foot.line.to_string(),
+            node: foot.node,
+            name: listener.name(foot).map(|name| name.to_string()),
+        });
+        if self.json {
+            return Ok(to_json(&feet.collect::<Vec<_>>()));
+        }
+        let line = |foot: Scanned| {
+            let node = foot.node.map(|node| format!("node {node}"));
+            let words = [Some(foot.line), node, foot.name];
+            let words: Vec<_> = words.into_iter().flatten().collect();
+            words.join("  ") + "\n"
+        };
+        Ok(feet.map(line).collect())
+    }
+
+    fn changes(&self, changes: &[(Named, Value, Value)]) -> String {
+        if self.json {
+            // With diff, from the default or the file's value to the foot's own.
+            let changes = changes.iter().map(|(named, before, after)| {
+                json!({
+                    "name": named.name(),
+                    "from": number(named, *before),
+                    "to": number(named, *after),
+                })
+            });
+            return to_json(&changes.collect::<Vec<_>>());
+        }
+        let line = |(named, before, after): &(Named, Value, Value)| {
+            let unit = named.unit();
+            let (before, after) = (named.text(*before), named.text(*after));
+            let line = format!("{}: {before} → {after} {unit}", named.name());
+            line.trim_end().to_owned() + "\n"
+        };
+        changes.iter().map(line).collect()
+    }
+
+    fn get(&self, client: &mut Client, names: &[String]) -> Result<String, FootError> {
+        let found = names.iter().map(|name| Named::find(name));
+        let all: Vec<Named> = match names {
+            [] => Named::settings().collect(),
+            _ => found.collect::<Result<_, _>>()?,
+        };
+        let mut object = Map::new();
+        let mut text = String::new();
+        for named in all {
+            let (shown, value) = match named.entry.data_type() {
+                DataType::VisibleString => {
+                    let shown = client.read_text(named.address)?;
+                    (shown.clone(), Json::String(shown))
+                }
+                data_type => {
+                    let value = client.read(named.address, data_type)?;
+                    (named.text(value), number(&named, value))
+                }
+            };
+            let unit = named.unit();
+            text.push_str(format!("{} = {shown} {unit}", named.name()).trim_end());
+            if named.entry.is_setting() && !names.is_empty() {
+                text.push_str(&format!("   # {}; {}", named.range(), named.doc()));
+            }
+            text.push('\n');
+            object.insert(named.name(), value);
+        }
+        Ok(if self.json { to_json(&object) } else { text })
+    }
+
+    fn info(&self, client: &mut Client) -> Result<String, FootError> {
+        let identity = Identity::read(client)?;
+        let stage = wire::Stage::ALL.get(client.read_number(index::STAGE, 0)? as usize);
+        let faults = wire::Faults::from_bits(client.read_number(index::FAULTS, 0)?);
+        let state = match client.state() {
+            Ok(state) => Some(state_name(state)),
+            Err(RequestError::NoAnswer { .. }) => None,
+            Err(error) => return Err(error.into()),
+        };
+        let info = FootInfo {
+            identity,
+            state,
+            stage: stage.map_or("?", |stage| stage.name()),
+            faults: faults.iter().map(Fault::name).collect(),
+        };
+        Ok(if self.json { to_json(&Document::line(&info)) } else { info.text() })
+    }
+
+    /// Waits at most `seconds` until the foot has learnt enough, then stores the calibration.
+    fn calibrate(&self, client: &mut Client, seconds: f64) -> Result<String, FootError> {
+        let clock = client.clock();
+        let end = clock.now() + Duration::from_secs_f64(seconds);
+        let mut next_line = clock.now();
+        loop {
+            match calibration::state(client)? {
+                CalibrationState::Frozen => return Err(FootError::LearnsNothing),
+                CalibrationState::Settled => break,
+                CalibrationState::Settling => {}
+            }
+            let is_over = clock.now() >= end;
+            if is_over || clock.now() >= next_line {
+                let seen = seen(&calibration::numbers(client, index::CALIBRATION)?);
+                if is_over {
+                    return Err(FootError::NotSettled { seconds, seen });
+                }
+                messages::aside(format!("let the foot walk: {seen}\n"));
+                next_line = clock.now() + LINE;
+            }
+            client.wait(LOOK)?;
+        }
+        // An interruption while storing would leave the foot not streaming.
+        finish_when_interrupted();
+        calibration::store(client, Calibration::Keep)?;
+        // The stored numbers (0x2018): the current ones (0x2120) go on changing.
+        let learnt = calibration::numbers(client, index::LEARNT)?;
+        let correction = calibration::numbers(client, index::ACCELEROMETER)?;
+        let gyroscope_bias_rad_s = calibration::gyroscope_bias_rad_s(client)?;
+        Ok(match self.json {
+            true => to_json(&json!({
+                "learnt": by_name(&learnt),
+                "accelerometer_correction": by_name(&correction),
+                "gyroscope_bias_rad_s": gyroscope_bias_rad_s,
+            })),
+            false => calibration_text(&learnt, gyroscope_bias_rad_s, &correction),
+        })
+    }
+}
+
+/// Which foot it is, its program, its stage and its faults.
+#[derive(Debug, Serialize)]
+pub struct FootInfo {
+    #[serde(flatten)]
+    identity: Identity,
+    /// Its NMT state: operational, pre-operational, stopped or initialising; null where it says none.
+    state: Option<&'static str>,
+    /// Stage of the board's operation, by name.
+    stage: &'static str,
+    /// Faults that last, by name.
+    faults: Vec<&'static str>,
+}
+
+impl Described for FootInfo {
+    const SCHEMA: &'static str = "urn:footfall:foot-info:1";
+}
+
+impl FootInfo {
+    fn text(self) -> String {
+        let (identity, stage) = (self.identity, self.stage);
+        let node = identity.node.map(|node| format!("node {node}"));
+        let node = node.unwrap_or_else(|| "serial line".to_owned());
+        let program = identity.program.map(|number| format!(", program {number}"));
+        let previous = identity.previous.map(|number| format!("previous program {number}, kept\n"));
+        let refused = identity.refused.map(|why| format!("update   {why}\n"));
+        let state = self.state.filter(|state| *state != "operational");
+        let state = state.map(|state| {
+            format!("state    {state}: it sends no contacts until it is started or reset\n")
+        });
+        let [program, previous, refused, state] =
+            [program, previous, refused, state].map(Option::unwrap_or_default);
+        let faults = match self.faults.as_slice() {
+            [] => "none".to_owned(),
+            faults => faults.join(", "),
+        };
+        format!(
+            "foot     {}, {node}\ndevice   {}, {}, serial number 0x{:08X}\nversion  {}{program}\n{previous}{refused}stage    {stage}\n{state}faults   {faults}\n",
+            identity.foot, identity.device, identity.hardware, identity.serial, identity.version
+        )
+    }
+}
+
+/// Identity of a foot that runs its program.
+#[derive(Debug, Serialize)]
+pub(super) struct Identity {
+    /// The foot's name, such as FL.
+    pub(super) foot: &'static str,
+    /// Its node id, 1 to 127; null on a serial line.
+    pub(super) node: Option<u8>,
+    /// Its device name (object 0x1008).
+    device: String,
+    /// The version of its program (object 0x100A).
+    pub(super) version: String,
+    /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; of one that a probe has
+    /// written the first digits of its commit, or null where no commit has its sources.
+    pub(super) program: Option<String>,
+    /// The same of the program before the last update, of which the foot keeps a copy; null without one.
+    previous: Option<String>,
+    /// Reason why the last image was refused, or the previous program is back; null without one.
+    refused: Option<&'static str>,
+    /// Its hardware (object 0x1009).
+    pub(super) hardware: String,
+    /// Its serial number (object 0x1018).
+    pub(super) serial: u32,
+}
+
+impl Identity {
+    /// Reads the identity.
+    ///
+    /// # Errors
+    /// The foot runs its bootloader, or a request has failed.
+    pub(super) fn read(client: &mut Client) -> Result<Self, FootError> {
+        let text = |client: &mut Client, index| client.read_text(Address::new(index, 0));
+        let device = text(client, index::DEVICE_NAME)?;
+        if device == bootloader::DEVICE_NAME {
+            return Err(FootError::InBootloader(client.node()));
+        }
+        let version = text(client, index::SOFTWARE_VERSION)?;
+        let hardware = text(client, index::HARDWARE_VERSION)?;
+        let programs = programs(client)?;
+        let code = client.read_number(index::FOOT, 0)? as u8;
+        Ok(Self {
+            foot: wire::Foot::from_code(code).map_or("?", wire::Foot::name),
+            node: client.node().map(NodeId::get),
+            device,
+            version,
+            program: programs.running.map(hex),
+            previous: programs.previous.map(hex),
+            refused: programs.refused.map(Refusal::words),
+            hardware,
+            serial: client.serial_number()?,
+        })
+    }
+}
+
+/// A foot that is heard.
+#[derive(Debug, Serialize)]
+struct Scanned {
+    /// The line that it is heard on: a CAN interface or a serial port.
+    line: String,
+    /// Its node id, 1 to 127; null on a serial line.
+    node: Option<u8>,
+    /// Its name, such as FL; null where nothing says it.
+    name: Option<String>,
+}
+
+/// Polling interval of the foot.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Interval of the progress lines.
+const LINE: Duration = Duration::from_secs(2);
+
+/// Returns how much stillness and motion the foot has observed.
+fn seen(learnt: &[(Named, f32)]) -> String {
+    let seconds = |name: &str| {
+        let of_name = learnt.iter().find(|(named, _)| named.name() == name);
+        of_name.map_or(0.0, |(_, seconds)| *seconds)
+    };
+    format!(
+        "{:.1} s of stillness and {:.1} s of motion seen",
+        seconds("calibration.stillness_learnt_from"),
+        seconds("calibration.motion_learnt_from")
+    )
+}
+
+/// Returns the name without the table that it is in.
+fn last_parts(named: &Named) -> String {
+    let name = named.name();
+    let parts = name.split_once('.').map(|(_, parts)| parts.to_owned());
+    parts.unwrap_or(name)
+}
+
+fn calibration_text(
+    learnt: &[(Named, f32)],
+    gyroscope_bias_rad_s: [Option<f32>; 3],
+    correction: &[(Named, f32)],
+) -> String {
+    let mut text = String::from("kept and stored\n");
+    for (named, value) in learnt {
+        // Amplitudes are stored as logarithms and printed as amplitudes.
+        let (value, unit) = match named.entry.unit.as_str() {
+            "ln(m/s²)" => (value.exp(), "m/s²"),
+            "ln(rad/s)" => (value.exp(), "rad/s"),
+            unit => (*value, unit),
+        };
+        text.push_str(&calibration_line(&last_parts(named), value, unit));
+    }
+    for (axis, bias) in ["x", "y", "z"].into_iter().zip(gyroscope_bias_rad_s) {
+        let name = format!("gyroscope_bias_{axis}");
+        text.push_str(&match bias {
+            Some(bias) => calibration_line(&name, bias.to_degrees(), "°/s"),
+            None => format!("{name:<26} not known yet\n"),
+        });
+    }
+    for (named, value) in correction {
+        text.push_str(&calibration_line(&named.name(), *value, named.entry.unit.as_str()));
+    }
+    text
+}
+
+fn by_name(numbers: &[(Named, f32)]) -> Map<String, Json> {
+    let pairs = numbers.iter();
+    let pairs = pairs.map(|(named, value)| (last_parts(named), json!(value)));
+    pairs.collect()
+}
+
+fn calibration_line(name: &str, value: f32, unit: &str) -> String {
+    let line = format!("{name:<26} {value:.4} {unit}");
+    line.trim_end().to_owned() + "\n"
 }
 
 /// Maximum size of a settings file, bytes; an export has 5 kB.
@@ -322,4 +597,56 @@ fn read_file(path: &Path, node: Option<NodeId>) -> Result<Values, FootError> {
         return Err(error("it holds no setting".to_owned()));
     }
     Ok(values)
+}
+
+/// Longest time accepted, s: one hour.
+const MOST_SECONDS: f64 = 3600.0;
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= MOST_SECONDS);
+    seconds.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
+}
+
+/// Parses a serial number, decimal or hexadecimal with 0x.
+fn parse_serial(text: &str) -> Result<u32, &'static str> {
+    parse_number(text).ok_or("write a serial number, such as 0x1234ABCD")
+}
+
+fn parse_position(text: &str) -> Result<wire::Foot, String> {
+    let mut all = wire::Foot::ALL.into_iter();
+    let foot = all.find(|foot| foot.name().eq_ignore_ascii_case(text));
+    let names = wire::Foot::ALL.map(wire::Foot::name).join(", ");
+    foot.ok_or_else(|| format!("write one of {names}"))
+}
+
+/// Formats a value as JSON with a final newline. All keys are strings.
+pub fn to_json(printed: &impl Serialize) -> String {
+    format!("{:#}\n", json!(printed))
+}
+
+/// Formats the number of a program.
+pub(super) fn hex(number: u32) -> String {
+    format!("{number:08X}")
+}
+
+const fn state_name(state: State) -> &'static str {
+    match state {
+        State::Initialising => "initialising",
+        State::Stopped => "stopped",
+        State::Operational => "operational",
+        State::PreOperational => "pre-operational",
+    }
+}
+
+fn number(named: &Named, value: Value) -> Json {
+    match value {
+        Value::F32(number) => json!(number),
+        Value::I16(number) => json!(number),
+        value => {
+            let text = named.text(value);
+            // A number in the unit of the text, or a word.
+            text.parse().map_or(Json::String(text), Json::Number)
+        }
+    }
 }

@@ -16,8 +16,7 @@ use indicatif::ProgressBar;
 use serde_json::{Value as Json, json};
 use wire::NodeId;
 
-use super::FootArguments;
-use super::show::{hex, to_json};
+use super::{FootArguments, hex, to_json};
 use crate::foot_error::FootError;
 use crate::messages;
 use crate::progress::Bars;

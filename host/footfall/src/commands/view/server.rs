@@ -1,4 +1,4 @@
-//! Server of messages by topic over a WebSocket, using the Foxglove protocol.
+//! Server of messages by topic over a WebSocket, using the Foxglove protocol, which `PlotJuggler` reads as well.
 //!
 //! Each client has its own queue, emptied by a server thread. If a client reads too slowly, its oldest messages are
 //! dropped; reception from the feet and other clients are not affected.
@@ -11,16 +11,19 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
 
-use crate::ros::Published;
-use crate::ros::definition::Definition;
+use feet::decode::Feet;
+use feet::{LinkError, Source};
 use foxglove::{
     AppUrl, ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema,
     WebSocketServer, WebSocketServerHandle,
 };
 
-use super::ViewError;
 use crate::error::Error;
-use crate::stream::Sink;
+use crate::interruption::finish_when_interrupted;
+use crate::messages::{aside, warn};
+use crate::ros::message::Definition;
+use crate::ros::{Bridge, Published};
+use crate::stream::{Sink, Stream, deadline, is_over, unless_ended};
 
 /// Maximum number of messages queued per client: four seconds of four feet on serial lines.
 const QUEUE: usize = 1 << 16;
@@ -28,17 +31,47 @@ const QUEUE: usize = 1 << 16;
 /// Timeout for closing client connections at the end.
 const GOODBYE: Duration = Duration::from_secs(1);
 
-/// Resolves a host given as an address or a name. If a name has addresses of both kinds, IPv4 is preferred, as
-/// viewers try it first.
-fn address_of(host: &str, port: u16) -> Result<SocketAddr, ViewError> {
-    let unknown = |source| ViewError::Host { host: host.to_owned(), source };
-    let addresses: Vec<SocketAddr> = match host.parse::<IpAddr>() {
-        Ok(host) => vec![SocketAddr::new(host, port)],
-        Err(_) => (host, port).to_socket_addrs().map_err(unknown)?.collect(),
+/// Polling interval for the deadline after the source has ended.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Serves the messages of the feet for some seconds, or until an interruption.
+///
+/// # Errors
+/// The source cannot be opened, or the server cannot start.
+pub fn serve(
+    source: &Source,
+    (host, port): (&str, u16),
+    (feet, bridge): (Feet, Bridge),
+    seconds: Option<f64>,
+) -> Result<(), Error> {
+    let name = format!("footfall {source}");
+    finish_when_interrupted();
+    let mut stream = Stream::open(source.clone(), feet, bridge)?;
+    let end = deadline(stream.clock(), seconds);
+    let mut server = Server::start(host, port, &name)?;
+    let url = server.url();
+    let app_url = server.app_url();
+    let also = match server.address.ip().is_unspecified() {
+        true => ", and at all other addresses of this machine",
+        false => "",
     };
-    let of_ipv4 = addresses.iter().find(|address| address.is_ipv4());
-    let address = of_ipv4.or(addresses.first()).copied();
-    address.ok_or_else(|| unknown(io::ErrorKind::NotFound.into()))
+    aside(format!(
+        "serving {source} at {url}{also}\n\
+         Foxglove: {app_url}\n\
+         PlotJuggler: Streaming, Foxglove Bridge, {url}"
+    ));
+    let ended = stream.run(end, &mut server);
+    stream.report();
+    if let Ok(Some(error @ LinkError::Ended(_))) = &ended {
+        warn(format!("{error}; viewers stay connected until Ctrl-C"));
+    }
+    let ended = ended.and_then(unless_ended);
+    // Played messages may still be queued for viewers, which show them while connected.
+    while ended.is_ok() && !is_over(stream.clock(), end) {
+        thread::sleep(LOOK);
+    }
+    server.stop();
+    ended
 }
 
 /// A running server.
@@ -46,7 +79,7 @@ pub struct Server {
     context: Arc<Context>,
     handle: WebSocketServerHandle,
     /// Address that it listens on; where it is unspecified, all those of this machine, and others can connect.
-    pub(super) address: SocketAddr,
+    address: SocketAddr,
     channels: HashMap<Arc<str>, Arc<RawChannel>>,
 }
 
@@ -149,4 +182,54 @@ impl Sink for Server {
         }
         Ok(())
     }
+}
+
+/// Resolves a host given as an address or a name. If a name has addresses of both kinds, IPv4 is preferred, as
+/// viewers try it first.
+fn address_of(host: &str, port: u16) -> Result<SocketAddr, ViewError> {
+    let unknown = |source| ViewError::Host { host: host.to_owned(), source };
+    let addresses: Vec<SocketAddr> = match host.parse::<IpAddr>() {
+        Ok(host) => vec![SocketAddr::new(host, port)],
+        Err(_) => (host, port).to_socket_addrs().map_err(unknown)?.collect(),
+    };
+    let of_ipv4 = addresses.iter().find(|address| address.is_ipv4());
+    let address = of_ipv4.or(addresses.first()).copied();
+    address.ok_or_else(|| unknown(io::ErrorKind::NotFound.into()))
+}
+
+/// Reason the server cannot serve.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The host has no address.
+    #[error("--host {host}: {source}")]
+    Host {
+        /// Host as given.
+        host: String,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// The server cannot use this address.
+    #[error("nothing can be served at {address}: {source}")]
+    Address {
+        /// The address.
+        address: SocketAddr,
+        /// Error of the operating system.
+        source: Box<FoxgloveError>,
+    },
+    /// The port is used by another program.
+    #[error("port {port} of {host} is in use; --port 0 takes any port that is free")]
+    PortInUse {
+        /// The host.
+        host: IpAddr,
+        /// The port.
+        port: u16,
+    },
+    /// The topic cannot be announced.
+    #[error("{topic} cannot be announced: {source}")]
+    Topic {
+        /// The topic.
+        topic: String,
+        /// Error of the server.
+        source: Box<FoxgloveError>,
+    },
 }

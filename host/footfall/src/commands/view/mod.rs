@@ -1,18 +1,24 @@
 //! `footfall view`: serves streaming feet to Foxglove and `PlotJuggler`.
 
+#[cfg(feature = "foxglove")]
+pub mod server;
+
 use clap::{Args, ValueEnum};
 use feet::Source;
 
-use super::options::feet::FeetArguments;
-use super::options::listen::SOURCES;
-use super::options::played::PlayedArguments;
-use super::options::published::PublishedArguments;
+use super::options::{FeetArguments, PlayedArguments, PublishedArguments, SOURCES};
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
 use crate::feature::Feature;
 use crate::report::print_text;
-#[cfg(feature = "foxglove")]
-use crate::view::serving::serve;
+use crate::stream::parse_seconds;
+
+/// Examples of `footfall view`.
+pub const EXAMPLES: &str = "\
+Examples:
+  footfall view demo:feet=4
+  footfall view uart:/dev/ttyACM0 --host 0.0.0.0
+  footfall view --layout foxglove > footfall.json";
 
 /// Arguments of `footfall view`.
 #[derive(Debug, Args)]
@@ -37,7 +43,7 @@ pub struct ViewArguments {
     #[arg(long, default_value_t = 8765)]
     pub port: u16,
     /// Stop after this time; Ctrl-C stops it, too. The end of a played file does not
-    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub seconds: Option<f64>,
     /// Print a layout of the feet FL, FR, RL and RR that the viewer opens, and serve nothing
     #[arg(long, value_name = "VIEWER", conflicts_with = "source")]
@@ -60,8 +66,8 @@ impl Viewer {
     #[must_use]
     pub const fn layout(self) -> &'static str {
         match self {
-            Self::Foxglove => include_str!("../../../../docs/layouts/foxglove.json"),
-            Self::Plotjuggler => include_str!("../../../../docs/layouts/plotjuggler.xml"),
+            Self::Foxglove => include_str!("../../../../../docs/layouts/foxglove.json"),
+            Self::Plotjuggler => include_str!("../../../../../docs/layouts/plotjuggler.xml"),
         }
     }
 }
@@ -76,7 +82,7 @@ impl ViewArguments {
         };
         let source = self.played.read(source)?;
         #[cfg(feature = "foxglove")]
-        return serve(
+        return server::serve(
             &source,
             (&self.host, self.port),
             (self.nodes.feet()?, self.published.bridge()),

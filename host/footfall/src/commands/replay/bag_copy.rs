@@ -1,32 +1,27 @@
 //! A copy of a bag with the contacts and events of its feet beside the messages of others, for `footfall replay --output`.
-//!
-//! | part | file |
-//! |---|---|
-//! | contacts and events of a foot | `stream` |
-//! | states of a Unitree robot with other forces | `low_state` |
+//! It may hold the states of a Unitree robot a second time, whose forces of the feet are those of the estimates, for
+//! programs that compare them with a threshold.
 
-mod low_state;
-mod stream;
-
+use std::collections::VecDeque;
 use std::io::{self, Write};
+use std::iter::Peekable;
 use std::path::Path;
 
-use crate::ros::compat::{FEET, LOW_STATE_TOPIC};
-use crate::ros::{AllFeet, Compat, McapFile, RosMessage};
+use estimator_core::{ContactEstimate, Load, Timestamp};
 use mcap::write::NoSeek;
-use recordings::input::bag::{Channel, Written, copy};
+use recordings::events::ContactEvent;
+use recordings::input::About;
+use recordings::input::bag::{Channel, Replacement, Written, copy};
+use recordings::replay::Replay;
 
-use crate::convert::earliest;
+use super::CopiedFoot;
 use crate::error::Error;
 use crate::files::write_file;
-use crate::foot_names::unlike;
-use crate::mcap_recording::io_error;
 use crate::messages::warn;
-use crate::replay_output::CopiedFoot;
-use low_state::LowState;
-use stream::Stream;
-
-pub use low_state::LowStates;
+use crate::ros::compat::{FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
+use crate::ros::mcap_file::earliest;
+use crate::ros::topics::unused_name;
+use crate::ros::{AllFeet, Compat, EstimateMessages, McapFile, Published, RosMessage};
 
 /// Messages of all feet in the copy.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +29,7 @@ pub struct OfAllFeet {
     /// Programs whose messages are written.
     pub compats: Vec<Compat>,
     /// States of the robot that are written again with the forces of the estimates.
-    pub low_states: Option<LowStates>,
+    pub low_states: Option<LowStateSource>,
 }
 
 impl OfAllFeet {
@@ -77,6 +72,15 @@ impl OfAllFeet {
     }
 }
 
+/// Source of the states, and unit of their forces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LowStateSource {
+    /// Topic of the robot's states.
+    pub topic: String,
+    /// Factor of the loads; `None` for decisions, [`STANDS`] or 0.
+    pub scale: Option<f64>,
+}
+
 /// Copies the messages of the bag `input`, with the contacts and events of its feet, to the MCAP file `path`. A contact is
 /// written when its sample was, to a millisecond, and an event at its time; stamps are those of the samples. Recorded
 /// contacts are copied like other messages, and left out where the estimate is made `again`. Returns a sentence about each
@@ -100,17 +104,17 @@ pub fn write(
         OfAllFeet::check_places(feet)?;
     }
     write_file(path, |to| {
-        let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
+        let mut bag = McapFile::new(NoSeek::new(to))?;
         let mut streams = Vec::new();
         let mut names: Vec<String> = Vec::new();
         let mut places = Vec::new();
         for foot in feet.iter_mut().filter(|foot| !foot.stored.has_estimates()) {
             places.push(foot.place);
-            let name = unlike(&foot.name, &names);
-            streams.push(Stream::of(foot, &name)?);
+            let name = unused_name(&foot.name, &names);
+            streams.push(EstimateStream::of(foot, &name)?);
             names.push(name);
         }
-        let topics = streams.iter().flat_map(Stream::topics);
+        let topics = streams.iter().flat_map(EstimateStream::topics);
         let topics = topics.chain(of_all_feet.topics()).collect();
         let compats = &of_all_feet.compats;
         let mut merging = Merging {
@@ -121,7 +125,7 @@ pub fn write(
             places,
             again,
             all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
-            low_state: of_all_feet.low_states.as_ref().map(LowState::new),
+            low_state: of_all_feet.low_states.as_ref().map(LowStateForces::new),
         };
         let copied = copy(input, &mut |channel, written, payload| {
             merging.message(channel, written, payload)
@@ -134,7 +138,7 @@ pub fn write(
             let what = "the bag has no message on it".to_owned();
             return Err(no_forces(&file, &states.topic, what));
         }
-        bag.finish().map_err(io_error)
+        bag.finish()
     })?;
     Ok(notices)
 }
@@ -154,7 +158,7 @@ struct Merging<'a, 'b, W: Write + io::Seek> {
     /// Name of the bag in messages.
     file: &'a str,
     bag: &'a mut McapFile<W>,
-    streams: &'a mut [Stream<'b>],
+    streams: &'a mut [EstimateStream<'b>],
     /// Topics of the feet.
     topics: Vec<String>,
     /// Whether messages on these topics are left out.
@@ -162,7 +166,7 @@ struct Merging<'a, 'b, W: Write + io::Seek> {
     /// Place of each foot in messages of all feet, if it has one.
     places: Vec<Option<usize>>,
     all_feet: Option<AllFeet>,
-    low_state: Option<LowState>,
+    low_state: Option<LowStateForces>,
 }
 
 impl<W: Write + io::Seek> Merging<'_, '_, W> {
@@ -174,7 +178,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
         })? {
             let (messages, load) = self.streams[index].take(due);
             for published in messages {
-                self.bag.write(&published).map_err(io_error)?;
+                self.bag.write(&published)?;
                 let RosMessage::Contact(contact) = published.message else {
                     continue;
                 };
@@ -188,7 +192,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
                 if let Some(all_feet) = &mut self.all_feet {
                     let at = published.at;
                     for published in all_feet.take_at(place, &contact, at, at.as_micros()) {
-                        self.bag.write(&published).map_err(io_error)?;
+                        self.bag.write(&published)?;
                     }
                 }
             }
@@ -207,7 +211,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
         }
         // A contact follows its sample, whose log time is rounded to µs.
         self.messages_until((written.log_ns.saturating_sub(1000)).div_euclid(1000))?;
-        self.bag.copy(channel, written, payload).map_err(io_error)?;
+        self.bag.copy(channel, written, payload)?;
         let Some(low_state) = &mut self.low_state else {
             return Ok(());
         };
@@ -216,9 +220,149 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
             None => Ok(()),
             Some(message) => {
                 let channel = Channel { topic: LOW_STATE_TOPIC.to_owned(), ..channel.clone() };
-                self.bag.copy(&channel, written, &message).map_err(io_error)
+                self.bag.copy(&channel, written, &message)
             }
         }
+    }
+}
+
+/// Estimates of a foot, each with the load of its sample.
+type Estimated<'a> = Box<dyn Iterator<Item = io::Result<(ContactEstimate, Option<Load>)>> + 'a>;
+
+/// Contacts and events of a foot.
+struct EstimateStream<'a> {
+    about: About,
+    messages: EstimateMessages,
+    estimates: Peekable<Estimated<'a>>,
+    /// Events in order of time.
+    events: VecDeque<ContactEvent>,
+}
+
+/// Time of the next messages, µs since 1970.
+#[derive(Clone, Copy, Debug)]
+struct Due {
+    /// Time of the sample, or of the event.
+    time_us: i64,
+    /// Time of writing.
+    written_us: i64,
+    is_event: bool,
+}
+
+impl<'a> EstimateStream<'a> {
+    /// Starts the estimate of a foot whose topics have this name.
+    fn of(foot: &'a mut CopiedFoot, name: &str) -> io::Result<Self> {
+        let about = foot.stored.about.clone();
+        let replay = Replay::new(about.sample_rate, about.gravity, &foot.params);
+        let mut replay = replay.map_err(io::Error::other)?;
+        let samples = foot.stored.samples()?;
+        let span = foot.span;
+        let estimates = samples.map(move |sample| {
+            let sample = sample?;
+            Ok((replay.update(&sample), sample.load))
+        });
+        let is_in = move |estimated: &io::Result<(ContactEstimate, _)>| match estimated {
+            Ok((estimate, _)) => span.contains(estimate.timestamp),
+            Err(_) => true,
+        };
+        let estimates: Estimated<'_> = Box::new(estimates.filter(is_in));
+        let mut events = foot.events.clone();
+        events.sort_by_key(|event| event.time);
+        Ok(Self {
+            messages: EstimateMessages::new(name),
+            about,
+            estimates: estimates.peekable(),
+            events: events.into(),
+        })
+    }
+
+    /// Topics of the messages.
+    fn topics(&self) -> impl Iterator<Item = String> {
+        self.messages.topics().map(ToString::to_string).into_iter()
+    }
+
+    /// Times of the next messages; an event follows the contact of its time.
+    ///
+    /// # Errors
+    /// The samples cannot be read.
+    fn due(&mut self) -> io::Result<Option<Due>> {
+        if let Some(Err(error)) = self.estimates.next_if(Result::is_err) {
+            return Err(error);
+        }
+        let estimate = self.estimates.peek().and_then(|next| next.as_ref().ok());
+        let contact = estimate.map(|(estimate, _)| (estimate.timestamp, false));
+        let event = self.events.front().map(|event| (event.time, true));
+        let next = contact.into_iter().chain(event).min();
+        Ok(next.map(|(time, is_event)| {
+            let since = i64::try_from(time.as_micros()).unwrap_or(i64::MAX);
+            let time_us = self.about.start_us.saturating_add(since);
+            Due { time_us, written_us: self.about.written_us(time_us), is_event }
+        }))
+    }
+
+    /// Returns the messages that are due, and the load of their sample.
+    fn take(&mut self, due: Due) -> (Vec<Published>, Option<Load>) {
+        let [stamp, at] = [due.time_us, due.written_us]
+            .map(|us| Timestamp::from_micros(u64::try_from(us).unwrap_or_default()));
+        if due.is_event {
+            let event = self.events.pop_front();
+            let message = event.map(|event| self.messages.event(&event, stamp, at));
+            return (message.into_iter().collect(), None);
+        }
+        match self.estimates.next() {
+            Some(Ok((estimate, load))) => {
+                (self.messages.messages(&estimate, stamp, at).into(), load)
+            }
+            Some(Err(_)) | None => (Vec::new(), None),
+        }
+    }
+}
+
+/// Names of the forces, in Unitree's order.
+const FORCES: [&str; 4] = ["foot_force[0]", "foot_force[1]", "foot_force[2]", "foot_force[3]"];
+
+/// Newest forces, and the fields that they replace.
+struct LowStateForces {
+    of: LowStateSource,
+    /// Forces in the order of [`FEET`].
+    forces: [f64; FEET.len()],
+    /// Fields of the messages of the newest channel.
+    replacement: Option<(Channel, Replacement)>,
+    /// Whether a message was replaced.
+    is_found: bool,
+}
+
+impl LowStateForces {
+    fn new(of: &LowStateSource) -> Self {
+        Self { of: of.clone(), forces: [0.0; FEET.len()], replacement: None, is_found: false }
+    }
+
+    /// Sets the force of a foot in the order of [`FEET`]; an unknown load is 0.
+    fn set(&mut self, place: usize, stands: bool, load: Option<Load>) {
+        self.forces[place] = match self.of.scale {
+            Some(scale) => load.map_or(0.0, |load| scale * f64::from(load.0)),
+            None if stands => f64::from(STANDS),
+            None => 0.0,
+        };
+    }
+
+    /// Returns a message with the newest forces; `None` for a message of another topic.
+    ///
+    /// # Errors
+    /// Half a sentence: the message has no forces of four feet.
+    fn replaced(&mut self, channel: &Channel, message: &[u8]) -> Result<Option<Vec<u8>>, String> {
+        if channel.topic != self.of.topic {
+            return Ok(None);
+        }
+        self.is_found = true;
+        let replacement = match &mut self.replacement {
+            Some((of, replacement)) if of == channel => replacement,
+            other => {
+                let new = Replacement::of(channel, &FORCES)?;
+                &mut other.insert((channel.clone(), new)).1
+            }
+        };
+        let forces = RIGHT_FIRST.map(|foot| self.forces[foot]);
+        replacement.replaced(message, &forces).map(Some)
     }
 }
 

@@ -1,18 +1,108 @@
-//! Report of an acceptance as text and as JSON.
+//! `footfall accept`: measures a board with a person's help, and judges each figure.
 
-use crate::commands::foot::{Identity, to_json};
-use crate::foot_error::FootError;
-use crate::json::{Described, Document};
-use feet::foot::accept::{AcceptStep, Figure, FigureOutcome, Verdict};
+use std::time::Duration;
+
+use clap::Args;
+use feet::Source;
+use feet::foot::accept::{self, AcceptStep, Figure, FigureOutcome, Person, Verdict};
 use feet::foot::client::Client;
+use feet::link;
 use serde::Serialize;
+use wire::NodeId;
+
+use super::foot::{Identity, to_json};
+use super::options::{SOURCES, parse_node};
+use crate::error::Error;
+use crate::foot_error::FootError;
+use crate::interruption::{finish_when_interrupted, is_interrupted};
+use crate::messages;
+use crate::report::{Described, Document, print_text};
+
+/// Arguments of `footfall accept`.
+#[derive(Debug, Args)]
+pub struct AcceptArguments {
+    /// Where the foot is.
+    #[arg(help = SOURCES)]
+    pub source: Source,
+    /// Which node of a CAN bus, 1 to 127; may be left out where there is only one foot
+    #[arg(long, value_name = "ID", value_parser = parse_node)]
+    pub node: Option<NodeId>,
+    /// Do these steps alone, such as still,sides: board, self-test, still, sides, taps, steps, load, unplug
+    #[arg(long, value_name = "STEPS", value_delimiter = ',', value_parser = parse_step)]
+    pub only: Vec<AcceptStep>,
+    /// How long each step waits for you, s
+    #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(1..=3600))]
+    pub seconds: u16,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_step(text: &str) -> Result<AcceptStep, String> {
+    let step = AcceptStep::ALL.into_iter().find(|step| step.name() == text);
+    let names = AcceptStep::ALL.map(AcceptStep::name).join(", ");
+    step.ok_or_else(|| format!("write some of {names}, with commas between"))
+}
+
+impl AcceptArguments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let link = link::open_for_requests(&self.source)?;
+        let mut client = Client::new(link, self.node).map_err(FootError::from)?;
+        // The self-test changes a setting meanwhile, and so do the streams of a serial line.
+        finish_when_interrupted();
+        let mut steps = match self.only.is_empty() {
+            true => AcceptStep::ALL.to_vec(),
+            false => self.only.clone(),
+        };
+        steps.sort_unstable();
+        steps.dedup();
+        let mut report = AcceptReport::of(&mut client, &steps)?;
+        let mut person = Person {
+            patience: Duration::from_secs(self.seconds.into()),
+            tell: &mut |words| messages::aside(words),
+            has_left: &is_interrupted,
+        };
+        let mut figures = Vec::new();
+        let done = accept::run(&mut client, &steps, &mut person, &mut |figure: Figure| {
+            messages::aside(line(&figure));
+            figures.push(figure);
+        });
+        let reason = match &done {
+            Err(error) => Some(error.to_string()),
+            Ok(()) => is_interrupted().then(|| "interrupted".to_owned()),
+        };
+        if let Some(reason) = &reason {
+            let is_done = |step: AcceptStep| figures.iter().any(|figure| figure.limit.step == step);
+            let rest: Vec<_> = steps.iter().filter(|step| !is_done(**step)).collect();
+            figures.extend(rest.into_iter().flat_map(|step| step.not_tested(reason)));
+        }
+        let end = match reason {
+            Some(_) => End::Early,
+            None => End::Complete,
+        };
+        report.take(&figures, end);
+        let text = if self.json { report.to_json() } else { report.summary() };
+        print_text(&text).map_err(Error::Print)?;
+        done.map_err(FootError::from)?;
+        let is_out = |figure: &&Figure| figure.verdict() == Verdict::Out;
+        let out = figures.iter().filter(is_out);
+        let names: Vec<_> = out.map(|figure| figure.limit.name).collect();
+        let why = match (report.accepted, names.is_empty(), end) {
+            (true, ..) => return Ok(()),
+            (false, false, _) => names.join(", "),
+            (false, true, End::Early) => "interrupted".to_owned(),
+            (false, true, End::Complete) => "nothing was measured".to_owned(),
+        };
+        Err(FootError::NotAccepted(why).into())
+    }
+}
 
 /// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
-const PREDICTIONS: &str = include_str!("virtual-board.csv");
+const PREDICTIONS: &str = include_str!("accept/virtual-board.csv");
 
 /// How an acceptance has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
+enum End {
     /// All steps were done.
     Complete,
     /// The person has left, or the line has failed.
@@ -23,7 +113,7 @@ pub(super) enum End {
 #[derive(Debug, Default, Serialize)]
 pub struct AcceptReport {
     /// Whether all chosen steps were done, at least one figure was measured, and none is out of its limits.
-    pub(super) accepted: bool,
+    accepted: bool,
     /// The steps that were chosen.
     steps: Vec<&'static str>,
     /// Number of figures within their limits.
@@ -33,46 +123,46 @@ pub struct AcceptReport {
     /// Number of figures that were not measured.
     not_tested: usize,
     /// The foot's name, such as FL.
-    pub(super) foot: &'static str,
+    foot: &'static str,
     /// Its node id, 1 to 127; null on a serial line.
-    pub(super) node: Option<u8>,
+    node: Option<u8>,
     /// Its serial number (object 0x1018).
-    pub(super) serial: u32,
+    serial: u32,
     /// Its hardware (object 0x1009).
-    pub(super) hardware: String,
+    hardware: String,
     /// The version of its program (object 0x100A).
-    pub(super) version: String,
+    version: String,
     /// The number of its program (object 0x1F56), hexadecimal; null where no image and no commit names it.
-    pub(super) program: Option<String>,
+    program: Option<String>,
     /// The figures, in the order in which they were measured.
-    pub(super) figures: Vec<Judged>,
+    figures: Vec<Judged>,
 }
 
 /// A figure with its limits and the judgement.
 #[derive(Debug, Serialize)]
-pub(super) struct Judged {
+struct Judged {
     /// Step in which it was measured.
-    pub(super) step: &'static str,
+    step: &'static str,
     /// Name of the quantity.
-    pub(super) name: &'static str,
+    name: &'static str,
     /// The value; null where nothing was measured, or where it is not finite.
-    pub(super) value: Option<f64>,
+    value: Option<f64>,
     /// Unit; empty for counts and codes.
-    pub(super) unit: &'static str,
+    unit: &'static str,
     /// Least accepted value; null without one.
     lowest: Option<f64>,
     /// Greatest accepted value; null without one.
     highest: Option<f64>,
     /// Origin of the limits.
-    pub(super) source: &'static str,
+    source: &'static str,
     /// Value on the virtual board; null where it has none.
-    pub(super) predicted: Option<f64>,
+    predicted: Option<f64>,
     /// pass, OUT or not tested.
-    pub(super) verdict: &'static str,
+    verdict: &'static str,
     /// Parts of the value, such as the names of faults, or why nothing was measured.
-    pub(super) detail: String,
+    detail: String,
     /// What to do; empty where the value is within its limits, or where there is none.
-    pub(super) remedy: &'static str,
+    remedy: &'static str,
 }
 
 impl Described for AcceptReport {
@@ -81,7 +171,7 @@ impl Described for AcceptReport {
 
 impl AcceptReport {
     /// Creates the report of a foot before the first step.
-    pub(super) fn of(client: &mut Client, steps: &[AcceptStep]) -> Result<Self, FootError> {
+    fn of(client: &mut Client, steps: &[AcceptStep]) -> Result<Self, FootError> {
         let identity = Identity::read(client)?;
         Ok(Self {
             steps: steps.iter().map(|step| step.name()).collect(),
@@ -96,7 +186,7 @@ impl AcceptReport {
     }
 
     /// Takes the figures of all steps, and judges.
-    pub(super) fn take(&mut self, figures: &[Figure], end: End) {
+    fn take(&mut self, figures: &[Figure], end: End) {
         let count = |verdict| {
             let judged = figures.iter();
             judged.filter(|figure| figure.verdict() == verdict).count()
@@ -108,12 +198,12 @@ impl AcceptReport {
         self.figures = figures.iter().map(Judged::of).collect();
     }
 
-    pub(super) fn to_json(&self) -> String {
+    fn to_json(&self) -> String {
         to_json(&Document::line(self))
     }
 
     /// The values that are out, with their remedies; steps that failed; and the counts.
-    pub(super) fn summary(&self) -> String {
+    fn summary(&self) -> String {
         let out = self.figures.iter().filter(|figure| figure.is_out());
         let mut lines: Vec<String> = out
             .map(|figure| match figure.remedy {
@@ -126,7 +216,7 @@ impl AcceptReport {
         lines.concat() + &self.counts() + "\n"
     }
 
-    pub(super) fn counts(&self) -> String {
+    fn counts(&self) -> String {
         let not = if self.accepted { "" } else { "not " };
         let of = match self.steps.len() == AcceptStep::ALL.len() {
             true => String::new(),
@@ -180,7 +270,7 @@ fn predicted(step: &str, name: &str) -> Option<f64> {
 }
 
 /// Formats a figure as a line: name, value, limits, verdict.
-pub(super) fn line(figure: &Figure) -> String {
+fn line(figure: &Figure) -> String {
     let limit = figure.limit;
     let name = limit.name;
     let verdict = figure.verdict().name();
@@ -201,7 +291,7 @@ pub(super) fn line(figure: &Figure) -> String {
 }
 
 /// Formats a value with four digits.
-pub(super) fn short(value: f64) -> String {
+fn short(value: f64) -> String {
     let digits = match value.abs() {
         large if large >= 1000.0 || value.fract() == 0.0 => 0,
         large if large >= 10.0 => 2,

@@ -1,4 +1,8 @@
-//! `footfall replay`: estimates recordings and writes a table, a picture and a summary.
+//! `footfall replay`: estimates recordings and writes a table, pictures, events and a summary, or a copy of a bag with
+//! the contacts of its feet ([`bag_copy`]).
+
+#[cfg(feature = "bags")]
+mod bag_copy;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -6,28 +10,47 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::Args;
-use estimator_core::{Params, WindowLength};
+use estimator_core::{ContactEstimate, Params, WindowLength};
+use indicatif::ProgressBar;
 use recordings::analysis::parameters::{Estimation, ParametersReport};
-use recordings::analysis::replay::estimate::{ReplayError, Table, Wanted, replay};
+use recordings::analysis::replay::estimate::{
+    self, Observer, ReplayError, Replayed, Table, Wanted, replay,
+};
 use recordings::analysis::replay::estimates::{self, Layout};
 use recordings::analysis::replay::jobs;
 use recordings::analysis::replay::span::Span;
 use recordings::analysis::summary::{InputReport, Summaries, Summary};
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
+use recordings::events::{ContactEvent, HEADER};
 use recordings::input::store::contacts::without_effect;
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::TableFeet;
+use recordings::samples::recording::RecordedSample;
 
-use super::headings::{ESTIMATOR, INPUT, OUTPUT};
-use super::options::copied::CopiedArguments;
-use super::options::recording::{self, RecordingArguments, estimator_options, with_mounting};
+use super::options::{
+    self, ESTIMATOR, INPUT, OUTPUT, RecordingArguments, compat_parser, estimator_options,
+    with_mounting,
+};
 use crate::error::Error;
-use crate::files::{OutputError, STANDARD, write_file};
+use crate::files::{self, Drawing, OutputError, STANDARD, Target, write_file};
 use crate::messages::{detail, warn};
+use crate::plot::page::{self, PageFoot};
+use crate::plot::{self, RecordingPlot};
 use crate::progress::{self, Bars};
-use crate::replay_output::{CopiedFoot, Picture, ReplayedFoot, Watched, write_shown};
 use crate::report::{SummaryStyle, print};
-use crate::targets::{self, Drawing, Target};
+use crate::ros::Compat;
+#[cfg(feature = "bags")]
+use bag_copy::{LowStateSource, OfAllFeet};
+
+/// Examples of `footfall replay`.
+pub const EXAMPLES: &str = "\
+Examples:
+  footfall replay walk.csv --output estimates.csv --plot walk.svg
+  footfall replay walk.csv --config robot.toml --from 10 --to 20
+  footfall replay log.csv --units g,dps --map ax=acc.x,ay=acc.y,az=acc.z,\\
+    wx=gyr.x,wy=gyr.y,wz=gyr.z
+  footfall replay a.csv b.csv --json | jq '.recordings[].metrics.rmse'
+  footfall replay - --output - < walk.csv | head";
 
 /// Arguments of `footfall replay`.
 #[derive(Debug, Args)]
@@ -90,11 +113,59 @@ struct Done {
     feet: Vec<ReplayedFoot>,
 }
 
+/// Messages of all feet in a copy of a bag.
+#[derive(Clone, Debug, Default, Args)]
+pub struct CopiedArguments {
+    /// In a copy of a bag, write the decisions of all four feet in messages of other programs, too; several are
+    /// separated by commas
+    #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser(), help_heading = OUTPUT)]
+    pub compat: Vec<Compat>,
+    /// In a copy of a bag, write the messages of a Unitree robot on this topic again, on /footfall/lowstate, with 100
+    /// as the `foot_force` of a foot that stands and 0 of others
+    #[arg(long, value_name = "TOPIC", help_heading = OUTPUT)]
+    pub lowstate: Option<String>,
+    /// Factor of the loads that are the forces instead of decisions.
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        requires = "lowstate",
+        allow_negative_numbers = true,
+        value_parser = parse_scale,
+        help = "With --lowstate, the forces are the loads times this factor, rounded",
+        help_heading = OUTPUT
+    )]
+    pub lowstate_scale: Option<f64>,
+}
+
+/// A foot with its estimates.
+pub struct ReplayedFoot {
+    /// Results of the foot.
+    pub foot: Replayed,
+    /// Picture of the foot, if drawn.
+    pub picture: Option<Picture>,
+}
+
+/// A foot whose contacts go into a copy of its bag.
+pub struct CopiedFoot {
+    /// Name of the foot, in the topics of its contacts.
+    pub name: String,
+    /// Its place in messages of all feet, if its names have one.
+    pub place: Option<usize>,
+    /// Its samples.
+    pub stored: Stored,
+    /// Parameters of its estimate.
+    pub params: Params,
+    /// Part of the recording whose contacts are written.
+    pub span: Span,
+    /// Events in that part.
+    pub events: Vec<ContactEvent>,
+}
+
 impl ReplayArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let span = recording::span(self.from, self.to)?;
+        let span = options::span(self.from, self.to)?;
         let resolved = self.recording.resolved(self.window)?;
-        targets::check_inputs(&self.inputs)?;
+        files::check_inputs(&self.inputs)?;
         self.check_targets()?;
         let jobs = self.jobs.unwrap_or_else(jobs::all_cores);
         let bars = Bars::default();
@@ -112,7 +183,7 @@ impl ReplayArguments {
             done.details.iter().for_each(detail);
             done.notices.iter().for_each(warn);
             for ReplayedFoot { foot, .. } in &done.feet {
-                let place = recording::place(&done.file, foot.summary.foot.as_deref());
+                let place = options::place(&done.file, foot.summary.foot.as_deref());
                 self.recording.reading.report(&place, &foot.findings)?;
             }
             feet.extend(done.feet);
@@ -133,7 +204,7 @@ impl ReplayArguments {
         let events = self.events.as_deref().map(Target::Events);
         let picture = self.plot.as_deref().map(Target::Drawing);
         let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
-        targets::check(&self.inputs, &all)?;
+        files::check(&self.inputs, &all)?;
         self.copied.check(self.bag())?;
         if let Some(bag) = self.bag() {
             let file = bag.display().to_string();
@@ -202,8 +273,8 @@ impl ReplayArguments {
             names.map(str::to_owned).collect()
         };
         let names: Vec<Vec<String>> = stored.iter().map(names_of).collect();
-        recording::check_begin(&file, self.from, &stored)?;
-        if let Some(name) = targets::name_among(&self.inputs, input) {
+        options::check_begin(&file, self.from, &stored)?;
+        if let Some(name) = files::name_among(&self.inputs, input) {
             for foot in &mut stored {
                 foot.about.name.clone_from(&name);
             }
@@ -354,4 +425,166 @@ fn recognised(about: &About, summary: &Summary) -> String {
         about.duration_s(),
         about.sample_rate,
     )
+}
+
+impl CopiedArguments {
+    /// Checks that the options apply: there is a copy, or none of them is given.
+    pub(crate) fn check(&self, bag: Option<&Path>) -> Result<(), OutputError> {
+        let option = match (&self.compat[..], &self.lowstate) {
+            ([], None) => return Ok(()),
+            (_, Some(_)) => "--lowstate",
+            (_, None) => "--compat",
+        };
+        if bag.is_none() {
+            return Err(OutputError::NoCopy(option));
+        }
+        if self.lowstate.is_some() && self.compat.contains(&Compat::Unitree) {
+            return Err(OutputError::LowStateTwice);
+        }
+        Ok(())
+    }
+
+    /// Copies the only bag of `inputs` with the contacts and events of feet.
+    #[cfg(feature = "bags")]
+    pub(crate) fn copy(
+        &self,
+        inputs: &[PathBuf],
+        to: &Path,
+        feet: &mut [CopiedFoot],
+        again: bool,
+    ) -> Result<(), Error> {
+        let of_all_feet = OfAllFeet {
+            compats: self.compat.clone(),
+            low_states: self
+                .lowstate
+                .clone()
+                .map(|topic| LowStateSource { topic, scale: self.lowstate_scale }),
+        };
+        for input in inputs {
+            // Parts that end early were reported when the samples were read.
+            bag_copy::write(input, feet, &of_all_feet, again, to)?;
+        }
+        Ok(())
+    }
+}
+
+/// Parses a factor of loads.
+fn parse_scale(text: &str) -> Result<f64, &'static str> {
+    let scale = text.parse().ok();
+    scale
+        .filter(|scale: &f64| scale.is_finite() && *scale != 0.0)
+        .ok_or("write a number other than 0")
+}
+
+/// Picture of a foot.
+pub enum Picture {
+    /// A figure of its own.
+    Figure(RecordingPlot),
+    /// Its part of a page.
+    Page(PageFoot),
+}
+
+impl Picture {
+    /// Creates the picture for the part `span` of a foot, without samples.
+    #[must_use]
+    pub fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
+        let name = estimate::name(stored);
+        let about = &stored.about;
+        let (from_s, to_s) = span.within(about.duration_us);
+        let span = plot::span(from_s, to_s - from_s, about.sample_rate);
+        match drawing {
+            Drawing::Page => Self::Page(PageFoot::new(&name, about, span)),
+            Drawing::Svg => {
+                let (start_us, load) = (about.start_us, &about.load_title);
+                Self::Figure(RecordingPlot::new(&name, start_us, load, span))
+            }
+        }
+    }
+}
+
+/// Observer of a foot for the progress bar and its picture.
+pub struct Watched {
+    /// Progress bar.
+    pub bar: ProgressBar,
+    /// Picture of the foot, if drawn.
+    pub picture: Option<Picture>,
+    /// Events of the foot, if kept.
+    pub events: Option<Vec<ContactEvent>>,
+}
+
+impl Observer for Watched {
+    fn estimated(&mut self) {
+        self.bar.inc(1);
+    }
+
+    fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
+        match &mut self.picture {
+            Some(Picture::Figure(figure)) => figure.add(sample, estimate),
+            Some(Picture::Page(page)) => page.add(sample, estimate),
+            None => {}
+        }
+    }
+
+    fn add_event(&mut self, event: &ContactEvent) {
+        if let Some(events) = &mut self.events {
+            events.push(*event);
+        }
+        if let Some(Picture::Page(page)) = &mut self.picture {
+            page.add_event(event);
+        }
+    }
+}
+
+/// Writes the events and the pictures of all feet, which tables name where there are `several`, and returns the paths.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write_shown(
+    events: Option<&Path>,
+    pictures: Option<&Path>,
+    feet: &mut [ReplayedFoot],
+    several: bool,
+) -> Result<Vec<PathBuf>, OutputError> {
+    let mut written = Vec::new();
+    if let Some(path) = events {
+        write_file(path, |to| {
+            let foot = if several { "foot," } else { "" };
+            writeln!(to, "{foot}{HEADER}")?;
+            let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
+            parts.try_for_each(|part| part.write(to))
+        })?;
+        written.push(path.to_owned());
+    }
+    if let Some(path) = pictures {
+        written.extend(write_pictures(path, feet)?);
+    }
+    Ok(written)
+}
+
+/// Writes the page of all feet or the figure of each, and returns the paths.
+fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<PathBuf>, OutputError> {
+    let one = feet.len() == 1;
+    let mut page = Vec::new();
+    let mut written = Vec::new();
+    for ReplayedFoot { foot, picture } in feet {
+        match picture.take() {
+            None => {}
+            Some(Picture::Page(foot)) => page.push(foot),
+            Some(Picture::Figure(figure)) => {
+                let path = match one {
+                    true => path.to_owned(),
+                    false => files::path_of_foot(path, &foot.summary.recording),
+                };
+                // Foot names may differ only in characters that file names cannot hold.
+                let path = files::unused_path(path, &written);
+                write_file(&path, |to| to.write_all(figure.svg()?.as_bytes()))?;
+                written.push(path);
+            }
+        }
+    }
+    if !page.is_empty() {
+        write_file(path, |to| page::write(page, to))?;
+        written.push(path.to_owned());
+    }
+    Ok(written)
 }

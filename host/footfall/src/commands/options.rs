@@ -1,0 +1,542 @@
+//! Options that commands share.
+//!
+//! | options | type | commands |
+//! |---|---|---|
+//! | how recordings are read, and their parameters | [`RecordingArguments`], [`ReadingArguments`] | `replay`, `calibrate`, `convert` |
+//! | where feet stream from, and which nodes are feet | [`ListenArguments`], [`FeetArguments`] | `monitor`, `record`, `ros2`, `view`, `decode` |
+//! | how a recording that is played as a source is read | [`PlayedArguments`] | those that listen to feet |
+//! | frames of messages, and messages of other programs | [`PublishedArguments`] | those that publish |
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use estimator_core::{Gravity, Mounting, Params, WindowLength};
+use feet::decode::Feet;
+use feet::decode::feet::{Name, NamedTwice};
+use feet::{Playback, Source};
+use recordings::analysis::parameters::differences;
+use recordings::analysis::replay::span::Span;
+use recordings::config::{
+    ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
+    parse_sample_rate,
+};
+use recordings::input::{
+    BagOptions, ContactUse, Decimal, Format, Hints, LoadTopic, Mapping, Rename, Scale, Stored,
+    TableOptions, TimeUnit, Times, Topics, Units,
+};
+use recordings::plausible::{self, Finding};
+use recordings::samples::recording::Recording;
+use wire::NodeId;
+
+use crate::error::Error;
+use crate::messages::{error, warn};
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
+use crate::ros::Bridge;
+use crate::ros::Compat;
+
+/// Heading of the options for reading the input.
+pub const INPUT: &str = "Input";
+
+/// Heading of the options of the estimator.
+pub const ESTIMATOR: &str = "Estimator";
+
+/// Heading of the options for the output.
+pub const OUTPUT: &str = "Output";
+
+/// How recordings are read and which parameters they are estimated with. Later wins: preset,
+/// configuration file, options.
+#[derive(Debug, Args)]
+pub struct RecordingArguments {
+    /// How they are read.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
+    /// Where the parameters start from
+    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
+    pub preset: Preset,
+    /// A TOML file with parameters that differ from the preset
+    #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
+    pub config: Option<PathBuf>,
+}
+
+/// How recordings are read.
+#[derive(Debug, Args)]
+pub struct ReadingArguments {
+    /// How the input is laid out; may be left out where a header names the columns (csv) or the first
+    /// bytes show it (parquet, mcap, rosbag2)
+    #[arg(long, value_parser = name_parser(Format::ALL, Format::name, Format::help), help_heading = INPUT)]
+    pub format: Option<Format>,
+    /// Sample rate, where the input does not tell or its nominal rate is wrong
+    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate, help_heading = INPUT)]
+    pub sample_rate: Option<f32>,
+    /// Whether the accelerations contain gravity
+    #[arg(long, value_parser = word_parser(GRAVITIES.map(|(word, _)| word), parse_gravity), help_heading = INPUT)]
+    pub gravity: Option<Gravity>,
+    /// How the sensor lies.
+    #[command(flatten)]
+    pub mounting: MountingArguments,
+    /// How tables of others are read.
+    #[command(flatten)]
+    pub table: TableArguments,
+    /// Which topics of a bag are read.
+    #[command(flatten)]
+    pub bag: BagArguments,
+    /// Fail where a recording is not plausible: wrong units, gravity that is there or not, a clock
+    /// that jumps
+    #[arg(long, help_heading = INPUT)]
+    pub strict: bool,
+}
+
+impl ReadingArguments {
+    /// Reports the findings of a recording.
+    ///
+    /// # Errors
+    /// There are findings, and `--strict` is given.
+    pub(crate) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
+        for finding in findings {
+            let message = format!("{file}: {finding}");
+            // With `--strict` findings are errors, as the failure refers to them.
+            if self.strict {
+                error(message);
+            } else {
+                warn(message);
+            }
+        }
+        if self.strict && !findings.is_empty() {
+            return Err(Error::Implausible { file: file.to_owned(), count: findings.len() });
+        }
+        Ok(())
+    }
+
+    /// Merges the options with a preset and a configuration file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has an error.
+    pub(crate) fn resolved(
+        &self,
+        preset: Preset,
+        config: Option<&Path>,
+    ) -> Result<Resolved, Error> {
+        Ok(Resolved {
+            preset,
+            sample_rate: self.sample_rate,
+            gravity: self.gravity,
+            axes: self.mounting.axes.clone(),
+            ..config.map(read_config).transpose()?.unwrap_or_default()
+        })
+    }
+
+    /// Returns the properties of the files that their format does not define.
+    pub(crate) fn hints(&self, resolved: &Resolved) -> Hints {
+        resolved.hints(self.table.options(), self.bag.options())
+    }
+}
+
+impl RecordingArguments {
+    /// Merges preset, configuration file and options.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has an error.
+    pub(crate) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
+        let resolved = self.reading.resolved(self.preset, self.config.as_deref())?;
+        Ok(Resolved { window, ..resolved })
+    }
+
+    /// Returns the preset and the parameters that differ from it, in one line.
+    pub(crate) fn parameters_text(&self, params: &Params, format: Format) -> String {
+        let preset = self.preset.name();
+        match differences(params, self.preset, format).as_str() {
+            "" => format!("all parameters are those of the preset {preset}"),
+            differences => format!("preset {preset}, but {differences}"),
+        }
+    }
+}
+
+/// How the sensor lies in the foot.
+#[derive(Clone, Debug, Default, Args)]
+pub struct MountingArguments {
+    /// The mounting, where it was given.
+    #[arg(
+        long,
+        value_name = "[FOOT=]x,-z,y|w,x,y,z",
+        help_heading = INPUT,
+        allow_hyphen_values = true,
+        help = "The sensor's axes along the foot's x, y and z, which is up; or a unit quaternion from \
+                the sensor's frame to the foot's; or one for each foot: FL=x,y,z,FR=-x,-y,z. footfall \
+                calibrate finds it"
+    )]
+    pub axes: Option<FootAxes>,
+}
+
+/// How tables of others are read; docs/formats.md lists what is recognised without.
+#[derive(Clone, Debug, Default, Args)]
+pub struct TableArguments {
+    /// Which columns stand for ours.
+    #[arg(
+        long,
+        value_name = "OURS=THEIRS,...",
+        help_heading = INPUT,
+        help = "Columns that stand for ours, by their name or its last parts, such as \
+                t=stamp,ax=linear_acceleration.x; those of ROS, PlotJuggler and Unitree are known"
+    )]
+    pub map: Option<Mapping>,
+    /// Units of the six axes where they are not m/s2,rad/s: g or mg, dps or mdps
+    #[arg(long, value_name = "g,dps", help_heading = INPUT)]
+    pub units: Option<Units>,
+    /// Factors of the readings of accelerometer and gyroscope, which --units then apply to, such as
+    /// 0.000122,0.07 for counts
+    #[arg(long, value_name = "A,W", help_heading = INPUT, allow_hyphen_values = true)]
+    pub scale: Option<Scale>,
+    /// Mark before the fractions of a table's numbers: a comma as in 1,5
+    #[arg(long, value_name = "MARK", value_parser = word_parser([".", ","], str::parse::<Decimal>), hide_possible_values = true, help_heading = INPUT)]
+    pub decimal: Option<Decimal>,
+    /// Unit of the times, where it is not that of the column's name or s
+    #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
+    pub time_unit: Option<TimeUnit>,
+    /// Times that are not in order: keep (an error), drop-bad (leave those rows out) or rate (space
+    /// all rows by the sample rate)
+    #[arg(long, value_parser = word_parser(["keep", "drop-bad", "rate"], str::parse::<Times>), hide_possible_values = true, help_heading = INPUT)]
+    pub times: Option<Times>,
+}
+
+impl TableArguments {
+    pub(crate) fn options(&self) -> TableOptions {
+        TableOptions {
+            mapping: self.map.clone().unwrap_or_default(),
+            units: self.units.unwrap_or_default(),
+            scale: self.scale.unwrap_or_default(),
+            decimal: self.decimal.unwrap_or_default(),
+            time_unit: self.time_unit,
+            times: self.times.unwrap_or_default(),
+        }
+    }
+}
+
+/// Which topics of a bag of ROS 2 are read.
+#[derive(Clone, Debug, Default, Args)]
+pub struct BagArguments {
+    /// The topics of the feet.
+    #[arg(
+        long,
+        value_name = "TOPIC|all",
+        help_heading = INPUT,
+        help = "The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be \
+                left out where there is only one foot, by its topic and frame"
+    )]
+    pub topic: Vec<String>,
+    /// Topics that are left out.
+    #[arg(
+        long,
+        value_name = "TOPIC",
+        help_heading = INPUT,
+        help = "A topic to leave out, such as /trunk/imu with --topic all; * stands for any text"
+    )]
+    pub not_topic: Vec<String>,
+    /// The frames of the feet.
+    #[arg(
+        long,
+        value_name = "FRAME",
+        help_heading = INPUT,
+        help = "Frame (header.frame_id) of a foot, where one topic has those of several; may be \
+                repeated. By default each frame is a foot"
+    )]
+    pub frame: Vec<String>,
+    /// The topics of the loads.
+    #[arg(
+        long,
+        value_name = "TOPIC[:FIELD]",
+        help_heading = INPUT,
+        help = "The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or \
+                WrenchStamped, such as /foot/wrench:force.z, or a number of any message, such as \
+                /lowstate:foot_force[0]; once for each foot, in their order, or once with {foot} in the place of its name"
+    )]
+    pub load_topic: Vec<LoadTopic>,
+    /// Other names of feet.
+    #[arg(
+        long,
+        value_name = "OLD=NEW",
+        help_heading = INPUT,
+        help = "Call a foot of a bag by another name, such as leg_1=FL; OLD is its name, or its topic or a part of that"
+    )]
+    pub rename: Vec<Rename>,
+}
+
+impl BagArguments {
+    /// Returns whether the feet of several topics or frames may be read.
+    pub(crate) fn may_be_of_several_feet(&self) -> bool {
+        self.topic.len() > 1
+            || self.frame.len() > 1
+            || Topics::from_names(&self.topic) == Topics::All
+    }
+
+    pub(crate) fn options(&self) -> BagOptions {
+        BagOptions {
+            topics: Topics::from_names(&self.topic),
+            excluded: self.not_topic.clone(),
+            frames: self.frame.clone(),
+            loads: self.load_topic.clone(),
+            renames: self.rename.clone(),
+        }
+    }
+}
+
+/// Adjusts findings of a recording that was read with this mounting: suggested axes replace it.
+pub(crate) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
+    let adjusted = |finding: Finding| finding.with_mounting(mounting);
+    findings.into_iter().map(adjusted).collect()
+}
+
+/// Returns the findings of a recording read with `hints` as that of `foot`.
+pub(crate) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
+    let findings = plausible::check(recording);
+    with_mounting(findings, &hints.correction_of(&[foot]).mounting)
+}
+
+/// Reads the settings of a configuration file. It is read once, so it may be a pipe.
+///
+/// # Errors
+/// The file cannot be read, or has an error.
+pub(crate) fn read_config(path: &Path) -> Result<Resolved, ConfigError> {
+    let name = path.display().to_string();
+    match fs::read_to_string(path) {
+        Ok(text) => Resolved::of_file(ConfigFile { name, text }),
+        Err(source) => Err(ConfigError::Unreadable { file: name, source }),
+    }
+}
+
+/// Place of a finding: a file, and the foot in it if it has a name.
+pub(crate) fn place(file: &str, foot: Option<&str>) -> String {
+    foot.map_or_else(|| file.to_owned(), |foot| format!("{file}, foot {foot}"))
+}
+
+/// Returns the span from `--from` to `--to`, s on the recording's clock.
+///
+/// # Errors
+/// The span ends before it begins.
+pub(crate) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
+    let span = Span::new(from, to);
+    if span.is_empty() {
+        let [from, to] = [from, to].map(Option::unwrap_or_default);
+        return Err(Error::EmptySpan { from, to });
+    }
+    Ok(span)
+}
+
+/// Checks that `--from` is not beyond the end of the longest foot of a file.
+///
+/// # Errors
+/// It is beyond that end.
+pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), Error> {
+    let durations_s = feet.iter().map(|foot| foot.about.duration_s());
+    let duration = durations_s.fold(0.0, f64::max);
+    match from {
+        Some(from) if from > duration => {
+            Err(Error::BeyondTheEnd { file: file.to_owned(), from, duration })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Help text on the syntax of a source.
+pub(crate) const SOURCES: &str = "Where the feet stream from: usb, uart:/dev/ttyACM0[@BAUD], can:can0, \
+                       slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
+                       simulated feet";
+
+/// Feet that stream.
+#[derive(Debug, Args)]
+pub struct ListenArguments {
+    /// Where the feet stream from.
+    #[arg(help = SOURCES, default_value = "usb")]
+    pub source: Source,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub feet: FeetArguments,
+    /// How a recording of an IMU is read.
+    #[command(flatten)]
+    pub played: PlayedArguments,
+}
+
+impl ListenArguments {
+    /// Returns the source and the feet.
+    ///
+    /// # Errors
+    /// Names of feet contradict each other, or there are options of reading for a source that is not a file.
+    pub(crate) fn listen(self) -> Result<(Source, Feet), Error> {
+        let feet = self.feet.feet()?;
+        Ok((self.played.read(self.source)?, feet))
+    }
+}
+
+/// Feet beside those that have the ids of their places.
+#[derive(Clone, Debug, Default, Args)]
+pub struct FeetArguments {
+    /// On CAN, a node that is a foot beside those of the ids 0x11 to 0x16; may be repeated
+    #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
+    pub nodes: Vec<NodeId>,
+    /// Names of feet by node id, for the column foot, such as 1=FL,2=FR; these nodes are feet
+    #[arg(long, value_name = "ID=NAME,...", value_delimiter = ',', value_parser = parse_name)]
+    pub names: Vec<(NodeId, Name)>,
+}
+
+impl FeetArguments {
+    /// Returns the feet.
+    ///
+    /// # Errors
+    /// A node is given two names, or two nodes are given one name.
+    pub(crate) fn feet(&self) -> Result<Feet, NamedTwice> {
+        let mut feet = Feet::default();
+        self.nodes.iter().for_each(|node| feet.add(*node));
+        feet.call(&self.names)?;
+        Ok(feet)
+    }
+}
+
+/// How the recording of an IMU is read and estimated that is played.
+#[derive(Clone, Debug, Default, Args)]
+pub struct PlayedArguments {
+    /// Which topics of a bag are read.
+    #[command(flatten)]
+    pub bag: BagArguments,
+    /// How tables of others are read.
+    #[command(flatten)]
+    pub table: TableArguments,
+    /// How the sensor lies.
+    #[command(flatten)]
+    pub mounting: MountingArguments,
+    /// Preset of the parameters with which the recording of an IMU is estimated
+    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
+    pub preset: Preset,
+    /// A TOML file with parameters that differ from the preset, of all feet or of single ones
+    #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
+    pub config: Option<PathBuf>,
+    /// Estimate from the samples of a bag again; otherwise the contacts that its feet sent and that were recorded
+    /// with the samples are the estimates, and no parameter applies
+    #[arg(long, help_heading = ESTIMATOR)]
+    pub estimate_again: bool,
+}
+
+impl PlayedArguments {
+    /// Returns the source, read and estimated as the options say.
+    ///
+    /// # Errors
+    /// There are options, and the source is not a file; or the configuration file cannot be read, or has an error.
+    pub(crate) fn read(&self, source: Source) -> Result<Source, Error> {
+        let config = self.config.as_deref();
+        let settings = Resolved {
+            preset: self.preset,
+            axes: self.mounting.axes.clone(),
+            ..config.map(read_config).transpose()?.unwrap_or_default()
+        };
+        settings.check_before_reading(Format::Csv)?;
+        let playback = Playback {
+            hints: Hints {
+                contacts: ContactUse::unless_estimated(self.estimate_again),
+                ..settings.hints(self.table.options(), self.bag.options())
+            },
+            estimator_options: estimator_options(self.preset, config, None, &self.mounting),
+            settings,
+        };
+        if playback != Playback::default() && source.file().is_none() {
+            return Err(Error::NotPlayed(source.to_string()));
+        }
+        Ok(source.played_with(playback))
+    }
+}
+
+/// Returns the names of the given options that change an estimate and nothing else.
+pub(crate) fn estimator_options(
+    preset: Preset,
+    config: Option<&Path>,
+    window: Option<WindowLength>,
+    mounting: &MountingArguments,
+) -> Vec<&'static str> {
+    let given = [
+        ("--preset", preset != Preset::default()),
+        ("--config", config.is_some()),
+        ("--window", window.is_some()),
+        ("--axes", mounting.axes.is_some()),
+    ];
+    let given = given.into_iter().filter(|(_, is_given)| *is_given);
+    given.map(|(option, _)| option).collect()
+}
+
+/// Frames of messages, and messages of other programs.
+#[derive(Clone, Debug, Args)]
+pub struct PublishedArguments {
+    /// Publish the decisions of all four feet in messages of other programs, too; several are separated
+    /// by commas
+    #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser())]
+    pub compat: Vec<Compat>,
+    /// Frames of the messages; {foot} stands for the foot's name
+    #[arg(long, value_name = "FRAME", default_value = crate::ros::topics::FRAME)]
+    pub frame_id: String,
+    /// Prefix of the frames of all messages, such as spot/
+    #[arg(long, value_name = "PREFIX", default_value = "", hide_default_value = true)]
+    pub frame_prefix: String,
+}
+
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
+impl PublishedArguments {
+    /// Pattern of the frames.
+    pub(crate) fn frame(&self) -> String {
+        format!("{}{}", self.frame_prefix, self.frame_id)
+    }
+
+    /// Returns the conversion to messages.
+    pub(crate) fn bridge(&self) -> Bridge {
+        Bridge::new(&self.frame(), &self.compat)
+    }
+}
+
+/// Parses a node id, decimal or hexadecimal with 0x.
+pub(crate) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
+    let id = parse_number(text).and_then(|id| NodeId::new(u8::try_from(id).ok()?));
+    id.ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
+}
+
+/// Parses a number, decimal or hexadecimal with 0x.
+pub(crate) fn parse_number(text: &str) -> Option<u32> {
+    match text.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
+    }
+}
+
+/// Parses a node id with the name of its foot.
+fn parse_name(text: &str) -> Result<(NodeId, Name), String> {
+    let (id, name) = text.split_once('=').ok_or("write a node id and a name, such as 1=FL")?;
+    let name = Name::new(name).map_err(|error| error.to_string())?;
+    Ok((parse_node(id)?, name))
+}
+
+/// Parser of a preset name; the help lists all presets.
+pub(crate) fn preset_parser() -> impl TypedValueParser<Value = Preset> {
+    name_parser(Preset::ALL, Preset::name, Preset::help)
+}
+
+/// Parser of a name of one of `all`; the help describes each.
+pub(crate) fn name_parser<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+    help: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let names = all.map(|one| PossibleValue::new(name(one)).help(help(one)));
+    PossibleValuesParser::new(names).try_map(move |text| {
+        let found = all.into_iter().find(|one| name(*one) == text);
+        found.ok_or("not in the list")
+    })
+}
+
+/// Parser of one of several words; an error suggests the nearest word.
+fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
+    words: [&'static str; N],
+    parse: fn(&str) -> Result<T, String>,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words).try_map(move |word| parse(&word))
+}
+
+/// Parser of a program's name; the help lists its message and topic.
+pub(crate) fn compat_parser() -> impl TypedValueParser<Value = Compat> {
+    name_parser(Compat::ALL, Compat::name, Compat::about)
+}
