@@ -1,8 +1,10 @@
 //! Programs that are printed and run, by default in the root of the workspace.
 
 use std::env;
+use std::ffi::OsStr;
+use std::fs::{self, File};
 use std::path::Path;
-use std::process::{Command, ExitStatus};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -29,11 +31,10 @@ impl Step {
     /// Creates a step that runs `program`, a path relative to the root or a name.
     pub fn program(program: &str) -> Self {
         let at_root = root().join(program);
-        let mut command = match at_root.is_file() {
-            true => Command::new(at_root),
-            false => Command::new(program),
-        };
-        command.current_dir(root());
+        let mut command =
+            if at_root.is_file() { Command::new(at_root) } else { Command::new(program) };
+        // Everything looks for what it built in `target`.
+        command.current_dir(root()).env_remove("CARGO_TARGET_DIR");
         let name = Path::new(program).file_name();
         let text = name.map_or_else(|| program.to_owned(), |name| name.display().to_string());
         Self { command, text }
@@ -50,6 +51,12 @@ impl Step {
             self.command.arg(argument.as_ref());
             self.text.extend([" ", argument.as_ref()]);
         }
+        self
+    }
+
+    /// Sets a variable of the environment.
+    pub fn env(mut self, name: &str, value: impl AsRef<OsStr>) -> Self {
+        self.command.env(name, value);
         self
     }
 
@@ -89,6 +96,16 @@ impl Step {
         Ok(status)
     }
 
+    /// Runs the program with its output in a file, and returns whether it succeeded.
+    ///
+    /// # Errors
+    /// The program does not start, or the file cannot be written.
+    pub fn run_into(mut self, file: &Path) -> Result<bool> {
+        let output = File::create(file).with_context(|| file.display().to_string())?;
+        self.command.stdin(Stdio::null()).stderr(output.try_clone()?).stdout(output);
+        Ok(self.status()?.success())
+    }
+
     /// Runs the program and returns its standard output.
     ///
     /// # Errors
@@ -102,4 +119,25 @@ impl Step {
         }
         String::from_utf8(output.stdout).with_context(|| format!("{text} prints no text"))
     }
+}
+
+/// Returns whether the shell would find a program of this name.
+pub fn is_installed(program: &str) -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+/// Processor time of the programs that have run so far, s.
+///
+/// # Errors
+/// The system has no `/proc`.
+pub fn cpu_s_of_children() -> Result<f64> {
+    /// Unit of the times in `/proc` on each architecture of Linux (proc(5), `USER_HZ`).
+    const TICKS_PER_SECOND: f64 = 100.0;
+    let text = fs::read_to_string("/proc/self/stat").context("processor time is read on Linux")?;
+    // The second field is the name in brackets; `cutime` and `cstime` are the fields 16 and 17.
+    let after_name = text.rsplit_once(')').map_or("", |(_, rest)| rest);
+    let fields = after_name.split_whitespace().skip(13).take(2);
+    let ticks = fields.map(|field| field.parse::<f64>().unwrap_or(0.0));
+    Ok(ticks.sum::<f64>() / TICKS_PER_SECOND)
 }

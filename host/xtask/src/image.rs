@@ -3,15 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use bootloader::image::Sources;
 use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
-use crate::boards;
 use crate::command::{Step, root};
-
-/// Target of the firmware.
-pub const FOOT_TARGET: &str = "thumbv7em-none-eabihf";
+use crate::firmware::{self, Board};
 
 /// Builds the program of a board and writes its image, signed with the key in a file of 32 bytes, or with the
 /// development key.
@@ -24,29 +21,9 @@ pub fn run(
     sequence: Option<u32>,
     output: Option<PathBuf>,
 ) -> Result<()> {
-    let all = boards::all()?;
-    let Some(board) = all.iter().find(|other| other.name == board) else {
-        let names: Vec<&str> = all.iter().map(|board| board.name.as_str()).collect();
-        bail!("no board {board:?}: there are {}", names.join(", "));
-    };
-    let elf = build(board, &[])?;
+    let elf = firmware::build(&Board::named(board)?, &[])?;
     let output = output.unwrap_or_else(|| elf.with_extension("img"));
     write(&elf, key, sequence, &output)
-}
-
-/// Builds the program of a board, with more arguments for cargo, and returns the path of its ELF.
-///
-/// # Errors
-/// It does not build.
-pub fn build(board: &boards::Board, arguments: &[String]) -> Result<PathBuf> {
-    Step::cargo(&["build", "--locked", "--profile", "firmware"])
-        .with(["--package", "firmware", "--no-default-features"])
-        .with(["--features", &board.name, "--bin", &board.program])
-        .with(["--target", FOOT_TARGET])
-        .with(arguments)
-        .run()?;
-    let folder = root().join("target").join(FOOT_TARGET).join("firmware");
-    Ok(folder.join(&board.program))
 }
 
 /// Writes the image of an ELF.

@@ -1,12 +1,27 @@
-//! Entry point of the tasks on the repository: `cargo xtask quick | image | library | uf2 | release`.
+//! Entry point of the tasks on the repository, `cargo xtask TASK`: checks, what is flashed, releases.
+//!
+//! | tasks | module |
+//! |---|---|
+//! | `quick`, `test`, `gate`, `full` | [`quick`], [`checks`]: the tiers of checks, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
+//! | `measure` | [`measure`]: what the gate costs |
+//! | `programs`, `bootloader`, `hex`, `image`, `uf2` | [`firmware`], [`hex`], [`image`], [`uf2`]: what is flashed |
+//! | `library`, `release` | [`library`], [`release`]: what others get |
 
-mod boards;
+mod checks;
 mod command;
+mod crates;
+mod firmware;
+mod hex;
 mod image;
+mod install;
 mod library;
+mod measure;
 mod packages;
+mod panics;
+mod python;
 mod quick;
 mod release;
+mod socketcan;
 mod uf2;
 
 use std::path::PathBuf;
@@ -15,8 +30,11 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 
+use crate::firmware::Board;
+use crate::install::Tier;
+
 #[derive(Parser)]
-#[command(about = "What is done to the repository", version)]
+#[command(about = "Checks the repository, and builds what is flashed and released", version)]
 struct Arguments {
     #[command(subcommand)]
     task: Task,
@@ -24,11 +42,62 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Format, lints and unit tests of the packages that a change can have touched.
+    /// Checks format, lints and unit tests of the packages that a change can have touched.
     Quick {
         /// The commit that the change began at.
         #[arg(long, default_value = "HEAD")]
         since: String,
+    },
+    /// Tests every behaviour once; installs what that needs. `.ci/test` is its short name.
+    Test,
+    /// Runs the tests, lints, budgets of the programs, the installed Python package and the first command: `.ci/run`.
+    Gate,
+    /// Runs all that the gate leaves out, in hours: `.ci/full`.
+    Full {
+        /// Parts to run, instead of all.
+        #[arg(value_name = "PART")]
+        parts: Vec<String>,
+        /// Prints the names of the parts.
+        #[arg(long)]
+        list: bool,
+    },
+    /// Runs one part of the full checks in the environment as it is.
+    #[command(hide = true)]
+    Part {
+        /// Name of the part.
+        name: String,
+    },
+    /// Installs the tools that the tests need and this machine lacks.
+    Install {
+        /// Installs those of the full checks, too.
+        #[arg(long)]
+        full: bool,
+    },
+    /// Measures the gate in a fresh clone, and writes its table in CONTRIBUTING.md.
+    Measure,
+    /// Builds all programs for the boards that tests run.
+    Programs,
+    /// Builds the bootloader of a board, and prints the path of its ELF.
+    Bootloader {
+        /// The board.
+        board: String,
+    },
+    /// Writes a program and its bootloader as Intel HEX and `DfuSe` files beside the program's ELF.
+    ///
+    /// The files have only what is flashed. A raw binary would overwrite the settings, which lie between bootloader and program.
+    Hex {
+        /// ELF of the program.
+        program: PathBuf,
+        /// ELF of the bootloader. Without it the files have the program alone, for a chip whose bootloader protects its sectors.
+        bootloader: Option<PathBuf>,
+    },
+    /// Lists the places of a program that can panic by its code, and fails where its `panics.txt` lacks one.
+    Panics {
+        /// ELF of the program.
+        elf: PathBuf,
+        /// Prints the places instead of comparing them.
+        #[arg(long)]
+        print: bool,
     },
     /// Builds the image of a board's program, which an update sends.
     Image {
@@ -71,6 +140,24 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<()> {
     match task {
         Task::Quick { since } => quick::run(&since),
+        Task::Test => checks::test(),
+        Task::Gate => checks::gate(),
+        Task::Full { list: true, .. } => {
+            checks::parts().for_each(|part| println!("{part}"));
+            Ok(())
+        }
+        Task::Full { parts, list: false } => checks::full(&parts),
+        Task::Part { name } => checks::part(&name),
+        Task::Install { full } => install::run(if full { Tier::Full } else { Tier::Test }),
+        Task::Measure => measure::run(),
+        Task::Programs => firmware::build_all(),
+        Task::Bootloader { board } => {
+            let elf = firmware::build_bootloader(&Board::named(&board)?, &[])?;
+            println!("{}", elf.strip_prefix(command::root())?.display());
+            Ok(())
+        }
+        Task::Hex { program, bootloader } => hex::run(&program, bootloader.as_deref()),
+        Task::Panics { elf, print } => panics::run(&elf, print),
         Task::Image { board, key, sequence, output } => {
             image::run(&board, key.as_deref(), sequence, output)
         }

@@ -3,15 +3,15 @@
 //!
 //! Those of the firmware depend on commit and compiler alone: two clones of a commit give the same bytes.
 
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::{env, fs};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 
-use crate::boards;
 use crate::command::{Step, root};
-use crate::{image, library, uf2};
+use crate::firmware::{self, Board};
+use crate::{hex, image, library, uf2};
 
 /// Machines with a program and a wheel; the program is static, so it runs on any Linux of the machine.
 const MACHINES: [Machine; 2] = [
@@ -167,61 +167,20 @@ fn build_wheel(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
 /// Builds the firmware of each board and writes its ELF, which the debug probe and the log need; its image, for updates;
 /// HEX and `DfuSe` of bootloader and program, for an empty chip.
 fn build_firmware(dist: &Path) -> Result<()> {
-    let folders = folders()?;
-    for board in boards::all()? {
-        let elf = image::build(&board, &remap(&folders))?;
-        check_names(&elf, &folders)?;
-        let built = elf.clone();
-        let bootloader = Step::program(".ci/bootloader").with([&board.name]);
-        let bootloader = bootloader.with(remap(&folders)).output()?;
-        let bootloader = root().join(bootloader.trim());
-        check_names(&bootloader, &folders)?;
+    let folders = firmware::folders()?;
+    let arguments = firmware::remap(&folders);
+    for board in Board::all()? {
+        let elf = firmware::build(&board, &arguments)?;
+        firmware::check_names(&elf, &folders)?;
+        let bootloader = firmware::build_bootloader(&board, &arguments)?;
+        firmware::check_names(&bootloader, &folders)?;
         image::write(&elf, None, None, &elf.with_extension("img"))?;
         fs::copy(&elf, elf.with_extension("elf"))?;
-        Step::program(".ci/hex")
-            .with([elf, bootloader].map(|path| path.display().to_string()))
-            .run()?;
+        hex::run(&elf, Some(&bootloader))?;
         for extension in ["elf", "img", "hex", "dfu"] {
-            let built = built.with_extension(extension);
+            let built = elf.with_extension(extension);
             let name = format!("foot-{VERSION}-{}.{extension}", board.name);
             fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
-        }
-    }
-    Ok(())
-}
-
-/// Folders that an ELF would name its sources by, with names that are the same on every machine.
-fn folders() -> Result<[(PathBuf, &'static str); 3]> {
-    let home = env::var("CARGO_HOME").map(PathBuf::from).or_else(|_| {
-        let home = env::home_dir().context("neither CARGO_HOME nor a home folder is known")?;
-        anyhow::Ok(home.join(".cargo"))
-    })?;
-    let compiler = Step::program("rustc").with(["--print", "sysroot"]);
-    let compiler = compiler.output()?;
-    Ok([
-        (root().canonicalize()?, "/footfall"),
-        (home, "/cargo"),
-        (PathBuf::from(compiler.trim()), "/rust"),
-    ])
-}
-
-/// Arguments of cargo that give the folders their names.
-fn remap(folders: &[(PathBuf, &str)]) -> Vec<String> {
-    let flag = |(folder, name): &(PathBuf, &str)| {
-        format!("--remap-path-prefix={}={name}", folder.display())
-    };
-    let flags: Vec<String> = folders.iter().map(flag).collect();
-    let setting = format!("target.{}.rustflags = {flags:?}", image::FOOT_TARGET);
-    vec!["--config".into(), setting]
-}
-
-/// Checks that an ELF names none of the folders.
-fn check_names(elf: &Path, folders: &[(PathBuf, &str)]) -> Result<()> {
-    let bytes = fs::read(elf)?;
-    for (folder, _) in folders {
-        let name = folder.as_os_str().as_encoded_bytes();
-        if bytes.windows(name.len()).any(|found| found == name) {
-            bail!("{}: it names {}", elf.display(), folder.display());
         }
     }
     Ok(())

@@ -28,7 +28,7 @@ const MOST_SECONDS: f64 = 86_400.0;
 pub struct ServeArguments {
     #[command(flatten)]
     elf: elf::ElfArguments,
-    /// The bootloader's ELF, as `.ci/bootloader BOARD` builds it; without it the program starts at once, and cannot be
+    /// The bootloader's ELF, as `cargo xtask bootloader BOARD` builds it; without it the program starts at once, and cannot be
     /// replaced. A power cycle brings the first program back.
     #[arg(long, value_name = "ELF")]
     bootloader: Option<PathBuf>,

@@ -1,0 +1,306 @@
+//! The three tiers of checks: every behaviour once, the gate, and all that the gate leaves out.
+
+use std::env;
+use std::fs;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use crate::command::{Step, cpu_s_of_children, root};
+use crate::firmware::{self, Board};
+use crate::install::{self, Tier};
+use crate::{crates, hex, panics, python, release, socketcan};
+
+/// The tests' packages. One selection, so that nothing is compiled twice: features of shared dependencies are those of all
+/// packages together.
+const PACKAGES: [&str; 3] = ["--workspace", "--exclude", "board-proofs"];
+
+/// Packages with all features, for lints and documentation.
+const ALL_FEATURES: [&str; 2] = ["--features", "host-tests/full"];
+
+/// Turns each warning of clippy into an error.
+const DENY: [&str; 3] = ["--", "-D", "warnings"];
+
+/// Makes a missing recording or tool a failure, unless the environment decides. It is set by the gate and by the full
+/// checks; a machine without the recordings of others sets 0, and its tests then name what is missing, and pass.
+const REQUIRE_EVERYTHING: &str = "FOOTFALL_REQUIRE_EVERYTHING";
+
+/// Wall time since the start, in the headings of the parts.
+struct Clock {
+    start: Instant,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { start: Instant::now() }
+    }
+
+    fn heading(&self, name: &str) {
+        let seconds = self.start.elapsed().as_secs();
+        println!("\n== {name} ({} min {:02} s)", seconds / 60, seconds % 60);
+    }
+}
+
+fn require_everything(step: Step) -> Step {
+    let value = env::var(REQUIRE_EVERYTHING).unwrap_or_else(|_| "1".into());
+    step.env(REQUIRE_EVERYTHING, value)
+}
+
+/// Tests every behaviour once: installs what that needs, compiles it, and runs it.
+///
+/// # Errors
+/// A test fails, or a tool cannot be installed.
+pub fn test() -> Result<()> {
+    install::run(Tier::Test)?;
+    firmware::build_all()?;
+    // The libraries too, for that of Python.
+    Step::cargo(&["build", "--locked", "--lib", "--tests"]).with(PACKAGES).run()?;
+    // Tests of the virtual board run the program against boards.
+    Step::cargo(&["test", "--locked"])
+        .with(PACKAGES)
+        .env("FOOTFALL_PROGRAM", root().join("target/debug/footfall"))
+        .run()?;
+    python::core()
+}
+
+/// Runs the gate: the tests with nothing left unchecked, then format, lints, documentation, the budgets of the boards' programs,
+/// the Python package as it is installed, and the README's first command.
+///
+/// # Errors
+/// A check fails.
+pub fn gate() -> Result<()> {
+    let clock = Clock::start();
+    clock.heading("format");
+    Step::cargo(&["fmt", "--all", "--check"]).run()?;
+
+    clock.heading("tests");
+    let cpu_s_before = cpu_s_of_children()?;
+    let begin = Instant::now();
+    require_everything(Step::program(".ci/test")).run()?;
+    let (wall_s, cpu_s) = (begin.elapsed().as_secs_f64(), cpu_s_of_children()? - cpu_s_before);
+    println!(".ci/test: {wall_s:.1} s, CPU {cpu_s:.1} s");
+
+    clock.heading("lints");
+    Step::cargo(&["clippy", "--locked", "--all-targets", "--exclude", "firmware"])
+        .with(PACKAGES)
+        .with(ALL_FEATURES)
+        .with(DENY)
+        .run()?;
+    let library = ["clippy", "--locked", "--package", "firmware", "--lib", "--tests"];
+    Step::cargo(&library).with(DENY).run()?;
+    firmware::lint()?;
+
+    clock.heading("documentation");
+    Step::cargo(&["doc", "--locked", "--no-deps", "--exclude", "footfall-python"])
+        .with(PACKAGES)
+        .with(ALL_FEATURES)
+        .env("RUSTDOCFLAGS", "-D warnings")
+        .run()?;
+
+    clock.heading("programs of the boards");
+    let mut elfs = Vec::new();
+    let mut bootloaders = Vec::new();
+    for board in Board::all()? {
+        let (elf, bootloader) =
+            (firmware::elf_of(&board.program), firmware::build_bootloader(&board, &[])?);
+        hex::run(&elf, Some(&bootloader))?;
+        elfs.push(elf);
+        // The linker holds the bootloader to its two sectors.
+        bootloaders.push(bootloader);
+    }
+    for elf in elfs.iter().chain(&bootloaders) {
+        panics::run(elf, false)?;
+    }
+    elfs.push(firmware::elf_of("self-check"));
+    firmware::check_sizes(&elfs)?;
+
+    clock.heading("the Python package");
+    python::package()?;
+
+    clock.heading("the first command");
+    first_command()?;
+
+    clock.heading("passed");
+    Ok(())
+}
+
+/// Measures the README's first command from a fresh clone but for the downloads, and holds it to a budget of CPU seconds and of
+/// the program's size.
+fn first_command() -> Result<()> {
+    const CPU_BUDGET_S: f64 = 150.0;
+    const SIZE_BUDGET_MB: f64 = 16.0;
+    // A machine that does other work meanwhile counts more.
+    const TOLERANCE: f64 = 1.2;
+    let tree = ["tree", "--locked", "--package", "footfall", "--edges", "normal,build"];
+    let listed = Step::cargo(&tree).with(["--prefix", "none", "--no-dedupe"]).output()?;
+    let packages = listed.lines().filter_map(|line| line.split(" (").next());
+    let packages: std::collections::BTreeSet<&str> = packages.collect();
+    println!("packages: {}", packages.len());
+
+    let target = root().join("target/first-command");
+    let build = || -> Result<f64> {
+        if target.exists() {
+            fs::remove_dir_all(&target)?;
+        }
+        let before = cpu_s_of_children()?;
+        Step::cargo(&["build", "--quiet", "--release", "--locked", "--package", "footfall"])
+            .with(["--target-dir", &target.display().to_string()])
+            .run()?;
+        Ok(cpu_s_of_children()? - before)
+    };
+    let mut cpu_s = build()?;
+    if cpu_s > CPU_BUDGET_S * TOLERANCE {
+        cpu_s = cpu_s.min(build()?);
+    }
+    let program = target.join("release/footfall");
+    let size_mb = fs::metadata(&program).context("the program is built")?.len() as f64 / 1e6;
+    println!("CPU time to compile: {cpu_s:.0} of {CPU_BUDGET_S} s");
+    println!("size of the program: {size_mb:.1} of {SIZE_BUDGET_MB} MB");
+    fs::remove_dir_all(&target)?;
+    for (name, value, budget) in
+        [("CPU time to compile, s", cpu_s, CPU_BUDGET_S), ("size, MB", size_mb, SIZE_BUDGET_MB)]
+    {
+        if value > budget * TOLERANCE {
+            bail!(
+                "the first command: {name}: {value:.1} exceeds the budget of {budget} by more than a fifth"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Part of the full checks.
+type Part = (&'static str, fn() -> Result<()>);
+
+/// The parts, in the order in which they run.
+const PARTS: [Part; 10] = [
+    ("features", features),
+    ("hosts", hosts),
+    ("boards", boards),
+    ("python", python::full),
+    ("research", python::research),
+    ("socketcan", socketcan::run),
+    ("fuzz", fuzz),
+    ("benches", benches),
+    ("crates", crates::run),
+    ("release", || release::run(None)),
+];
+
+/// Names of the parts of the full checks.
+pub fn parts() -> impl Iterator<Item = &'static str> {
+    PARTS.iter().map(|(name, _)| *name)
+}
+
+/// Runs the full checks, which take hours: all parts, or those that are named. A part that fails does not stop the others.
+///
+/// # Errors
+/// A part fails, or no part has a name.
+pub fn full(chosen: &[String]) -> Result<()> {
+    if let Some(unknown) = chosen.iter().find(|name| !parts().any(|part| part == **name)) {
+        let parts: Vec<&str> = parts().collect();
+        bail!("no part is called {unknown:?}: there are {}", parts.join(", "));
+    }
+    install::run(Tier::Full)?;
+    let clock = Clock::start();
+    let mut failed = Vec::new();
+    for (name, _) in PARTS
+        .iter()
+        .filter(|(name, _)| chosen.is_empty() || chosen.iter().any(|chosen| chosen == name))
+    {
+        clock.heading(name);
+        // In a process of its own, whose environment asks for everything.
+        let this = env::current_exe()?.display().to_string();
+        if let Err(error) = require_everything(Step::program(&this).with(["part", name])).run() {
+            eprintln!("error: {error:#}");
+            failed.push(*name);
+        }
+    }
+    clock.heading("end");
+    if !failed.is_empty() {
+        bail!("failed: {}", failed.join(", "));
+    }
+    Ok(())
+}
+
+/// Runs one part of the full checks in this process.
+///
+/// # Errors
+/// The part fails, or there is no such part.
+pub fn part(name: &str) -> Result<()> {
+    let mut parts = PARTS.iter();
+    let part = parts.find(|(part, _)| *part == name);
+    let (_, run) = part.with_context(|| format!("no part is called {name:?}"))?;
+    run()
+}
+
+/// Folder of what is built with all features.
+const FULL_TARGET: [&str; 2] = ["--target-dir", "target/full"];
+
+/// Lints the program without a feature and with each alone, the formats for a log on the target, and tests all features.
+fn features() -> Result<()> {
+    for features in ["", "bags", "foxglove", "parquet", "ros2"] {
+        Step::cargo(&["clippy", "--quiet", "--locked", "--package", "footfall"])
+            .with(["--features", features])
+            .with(DENY)
+            .run()?;
+    }
+    Step::cargo(&["clippy", "--quiet", "--locked", "--package", "footfall-estimator"])
+        .with(["--package", "footfall-wire", "--features", "footfall-wire/defmt"])
+        .with(DENY)
+        .run()?;
+    let features = "footfall/all,host-tests/full,recordings/bags,recordings/parquet";
+    Step::cargo(&["test", "--locked", "--no-fail-fast"])
+        .with(FULL_TARGET)
+        .with(["--package", "footfall", "--package", "recordings", "--package", "host-tests"])
+        .with(["--features", features, "--", "--include-ignored"])
+        .run()
+}
+
+/// Long tests of the packages that no other part tests.
+fn hosts() -> Result<()> {
+    Step::cargo(&["test", "--locked", "--no-fail-fast"])
+        .with(PACKAGES)
+        .with(["--exclude", "footfall", "--exclude", "host-tests", "--exclude", "virtual-board"])
+        .with(["--", "--ignored"])
+        .run()
+}
+
+/// Long tests of the virtual board, with a program that has all features: recordings are bags.
+fn boards() -> Result<()> {
+    firmware::build_all()?;
+    Step::cargo(&["build", "--locked", "--package", "footfall", "--features", "all"])
+        .with(FULL_TARGET)
+        .run()?;
+    Step::cargo(&["test", "--locked", "--package", "virtual-board", "--no-fail-fast"])
+        .with(["--", "--ignored"])
+        .env("FOOTFALL_PROGRAM", root().join("target/full/debug/footfall"))
+        .run()
+}
+
+/// Checks that the targets of fuzzing compile; fuzzing itself needs a nightly compiler.
+fn fuzz() -> Result<()> {
+    Step::cargo(&["check", "--manifest-path", "wire/fuzz/Cargo.toml"]).run()
+}
+
+/// Runs the throughput benches, and checks that the density estimate takes more than 10 million samples a second, the figure
+/// in docs/evaluation.md. A fast core reaches several times that.
+fn benches() -> Result<()> {
+    const LEAST_MILLIONS_PER_SECOND: f64 = 10.0;
+    // The test of the instruction counts has compiled the same there.
+    let target: PathBuf = root().join("target/benches");
+    let table = Step::cargo(&["bench", "--locked", "--package", "footfall-estimator"])
+        .with(["--bench", "estimator", "--target-dir", &target.display().to_string()])
+        .output()?;
+    println!("{table}");
+    let mut lines = table.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let line = lines.find(|words| words.first() == Some(&"kde/paper_50"));
+    let line = line.context("the bench printed no kde/paper_50")?;
+    let rate: f64 = line.get(1).copied().unwrap_or_default().parse().context("kde/paper_50")?;
+    if rate <= LEAST_MILLIONS_PER_SECOND {
+        bail!(
+            "kde/paper_50: {rate} million samples a second, expected more than {LEAST_MILLIONS_PER_SECOND}"
+        );
+    }
+    Ok(())
+}
