@@ -29,7 +29,9 @@ fn browser() -> Option<&'static str> {
     };
     let found = BROWSERS.into_iter().find(runs);
     if found.is_none() {
-        unmet("there is no Chromium, so that no page was looked at; `cargo xtask install --full` installs it");
+        unmet(
+            "there is no Chromium, so that no page was looked at; `cargo xtask install --full` installs it",
+        );
     }
     found
 }

@@ -1,4 +1,4 @@
-//! Runs `footfall` on SocketCAN, in an emulated machine with Debian's kernel: kernels of containers often have no virtual CAN
+//! Runs `footfall` on `SocketCAN`, in an emulated machine with Debian's kernel: kernels of containers often have no virtual CAN
 //! interfaces. can-utils play a log of the demo onto one. `footfall record` must receive each contact, `footfall monitor`
 //! show P and then a silent foot, and a request must reach the bus and its response the program. Takes about a minute.
 
