@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn default_node_ids_match_the_documentation() {
+    fn default_node_ids_are_0x11_to_0x16() {
         let ids = Foot::ALL.map(|foot| (foot.name(), foot.default_node_id().get()));
         assert_eq!(
             ids,

@@ -8,9 +8,9 @@
 //! | CAN: the process data of a foot, one file a frame | [`pdo`] |
 //! | CAN: read and write objects | [`sdo`] |
 //! | CAN: write objects of any length | [`domain`] |
-//! | what sequence numbers say is missing | [`sequence`] |
 //! | CAN: a CANopen device out of all these | [`node`] |
 //! | faults and their emergency codes | [`fault`] |
+//! | stage and counters of the board | [`board`] |
 //! | UART: frames, and a decoder that finds its way back after any garbage | [`uart`] |
 //! | UART: CAN frames as text, which the bootloader speaks | [`slcan`] |
 //!
@@ -52,8 +52,8 @@ extern crate std;
 
 pub mod abort;
 mod address;
+pub mod board;
 mod bytes;
-pub mod counter;
 pub mod dictionary;
 pub mod domain;
 pub mod fault;
@@ -62,15 +62,13 @@ pub mod frame;
 pub mod node;
 pub mod pdo;
 pub mod sdo;
-pub mod sequence;
 pub mod settings;
 pub mod slcan;
-pub mod stage;
 pub mod uart;
 pub mod value;
 
 pub use abort::AbortCode;
-pub use counter::{Counter, Counters};
+pub use board::{Counter, Counters, Stage};
 pub use dictionary::Address;
 pub use fault::{Emergency, Fault, Faults};
 pub use foot::{Foot, NodeId};
@@ -78,5 +76,4 @@ pub use frame::CanFrame;
 pub use node::{BootCause, Event, Node, Outcome};
 pub use pdo::Pdo;
 pub use settings::Settings;
-pub use stage::Stage;
 pub use value::{DataType, Value};

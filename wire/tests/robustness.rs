@@ -1,14 +1,14 @@
 //! A short, reproducible run of the fuzz targets in `fuzz/`: their corpus, damaged pieces of
 //! it, and bytes from a generator.
 
-mod random;
 #[path = "../fuzz/targets.rs"]
 mod targets;
 
 use std::fs;
 use std::path::Path;
 
-use random::Random;
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
 use targets::{TARGETS, Target};
 
 fn corpus(name: &str) -> Vec<Vec<u8>> {
@@ -27,21 +27,21 @@ fn run((name, target): Target) {
     for input in &corpus {
         target(input);
     }
-    let mut random = Random(0x5EED);
+    let mut random = SmallRng::seed_from_u64(0x5EED);
     for round in 0..20_000 {
         let input: Vec<u8> = if round % 2 == 0 {
             // Some inputs of the corpus, one after the other, a few bytes changed or cut off.
-            let mut input: Vec<u8> = (0..=random.below(4))
-                .flat_map(|_| corpus[random.below(corpus.len())].clone())
+            let mut input: Vec<u8> = (0..=random.random_range(0..4))
+                .flat_map(|_| corpus[random.random_range(0..corpus.len())].clone())
                 .collect();
-            for _ in 0..random.below(4) {
-                let index = random.below(input.len());
-                input[index] = random.next() as u8;
+            for _ in 0..random.random_range(0..4) {
+                let index = random.random_range(0..input.len());
+                input[index] = random.random();
             }
-            input.truncate(input.len() - random.below(3).min(input.len()));
+            input.truncate(input.len() - random.random_range(0..3).min(input.len()));
             input
         } else {
-            (0..random.below(200)).map(|_| random.next() as u8).collect()
+            (0..random.random_range(0..200)).map(|_| random.random()).collect()
         };
         target(&input);
     }

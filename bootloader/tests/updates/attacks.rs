@@ -9,28 +9,14 @@ use bootloader::program;
 use bootloader::start::Program::CanRun;
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
 use wire::CanFrame;
 
 use crate::download::Master;
 use crate::flash::{Chip, header, image, probed};
 
 const NODE: u16 = 5;
-
-/// Numbers of a generator (xorshift), which the seed repeats.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        (self.next() >> 16) as usize % end
-    }
-}
 
 /// Sends the header of an image by segments, until the node aborts. Returns whether it has.
 fn is_refused(master: &mut Master, header: &[u8], size: u32) -> bool {
@@ -85,7 +71,7 @@ fn foot_with_a_flipped_bit_in_its_header_takes_an_update() {
 }
 
 /// Requests of a download in progress, with some of their bytes replaced.
-fn hostile(random: &mut Random, image: &[u8]) -> (u16, [u8; 8]) {
+fn hostile(random: &mut SmallRng, image: &[u8]) -> (u16, [u8; 8]) {
     const STARTS: [[u8; 8]; 12] = [
         [0x21, 0x50, 0x1F, 1, 0, 4, 0, 0],
         [0xC6, 0x50, 0x1F, 1, 0, 4, 0, 0],
@@ -100,20 +86,20 @@ fn hostile(random: &mut Random, image: &[u8]) -> (u16, [u8; 8]) {
         [0xC1, 0, 0, 0, 0, 0, 0, 0],
         [0x80, 0x50, 0x1F, 1, 0, 0, 4, 5],
     ];
-    let mut request = STARTS[random.below(STARTS.len())];
-    match random.below(6) {
+    let mut request = STARTS[random.random_range(0..STARTS.len())];
+    match random.random_range(0..6) {
         // A segment with bytes of an image.
         0..=2 => {
-            let at = random.below(image.len() - 7);
-            request = [random.below(128) as u8, 0, 0, 0, 0, 0, 0, 0];
+            let at = random.random_range(0..image.len() - 7);
+            request = [random.random_range(0..128), 0, 0, 0, 0, 0, 0, 0];
             request[1..].copy_from_slice(&image[at..at + 7]);
         }
-        3 => request[random.below(8)] = random.next() as u8,
-        4 => request = random.next().to_le_bytes(),
+        3 => request[random.random_range(0..8)] = random.random(),
+        4 => request = random.random(),
         _ => {}
     }
     let ids = [0x600 + NODE, 0x600 + NODE, 0x600 + NODE, 0, 0x7E5];
-    let id = ids[random.below(ids.len())];
+    let id = ids[random.random_range(0..ids.len())];
     (id, request)
 }
 
@@ -122,15 +108,15 @@ fn random_requests_neither_run_nor_lose_a_program() {
     let (old, new) = (image(2, 200), image(3, 300));
     let mut chip = Chip::running(&old).with(Slot::Previous, &image(1, 100));
     for seed in 1..=40 {
-        let mut random = Random(seed);
+        let mut random = SmallRng::seed_from_u64(seed);
         let mut node = Master::of(chip).node;
         for _ in 0..3_000 {
             let (id, request) = hostile(&mut random, &new);
-            let length = [8, 8, 8, 8, 8, 8, 2, 0][random.below(8)];
+            let length = [8, 8, 8, 8, 8, 8, 2, 0][random.random_range(0..8)];
             let frame = CanFrame::new(id, &request[..length]).expect("a frame");
-            let line = [Line::Can, Line::Serial][random.below(2)];
+            let line = [Line::Can, Line::Serial][random.random_range(0..2)];
             node.receive(&frame, line);
-            for _ in 0..random.below(4) {
+            for _ in 0..random.random_range(0..4) {
                 node.tick(CanRun);
             }
             if node.take_restart().is_some() {
@@ -162,21 +148,21 @@ fn any_journal_starts_a_whole_program() {
     let programs = [image(2, 2), image(3, 3), image(1, 1)];
     let [running, new, previous] = &programs;
     for seed in 1..=600 {
-        let mut random = Random(seed * 0x9E37_79B9);
+        let mut random = SmallRng::seed_from_u64(seed);
         let mut chip = Chip::running(running).with(Slot::Previous, previous);
-        let has_new = random.below(3) > 0;
+        let has_new = random.random_range(0..3) > 0;
         if has_new {
             chip = chip.with(Slot::New, new);
         }
         let mut state = State::read(&chip);
-        for _ in 0..random.below(12) {
-            let event = EVENTS[random.below(EVENTS.len())];
+        for _ in 0..random.random_range(0..12) {
+            let event = EVENTS[random.random_range(0..EVENTS.len())];
             state.append(event, &mut chip).expect("room");
         }
         // An invalid record.
-        if random.below(4) == 0 {
-            let at = bootloader::layout::JOURNAL + 4 * random.below(40) as u32;
-            let word = chip.read(at) & random.next() as u32;
+        if random.random_range(0..4) == 0 {
+            let at = bootloader::layout::JOURNAL + 4 * random.random_range(0..40);
+            let word = chip.read(at) & random.random::<u32>();
             let _ = chip.program(at, word);
         }
         for start in 0..5 {

@@ -1,13 +1,32 @@
 //! 0x1000 to 0x1FFF: objects required or allowed by CiA 301.
 
+use super::object::{Access, Concern, Entry, Object, Role, Shape, Text};
 use super::process::process;
-use super::{
-    Access, Concern, Entry, Object, PDO_NO_REMOTE, PRODUCT_CODE, REVISION, Role, Shape, Text,
-    VENDOR_ID, index,
-};
+use crate::address::index;
 use crate::foot::cob_id;
 use crate::pdo::{self, Pdo};
 use crate::value::Value;
+
+/// "save" and "load": signatures that must be written to store and to restore.
+pub const SIGNATURE_STORE: u32 = u32::from_le_bytes(*b"save");
+/// See [`SIGNATURE_STORE`].
+pub const SIGNATURE_RESTORE: u32 = u32::from_le_bytes(*b"load");
+
+/// Bit 31 of a PDO's identifier: the PDO is off.
+pub const PDO_OFF: u32 = 1 << 31;
+/// Bit 30 of a PDO's identifier: remote frames are not answered.
+pub const PDO_NO_REMOTE: u32 = 1 << 30;
+
+/// "foot": distinguishes the product from other devices of the vendor.
+pub const PRODUCT_CODE: u32 = u32::from_be_bytes(*b"foot");
+/// No vendor id has been assigned to this project.
+pub const VENDOR_ID: u32 = 0;
+/// The revision of this dictionary: major in the upper, minor in the lower 16 bits. The major
+/// number changes when an object changes its meaning.
+pub const REVISION: u32 = 0x0002_0001;
+
+/// Number of past emergencies that 0x1003 keeps.
+pub const ERROR_HISTORY: usize = 8;
 
 const fn tpdo(pdo: Pdo) -> [Entry; 3] {
     [

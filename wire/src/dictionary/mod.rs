@@ -4,68 +4,32 @@
 //! | what | module |
 //! |---|---|
 //! | indices and addresses | `address` |
-//! | the objects of CiA 301 | `communication` |
-//! | the configuration of the foot | `settings`, `mounting`, `axes` |
-//! | what it measures and knows | `process` |
-//! | a value: role, access, limits, texts | `entry`, `limits`, `text` |
+//! | what describes an object: entries, roles, access, limits, texts | `object` |
+//! | the objects of CiA 301 and 302-3, 0x1000 to 0x1FFF | `communication` |
+//! | the configuration of the foot, 0x2000 to 0x20FF | `settings` |
+//! | its measurements, state and commands, from 0x2100 on | `process` |
 //!
 //! To add a number of the estimator, give it a row in [`estimator_core::parameter`] and an entry with
 //! `Entry::parameter` in `settings`. To add another setting, give it an entry with `Entry::setting`, and
 //! read it in [`settings`](crate::settings). `FOOTFALL_UPDATE=1 cargo test -p footfall-wire --test files` writes
 //! the files.
 
-mod axes;
 mod communication;
-mod entry;
-mod limits;
-mod mounting;
+mod object;
 mod process;
 mod settings;
-mod text;
-
-pub use crate::address::{Address, index};
-pub(crate) use axes::AS_QUATERNION;
-pub use axes::code_of_axes;
-pub use entry::{Access, Concern, Entry, Role};
-pub use limits::Limits;
-pub use settings::WINDOW_CAPACITY;
-pub use text::Text;
 
 use crate::abort::AbortCode;
 
-/// Structure of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// One value, at sub-index 0.
-    Var,
-    /// Values of one type from sub-index 1; their number at sub-index 0.
-    Array,
-    /// Values of different types from sub-index 1; the highest sub-index at sub-index 0.
-    Record,
-}
-
-/// Object of the dictionary. On a microcontroller its texts are empty.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Object {
-    /// Index.
-    pub index: u16,
-    /// Name.
-    pub name: Text,
-    /// Structure.
-    pub shape: Shape,
-    /// Description.
-    pub doc: Text,
-    /// Values; those of an array or a record without sub-index 0.
-    pub entries: &'static [Entry],
-}
-
-impl Object {
-    /// The highest sub-index.
-    #[must_use]
-    pub fn highest_subindex(&self) -> u8 {
-        self.entries.last().map_or(0, |entry| entry.subindex)
-    }
-}
+pub use crate::address::{Address, index};
+pub use communication::{
+    ERROR_HISTORY, PDO_NO_REMOTE, PDO_OFF, PRODUCT_CODE, REVISION, SIGNATURE_RESTORE,
+    SIGNATURE_STORE, VENDOR_ID,
+};
+pub use object::{Access, Concern, Entry, Limits, Object, Role, Shape, Text};
+pub use process::SIGNATURE_BROWN_OUT;
+pub(crate) use settings::AS_QUATERNION;
+pub use settings::{WINDOW_CAPACITY, code_of_axes};
 
 /// Result of looking up an address.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,30 +140,6 @@ const fn count_settings(objects: usize) -> usize {
     count
 }
 
-/// "save" and "load": signatures that must be written to store and to restore.
-pub const SIGNATURE_STORE: u32 = u32::from_le_bytes(*b"save");
-/// See [`SIGNATURE_STORE`].
-pub const SIGNATURE_RESTORE: u32 = u32::from_le_bytes(*b"load");
-
-/// "bor3": signature that must be written to set brown-out level 3 (reset below 2.75 to 2.88 V).
-pub const SIGNATURE_BROWN_OUT: u32 = u32::from_le_bytes(*b"bor3");
-
-/// Bit 31 of a PDO's identifier: the PDO is off.
-pub const PDO_OFF: u32 = 1 << 31;
-/// Bit 30 of a PDO's identifier: remote frames are not answered.
-pub const PDO_NO_REMOTE: u32 = 1 << 30;
-
-/// "foot": distinguishes the product from other devices of the vendor.
-pub const PRODUCT_CODE: u32 = u32::from_be_bytes(*b"foot");
-/// No vendor id has been assigned to this project.
-pub const VENDOR_ID: u32 = 0;
-/// The revision of this dictionary: major in the upper, minor in the lower 16 bits. The major
-/// number changes when an object changes its meaning.
-pub const REVISION: u32 = 0x0002_0001;
-
-/// Number of past emergencies that 0x1003 keeps.
-pub const ERROR_HISTORY: usize = 8;
-
 /// All objects, in the order of their indices. Built by the compiler, which would report an
 /// index out of range.
 #[allow(clippy::indexing_slicing)]
@@ -225,7 +165,6 @@ mod tests {
     use super::*;
     use crate::pdo::PDOS;
     use crate::pdo::Pdo;
-    use crate::value::Value;
     use std::vec::Vec;
 
     #[test]
@@ -268,18 +207,6 @@ mod tests {
                 );
             }
         }
-    }
-
-    #[test]
-    fn values_outside_the_limits_return_abort_codes() {
-        let limits =
-            Limits::RangeWithout(&[Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]);
-        assert_eq!(limits.check(Value::U8(0)), Err(AbortCode::InvalidValue));
-        assert_eq!(limits.check(Value::U8(128)), Err(AbortCode::InvalidValue));
-        assert_eq!(limits.check(Value::U8(255)), Ok(()));
-        let limits = Limits::Range(Value::F32(0.0), Value::F32(1.0));
-        assert_eq!(limits.check(Value::F32(1.1)), Err(AbortCode::TooHigh));
-        assert_eq!(limits.check(Value::F32(f32::NAN)), Err(AbortCode::InvalidValue));
     }
 
     #[test]

@@ -2,11 +2,15 @@
 
 use estimator_core::Learnt;
 
+use super::object::{Access, Entry, Object, Role, Shape, Text};
 use super::settings::LEARNT;
-use super::{Access, Entry, Object, Role, Shape, Text, index};
-use crate::counter::Counter;
+use crate::address::index;
+use crate::board::Counter;
 use crate::pdo::Field;
 use crate::value::Value;
+
+/// "bor3": signature that must be written to set brown-out level 3 (reset below 2.75 to 2.88 V).
+pub const SIGNATURE_BROWN_OUT: u32 = u32::from_le_bytes(*b"bor3");
 
 /// Number of rows of a frame that belong to an object.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
@@ -42,7 +46,7 @@ pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [En
 macro_rules! process {
     ($pdo:ident, $index:ident) => {{
         const FIELDS: &[crate::pdo::Field] = crate::pdo::Pdo::$pdo.fields();
-        const INDEX: u16 = super::index::$index;
+        const INDEX: u16 = crate::address::index::$index;
         const COUNT: usize = super::process::count(FIELDS, INDEX);
         &super::process::entries::<COUNT>(FIELDS, INDEX)
     }};

@@ -2,23 +2,24 @@
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
-use estimator_core::{Learning, Learnt, Method, Timestamp, VelocitySigma};
+use estimator_core::{ContactEstimate, Learning, Learnt, Method, Timestamp, VelocitySigma};
 use heapless::Deque;
 
 use super::event::{Calibration, CalibrationState, Crash, Event, Program};
-use super::snapshot::Snapshot;
 use crate::abort::AbortCode;
-use crate::counter::{Counter, Counters};
+use crate::board::Stage;
+use crate::board::{Counter, Counters};
 use crate::dictionary::{
     self, Access, Address, ERROR_HISTORY, Place, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE,
     SIGNATURE_STORE, index,
 };
 use crate::fault::Faults;
 use crate::foot::NodeId;
-use crate::pdo::{Load, LongTime};
+use crate::pdo::{
+    Acceleration, Attitude, Axes, Bias, ClockReading, Contact, Health, Load, LongTime, Pdo, Rate,
+};
 use crate::sdo::{Objects, Written};
 use crate::settings::Settings;
-use crate::stage::Stage;
 use crate::value::Value;
 
 /// State behind the objects: everything of the node except its protocols.
@@ -102,9 +103,10 @@ impl Device {
 
     /// Zero-velocity sigma of the newest estimate; the maximum while a fault voids it.
     fn velocity_sigma(&self) -> VelocitySigma {
-        match self.faults.void_estimate() {
-            true => VelocitySigma::MOST,
-            false => self.snapshot.estimate.velocity_sigma,
+        if self.faults.void_estimate() {
+            VelocitySigma::MOST
+        } else {
+            self.snapshot.estimate.velocity_sigma
         }
     }
 
@@ -202,9 +204,7 @@ impl Device {
             _ => Err(AbortCode::ReadOnly),
         }
     }
-}
 
-impl Device {
     /// Executes a command of CiA 302-3 to the program that runs.
     fn control_program(&mut self, command: u8) -> Result<Written, AbortCode> {
         match command {
@@ -298,5 +298,57 @@ impl Objects for Device {
             }
         }
         Ok(Written::Done)
+    }
+}
+
+/// Inputs of all process data, as of one tick. Most frames are due on few ticks, so a tick keeps only the estimate, and
+/// a frame is built when it is due or one of its objects is read.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Snapshot {
+    /// Whether there was a tick.
+    pub(super) is_taken: bool,
+    pub(super) estimate: ContactEstimate,
+    /// Temperature of the sensor, °C.
+    pub(super) temperature: f32,
+    pub(super) faults: Faults,
+    /// Frames dropped since the start.
+    pub(super) dropped: u32,
+    pub(super) last_sync: ClockReading,
+    /// Sequence number of the contact.
+    pub(super) sequence: u8,
+}
+
+impl Snapshot {
+    /// Encodes a frame.
+    pub(super) fn payload(&self, pdo: Pdo) -> [u8; 8] {
+        let (estimate, faults) = (&self.estimate, self.faults);
+        match pdo {
+            Pdo::Contact => Contact::new(estimate, self.sequence, faults).encode(),
+            Pdo::Axes => Axes::new(estimate, faults).encode(),
+            Pdo::Attitude => Attitude::new(estimate, faults).encode(),
+            Pdo::Acceleration => Acceleration::new(estimate, faults).encode(),
+            Pdo::Rate => Rate::new(estimate, faults).encode(),
+            Pdo::Bias => Bias::new(estimate, self.temperature, faults).encode(),
+            Pdo::Health => {
+                let register = faults.register();
+                let clock = ClockReading::to_report(self.last_sync, estimate.timestamp);
+                Health::new(estimate.flags, register, self.dropped, clock).encode()
+            }
+        }
+    }
+
+    /// Value of `address` in the PDO that maps it; 0 before the first tick.
+    pub(super) fn value(&self, address: Address) -> Option<u32> {
+        for pdo in Pdo::ALL {
+            let mut offset = 0;
+            for mapped in pdo.mapping() {
+                if mapped.address == address {
+                    let payload = if self.is_taken { self.payload(pdo) } else { [0; 8] };
+                    return Some((u64::from_le_bytes(payload) >> offset) as u32);
+                }
+                offset += mapped.bits;
+            }
+        }
+        None
     }
 }

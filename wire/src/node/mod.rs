@@ -12,43 +12,31 @@
 //! - with the configuration lock set no other setting can be changed or restored, `0x0800_0021`;
 //! - a refused value changes nothing.
 //!
-//! | what | module |
-//! |---|---|
-//! | objects that are read and written, and the rules for it | `device` |
-//! | what the application publishes | `values` |
-//! | process data as of a tick | `snapshot` |
-//! | emergency messages | `faults` |
-//! | the node id, by LSS | `lss` |
-//! | what the application has to know or to do | `event` |
+//! The state behind the objects, and the rules for reading and writing them, are in `device`; the events, and the values
+//! that the application publishes, in `event`.
 
 mod device;
 mod event;
-mod faults;
-mod lss;
-mod snapshot;
-mod values;
 
-use canopen_rs::lss::{LSS_SLAVE_COB_ID, LssSlave};
+use canopen_rs::lss::{self, LSS_SLAVE_COB_ID, LssAddress, LssSlave, LssState};
 use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
 use heapless::Deque;
 
-use device::Device;
-use lss::{LSS_STORE, id_setting, lss_slave};
-use snapshot::Snapshot;
+use device::{Device, Snapshot};
 
 use crate::abort::AbortCode;
-use crate::counter::Counters;
-use crate::dictionary::{Address, index};
-use crate::fault::{Fault, Faults};
+use crate::board::Counters;
+use crate::board::Stage;
+use crate::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
+use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
 use crate::pdo::{ClockReading, Load, Pdo};
 use crate::sdo::{self, Objects, SdoServer};
 use crate::settings::{LoadSource, Settings, Trigger};
-use crate::stage::Stage;
 use crate::value::Value;
 
 pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome, Program};
@@ -90,6 +78,13 @@ pub struct Node {
     details: [u32; Fault::ALL.len()],
 }
 
+/// Requests of the layer setting services (CiA 305).
+const LSS_FASTSCAN: u8 = 0x51;
+const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
+const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
+const LSS_STORE: u8 = 0x17;
+
+/// Address of the setting of the node id.
 const NODE_ID: Address = Address::new(index::NODE_ID, 0);
 
 impl Node {
@@ -213,6 +208,48 @@ impl Node {
         self.device.time
     }
 
+    /// Publishes the name of the board.
+    pub const fn set_hardware(&mut self, name: &'static str) {
+        self.device.hardware = name;
+    }
+
+    /// Publishes the period of the ticks, µs.
+    pub const fn set_tick(&mut self, tick_us: u16) {
+        self.device.tick_us = tick_us;
+    }
+
+    /// Publishes the board's stage.
+    pub const fn set_stage(&mut self, stage: Stage) {
+        self.device.stage = stage;
+    }
+
+    /// Publishes the last crash.
+    pub const fn set_crash(&mut self, crash: Crash) {
+        self.device.crash = Some(crash);
+    }
+
+    /// Publishes the brown-out level at the start, 0 to 3.
+    pub const fn set_brown_out_level(&mut self, level: u8) {
+        self.device.brown_out_level = level;
+    }
+
+    /// Publishes the program that runs.
+    pub const fn set_program(&mut self, program: Program) {
+        self.device.program = program;
+    }
+
+    /// Publishes the values learnt by the estimator. Required before a request is handled: objects are
+    /// encoded when they are read.
+    pub const fn set_learnt(&mut self, learnt: Learnt) {
+        self.device.learnt = learnt;
+    }
+
+    /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the stack,
+    /// bytes. Required before a request is handled.
+    pub const fn set_costs(&mut self, costs: [u16; 3]) {
+        self.device.costs = costs;
+    }
+
     /// Handles a received frame. `now` is its reception time on the clock of the samples.
     pub fn receive(&mut self, frame: &CanFrame, now: Timestamp) -> Outcome {
         if frame.id() == cob_id::LSS_MASTER {
@@ -294,6 +331,43 @@ impl Node {
                 Some(CanFrame::of(LSS_SLAVE_COB_ID, [LSS_STORE, error, 0, 0, 0, 0, 0, 0]))
             }
         }
+    }
+
+    /// Raises a fault; returns the emergency message to send. `None` if the fault was active
+    /// already; if it cannot be sent in this state, [`Node::tick`] sends it later.
+    pub fn raise(&mut self, fault: Fault, detail: u32) -> Option<CanFrame> {
+        if self.device.faults.contains(fault) {
+            return None;
+        }
+        self.note(fault, detail);
+        self.report(fault)
+    }
+
+    /// Raises a fault that cannot be reported while it lasts: [`Node::tick`] sends the
+    /// emergency message after [`Node::release`].
+    pub fn raise_held_back(&mut self, fault: Fault, detail: u32) {
+        if !self.reported.contains(fault) {
+            self.held_back = self.held_back.with(fault);
+        }
+        if !self.device.faults.contains(fault) {
+            self.note(fault, detail);
+        }
+    }
+
+    /// Allows a fault that was held back to be reported.
+    pub fn release(&mut self, fault: Fault) {
+        self.held_back = self.held_back.without(fault);
+    }
+
+    /// Clears a fault; returns the emergency message to send if the fault was reported.
+    pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
+        self.device.faults = self.device.faults.without(fault);
+        self.held_back = self.held_back.without(fault);
+        let reported = self.reported.contains(fault);
+        self.reported = self.reported.without(fault);
+        let id = self.id_for_emergencies().filter(|_| reported)?;
+        let emergency = Emergency::cleared(fault, self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
     }
 
     /// Advances by one millisecond: takes the newest estimate and sends the frames due, the contact first.
@@ -395,6 +469,59 @@ impl Node {
         if target.raw() == 0 || target.raw() == id.get() { self.command(command) } else { None }
     }
 
+    /// Handles a request of a master that assigns the node id (CiA 305).
+    fn receive_lss(&mut self, frame: &CanFrame) -> Outcome {
+        let Some(request) = frame.data8() else {
+            return Outcome::default();
+        };
+        // Bits 31 to 0, and 0x80 in the first request (CiA 305).
+        if let [LSS_FASTSCAN, _, _, _, _, 0x20..=0x7F | 0x81.., ..] = *request {
+            return Outcome::default();
+        }
+        let [service, ..] = *request;
+        let configuring = self.lss.state() == LssState::Configuration;
+        if configuring {
+            let refused = |error, specific| Outcome {
+                reply: Some(CanFrame::of(
+                    LSS_SLAVE_COB_ID,
+                    [service, error, specific, 0, 0, 0, 0, 0],
+                )),
+                event: None,
+            };
+            match service {
+                // 255: refused for a device-specific reason.
+                LSS_CONFIGURE_NODE_ID if self.device.settings.is_locked() => {
+                    return refused(255, 1);
+                }
+                // 1: not supported. The bit rate is a setting (0x2002).
+                LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
+                // 2: the storage medium cannot be accessed, because another store is pending.
+                LSS_STORE if self.waiting != Waiting::None => return refused(2, 0),
+                LSS_STORE => {
+                    self.waiting = Waiting::Lss;
+                    return event(Some(Event::Store));
+                }
+                _ => {}
+            }
+        }
+        let answer = self.lss.handle(request);
+        let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
+        let mut event = None;
+        if accepted {
+            // Also in the settings, so that a store keeps it.
+            let id = NodeId::new(self.lss.pending_node_id());
+            self.given = Some(id);
+            let set = self.device.settings.set(NODE_ID, id_setting(id));
+            event = set.is_ok().then_some(Event::Changed(NODE_ID));
+        }
+        // A node without an id boots as soon as it has one and the configuration has ended (CiA 305).
+        let left = configuring && self.lss.state() == LssState::Waiting;
+        if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
+            event = Some(Event::ResetCommunication);
+        }
+        Outcome { reply: answer.map(|answer| CanFrame::of(LSS_SLAVE_COB_ID, answer)), event }
+    }
+
     fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
         self.last_sync =
             ClockReading { sync: data.first().copied().unwrap_or(0), time: now.into() };
@@ -449,8 +576,61 @@ impl Node {
         }
         Outcome { reply, event: load.map(Event::Load) }
     }
+
+    fn note(&mut self, fault: Fault, detail: u32) {
+        self.device.faults = self.device.faults.with(fault);
+        let history = &mut self.device.history;
+        if history.is_full() {
+            history.pop_back();
+        }
+        // There is room now.
+        let _ = history.push_front(u32::from(fault.code()) | u32::from(fault.number()) << 16);
+        if let Some(kept) = self.details.get_mut(usize::from(fault.number())) {
+            *kept = detail;
+        }
+    }
+
+    fn report(&mut self, fault: Fault) -> Option<CanFrame> {
+        let id = self.id_for_emergencies()?;
+        self.reported = self.reported.with(fault);
+        let detail = self.details.get(usize::from(fault.number())).copied();
+        let emergency = Emergency::raised(fault, detail.unwrap_or(0), self.device.faults);
+        Some(CanFrame::of(id, emergency.encode()))
+    }
+
+    /// Identifier of emergency messages, in states in which they are sent.
+    fn id_for_emergencies(&self) -> Option<u16> {
+        match self.device.state {
+            NmtState::PreOperational | NmtState::Operational => {
+                Some(self.device.id?.cob_id(cob_id::EMERGENCY))
+            }
+            NmtState::Initialising | NmtState::Stopped => None,
+        }
+    }
+
+    /// Active faults that are neither reported nor held back.
+    #[inline]
+    const fn unreported(&self) -> Faults {
+        let reportable = self.device.faults.without_all(self.held_back);
+        reportable.without_all(self.reported)
+    }
 }
 
 fn event(event: Option<Event>) -> Outcome {
     Outcome { reply: None, event }
+}
+
+/// Value of the node id setting for this id.
+fn id_setting(id: Option<NodeId>) -> Value {
+    Value::U8(id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
+}
+
+fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
+    let address = LssAddress {
+        vendor_id: VENDOR_ID,
+        product_code: PRODUCT_CODE,
+        revision_number: REVISION,
+        serial_number: serial,
+    };
+    LssSlave::new(address, id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
 }

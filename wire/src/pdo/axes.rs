@@ -2,7 +2,9 @@
 
 use estimator_core::{ContactEstimate, PerAxis};
 
-use super::{Field, P8, ShortTime, Signal, TIMESTAMP};
+use super::field::{Field, Signal, TIMESTAMP};
+use super::quantity::P8;
+use super::time::ShortTime;
 use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;

@@ -12,24 +12,20 @@ mod health;
 mod load;
 mod motion;
 mod quantity;
-mod signal;
 mod time;
 
 pub use axes::Axes;
 pub use contact::{Contact, Status};
-pub use field::Field;
+pub use field::{Field, Mapped, Signal, SignalKind};
 pub use health::{ClockReading, Health};
 pub use load::Load;
 pub use motion::{Acceleration, Attitude, Bias, Rate};
 pub use quantity::{
     ACCELERATION_STEP, BIAS_STEP, P8, P16, Quantity, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP,
 };
-pub use signal::{Kind, Signal};
 pub use time::{LongTime, ShortTime, TIME_STEP_US, Unwrapper};
 
-use crate::address::{Address, index};
 use crate::foot::NodeId;
-use crate::value::Value;
 
 /// Defines the enumeration and the properties of each frame, from one row per frame: its name, function code,
 /// period in ms, rows, title and comment.
@@ -144,44 +140,6 @@ impl Pdo {
         field::signals(self.fields())
     }
 }
-
-/// An object in a PDO: an entry of its mapping parameter (0x1A00 and following).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mapped {
-    /// Address of the object.
-    pub address: Address,
-    /// Length, bits.
-    pub bits: u8,
-}
-
-impl Mapped {
-    pub(crate) const fn new(index: u16, subindex: u8, bits: u8) -> Self {
-        Self { address: Address::new(index, subindex), bits }
-    }
-
-    /// Entry as stored in the mapping parameter: index, sub-index, bits.
-    #[must_use]
-    pub const fn to_u32(self) -> u32 {
-        (self.address.index as u32) << 16 | (self.address.subindex as u32) << 8 | self.bits as u32
-    }
-}
-
-/// Short timestamp of the sample, part of most frames.
-const TIMESTAMP: Field = Field::new(
-    index::CONTACT,
-    4,
-    "Timestamp",
-    Value::U16(0),
-    &[Signal::unsigned(
-        "Timestamp",
-        16,
-        TIME_STEP_US as f64 / 1000.0,
-        "ms",
-        "When the sample was acquired, on the foot's clock; wraps every 655.36 ms.",
-    )],
-)
-.unit("10 µs")
-.doc("of the sample; wraps every 655.36 ms");
 
 #[cfg(test)]
 mod tests {

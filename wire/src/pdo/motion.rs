@@ -7,14 +7,18 @@
 
 use estimator_core::{ContactEstimate, Flag, Quaternion, Vec3};
 
-use super::signal::{ACCELERATION_UNIT, RATE_UNIT};
-use super::{
-    ACCELERATION_STEP, BIAS_STEP, Field, Quantity, RATE_STEP, ShortTime, Signal, TEMPERATURE_STEP,
-    TIMESTAMP, UNIT_STEP,
+use super::field::{Field, Signal, TIMESTAMP};
+use super::quantity::{
+    ACCELERATION_STEP, BIAS_STEP, Quantity, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP,
 };
+use super::time::ShortTime;
 use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;
+
+/// Units in the DBC, which has no superscripts.
+const ACCELERATION_UNIT: &str = "m/s^2";
+const RATE_UNIT: &str = "rad/s";
 
 /// Encodes four words.
 fn words([a, b, c, d]: [u16; 4]) -> [u8; 8] {

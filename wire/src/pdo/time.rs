@@ -71,22 +71,19 @@ mod tests {
     }
 
     #[test]
-    fn a_long_time_is_microseconds_divided_by_ten() {
-        let mut micros = 0_u64;
-        for i in 0..1_000_000_u64 {
-            let expected = (micros / TIME_STEP_US) as u32;
-            let time = LongTime::from(Timestamp::from_micros(micros));
-            assert_eq!(time, LongTime(expected), "{micros} µs");
-            // Numbers of all lengths.
-            micros = micros.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(i) >> (i % 64);
-        }
-    }
-
-    #[test]
-    fn long_and_short_times_of_a_moment_agree() {
-        for hours in [0, 1, 2, 24, 10_000] {
-            let now = Timestamp::from_micros(hours * 3_600_000_000 + 7_654_321);
-            assert_eq!(LongTime::from(now).short(), ShortTime::from(now), "{hours} h");
+    fn times_count_steps_of_10_us_and_wrap() {
+        const HOUR_US: u64 = 3_600_000_000;
+        for (micros, long, short) in [
+            (9, 0, 0),
+            (10, 1, 1),
+            (655_359, 65_535, 65_535),
+            (655_360, 65_536, 0),
+            (11 * HOUR_US, 3_960_000_000, 52_736),
+            (12 * HOUR_US, 25_032_704, 63_488),
+        ] {
+            let time = Timestamp::from_micros(micros);
+            assert_eq!(LongTime::from(time), LongTime(long), "{micros} µs");
+            assert_eq!(ShortTime::from(time), ShortTime(short), "{micros} µs");
         }
     }
 

@@ -13,13 +13,13 @@
 
 use estimator_core::Timestamp;
 
+use crate::board::Stage;
+use crate::board::{COUNTERS, Counters};
 use crate::bytes::{Reader, Writer};
-use crate::counter::{COUNTERS, Counters};
 use crate::fault::Faults;
 use crate::foot::NodeId;
 use crate::node::State;
 use crate::pdo::Quantity;
-use crate::stage::Stage;
 
 /// State of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use std::fmt::{Display, Write};
 
 use estimator_core::{Flag, Flags, PerAxis, Saturation, Validity, Vec3};
-use wire::counter::Counter;
+use wire::board::Counter;
 use wire::foot::cob_id;
 use wire::node::{Command, State};
 use wire::pdo::{

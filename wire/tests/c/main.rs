@@ -3,8 +3,6 @@
 
 #[allow(dead_code, reason = "host-tests run the program of the README")]
 mod compare;
-#[path = "../random/mod.rs"]
-mod random;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -12,7 +10,8 @@ use std::{env, fs};
 
 use compare::{Counts, Language, Program, Sanitizers, committed};
 use estimator_core::Timestamp;
-use random::Random;
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
 use wire::foot::cob_id;
 use wire::node::State;
 use wire::pdo::{Load, Quantity};
@@ -38,27 +37,30 @@ fn sanitized(name: &str, language: Language) -> Program {
 
 /// Frames with every function code, most of them a foot's; some too short or too long, some with
 /// identifiers of no foot.
-fn can_frames(random: &mut Random) -> Vec<(u32, Vec<u8>)> {
+fn can_frames(random: &mut SmallRng) -> Vec<(u32, Vec<u8>)> {
     let bases = Pdo::ALL.map(Pdo::base).into_iter();
     let bases: Vec<u16> = bases.chain([cob_id::EMERGENCY, cob_id::HEARTBEAT, Load::BASE]).collect();
     (0..FRAMES)
         .map(|_| {
-            let id = match random.below(16) {
-                0 => random.next(),
-                1 => random.next() & 0x7FF,
-                _ => u32::from(bases[random.below(bases.len())]) + random.next() % 128,
+            let id = match random.random_range(0..16) {
+                0 => random.random(),
+                1 => random.random_range(0..0x800),
+                _ => {
+                    u32::from(bases[random.random_range(0..bases.len())])
+                        + random.random_range(0..128)
+                }
             };
             let base = (id & 0x780) as u16;
-            let length = match (random.below(8), base) {
-                (0, _) => random.below(13),
+            let length = match (random.random_range(0..8), base) {
+                (0, _) => random.random_range(0..13),
                 (_, cob_id::HEARTBEAT) => 1,
                 (_, Load::BASE) => 4,
                 _ => 8,
             };
-            let mut data: Vec<u8> = (0..length).map(|_| random.next() as u8).collect();
+            let mut data: Vec<u8> = (0..length).map(|_| random.random()).collect();
             // Valid codes, and those at the ends of the range.
             for byte in &mut data {
-                match random.below(8) {
+                match random.random_range(0..8) {
                     0 => *byte = 0,
                     1 => *byte = 0x80,
                     2 => *byte = 0xFF,
@@ -66,8 +68,8 @@ fn can_frames(random: &mut Random) -> Vec<(u32, Vec<u8>)> {
                     _ => {}
                 }
             }
-            if base == cob_id::EMERGENCY && length == 8 && random.below(4) > 0 {
-                let fault = Fault::ALL[random.below(Fault::ALL.len())];
+            if base == cob_id::EMERGENCY && length == 8 && random.random_range(0..4) > 0 {
+                let fault = Fault::ALL[random.random_range(0..Fault::ALL.len())];
                 data[..2].copy_from_slice(&fault.code().to_le_bytes());
                 data[3] = fault.number();
             }
@@ -78,7 +80,7 @@ fn can_frames(random: &mut Random) -> Vec<(u32, Vec<u8>)> {
 
 /// Frames of the serial line with every type; payloads of the corpus, damaged or not, under a CRC
 /// that fits.
-fn serial_line(random: &mut Random) -> Vec<u8> {
+fn serial_line(random: &mut SmallRng) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/uart");
     let mut files: Vec<_> = fs::read_dir(folder)
         .expect("there is a corpus")
@@ -90,27 +92,29 @@ fn serial_line(random: &mut Random) -> Vec<u8> {
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     let mut line = each_value();
     for _ in 0..FRAMES {
-        let mut frame = corpus[random.below(corpus.len())].clone();
+        let mut frame = corpus[random.random_range(0..corpus.len())].clone();
         frame.truncate(frame.len().saturating_sub(4));
-        for _ in 0..random.below(4) {
+        for _ in 0..random.random_range(0..4) {
             if !frame.is_empty() {
-                let at = random.below(frame.len());
-                frame[at] = random.next() as u8;
+                let at = random.random_range(0..frame.len());
+                frame[at] = random.random();
             }
         }
-        match random.below(12) {
-            0 => frame.truncate(random.below(frame.len() + 1)),
-            1 => frame.extend((0..random.below(160)).map(|_| random.next() as u8)),
-            2 if frame.len() > 1 => frame[1] = Kind::ALL[random.below(Kind::ALL.len())].code(),
+        match random.random_range(0..12) {
+            0 => frame.truncate(random.random_range(0..frame.len() + 1)),
+            1 => frame.extend((0..random.random_range(0..160)).map(|_| random.random::<u8>())),
+            2 if frame.len() > 1 => {
+                frame[1] = Kind::ALL[random.random_range(0..Kind::ALL.len())].code()
+            }
             _ => {}
         }
-        if random.below(16) > 0 {
+        if random.random_range(0..16) > 0 {
             frame.extend(crc.checksum(&frame).to_le_bytes());
         }
         let mut coded = cobs::encode_vec(&frame);
-        if random.below(16) == 0 {
-            let at = random.below(coded.len());
-            coded[at] = random.next() as u8;
+        if random.random_range(0..16) == 0 {
+            let at = random.random_range(0..coded.len());
+            coded[at] = random.random();
         }
         line.extend(coded);
         line.push(0);
@@ -159,7 +163,7 @@ fn plain(bytes: &[u8]) -> Vec<u8> {
 
 /// Compares on frames from this seed, and checks that every kind occurred often.
 fn compare(program: &Program, seed: u64) {
-    let mut random = Random(seed);
+    let mut random = SmallRng::seed_from_u64(seed);
     let can = program.compare_can(&can_frames(&mut random));
     let can = can.expect("the same of every CAN frame");
     let kinds = Pdo::ALL.map(|pdo| pdo.name().to_lowercase());

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use wire::foot::cob_id;
 use wire::node::State;
-use wire::pdo::{Kind, Load, Quantity, Signal};
+use wire::pdo::{Load, Quantity, Signal, SignalKind};
 use wire::{Fault, Foot, Pdo, Settings};
 
 /// Code of a signed signal without a value.
@@ -65,10 +65,10 @@ BO_ {} {name}_Heartbeat: 1 {name}
         for (_, signal) in pdo.signals() {
             let Signal { name, comment, .. } = signal;
             let none = match signal.kind {
-                Kind::Signed { .. } => {
+                SignalKind::Signed { .. } => {
                     format!(" The code {NO_VALUE} means that there is no value.")
                 }
-                Kind::Unsigned { .. } | Kind::Named(_) => String::new(),
+                SignalKind::Unsigned { .. } | SignalKind::Named(_) => String::new(),
             };
             let _ = writeln!(dbc, "CM_ SG_ {id} {name} \"{comment}{none}\";");
         }
@@ -109,11 +109,11 @@ CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
     for (_, pdo, id) in messages() {
         for (_, signal) in pdo.signals() {
             let names: String = match signal.kind {
-                Kind::Named(names) => {
+                SignalKind::Named(names) => {
                     names.iter().map(|(code, name)| format!(" {code} \"{name}\"")).collect()
                 }
-                Kind::Signed { .. } => format!(" {NO_VALUE} \"no_value\""),
-                Kind::Unsigned { .. } => continue,
+                SignalKind::Signed { .. } => format!(" {NO_VALUE} \"no_value\""),
+                SignalKind::Unsigned { .. } => continue,
             };
             let _ = writeln!(dbc, "VAL_ {id} {}{names} ;", signal.name);
         }
@@ -146,8 +146,8 @@ fn write_signal(dbc: &mut String, signal: &Signal) {
     let Signal { name, start, length, unit, .. } = signal;
     let factor = signal.factor();
     let sign = match signal.kind {
-        Kind::Signed { .. } => '-',
-        Kind::Unsigned { .. } | Kind::Named(_) => '+',
+        SignalKind::Signed { .. } => '-',
+        SignalKind::Unsigned { .. } | SignalKind::Named(_) => '+',
     };
     let (low, high) = signal.code_range();
     let [low, high] = [low, high].map(|code| rounded(code as f64 * factor));

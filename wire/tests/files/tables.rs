@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use wire::dictionary::{Entry, OBJECTS, Object, Role, Shape, index};
-use wire::pdo::Kind;
+use wire::pdo::SignalKind;
 use wire::{DataType, Foot, Pdo, Value};
 
 /// Text with every table between `<!-- table NAME -->` and `<!-- end -->` generated again.
@@ -151,13 +151,13 @@ fn write_fields(table: &mut String, pdo: Pdo) {
             continue;
         };
         let step = match signal.kind {
-            Kind::Named(names) if names.len() > 2 => names
+            SignalKind::Named(names) if names.len() > 2 => names
                 .iter()
                 .map(|(code, name)| format!("{code} {name}"))
                 .collect::<Vec<_>>()
                 .join(", "),
-            Kind::Named(_) => String::new(),
-            Kind::Unsigned { .. } | Kind::Signed { .. } => field.unit.to_string(),
+            SignalKind::Named(_) => String::new(),
+            SignalKind::Unsigned { .. } | SignalKind::Signed { .. } => field.unit.to_string(),
         };
         let names: Vec<&str> = group.iter().map(|(_, signal)| signal.name).collect();
         let _ = writeln!(

@@ -9,7 +9,7 @@ use estimator_core::{
 use wire::dictionary::{self, index};
 use wire::node::Command;
 use wire::pdo::{Contact, Health, Load, PDOS};
-use wire::{AbortCode, Address, Event, Fault, Node, Outcome, Pdo, Value};
+use wire::{AbortCode, Address, Counter, Counters, Event, Fault, Node, Outcome, Pdo, Value};
 
 use crate::master::{ID, accepted, emergencies, node, peer_address, read, refused, send, tick};
 
@@ -70,6 +70,25 @@ fn pdos_match_the_mappings_of_the_dictionary() {
         }
         assert_eq!(packed, frame, "{pdo:?}");
     }
+}
+
+#[test]
+fn health_counts_the_frames_dropped_on_either_line() {
+    let mut node = node();
+    node.command(Command::StartRemoteNode);
+    let mut counters = Counters::default();
+    counters.add(Counter::CanDropped, 3);
+    counters.add(Counter::UartDropped, 4);
+    counters.add(Counter::UartRefused, 100);
+    let mut dropped = None;
+    for _ in 0..100 {
+        node.tick(&ContactEstimate::default(), 25.0, &counters, |frame| {
+            if let Some((Pdo::Health, _)) = Pdo::from_cob_id(frame.id()) {
+                dropped = frame.data8().map(|data| Health::decode(data).dropped);
+            }
+        });
+    }
+    assert_eq!(dropped, Some(7));
 }
 
 #[test]

@@ -3,10 +3,11 @@
 use std::io::{BufReader, Read};
 
 use estimator_core::Timestamp;
-use wire::counter::Counter;
+use wire::board::Counter;
 use wire::pdo::{P16, TEMPERATURE_STEP};
-use wire::sequence::{Step, step_u16};
-use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, Problem};
+use wire::uart::{
+    ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, Problem, Step, step_u16,
+};
 use wire::{Fault, NodeId};
 
 use super::report::{BoardReport, Medium, Report};

@@ -1,7 +1,5 @@
 //! Values of all settings: the configuration, in the form in which it is stored.
 
-mod triggers;
-
 use estimator_core::{
     AccelerometerCorrection, Learning, Learnt, Method, Mounting, MountingParams, Parameter, Params,
     Quaternion, SensorAxis, Vec3, WindowLength,
@@ -10,10 +8,10 @@ use estimator_core::{
 use crate::abort::AbortCode;
 use crate::dictionary::{self, Address, Concern, Entry, OBJECTS, PDO_OFF, Place, SETTINGS, index};
 use crate::foot::{Foot, NodeId};
+use crate::pdo::{PDOS, Pdo};
 use crate::value::{DataType, Value};
 
 pub use crate::dictionary::WINDOW_CAPACITY;
-pub use triggers::{Trigger, longest_frame};
 
 /// Source of the load.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,6 +45,17 @@ pub struct UartStreams {
     pub raw: u16,
     /// Health.
     pub health: u16,
+}
+
+/// Transmission trigger of a PDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trigger {
+    /// Never.
+    Off,
+    /// Every N ticks of 1 ms.
+    Ticks(u16),
+    /// With every N-th SYNC.
+    Sync(u8),
 }
 
 /// Slot of a setting. The compiler rejects an address without one.
@@ -89,6 +98,23 @@ static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len() - 1] = {
     }
     assert!(count == parameters.len() && slot <= 1 + u8::MAX as usize);
     parameters
+};
+
+/// Slots of the settings that trigger each PDO: identifier, transmission type, event timer.
+#[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
+const TRIGGERS: [[usize; 3]; PDOS] = {
+    let mut slots = [[0; 3]; PDOS];
+    let mut i = 0;
+    while i < PDOS {
+        let object = index::TPDO + i as u16;
+        slots[i] = [
+            dictionary::slot_of(object, 1),
+            dictionary::slot_of(object, 2),
+            dictionary::slot_of(object, 5),
+        ];
+        i += 1;
+    }
+    slots
 };
 
 /// Values of all settings of the [dictionary]; always within limits and compatible with each other.
@@ -250,6 +276,36 @@ impl Settings {
     #[must_use]
     pub fn heartbeat_ms(&self) -> u16 {
         self.u16(slot!(HEARTBEAT, 0))
+    }
+
+    /// Transmission trigger of a PDO.
+    #[must_use]
+    pub fn trigger(&self, pdo: Pdo) -> Trigger {
+        let [id, transmission, period] = TRIGGERS.get(pdo as usize).copied().unwrap_or_default();
+        if self.value(id) & PDO_OFF != 0 {
+            return Trigger::Off;
+        }
+        match self.u8(transmission) {
+            every @ 1..=240 => Trigger::Sync(every),
+            _ => match self.u16(period) {
+                0 => Trigger::Off,
+                period => Trigger::Ticks(period),
+            },
+        }
+    }
+
+    /// Maximum bus load of the foot's own streams and heartbeat, bit/s.
+    /// PDOs tied to SYNC are counted for 100 SYNCs a second.
+    #[must_use]
+    pub fn worst_load(&self) -> u32 {
+        let pdos = Pdo::ALL.into_iter().map(|pdo| match self.trigger(pdo) {
+            Trigger::Off => 0,
+            Trigger::Ticks(period) => longest_frame(8) * 1000 / u32::from(period).max(1),
+            Trigger::Sync(every) => longest_frame(8) * 100 / u32::from(every).max(1),
+        });
+        let heartbeat = longest_frame(1) * 1000;
+        let heartbeat = heartbeat.checked_div(u32::from(self.heartbeat_ms()));
+        pdos.sum::<u32>() + heartbeat.unwrap_or(0)
     }
 
     /// Periods of the UART messages.
@@ -424,11 +480,19 @@ fn find(address: Address) -> Result<(&'static Entry, usize), AbortCode> {
     }
 }
 
+/// Maximum length of a data frame of N bytes on the bus, bits: 34 bits are stuffed before the
+/// data, one more with every four bits after the first; then delimiter, acknowledgement, end of
+/// frame and the space between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN)
+/// schedulability analysis*, 2007, equation 1.)
+#[must_use]
+pub const fn longest_frame(bytes: u32) -> u32 {
+    8 * bytes + 13 + 34 + (34 + 8 * bytes - 1) / 4
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::dictionary::Limits;
-    use crate::pdo::Pdo;
 
     /// Asserts that settings are restored from storage in both orders.
     #[track_caller]
@@ -782,15 +846,6 @@ mod tests {
             assert_eq!(settings.set(id, Value::U8(set)), Ok(()));
             assert_eq!(settings.node_id(), expected);
         }
-    }
-
-    #[test]
-    fn the_uart_rate_is_that_of_the_setting() {
-        let mut settings = Settings::default();
-        assert_eq!(settings.uart_rate(), 1_000_000);
-        let rate = Address::new(index::UART_RATE, 0);
-        assert_eq!(settings.set(rate, Value::U32(115_200)), Ok(()));
-        assert_eq!(settings.uart_rate(), 115_200);
     }
 
     #[test]
