@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
+use xtask::results::with_block;
+
 /// Checks that the file at `path` has exactly the content `expected`. With `FOOTFALL_UPDATE=1` in the environment
 /// it is written instead.
 ///
@@ -38,25 +40,13 @@ pub fn assert_block(file: &str, name: &str, content: &str) {
     let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let path = workspace().join(file);
     let text = fs::read_to_string(&path).expect("the file can be read");
-    assert_current(&path, &with_block(&text, name, content));
+    let expected =
+        with_block(&text, name, content).unwrap_or_else(|problem| panic!("{file}: {problem}"));
+    assert_current(&path, &expected);
 }
 
 /// The root of the repository.
 #[must_use]
 pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Replaces the text between the lines `<!-- begin NAME -->` and `<!-- end NAME -->` of a Markdown text.
-///
-/// # Panics
-/// If the text has no such block.
-fn with_block(text: &str, name: &str, content: &str) -> String {
-    let begin = format!("<!-- begin {name} -->\n");
-    let end = format!("<!-- end {name} -->");
-    let from = text.find(&begin).map(|at| at + begin.len());
-    let from = from.unwrap_or_else(|| panic!("there is no block `{name}`"));
-    let to = text[from..].find(&end).map(|at| from + at);
-    let to = to.unwrap_or_else(|| panic!("the block `{name}` has no end"));
-    format!("{}{content}{}", &text[..from], &text[to..])
 }

@@ -1,44 +1,66 @@
-//! RMSE of the default preset on each set of labelled recordings, at its own rate.
+//! RMSE of the default preset on each set of labelled recordings, at its own rate, beside the stored one.
+
+use std::io::{self, Write as _};
 
 use crate::labelled::{of_sets, pooled};
 use estimator_core::Params;
 use host_tests::sets::Set;
+use xtask::results::Stored;
 
-/// Limit of the mean over [`Set::AVERAGED`].
-const MEAN: f64 = 0.296;
+/// Share of the stored RMSE by which that of a set, or the mean, may exceed it.
+const LOSS: f64 = 0.05;
 
-/// Limit of each set, within .002 of what is measured.
-const LIMITS: [(Set, f64); 12] = [
-    (Set::Ground, 0.265),
-    (Set::ThreeSteps, 0.287),
-    (Set::Slip, 0.452),
-    (Set::Atlas7k, 0.289),
-    (Set::Nao, 0.248),
-    (Set::Shoe, 0.295),
-    (Set::Demo, 0.234),
-    (Set::Atlas500, 0.351),
-    (Set::Talos, 0.173),
-    (Set::RealNao, 0.246),
-    (Set::Go1, 0.222),
-    (Set::PushedNao, 0.277),
+/// Sets of recordings; those of more simulated gaits are scored in `python/research` alone.
+const SETS: [Set; 12] = [
+    Set::Ground,
+    Set::ThreeSteps,
+    Set::Slip,
+    Set::Atlas7k,
+    Set::Nao,
+    Set::Shoe,
+    Set::Demo,
+    Set::Atlas500,
+    Set::Talos,
+    Set::RealNao,
+    Set::Go1,
+    Set::PushedNao,
 ];
 
+/// Stored RMSE of the default preset on a set, or a mean of sets.
+fn stored_rmse(results: &Stored, name: &str) -> f64 {
+    let rows = results.rows();
+    let row = rows.iter().find(|row| row.text("set").is_ok_and(|set| set == name));
+    let row = row.unwrap_or_else(|| panic!("no result of {name}"));
+    let rmse = row.figures("rmse").and_then(|rmse| rmse.number("default"));
+    rmse.unwrap_or_else(|problem| panic!("{problem:#}"))
+}
+
 #[test]
-fn the_default_preset_keeps_its_rmse_on_each_set() {
+fn default_preset_loses_at_most_5_percent_on_each_set() {
+    let results = Stored::read("rmse-by-set").unwrap_or_else(|problem| panic!("{problem:#}"));
+    let mut worse = Vec::new();
+    let mut compare = |name: &str, rmse: f64| {
+        let stored = stored_rmse(&results, name);
+        let drift = format!("{name}: {rmse:.4}, {stored:.4} stored, {:+.4}", rmse - stored);
+        if format!("{rmse:.4}") == format!("{stored:.4}") {
+            println!("{drift}");
+        } else {
+            // Past the harness, which captures what a passing test prints.
+            let _ = writeln!(io::stderr(), "RMSE of {drift}");
+        }
+        if rmse > stored * (1.0 + LOSS) {
+            worse.push(drift);
+        }
+    };
     let mut sum = 0.0;
-    let mut outside = Vec::new();
-    for (set, limit) in LIMITS {
+    for set in SETS {
         let Some(files) = of_sets(&[set]) else { return };
         let rmse = pooled(files.iter().map(|file| &file.recording), &Params::DEFAULT);
-        println!("{}: {rmse:.4}", set.name());
-        if rmse > limit {
-            outside.push(format!("{}: {rmse:.4} > {limit}", set.name()));
-        }
+        compare(set.name(), rmse);
         if Set::AVERAGED.contains(&set) {
             sum += rmse;
         }
     }
-    assert!(outside.is_empty(), "{outside:#?}");
-    let mean = sum / Set::AVERAGED.len() as f64;
-    assert!(mean <= MEAN, "{mean}");
+    compare("mean", sum / Set::AVERAGED.len() as f64);
+    assert!(worse.is_empty(), "{worse:#?}");
 }

@@ -13,7 +13,6 @@ mod bring_up;
 mod budgets;
 mod core;
 mod dictionary;
-mod digests;
 mod hour;
 mod lines;
 mod matrix;

@@ -1,11 +1,12 @@
-//! The fault matrix: runs each row on the product's ELF, judges it, and generates the table of `faults.md`. By default
-//! one fault of each class runs, once.
+//! The fault matrix: runs each row on the product's ELF, judges it, and compares it with the stored results, which
+//! `faults.md` shows. By default one fault of each class runs, once.
 
-use crate::common::digest::assert_block_of;
+use crate::common::digest::assert_reproduced_on;
 use crate::common::{product, products};
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::scenario::{self, Case, Scenario};
+use xtask::results::Measurement;
 
 /// Rows to run: those that `FOOTFALL_ROWS` names, separated by commas, or all.
 fn chosen() -> Vec<&'static Scenario> {
@@ -42,19 +43,24 @@ fn every_fault_is_reported_and_recovered_from() {
     let Some(elf) = product() else { return };
     let chosen = chosen();
     let rows = scenario::matrix(&elf, Corner::Typical, &chosen);
-    let mut table = String::from(scenario::HEAD);
+    let mut result =
+        Measurement::new("faults", "Detection, reports and recovery of each fault of the matrix.")
+            .measured_by(
+                "cargo test -p virtual-board matrix::every_fault_is_reported_and_recovered_from -- --ignored",
+            );
     let mut wrong = Vec::new();
     for (scenario, outcome) in &rows {
-        table += &scenario::row(scenario, outcome);
+        let figures = scenario::figures(scenario, outcome);
+        println!("{figures:?}");
+        result.row(figures);
         wrong.extend(outcome.violations.iter().cloned());
     }
-    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
-    println!("{table}");
+    assert!(wrong.is_empty(), "{wrong:#?}");
     if chosen.len() < scenario::ALL.len() {
         return;
     }
     assert!(rows.len() >= 55, "{} rows", rows.len());
-    assert_block_of(&[Wiring::reference().program], "faults", &table);
+    assert_reproduced_on(&[Wiring::reference().program], result);
 }
 
 /// Rows for boards other than the reference board: those that depend on pins, crystal, timer or streams, and one of
@@ -81,19 +87,26 @@ fn other_boards_recover_from_faults_of_their_pins() {
 #[ignore = "full: every row of the fault matrix in the other corners of the chip, 10 minutes"]
 fn every_fault_is_survived_in_every_corner_of_the_chip() {
     let Some(elf) = product() else { return };
-    let mut table = String::from("| corner | rows | beyond their bounds |\n|---|---|---|\n");
+    let mut result =
+        Measurement::new("corners", "All faults of the matrix in the other corners of the chip.")
+            .measured_by(
+                "cargo test -p virtual-board matrix::every_fault_is_survived_in_every_corner_of_the_chip -- --ignored",
+            );
     let mut wrong = Vec::new();
     for corner in [Corner::Fast, Corner::Slow] {
         let rows = scenario::matrix(&elf, corner, &chosen());
         let violations = rows.iter().flat_map(|(_, outcome)| &outcome.violations);
         let violations: Vec<String> =
             violations.map(|text| format!("{}: {text}", corner.name())).collect();
-        let count = violations.len();
-        table += &format!("| {} | {} | {count} |\n", corner.name(), rows.len());
+        result.row([
+            ("corner", corner.name().into()),
+            ("rows", rows.len().into()),
+            ("beyond_their_bounds", violations.len().into()),
+        ]);
         wrong.extend(violations);
     }
-    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+    assert!(wrong.is_empty(), "{wrong:#?}");
     if chosen().len() == scenario::ALL.len() {
-        assert_block_of(&[Wiring::reference().program], "corners", &table);
+        assert_reproduced_on(&[Wiring::reference().program], result);
     }
 }

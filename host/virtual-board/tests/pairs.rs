@@ -1,11 +1,12 @@
 //! Every ordered pair of faults, at once and 12 ms apart. `FOOTFALL_PAIRS` in the environment chooses some of them:
 //! those that it names, separated by commas, or with a number N one in N.
 
-use crate::common::digest::assert_block_of;
+use crate::common::digest::assert_reproduced_on;
 use crate::common::product;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::cores::on_all_cores;
 use virtual_board::product::scenario::pairs::{self, Pair};
+use xtask::results::Measurement;
 
 #[test]
 #[ignore = "full: 4900 pairs of faults, an hour"]
@@ -28,10 +29,14 @@ fn the_board_survives_two_simultaneous_or_close_faults() {
     println!("{} of {} pairs", chosen.len(), all.len());
     assert!(wrong.is_empty(), "{} pairs: {wrong:#?}", wrong.len());
     if chosen.len() == all.len() {
-        let text = format!(
-            "All {} ordered pairs of faults, at once and 12 ms apart: no frame said \"stable\" on invalid data, and the board recovered.\n",
-            all.len()
-        );
-        assert_block_of(&[Wiring::reference().program], "pairs", &text);
+        let result = Measurement::new(
+            "pairs",
+            "Every ordered pair of faults, at once and 12 ms apart: no frame may say \"stable\" on invalid data, and the \
+             board has to recover.",
+        )
+        .measured_by("cargo test -p virtual-board pairs:: -- --ignored")
+        .value("pairs", all.len())
+        .value("pairs_beyond_their_bounds", wrong.len());
+        assert_reproduced_on(&[Wiring::reference().program], result);
     }
 }

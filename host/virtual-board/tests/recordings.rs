@@ -1,15 +1,17 @@
 //! Sensor input of real and simulated robots, fed to the product's ELF: every probability that it sends equals the
 //! host's to the bit.
 
-use crate::common::digest::assert_block_of;
+use crate::common::digest::assert_reproduced_on;
 use crate::common::product;
 use host_tests::datasets::recorded;
 use recordings::input::Format;
+use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::cores::on_all_cores;
 use virtual_board::product::recorded;
 use virtual_board::product::report::{self, RunOptions};
+use xtask::results::{Measurement, rounded};
 
 /// Recordings, each with its format and the start of its playback, s: those of `broad` rest for half a minute.
 const RECORDINGS: &str = "\
@@ -35,8 +37,8 @@ const LONGEST: f64 = 20.0;
 /// Estimates before the first sample, while board and sensor start, are compared as well.
 const START_MS: u64 = 100;
 
-/// Plays a recording and returns a row of the table; `None` if the file is absent.
-fn play(elf: &[u8], which: &str) -> Option<String> {
+/// Plays a recording and returns the figures of its row; `None` if the file is absent.
+fn play(elf: &[u8], which: &str) -> Option<Vec<(&'static str, Value)>> {
     let [name, format, skip] = which.split(' ').collect::<Vec<_>>()[..] else {
         panic!("{which}");
     };
@@ -50,15 +52,19 @@ fn play(elf: &[u8], which: &str) -> Option<String> {
         Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");
     let report = report::run(&mut board, &run).expect("it runs");
     assert_eq!(report["parity_mismatches"], 0, "{name}: {report:#}");
-    let compared = ["uart", "can"].map(|line| {
+    let [over_serial_line, over_can] = ["uart", "can"].map(|line| {
         let compared = report["parity_compared"][line].as_u64().unwrap_or(0);
         assert!(compared + START_MS > run.milliseconds, "{name}: {report:#}");
         compared
     });
-    Some(format!(
-        "| `{name}` | {skip:.0} s | {seconds:.1} s | {} | {} | {} |\n",
-        compared[0], compared[1], report["parity_mismatches"]
-    ))
+    Some(vec![
+        ("recording", name.into()),
+        ("from_s", skip.into()),
+        ("duration_s", rounded(seconds, 1).into()),
+        ("compared_over_serial_line", over_serial_line.into()),
+        ("compared_over_can", over_can.into()),
+        ("different", report["parity_mismatches"].clone()),
+    ])
 }
 
 /// The shortest of the recordings.
@@ -74,13 +80,15 @@ fn every_estimate_of_every_recording_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
     let all: Vec<&str> = RECORDINGS.lines().collect();
     let rows = on_all_cores(&all, |which| play(&elf, which));
-    let Some(rows) = rows.into_iter().collect::<Option<String>>() else {
-        return;
-    };
-    let head = "\
-| recording | from | for | compared over the serial line | over CAN | that differ in a bit |
-|---|---|---|---|---|---|
-";
-    let table = format!("{head}{rows}");
-    assert_block_of(&[Wiring::reference().program], "recordings", &table);
+    let mut result = Measurement::new(
+        "recordings",
+        "Estimates that the program sends while recordings are played to its sensor, compared with those of the host to \
+         the bit.",
+    )
+    .measured_by("cargo test -p virtual-board recordings:: -- --ignored");
+    for row in rows {
+        let Some(row) = row else { return };
+        result.row(row);
+    }
+    assert_reproduced_on(&[Wiring::reference().program], result);
 }

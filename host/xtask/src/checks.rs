@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use xtask::results;
 
 use crate::command::{Step, cpu_s_of_children, root};
 use crate::firmware::{self, Board};
@@ -61,7 +62,8 @@ pub fn test() -> Result<()> {
         .with(PACKAGES)
         .env("FOOTFALL_PROGRAM", root().join("target/debug/footfall"))
         .run()?;
-    python::core()
+    python::core()?;
+    results::print_older()
 }
 
 /// Runs the gate: the tests with nothing left unchecked, then format, lints, documentation, the budgets of the boards' programs,

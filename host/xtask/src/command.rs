@@ -9,11 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-/// Root of the workspace.
-pub fn root() -> &'static Path {
-    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    package.ancestors().nth(2).unwrap_or(package)
-}
+pub use xtask::root;
 
 /// Returns the cargo that runs this program.
 pub fn cargo() -> String {

@@ -1,4 +1,9 @@
-//! Images of a foot's program, as an update sends them: from its ELF, with hash and signature.
+//! Images of a foot's program, as an update sends them: from its ELF, with hash and signature. [`results`]: figures of
+//! measurements, and the documents that show them.
+
+pub mod results;
+
+use std::path::Path;
 
 use bootloader::image::{
     HASHED, HEADER, Header, Kind, LONGEST, Refusal, SHORTEST, SIGNED, Sources,
@@ -11,6 +16,13 @@ use object::read::elf::{FileHeader, ProgramHeader};
 
 /// Private half of the development key, which everybody has: for tests, and for boards on a desk.
 pub static DEVELOPMENT_KEY: &[u8; 32] = include_bytes!("../../../bootloader/keys/development.key");
+
+/// Root of the workspace.
+#[must_use]
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().nth(2).unwrap_or(package)
+}
 
 /// Reason why no image can be made from an ELF.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -92,22 +104,9 @@ pub fn image(elf: &[u8], origin: &ProgramOrigin, key: &[u8; 32]) -> Result<Vec<u
 
 /// Bytes of the slot that the ELF fills, from the header to the last one, in whole words.
 fn contents(elf: &[u8]) -> Result<Vec<u8>, ImageError> {
-    let refused = |error: object::Error| ImageError::NotAnElf(error.to_string());
-    let header = FileHeader32::<Endianness>::parse(elf).map_err(refused)?;
-    let endian = header.endian().map_err(refused)?;
-    if header.e_machine(endian) != EM_ARM {
-        return Err(ImageError::NotAnElf("another machine".into()));
-    }
     let start = Slot::Running.start();
     let mut slot = Vec::new();
-    for segment in header.program_headers(endian, elf).map_err(refused)? {
-        let bytes = segment
-            .data(endian, elf)
-            .map_err(|()| ImageError::NotAnElf("a segment lies outside the file".into()))?;
-        if segment.p_type(endian) != PT_LOAD || bytes.is_empty() {
-            continue;
-        }
-        let address = segment.p_paddr(endian);
+    for (address, bytes) in segments(elf)? {
         let outside = ImageError::Outside { address, length: bytes.len() };
         let at = address.checked_sub(start).ok_or(outside.clone())? as usize;
         let end = at + bytes.len();
@@ -120,4 +119,24 @@ fn contents(elf: &[u8]) -> Result<Vec<u8>, ImageError> {
         slot[at..end].copy_from_slice(bytes);
     }
     Ok(slot)
+}
+
+/// Load addresses and contents of the segments that a programmer writes to the flash.
+fn segments(elf: &[u8]) -> Result<Vec<(u32, &[u8])>, ImageError> {
+    let refused = |error: object::Error| ImageError::NotAnElf(error.to_string());
+    let header = FileHeader32::<Endianness>::parse(elf).map_err(refused)?;
+    let endian = header.endian().map_err(refused)?;
+    if header.e_machine(endian) != EM_ARM {
+        return Err(ImageError::NotAnElf("another machine".into()));
+    }
+    let mut segments = Vec::new();
+    for segment in header.program_headers(endian, elf).map_err(refused)? {
+        let bytes = segment
+            .data(endian, elf)
+            .map_err(|()| ImageError::NotAnElf("a segment lies outside the file".into()))?;
+        if segment.p_type(endian) == PT_LOAD && !bytes.is_empty() {
+            segments.push((segment.p_paddr(endian), bytes));
+        }
+    }
+    Ok(segments)
 }

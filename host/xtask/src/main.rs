@@ -3,7 +3,7 @@
 //! | tasks | module |
 //! |---|---|
 //! | `quick`, `test`, `gate`, `full` | [`quick`], [`checks`]: the tiers of checks, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
-//! | `measure` | [`measure`]: what the gate costs |
+//! | `results`, `measure` | [`xtask::results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
 //! | `programs`, `bootloader`, `hex`, `image`, `uf2` | [`firmware`], [`hex`], [`image`], [`uf2`]: what is flashed |
 //! | `library`, `release` | [`library`], [`release`]: what others get |
 
@@ -29,6 +29,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use xtask::results;
 
 use crate::firmware::Board;
 use crate::install::Tier;
@@ -73,7 +74,13 @@ enum Task {
         #[arg(long)]
         full: bool,
     },
-    /// Measures the gate in a fresh clone, and writes its table in CONTRIBUTING.md.
+    /// Writes the figures of `results` into the documents, and lists results of older programs.
+    Results {
+        /// Fails where a document differs, and writes nothing.
+        #[arg(long)]
+        check: bool,
+    },
+    /// Measures the gate in a fresh clone, and writes its figures.
     Measure,
     /// Builds all programs for the boards that tests run.
     Programs,
@@ -149,6 +156,14 @@ fn run(task: Task) -> Result<()> {
         Task::Full { parts, list: false } => checks::full(&parts),
         Task::Part { name } => checks::part(&name),
         Task::Install { full } => install::run(if full { Tier::Full } else { Tier::Test }),
+        Task::Results { check } => {
+            if check {
+                results::check()?;
+            } else {
+                results::render()?;
+            }
+            results::print_older()
+        }
         Task::Measure => measure::run(),
         Task::Programs => firmware::build_all(),
         Task::Bootloader { board } => {

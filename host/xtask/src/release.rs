@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
+use xtask::results;
 
 use crate::command::{Step, root};
 use crate::firmware::{self, Board};
@@ -59,8 +60,13 @@ pub enum Part {
 /// Builds the files of a release, or of a part of it, in `dist`, which is emptied first.
 ///
 /// # Errors
-/// A tool cannot be installed, a build fails, or a file cannot be written.
+/// A result was measured on another ELF, a tool cannot be installed, a build fails, or a file cannot be written.
 pub fn run(only: Option<Part>) -> Result<()> {
+    if only.is_none() {
+        // As tests build them, in the folder that digests are computed from.
+        firmware::build_all()?;
+        results::refuse_older()?;
+    }
     let dist = root().join("dist");
     if dist.exists() {
         fs::remove_dir_all(&dist).context("dist cannot be emptied")?;

@@ -1,7 +1,8 @@
-//! What an update does when something goes wrong: each row on the ELFs that are flashed, and the table made of them.
+//! What an update does when something goes wrong: each row on the ELFs that are flashed, compared with the stored results.
 
 use bootloader::image::{HEADER, Refusal};
 use bootloader::layout::{SLOT_SIZE, Slot};
+use serde_json::Value;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFault;
@@ -9,12 +10,13 @@ use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::part::usart::LineFault;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::cores::on_all_cores;
+use xtask::results::{Measurement, rounded};
 use xtask::{DEVELOPMENT_KEY, image};
 
 use super::master::{
     CLEAR, INSTALLED_MS, Master, NEW, OLD, START, image_beginning_with, new_image, origin, segment,
 };
-use crate::common::digest::assert_block_of;
+use crate::common::digest::assert_reproduced_on;
 use crate::common::products;
 
 /// A row: its name in the table, what happens, and how it is run.
@@ -427,7 +429,7 @@ const WRITES_BOOTLOADER: [u8; 70] = [
     0xFE, 0xE7,                                     // a branch to itself
 ];
 
-/// Shown where the bootloader waits for a program.
+/// Version where the bootloader waits for a program.
 const NO_PROGRAM: &str = "none";
 
 #[rustfmt::skip]
@@ -482,12 +484,12 @@ const SILENT_MS: u64 = 90_000;
 /// matter. The library is the same, and the chip.
 const OF_OTHER_BOARDS: &str = "none serial-line power-cut:30000 crashes no-program other-board";
 
-/// Runs rows on a board in a corner, and returns the table; each has to be as promised.
-fn table(
+/// Runs rows on a board in a corner, and returns their figures; each has to be as promised.
+fn run_rows(
     [(wiring, elf), (_, other)]: [&(&'static Wiring, Vec<u8>); 2],
     corner: Corner,
     rows: &[&Row],
-) -> String {
+) -> Vec<Figures> {
     let mut wrong = Vec::new();
     let other_board = image(other, &origin(100), DEVELOPMENT_KEY);
     let run = Run {
@@ -498,7 +500,7 @@ fn table(
         other_board: &other_board.expect("a program"),
     };
     let outcomes = on_all_cores(rows, |row| (row.run)(&run));
-    let mut lines = String::new();
+    let mut all = Vec::new();
     for (row, outcome) in rows.iter().zip(outcomes) {
         if (outcome.version.as_str(), outcome.status) != (row.version, row.status)
             || outcome.silent_ms > Some(SILENT_MS)
@@ -506,26 +508,29 @@ fn table(
             let (board, corner) = (wiring.name, corner.name());
             wrong.push(format!("{board} {corner} {}: {outcome:?}", row.name));
         }
-        lines += &line(row, &outcome);
+        all.push(figures(row, &outcome));
     }
-    let head = "| | disturbance | runs afterwards | reason in 0x1F57 | without contacts for |\n|---|---|---|---|---|\n";
-    let table = head.to_owned() + &lines;
-    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
-    table
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    all
 }
 
-fn line(row: &Row, outcome: &Outcome) -> String {
-    let version = match outcome.version.as_str() {
-        OLD => "the old program",
-        NEW => "the new program",
-        _ => "the bootloader; the next update succeeds",
+/// Figures of a row, by their keys in the stored result.
+type Figures = Vec<(&'static str, Value)>;
+
+fn figures(row: &Row, outcome: &Outcome) -> Figures {
+    let program = match outcome.version.as_str() {
+        OLD => "old",
+        NEW => "new",
+        _ => NO_PROGRAM,
     };
-    let reason = outcome.status.map_or("—", Refusal::words);
-    let silent = outcome
-        .silent_ms
-        .map_or_else(|| "—".to_owned(), |ms| format!("{:.1} s", ms as f64 / 1000.0));
-    let (name, disturbance) = (row.name, row.disturbance);
-    format!("| `{name}` | {disturbance} | {version} | {reason} | {silent} |\n")
+    let silent_s = outcome.silent_ms.map(|ms| rounded(ms as f64 / 1000.0, 1));
+    vec![
+        ("name", row.name.into()),
+        ("disturbance", row.disturbance.into()),
+        ("runs_afterwards", program.into()),
+        ("reason", outcome.status.map_or("", Refusal::words).into()),
+        ("without_contacts_s", silent_s.into()),
+    ]
 }
 
 /// Rows of the default run: a power cut in each phase of an update, a program that does not work, and a bad cell. An
@@ -559,7 +564,7 @@ fn foot_runs_a_whole_program_after_a_power_cut_in_each_phase() {
         return;
     };
     let rows = named(BY_DEFAULT);
-    table([reference, other], Corner::Typical, &rows);
+    run_rows([reference, other], Corner::Typical, &rows);
 }
 
 #[test]
@@ -570,11 +575,20 @@ fn foot_runs_a_whole_program_after_any_update() {
         return;
     };
     let rows = chosen();
-    let table = table([reference, other], Corner::Typical, &rows);
-    if rows.len() == ROWS.len() {
-        let programs = programs([reference, other]);
-        assert_block_of(&programs.each_ref().map(String::as_str), "updates", &table);
+    let mut result =
+        Measurement::new("updates", "What a foot runs after each disturbance of an update.")
+            .measured_by(&command("foot_runs_a_whole_program_after_any_update"));
+    for row in run_rows([reference, other], Corner::Typical, &rows) {
+        result.row(row);
     }
+    if rows.len() == ROWS.len() {
+        assert_reproduced_on(&programs([reference, other]), result);
+    }
+}
+
+/// Command that runs one of the tests of this file.
+fn command(test: &str) -> String {
+    format!("cargo test -p virtual-board update::matrix::{test} -- --ignored")
 }
 
 #[test]
@@ -587,19 +601,20 @@ fn foot_of_any_board_runs_a_whole_program() {
     let rows = named(OF_OTHER_BOARDS);
     let mut ran = Vec::new();
     for board in others {
-        table([board, reference], Corner::Typical, &rows);
+        run_rows([board, reference], Corner::Typical, &rows);
         ran.extend(programs([board, reference]));
     }
-    let names: Vec<String> = rows.iter().map(|row| format!("`{}`", row.name)).collect();
+    let names: Vec<&str> = rows.iter().map(|row| row.name).collect();
     let boards: Vec<&str> = others.iter().map(|(wiring, _)| wiring.name).collect();
-    let sentence = format!(
-        "The board `{}` runs {} of these rows: {}.\n",
-        boards.join("`, `"),
-        names.len(),
-        names.join(", ")
-    );
-    let ran: Vec<&str> = ran.iter().map(String::as_str).collect();
-    assert_block_of(&ran, "updates-others", &sentence);
+    let result = Measurement::new(
+        "updates-others",
+        "Disturbances of an update in which the wires, crystal and program of a board matter, on the boards other than \
+         the reference: each ends as on the reference.",
+    )
+    .measured_by(&command("foot_of_any_board_runs_a_whole_program"))
+    .value("boards", boards)
+    .value("rows", names);
+    assert_reproduced_on(&ran, result);
 }
 
 /// Runs all rows on each board, in each corner of the chip but for those of `updates`.
@@ -611,20 +626,27 @@ fn foot_runs_a_whole_program_in_every_corner_of_the_chip() {
         return;
     };
     let rows: Vec<&Row> = ROWS.iter().collect();
-    let mut block =
-        String::from("| board | corner | rows | not as promised |\n|---|---|---|---|\n");
+    let mut result = Measurement::new(
+        "update-corners",
+        "All disturbances of an update on each board in each corner of the chip.",
+    )
+    .measured_by(&command("foot_runs_a_whole_program_in_every_corner_of_the_chip"));
     for (boards, corners) in [
         ([reference, other], &[Corner::Fast, Corner::Slow][..]),
         ([other, reference], &Corner::ALL[..]),
     ] {
         for corner in corners {
-            table(boards, *corner, &rows);
-            let (board, corner) = (boards[0].0.name, corner.name());
-            block += &format!("| {board} | {corner} | {} | 0 |\n", ROWS.len());
+            // A row that is not as promised fails the test.
+            run_rows(boards, *corner, &rows);
+            result.row([
+                ("board", boards[0].0.name.into()),
+                ("corner", corner.name().into()),
+                ("rows", ROWS.len().into()),
+                ("not_as_promised", 0.into()),
+            ]);
         }
     }
     let mut ran = programs([reference, other]).to_vec();
     ran.push(format!("bootloader-{}", other.0.name));
-    let ran: Vec<&str> = ran.iter().map(String::as_str).collect();
-    assert_block_of(&ran, "update-corners", &block);
+    assert_reproduced_on(&ran, result);
 }

@@ -10,7 +10,7 @@
 //! | record everything the board sends | `watch` |
 //! | measure it against the scenario | `outcome`, [`ScenarioOutcome`] |
 //! | compare it with the requirements | `judge` |
-//! | a row of the table | `table` |
+//! | run all of them; the figures of an outcome | `table` |
 //! | two scenarios at once | [`pairs`] |
 
 mod judge;
@@ -31,7 +31,7 @@ use wire::{Address, Value};
 pub use list::{ALL, CLEAR};
 pub use outcome::ScenarioOutcome;
 pub use pages::Pages;
-pub use table::{HEAD, matrix, row};
+pub use table::{figures, matrix};
 
 use crate::emulator::board::{Board, BoardOptions, Injection};
 use crate::emulator::corner::Corner;

@@ -1,4 +1,6 @@
-//! The fault matrix as a Markdown table, generated from runs.
+//! The fault matrix: runs of all scenarios, and the figures of their outcomes.
+
+use serde_json::{Value, json};
 
 use super::{Case, Scenario, ScenarioOutcome};
 use crate::emulator::corner::Corner;
@@ -41,77 +43,45 @@ pub fn matrix(
     rows.filter_map(|(scenario, outcome)| Some((scenario, outcome?))).collect()
 }
 
-/// Lateness below which it is not shown, µs.
+/// Lateness below which it is not reported, µs.
 const LATE_US: f64 = 2_000.0;
 
-/// The columns.
-pub const HEAD: &str = "\
-| `fault` | fault | detected after | reported | last \"stable\" after | \"stable\" on invalid data | recovered after |
-|---|---|---|---|---|---|---|
-";
-
-/// A row of the table.
+/// Figures of a row, by their keys in the stored result. Times and large counts have two digits, so that a small change
+/// of the program does not change each row.
 #[must_use]
-pub fn row(scenario: &Scenario, outcome: &ScenarioOutcome) -> String {
-    format!(
-        "| `{}` | {} | {} | {} | {} | {} | {} |\n",
-        scenario.name,
-        scenario.what,
-        outcome.detected_us().map_or_else(|| "—".into(), time),
-        reported(outcome),
-        match outcome.last_stable_us {
-            _ if !outcome.had_invalid_data && outcome.late_us > LATE_US => {
-                format!("data valid, at most {} late", time(outcome.late_us))
-            }
-            _ if !outcome.had_invalid_data => "data valid".into(),
-            None => "never".into(),
-            Some(us) => time(us),
-        },
-        match outcome.checked {
-            0 => "—".into(),
-            checked => format!("{} of about {}", outcome.stable_while_invalid, round(checked)),
-        },
-        recovered(scenario, outcome),
-    )
-}
-
-fn reported(outcome: &ScenarioOutcome) -> String {
-    let resets = outcome.resets.iter();
-    let mut all: Vec<String> = resets.map(|cause| format!("reset ({cause:?})")).collect();
-    let emergency = |fault: &wire::Fault| format!("EMCY {:#06X} {}", fault.code(), fault.name());
-    all.extend(outcome.emergencies.iter().map(emergency));
-    let serial_only = |fault: &&wire::Fault| !outcome.emergencies.contains(fault);
-    let serial = outcome.serial.iter().filter(serial_only);
-    all.extend(serial.map(|fault| format!("serial line: {}", fault.name())));
-    if !outcome.counters.is_empty() {
-        let names: Vec<&str> = outcome.counters.iter().map(|c| c.name()).collect();
-        all.push(format!("counted: {}", names.join(", ")));
-    }
-    if outcome.boot_up {
-        all.push("boot-up message".into());
-    }
-    match all.is_empty() {
-        true => "—".into(),
-        false => all.join("; "),
-    }
-}
-
-fn recovered(scenario: &Scenario, outcome: &ScenarioOutcome) -> String {
-    let mut text = match (outcome.recovered_us, outcome.cleared_us) {
-        (Some(us), _) => time(us),
-        (None, Some(us)) => format!("reported cleared after {}", time(us)),
-        (None, None) if outcome.healthy => "not disturbed".into(),
-        (None, None) => "persists, reported".into(),
-    };
-    let [old, new, neither] = outcome.kept;
-    if scenario.kept.is_some() {
-        text += &format!("; settings: {old} × old, {new} × new, {neither} × other");
-    }
-    if !scenario.note.is_empty() {
-        text += "; ";
-        text += scenario.note;
-    }
-    text
+pub fn figures(scenario: &Scenario, outcome: &ScenarioOutcome) -> Vec<(&'static str, Value)> {
+    let emergency = |fault: &wire::Fault| format!("{:#06X} {}", fault.code(), fault.name());
+    let emergencies: Vec<String> = outcome.emergencies.iter().map(emergency).collect();
+    let serial_alone = outcome.serial.iter().filter(|fault| !outcome.emergencies.contains(fault));
+    let serial_alone: Vec<&str> = serial_alone.map(|fault| fault.name()).collect();
+    let counters: Vec<&str> = outcome.counters.iter().map(|counter| counter.name()).collect();
+    let resets: Vec<String> = outcome.resets.iter().map(|cause| format!("{cause:?}")).collect();
+    let is_late = !outcome.had_invalid_data && outcome.late_us > LATE_US;
+    let last_stable_us = outcome.last_stable_us.filter(|_| outcome.had_invalid_data);
+    let [old, new, other] = outcome.kept;
+    let settings = scenario.kept.map(|_| json!({"old": old, "new": new, "other": other}));
+    // The report that a fault was cleared stands for its recovery only where frames were not disturbed.
+    let cleared_us = outcome.cleared_us.filter(|_| outcome.recovered_us.is_none());
+    vec![
+        ("fault", scenario.name.into()),
+        ("description", scenario.what.into()),
+        ("detected_ms", outcome.detected_us().map(milliseconds).into()),
+        ("resets", resets.into()),
+        ("emergencies", emergencies.into()),
+        ("faults_over_serial_line_alone", serial_alone.into()),
+        ("counters", counters.into()),
+        ("boot_up_message", outcome.boot_up.into()),
+        ("invalid_data", outcome.had_invalid_data.into()),
+        ("last_stable_ms", last_stable_us.map(milliseconds).into()),
+        ("late_ms", is_late.then(|| milliseconds(outcome.late_us)).into()),
+        ("frames_on_invalid_data", round(outcome.checked).into()),
+        ("stable_on_invalid_data", outcome.stable_while_invalid.into()),
+        ("recovered_ms", outcome.recovered_us.map(milliseconds).into()),
+        ("reported_cleared_ms", cleared_us.map(milliseconds).into()),
+        ("healthy_at_end", outcome.healthy.into()),
+        ("settings", settings.into()),
+        ("note", scenario.note.into()),
+    ]
 }
 
 /// Rounds a count to two digits.
@@ -120,14 +90,18 @@ fn round(count: u64) -> u64 {
     count / step * step
 }
 
-/// Formats a time with two digits.
-fn time(us: f64) -> String {
+/// Converts a time to ms, with two digits.
+fn milliseconds(us: f64) -> f64 {
     let ms = us / 1000.0;
-    match ms {
-        ..9.95 => format!("{ms:.1} ms"),
-        ..995.0 => format!("{ms:.0} ms"),
-        _ => format!("{:.1} s", ms / 1000.0),
-    }
+    let (decimals, unit) = match ms {
+        ..9.95 => (1, 1.0),
+        ..995.0 => (0, 1.0),
+        _ => (1, 1000.0),
+    };
+    let text = format!("{:.decimals$}", ms / unit);
+    // A formatted number is a number.
+    let rounded = text.parse::<f64>().unwrap_or(f64::NAN);
+    (rounded * unit * 10.0).round() / 10.0
 }
 
 #[cfg(test)]
@@ -135,9 +109,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_two_digits() {
-        let times = [49.0, 9_949.0, 9_951.0, 994_000.0, 995_001.0, 1_234_000.0].map(time);
-        assert_eq!(times, ["0.0 ms", "9.9 ms", "10 ms", "994 ms", "1.0 s", "1.2 s"]);
+    fn figures_have_two_digits() {
+        let times = [49.0, 9_949.0, 9_951.0, 994_000.0, 995_001.0, 1_234_000.0].map(milliseconds);
+        assert_eq!(times, [0.0, 9.9, 10.0, 994.0, 1000.0, 1200.0]);
         assert_eq!([0, 7, 96, 470, 2387].map(round), [0, 7, 96, 470, 2300]);
     }
 }
