@@ -38,9 +38,10 @@ pub fn resample(recording: &Recording, sample_rate: f32) -> Recording {
         while (recording.samples.get(before + 1)).is_some_and(|next| micros(next) <= time) {
             before += 1;
         }
-        match new > old {
-            true => interpolated(&recording.samples, before, time),
-            false => smoothed(&recording.samples, before, time, period),
+        if new > old {
+            interpolated(&recording.samples, before, time)
+        } else {
+            smoothed(&recording.samples, before, time, period)
         }
     });
     Recording { samples: samples.collect(), sample_rate, ..recording.clone() }

@@ -115,11 +115,13 @@ fn read(file: &str, path: &Path) -> Recording {
         Some("lcd") => Format::Lcd,
         _ => Format::Csv,
     };
-    let gravity =
-        (format == Format::Csv).then(|| match path.with_file_name(GRAVITY_REMOVED).exists() {
-            true => Gravity::Removed,
-            false => Gravity::Included,
-        });
+    let gravity = (format == Format::Csv).then(|| {
+        if path.with_file_name(GRAVITY_REMOVED).exists() {
+            Gravity::Removed
+        } else {
+            Gravity::Included
+        }
+    });
     let hints = Hints { gravity, ..Hints::default() };
     let loaded = input::read(path, format, &hints).expect("a readable file");
     loaded.recording

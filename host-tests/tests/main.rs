@@ -37,10 +37,8 @@ mod hanging;
 #[cfg(feature = "full")]
 mod instructions;
 mod learning;
-mod lies;
 mod mounting;
 mod nano;
-mod noise;
 #[cfg(feature = "full")]
 mod page;
 mod properties;
@@ -53,4 +51,5 @@ mod ringing;
 mod roads;
 mod robustness;
 mod self_check;
+mod settings;
 mod slip;

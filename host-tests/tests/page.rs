@@ -204,9 +204,10 @@ fn assert_shows(document: &str, feet: &[Foot]) {
 fn assert_states(panel: &Attributes, foot: &Foot) {
     for phase in [Phase::Swing, Phase::QuietSwing, Phase::Slip, Phase::Unknown] {
         // Without a load the phase is always unknown, and nothing is shaded.
-        let expected = match foot.loads().is_empty() {
-            true => 0.0,
-            false => foot.stretches(|k| foot.estimates[k].phase == phase),
+        let expected = if foot.loads().is_empty() {
+            0.0
+        } else {
+            foot.stretches(|k| foot.estimates[k].phase == phase)
         };
         let name = format!("data-shaded_{}", phase.name());
         assert_eq!(number(panel, &name), expected, "{name} of {}", foot.name);

@@ -79,10 +79,8 @@ prop_compose! {
 /// A number of the range of a parameter, of any magnitude where all are above 0.
 fn any_number(parameter: Parameter) -> BoxedStrategy<(Parameter, f32)> {
     let Row { least, most, .. } = parameter.row();
-    let number = match least > 0.0 {
-        true => scale(1.01 * least, 0.99 * most).boxed(),
-        false => (least..=most).boxed(),
-    };
+    let number =
+        if least > 0.0 { scale(1.01 * least, 0.99 * most).boxed() } else { (least..=most).boxed() };
     number.prop_map(move |number| (parameter, number)).boxed()
 }
 
@@ -148,10 +146,11 @@ fn assert_sigma(params: &VelocityParams, estimate: &ContactEstimate) -> Result<(
     let Vec3 { x, y, z } = estimate.angular_rate.0;
     let rate: f64 = [x, y, z].map(|w| f64::from(w).powi(2)).iter().sum();
     let variance = speed.powi(2) * (1.0 - p) / p + lever.powi(2) * rate + floor.powi(2);
-    let expected = match estimate.flags.are_doubt() {
-        true => 100.0,
+    let expected = if estimate.flags.are_doubt() {
+        100.0
+    } else {
         // Infinite for P = 0.
-        false => variance.sqrt().min(100.0),
+        variance.sqrt().min(100.0)
     };
     prop_assert!((f64::from(found) / expected - 1.0).abs() < 1.0e-5, "{expected}, {estimate:?}");
     Ok(())

@@ -305,9 +305,10 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     let out = tempfile::tempdir().expect("a folder");
     let events = out.path().join("events.csv");
     let run = |bag: &Path, output: &Path| {
-        let loads = match bag.starts_with(folder.join("robots")) {
-            true => LOADS_OF_A_ROBOT,
-            false => "--load-topic=/ft/{foot}",
+        let loads = if bag.starts_with(folder.join("robots")) {
+            LOADS_OF_A_ROBOT
+        } else {
+            "--load-topic=/ft/{foot}"
         };
         let [bag, output, events] = [bag, output, &events].map(Path::display);
         footfall(&format!("replay --topic all {loads} {bag} --output {output} --events {events}"))

@@ -83,10 +83,8 @@ fn a_clipped_landing_after_a_foreign_warm_start_is_not_stable() {
     let mut foot = Foot::new(&params);
     for sample in &walk {
         let clips = sample.force.iter().any(|force| force.abs() > 156.0);
-        let validity = match clips {
-            true => Validity::Saturated(Saturation::Accelerometer),
-            false => Validity::Valid,
-        };
+        let validity =
+            if clips { Validity::Saturated(Saturation::Accelerometer) } else { Validity::Valid };
         let estimate = foot.after(1000, sample, validity);
         let lands = matches!(sample.part, Part::Stance(since) if since < 0.01);
         let stable = estimate.decision == Decision::Stable || estimate.probabilities.stable > 0.5;

@@ -1,9 +1,26 @@
-//! Settings at the limits of their ranges, as a member of the bus could write them to a walking foot.
+//! Settings: the defaults are those of the sensor, and no setting that a member of the bus can write to a walking foot hides
+//! its swings.
 
-use estimator_core::{Decision, Method, Parameter, Params, PerAxis};
+use estimator_core::{Axis, Decision, Method, Parameter, Params, PerAxis};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
+use lsm6dsox::Config;
 use recordings::config::default_params;
 use recordings::replay::replay;
+
+/// The bandwidths are in the estimator, the noise is in the driver: neither crate knows the other.
+#[test]
+fn the_default_bandwidths_match_the_sensor_noise() {
+    let noise = Config::FRESH_KILOHERTZ.noise();
+    let force = noise.specific_force.expect("a known cut-off");
+    let rate = noise.angular_rate.expect("a known cut-off");
+    let expected = [force, force, force, rate, rate, rate];
+    let defaults = Params::DEFAULT.bandwidth.to_array();
+    for ((axis, default), noise) in Axis::ALL.into_iter().zip(defaults).zip(expected) {
+        let off = (default / noise - 1.0).abs();
+        assert!(off < 0.01, "{}: {default} for {noise}", axis.name());
+    }
+    assert_eq!(default_params().bandwidth.to_array(), expected);
+}
 
 /// Share of the swings of walks with these settings in which a decision is "not stable".
 fn swings_seen(params: &Params) -> f64 {
