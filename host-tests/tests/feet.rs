@@ -2,8 +2,8 @@
 //! simulator's.
 
 use estimator_core::{AttitudeFilter, Params, Validity};
+use gait::plan::PlannedStep;
 use gait::sensor::{AxisErrors, GRAVITY, Temperature};
-use gait::step::PlannedStep;
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use recordings::scoring::inclination::inclination_error_degrees;
 

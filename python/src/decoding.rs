@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use estimator_core::Flag;
 use feet::decode::feet::Name;
-use feet::decode::row::Clock;
+use feet::decode::row::CommonClock;
 use feet::decode::{ContactRow, DecodeError, Feet, FileOutcome};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyOSError;
@@ -79,7 +79,7 @@ impl Columns {
         self.received_s.push(row.received.map_or(f64::NAN, time));
         let (common, clock) = row.common.unzip();
         self.common_s.push(common.map_or(f64::NAN, time));
-        self.by_sync.push(clock == Some(Clock::Sync));
+        self.by_sync.push(clock == Some(CommonClock::Sync));
         self.interface.push(row.interface.as_ref());
         self.foot.push(row.foot.as_ref());
         self.node.push(row.node.map_or(0, NodeId::get));

@@ -40,12 +40,12 @@ pub enum Fed {
 
 /// Line whose arrivals, and whose breaks, are events.
 pub struct Feed {
-    reader: Reader,
+    reader: LineReader,
     clock: LineClock,
 }
 
 /// Reader of a line.
-enum Reader {
+enum LineReader {
     Thread { fed: Receiver<Fed>, sendings: Sender<Sending>, lost: Arc<AtomicU64> },
     Consumer(RefCell<ConsumedLine>),
 }
@@ -69,7 +69,7 @@ impl Feed {
         };
         // The thread ends at the next arrival or timeout after the feed is dropped, its only error.
         thread::spawn(move || feeder.serve());
-        Self { reader: Reader::Thread { fed, sendings, lost }, clock: LineClock::default() }
+        Self { reader: LineReader::Thread { fed, sendings, lost }, clock: LineClock::default() }
     }
 
     /// Feed of a line that its consumer reads.
@@ -81,7 +81,7 @@ impl Feed {
         let clock = link.as_ref().map(|link| link.clock());
         let events = VecDeque::from([first]);
         Self {
-            reader: Reader::Consumer(ConsumedLine { link, events }.into()),
+            reader: LineReader::Consumer(ConsumedLine { link, events }.into()),
             clock: clock.unwrap_or_default(),
         }
     }
@@ -96,8 +96,8 @@ impl Feed {
     #[must_use]
     pub fn next(&self, longest: Duration) -> Option<Fed> {
         let fed = match &self.reader {
-            Reader::Thread { fed, .. } => fed,
-            Reader::Consumer(line) => return line.borrow_mut().next(longest),
+            LineReader::Thread { fed, .. } => fed,
+            LineReader::Consumer(line) => return line.borrow_mut().next(longest),
         };
         match fed.recv_timeout(longest) {
             Ok(fed) => Some(fed),
@@ -114,8 +114,8 @@ impl Feed {
     pub fn send(&self, sending: Sending) {
         match &self.reader {
             // If the line has ended, that was reported already.
-            Reader::Thread { sendings, .. } => drop(sendings.send(sending)),
-            Reader::Consumer(line) => line.borrow_mut().send(&sending),
+            LineReader::Thread { sendings, .. } => drop(sendings.send(sending)),
+            LineReader::Consumer(line) => line.borrow_mut().send(&sending),
         }
     }
 
@@ -123,8 +123,8 @@ impl Feed {
     #[must_use]
     pub fn lost(&self) -> u64 {
         match &self.reader {
-            Reader::Thread { lost, .. } => lost.load(Ordering::Relaxed),
-            Reader::Consumer(_) => 0,
+            LineReader::Thread { lost, .. } => lost.load(Ordering::Relaxed),
+            LineReader::Consumer(_) => 0,
         }
     }
 }

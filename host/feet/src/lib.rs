@@ -10,22 +10,19 @@
 //! | state of all feet of a source, with the changes to show, record or publish | [`session`] |
 //! | state of one foot | [`live_foot`] |
 //! | requests to one foot over its line | [`foot`] |
-//! | conversion of the foot's clock to that of the receiver | [`clock`] |
+//! | conversion of the foot's clock to that of the receiver | [`foot_clock`] |
 //! | rate and jitter of the contacts, and detection of several boards with one id | [`newest_second`] |
-//! | limits of silence, and listening time | [`silence`] |
 //! | rows of what was sent, from logs and as bytes arrive | [`decode`] |
 
-pub mod clock;
 pub mod decode;
 pub mod feed;
 pub mod foot;
+pub mod foot_clock;
 pub mod link;
 pub mod live_foot;
 pub mod newest_second;
-pub mod playback;
 pub mod robot;
 pub mod session;
-pub mod silence;
 pub mod source;
 pub mod usb;
 
@@ -33,6 +30,5 @@ pub use feed::Feed;
 pub use link::{Arrival, Link, LinkError, Sending};
 pub use live_foot::LiveFoot;
 pub use newest_second::NewestSecond;
-pub use playback::Playback;
 pub use session::{Session, Update};
-pub use source::Source;
+pub use source::{Playback, Source};

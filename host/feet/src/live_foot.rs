@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::decode::ContactRow;
 use crate::decode::live::{FootKey, Heard, Said};
-use crate::decode::row::{Clock, Turn};
+use crate::decode::row::{ClockTurn, CommonClock};
 use estimator_core::{Flag, Flags, Quaternion, Timestamp};
 use wire::node::State;
 use wire::pdo::{Health, TEMPERATURE_STEP};
@@ -13,8 +13,10 @@ use wire::uart::HealthMessage;
 use wire::{Counter, Emergency, Fault, Faults};
 
 use crate::NewestSecond;
-use crate::clock::FootClock;
-use crate::silence::SILENT_US;
+use crate::foot_clock::FootClock;
+
+/// Time without a contact after which a foot is reported as silent, µs.
+pub const SILENT_US: u64 = 500_000;
 
 /// Longest time between a boot-up and the fault reported as its cause, µs.
 const BOOT_US: u64 = 200_000;
@@ -114,11 +116,11 @@ impl LiveFoot {
         self.missing = self.missing.saturating_add_signed(row.missing);
         self.second.take(row.timestamp, row.segment, at);
         self.stamp = match (row.turn, row.common) {
-            (Turn::NotYet, _) => self.clock.received(at),
-            (Turn::Known, Some((time, Clock::Sync))) => {
+            (ClockTurn::NotYet, _) => self.clock.received(at),
+            (ClockTurn::Known, Some((time, CommonClock::Sync))) => {
                 self.clock.synchronised(row.timestamp, at, time)
             }
-            (Turn::Known, _) => self.clock.time(row.timestamp, at),
+            (ClockTurn::Known, _) => self.clock.time(row.timestamp, at),
         };
         self.orientation = row.orientation.or(self.orientation);
         self.temperature = row.temperature.or(self.temperature);

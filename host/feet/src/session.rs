@@ -1,20 +1,21 @@
-//! State of all feet of a source, from the items of its feed.
+//! State of all feet of a source, from the events of its feed.
 //!
 //! Each command that shows, records or publishes streaming feet does the same with a [`Session`]: it listens to
-//! a feed or passes its items, and then takes the updates, after each of which the state of its foot is that of
+//! a feed or passes its events, and then takes the updates. After each update the state of its foot is that of
 //! the message.
+//!
+//! A foot is silent if nothing was received from it during the [listening time](Listening).
 
 use std::time::Duration;
 
-use crate::decode::Feet;
-use crate::decode::live::{Heard, Listener, Said};
 use estimator_core::Timestamp;
 
 use crate::Feed;
+use crate::decode::Feet;
+use crate::decode::live::{Heard, Listener, Said};
 use crate::feed::Fed;
 use crate::link::LineClock;
 use crate::live_foot::LiveFoot;
-use crate::silence::Listening;
 
 /// Description of several boards with one id.
 pub const SEVERAL_BOARDS: &str = "several boards with this id";
@@ -189,6 +190,53 @@ impl Session {
     #[must_use]
     pub const fn unreadable(&self) -> u64 {
         self.unreadable
+    }
+}
+
+/// Longest wait of a message of all feet for the contacts that it lacks, µs.
+pub const COMPLETION_WAIT_US: u64 = 20_000;
+
+/// Maximum time counted between two arrivals, µs; a longer gap means that the program has stalled.
+const LONGEST_GAP_US: u64 = 10_000;
+
+/// Maximum time counted for an idle poll, µs; a longer gap means that the program has stalled.
+const LONGEST_WAIT_US: u64 = 50_000;
+
+/// Accumulated listening time.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Listening {
+    us: u64,
+    now: Option<Timestamp>,
+}
+
+impl Listening {
+    /// Adds the time until data received at `at`.
+    pub fn arrive(&mut self, at: Timestamp) {
+        self.advance(at, LONGEST_GAP_US);
+    }
+
+    /// Adds the time until `now` without reception.
+    pub fn idle(&mut self, now: Timestamp) {
+        self.advance(now, LONGEST_WAIT_US);
+    }
+
+    fn advance(&mut self, time: Timestamp, longest_us: u64) {
+        let before_us = self.now.unwrap_or(time).as_micros();
+        let since_us = time.as_micros().saturating_sub(before_us);
+        self.us += since_us.min(longest_us);
+        self.now = self.now.max(Some(time));
+    }
+
+    /// Listening time, µs.
+    #[must_use]
+    pub const fn us(&self) -> u64 {
+        self.us
+    }
+
+    /// Newest time passed in.
+    #[must_use]
+    pub fn now(&self) -> Timestamp {
+        self.now.unwrap_or_default()
     }
 }
 

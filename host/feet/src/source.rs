@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use gait::control::MOST_FEET;
+use recordings::config::Resolved;
+use recordings::input::{ContactUse, Hints};
 use thiserror::Error;
 
-use crate::link::pace::Speed;
-use crate::playback::Playback;
-use crate::usb::only_foot;
+use crate::usb;
 
 /// Default rate of a foot's serial port, Bd.
 pub const DEFAULT_BAUD: u32 = 1_000_000;
@@ -113,6 +113,74 @@ impl Default for Demo {
     }
 }
 
+/// Playback speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// A multiple of the original speed.
+    Times(f64),
+    /// As fast as possible.
+    Max,
+}
+
+impl Speed {
+    /// Original speed.
+    pub const REAL: Self = Self::Times(1.0);
+
+    /// Description of the expected text, for errors.
+    pub const EXPECTED: &'static str = "a number from 0.001, or max,";
+
+    /// Minimum multiple: one second takes 1000 s.
+    const SLOWEST: f64 = 0.001;
+
+    /// Creates a multiple of the original speed; `None` if it is below 0.001 or not finite.
+    #[must_use]
+    pub fn new(times: f64) -> Option<Self> {
+        (times >= Self::SLOWEST && times.is_finite()).then_some(Self::Times(times))
+    }
+}
+
+impl FromStr for Speed {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        match text {
+            "max" => Ok(Self::Max),
+            _ => text.parse().ok().and_then(Self::new).ok_or(()),
+        }
+    }
+}
+
+impl fmt::Display for Speed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Times(times) => write!(f, "{times}"),
+            Self::Max => f.write_str("max"),
+        }
+    }
+}
+
+/// How the recording of an IMU is read that is played, and the settings of its estimates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Playback {
+    /// Properties of the file beyond its format.
+    pub hints: Hints,
+    /// Preset, configuration and options.
+    pub settings: Resolved,
+    /// Names of the given options that change an estimate and nothing else.
+    pub estimator_options: Vec<&'static str>,
+}
+
+impl Default for Playback {
+    /// Contacts that a bag has of its feet are the estimates.
+    fn default() -> Self {
+        Self {
+            hints: Hints { contacts: ContactUse::Recorded, ..Hints::default() },
+            settings: Resolved::default(),
+            estimator_options: Vec::new(),
+        }
+    }
+}
+
 /// Error in the text of a source.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SourceError {
@@ -127,8 +195,8 @@ pub enum SourceError {
     )]
     NoneOnUsb,
     /// Several feet are on USB.
-    #[error("several feet are on USB, name one: uart:{0}")]
-    SeveralOnUsb(String),
+    #[error("several feet are on USB, name one: uart:{}", .0.join(", uart:"))]
+    SeveralOnUsb(Vec<String>),
     /// The part after the kind is missing.
     #[error("{source_text:?} lacks {lacking}, as in {example}")]
     Lacks {
@@ -177,7 +245,7 @@ impl FromStr for Source {
         let split = rest.rsplit_once('@');
         let (port, rate) = split.map_or((rest, None), |(port, rate)| (port, Some(rate)));
         match kind {
-            "usb" if rest.is_empty() => Ok(Self::Uart { port: only_foot()?, baud: DEFAULT_BAUD }),
+            "usb" if rest.is_empty() => Ok(Self::Uart { port: port_on_usb()?, baud: DEFAULT_BAUD }),
             "uart" if port.is_empty() => Err(lacks("a port", "uart:/dev/ttyACM0")),
             "uart" => {
                 let baud = rate.map(|rate| {
@@ -263,6 +331,16 @@ impl Source {
 
 fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError {
     SourceError::Value { key, value: value.to_owned(), expected }
+}
+
+/// Returns the port of the only foot on USB.
+fn port_on_usb() -> Result<String, SourceError> {
+    let ports = usb::foot_ports();
+    match ports.as_slice() {
+        [port] => Ok(port.clone()),
+        [] => Err(SourceError::NoneOnUsb),
+        _ => Err(SourceError::SeveralOnUsb(ports)),
+    }
 }
 
 /// Parses a number, and checks its range.

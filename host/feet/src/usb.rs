@@ -10,8 +10,6 @@ use std::time::{Duration, Instant};
 use serial2::SerialPort;
 use thiserror::Error;
 
-use crate::source::SourceError;
-
 /// Folder in which Linux names serial ports by the device that has them.
 const PORTS: &str = "/dev/serial/by-id";
 
@@ -105,15 +103,13 @@ fn loader_drive(folders: Vec<PathBuf>) -> Option<PathBuf> {
     })
 }
 
-/// Returns the port of the foot on USB.
-///
-/// # Errors
-/// There is none, or more than one.
-pub fn only_foot() -> Result<String, SourceError> {
-    only_foot_in(Path::new(PORTS))
+/// Returns the ports of the feet on USB, in the order of their names.
+#[must_use]
+pub fn foot_ports() -> Vec<String> {
+    foot_ports_in(Path::new(PORTS))
 }
 
-fn only_foot_in(folder: &Path) -> Result<String, SourceError> {
+fn foot_ports_in(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let is_foot = |path: &PathBuf| {
         let name = path.file_name().and_then(|name| name.to_str());
@@ -122,11 +118,7 @@ fn only_foot_in(folder: &Path) -> Result<String, SourceError> {
     let ports = entries.map(|entry| entry.path()).filter(is_foot);
     let mut ports: Vec<String> = ports.map(|path| path.display().to_string()).collect();
     ports.sort();
-    match ports.as_slice() {
-        [port] => Ok(port.clone()),
-        [] => Err(SourceError::NoneOnUsb),
-        _ => Err(SourceError::SeveralOnUsb(ports.join(", uart:"))),
-    }
+    ports
 }
 
 #[cfg(test)]
@@ -156,9 +148,9 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_on_usb_is_found_by_its_name() {
+    fn feet_on_usb_are_found_by_their_names() {
         let folder = std::env::temp_dir().join(format!("footfall-usb-{}", std::process::id()));
-        assert_eq!(only_foot_in(&folder), Err(SourceError::NoneOnUsb));
+        assert_eq!(foot_ports_in(&folder), Vec::<String>::new());
         fs::create_dir(&folder).expect("a folder");
         let add = |name: &str| {
             let path = folder.join(name);
@@ -167,10 +159,9 @@ mod tests {
         };
         add("usb-FTDI_FT232R_A1-if00-port0");
         let first = add("usb-footfall_footfall_foot_1C-if00");
-        assert_eq!(only_foot_in(&folder).as_ref(), Ok(&first));
+        assert_eq!(foot_ports_in(&folder), [first.as_str()]);
         let second = add("usb-footfall_footfall_foot_2C-if00");
-        let both = SourceError::SeveralOnUsb(format!("{first}, uart:{second}"));
-        assert_eq!(only_foot_in(&folder), Err(both));
+        assert_eq!(foot_ports_in(&folder), [first, second]);
         fs::remove_dir_all(&folder).expect("removed");
     }
 }

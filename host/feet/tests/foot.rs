@@ -7,7 +7,6 @@ use std::time::Duration;
 use estimator_core::Axis;
 use feet::foot::Named;
 use feet::foot::client::{Client, RequestError};
-use feet::foot::position;
 use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, SettingsError, Undone};
 use feet::link::demo::SimulatedFeet;
@@ -359,7 +358,7 @@ fn twice(source: &str) -> Client {
 #[test]
 fn two_boards_with_the_same_id_are_not_configured() {
     let mut client = twice("demo:feet=1");
-    let error = position::set(&mut client, Foot::RearRight).expect_err("which one?");
+    let error = settings::set_position(&mut client, Foot::RearRight).expect_err("which one?");
     assert!(
         matches!(error, SettingsError::Request(RequestError::SameId { count: 2, .. })),
         "{error}"

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use feet::decode::live::{Heard, Listener, Said};
 use feet::feed::Fed;
 use feet::link;
-use feet::link::slcan::{SlcanWord, Words};
+use feet::link::serial::{SlcanParser, SlcanWord};
 use feet::robot::Robot;
 use feet::source::DemoLine;
 use feet::{Feed, Sending, Source};
@@ -128,11 +128,11 @@ fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
     thread::spawn(move || {
         let mut to = File::from(ours);
         let mut robot = Robot::new(4, 1, DemoLine::Can);
-        let mut words = Words::default();
+        let mut parser = SlcanParser::default();
         let mut is_open = false;
         loop {
             for byte in commands.try_iter().flatten() {
-                let answer: &[u8] = match words.push(byte) {
+                let answer: &[u8] = match parser.push(byte) {
                     Some(SlcanWord::Frame(frame)) => {
                         robot.send(frame);
                         // The test may have ended.

@@ -34,11 +34,11 @@ pub fn load_frame(node: NodeId, load_n: f32) -> Option<CanFrame> {
 
 /// The control of a robot.
 #[derive(Clone, Debug, Default)]
-pub struct Control {
+pub struct RobotControl {
     sync: u8,
 }
 
-impl Control {
+impl RobotControl {
     /// Returns the frames sent in a millisecond since power-up, with the load of each foot, N.
     pub fn frames(
         &mut self,
@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn sync_numbers_run_from_1_to_240_and_repeat() {
-        let mut control = Control::default();
+        let mut control = RobotControl::default();
         let numbers: Vec<u8> = (0..2410)
             .flat_map(|ms| control.frames(ms, []))
             .filter_map(|frame| frame.data().first().copied())

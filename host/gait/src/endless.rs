@@ -2,11 +2,10 @@
 
 use estimator_core::Timestamp;
 
-use crate::activity::Activity;
 use crate::plan::{GaitName, Ground, Plan};
 use crate::record::{TICK_US, Walked, Walking};
 use crate::sensor::SensorParams;
-use crate::track::{FootState, Track};
+use crate::track::{Activity, FootState, Track};
 
 /// Duration of a plan, s.
 const PLAN_S: f64 = 1800.0;

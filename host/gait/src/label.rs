@@ -50,9 +50,8 @@ pub(crate) fn labels(truth: &[FootState], period: f64) -> Vec<Label> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::activity::Activity;
     use crate::plan::Plan;
-    use crate::track::Track;
+    use crate::track::{Activity, Track};
     use recordings::samples::space::Vector;
 
     fn standing() -> FootState {

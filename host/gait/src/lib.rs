@@ -4,10 +4,8 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | steps and ground | [`plan`]; a grid of slips, [`slips`] |
-//! | one step in numbers | [`step`] |
-//! | activity of the foot | [`Activity`] |
-//! | true motion at any moment, in closed form | [`track`] |
+//! | steps in numbers, and ground | [`plan`]; a grid of slips, [`slips`] |
+//! | true motion and activity at any moment, in closed form | [`track`] |
 //! | walks without end | [`EndlessGait`], [`EndlessRounds`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
 //! | specimen of the sensor, and its stimulus | [`sensor`] |
@@ -24,7 +22,6 @@
 //! The same plan, sensor and seed give the same bits on every machine: f64 arithmetic, square
 //! roots, and `libm` for everything else.
 
-mod activity;
 pub mod control;
 mod endless;
 mod jet;
@@ -32,18 +29,13 @@ pub mod label;
 pub mod plan;
 mod random;
 pub mod record;
-mod segment;
 pub mod sensor;
 mod shape;
 pub mod slips;
-pub mod step;
-mod stride;
 pub mod track;
-mod turn;
 
-pub use activity::Activity;
 pub use endless::{EndlessGait, EndlessRounds};
 pub use plan::{GaitName, Ground, Plan, Rests, RobotParams};
 pub use record::{Simulation, Walked, Walking, record, simulate};
 pub use sensor::{SensorParams, Temperature};
-pub use track::{FootState, Track};
+pub use track::{Activity, FootState, Track};

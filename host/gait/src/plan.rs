@@ -1,8 +1,11 @@
 //! Plans: the steps of a foot and the ground, with variation from a seed.
+//!
+//! A [`Plan`] is a list of [`PlannedStep`]s. Every number of a step can be set by hand, for a grid of slips or of
+//! landings; [`RobotParams`] draws them for a gait.
 
-use crate::random::{Random, Stream};
-use crate::step::{PlannedStep, Sinking, Slip, Spring, TouchDown, Tremor};
 use std::ops::Range;
+
+use crate::random::{RandomUse, SeededRandom};
 
 /// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
@@ -109,8 +112,8 @@ impl Style {
         load_change: 0.06,
     };
 
-    fn step(&self, ground: Ground, random: &mut Random) -> PlannedStep {
-        let vary = |value: f64, random: &mut Random| value * random.uniform(0.95..1.05);
+    fn step(&self, ground: Ground, random: &mut SeededRandom) -> PlannedStep {
+        let vary = |value: f64, random: &mut SeededRandom| value * random.uniform(0.95..1.05);
         let stance = vary(self.contact - self.peel, random);
         PlannedStep {
             peel: vary(self.peel, random),
@@ -150,7 +153,7 @@ impl Style {
 
 /// A rubber foot on a floor: at walking and trotting speeds the deceleration peaks at 9 g to
 /// 25 g.
-fn hard_landing(speed: f64, random: &mut Random) -> TouchDown {
+fn hard_landing(speed: f64, random: &mut SeededRandom) -> TouchDown {
     TouchDown {
         speed: speed * random.uniform(0.85..1.15),
         scuff: [random.uniform(-0.02..0.12), random.uniform(-0.03..0.03)],
@@ -162,7 +165,7 @@ fn hard_landing(speed: f64, random: &mut Random) -> TouchDown {
 }
 
 /// A mat: some 4 g, and a rocking of a few degrees that settles in a quarter of a second.
-fn soft_landing(speed: f64, random: &mut Random) -> TouchDown {
+fn soft_landing(speed: f64, random: &mut SeededRandom) -> TouchDown {
     TouchDown {
         speed: speed * random.uniform(0.75..1.0),
         scuff: [random.uniform(0.0..0.08), random.uniform(-0.03..0.03)],
@@ -174,13 +177,13 @@ fn soft_landing(speed: f64, random: &mut Random) -> TouchDown {
 }
 
 /// Draws a spring from the ranges of its frequency, Hz, and its damping.
-fn spring(frequency: Range<f64>, damping: Range<f64>, random: &mut Random) -> Spring {
+fn spring(frequency: Range<f64>, damping: Range<f64>, random: &mut SeededRandom) -> Spring {
     Spring { frequency: random.uniform(frequency), damping: random.uniform(damping) }
 }
 
 /// A slide over the given time after touch-down: backwards, as a foot that pushes off loses its grip, at a top
 /// speed of 0.2 m/s to 0.5 m/s.
-fn slip(when: Range<f64>, random: &mut Random) -> Slip {
+fn slip(when: Range<f64>, random: &mut SeededRandom) -> Slip {
     let duration = when.end - when.start;
     Slip {
         onset: when.start,
@@ -194,7 +197,7 @@ fn slip(when: Range<f64>, random: &mut Random) -> Slip {
 }
 
 /// Returns firm ground, a greased patch, a soft mat and firm ground again, of three steps each.
-fn round(random: &mut Random) -> Vec<PlannedStep> {
+fn round(random: &mut SeededRandom) -> Vec<PlannedStep> {
     let grounds = [Ground::Hard, Ground::Greased, Ground::Soft, Ground::Hard];
     let mut steps: Vec<PlannedStep> = grounds
         .into_iter()
@@ -235,7 +238,7 @@ impl Plan {
     /// steps, and firm ground again.
     #[must_use]
     pub fn demo(seed: u64) -> Self {
-        let steps = round(&mut Random::new(seed, Stream::Steps));
+        let steps = round(&mut SeededRandom::new(seed, RandomUse::Steps));
         let moving: f64 = steps.iter().map(PlannedStep::duration).sum();
         Self {
             name: format!("demo walk, seed {seed}"),
@@ -249,7 +252,7 @@ impl Plan {
     /// the beginning. `seconds` is finite.
     #[must_use]
     pub fn rounds(seconds: f64, seed: u64) -> Self {
-        let mut random = Random::new(seed, Stream::Steps);
+        let mut random = SeededRandom::new(seed, RandomUse::Steps);
         let mut steps = Vec::new();
         let mut end = STANDING_BEFORE;
         while end < seconds {
@@ -320,8 +323,8 @@ impl RobotParams {
     /// activity. `seconds` is finite.
     #[must_use]
     pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
-        let mut random = Random::new(seed, Stream::Steps);
-        let mut patches = Random::new(seed, Stream::Patches);
+        let mut random = SeededRandom::new(seed, RandomUse::Steps);
+        let mut patches = SeededRandom::new(seed, RandomUse::Patches);
         let mut steps = Vec::new();
         if let Some(usual) = self.gait.style() {
             let style = Style { length: usual.length * self.step_length, ..usual };
@@ -357,6 +360,120 @@ impl RobotParams {
             steps,
             duration: seconds,
         }
+    }
+}
+
+/// A swing and the stance after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedStep {
+    /// Duration of the peel off the ground, s.
+    pub peel: f64,
+    /// Time in the air, s.
+    pub swing: f64,
+    /// Time from touch-down to the beginning of the next peel, s; extended to the end of the last slip.
+    pub stance: f64,
+    /// Forward (x) and to the left (y), m, from where the foot stood to where it lands.
+    pub travel: [f64; 2],
+    /// Height of the swing above a straight line, m.
+    pub clearance: f64,
+    /// Amplitude of the pitch swing, rad: toes down first, then up.
+    pub pitch_swing: f64,
+    /// Roll, pitch and yaw of the ground at the foothold, rad.
+    pub tilt: [f64; 3],
+    /// The landing.
+    pub touch_down: TouchDown,
+    /// Yielding of the ground, if any.
+    pub sinking: Option<Sinking>,
+    /// Slides during the stance, in order of time.
+    pub slips: Vec<Slip>,
+    /// Vibration of the standing foot under the moving robot.
+    pub tremor: Tremor,
+    /// Vertical load in mid-stance, N.
+    pub load: f64,
+    /// Time in which the load builds up, and in which it decreases before lift-off, s.
+    pub load_change: f64,
+}
+
+/// Damped spring, as of a landing foot against the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Natural frequency, Hz.
+    pub frequency: f64,
+    /// Damping ratio, in (0, 1).
+    pub damping: f64,
+}
+
+/// Landing of a foot: its remaining speeds, and the springs that absorb them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchDown {
+    /// Downward, m/s.
+    pub speed: f64,
+    /// Forward (x) and to the left (y), m/s.
+    pub scuff: [f64; 2],
+    /// Rates of roll and pitch, rad/s.
+    pub turn: [f64; 2],
+    /// Absorbs `speed`. At a damping of 0.3 the deceleration peaks at about 2π · frequency · speed.
+    pub vertical: Spring,
+    /// Absorbs `scuff`.
+    pub tangential: Spring,
+    /// Absorbs `turn`.
+    pub rotational: Spring,
+}
+
+/// A slow yielding of soft ground under the load, after touch-down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sinking {
+    /// m.
+    pub depth: f64,
+    /// s.
+    pub duration: f64,
+    /// Change of roll and pitch meanwhile, rad.
+    pub lean: [f64; 2],
+}
+
+/// A slide under load: it starts from rest, speeds up, and is caught again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slip {
+    /// Time from touch-down, s.
+    pub onset: f64,
+    /// s. The top speed is 1.875 · distance / duration.
+    pub duration: f64,
+    /// m.
+    pub distance: f64,
+    /// Counter-clockwise from forward, rad: π slides backwards.
+    pub heading: f64,
+    /// Turn about the vertical meanwhile, rad.
+    pub twist: f64,
+    /// Acceleration amplitude of stick-slip along the slide at half-time, m/s². A third of it
+    /// acts vertically.
+    pub chatter: f64,
+    /// Frequency of stick-slip, Hz.
+    pub chatter_frequency: f64,
+}
+
+/// Vibration of a foot standing under a moving robot, strongest in mid-stance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tremor {
+    /// Hz.
+    pub frequency: f64,
+    /// Amplitude along each axis, m/s².
+    pub acceleration: f64,
+    /// Amplitude of pitch and roll rate, rad/s.
+    pub rate: f64,
+}
+
+impl PlannedStep {
+    /// Returns the time from touch-down to the beginning of the next peel, s, including all slips.
+    #[must_use]
+    pub fn standing(&self) -> f64 {
+        let slips = self.slips.iter().map(|slip| slip.onset + slip.duration);
+        slips.fold(self.stance, f64::max)
+    }
+
+    /// Returns the time from the beginning of the peel to the next one, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.peel + self.swing + self.standing()
     }
 }
 

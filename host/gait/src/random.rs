@@ -10,7 +10,7 @@ use rand_pcg::rand_core::Rng;
 
 /// Use of the numbers. Each use has its own stream, so that more draws in one do not shift the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stream {
+pub(crate) enum RandomUse {
     /// Variation from step to step.
     Steps = 1,
     /// Errors of a sensor's specimen.
@@ -21,13 +21,13 @@ pub(crate) enum Stream {
 
 /// A seeded source of real numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Random {
+pub(crate) struct SeededRandom {
     words: Pcg64,
 }
 
-impl Random {
+impl SeededRandom {
     /// Creates the stream of a seed and use.
-    pub fn new(seed: u64, stream: Stream) -> Self {
+    pub fn new(seed: u64, stream: RandomUse) -> Self {
         Self { words: Pcg64::new(u128::from(seed), stream as u128) }
     }
 
@@ -49,10 +49,10 @@ mod tests {
 
     #[test]
     fn streams_and_seeds_are_independent() {
-        let first = |seed, stream| Random::new(seed, stream).unit();
-        let one = first(1, Stream::Steps);
-        assert_eq!(one, first(1, Stream::Steps));
-        assert_ne!(one, first(2, Stream::Steps));
-        assert_ne!(one, first(1, Stream::Specimen));
+        let first = |seed, stream| SeededRandom::new(seed, stream).unit();
+        let one = first(1, RandomUse::Steps);
+        assert_eq!(one, first(1, RandomUse::Steps));
+        assert_ne!(one, first(2, RandomUse::Steps));
+        assert_ne!(one, first(1, RandomUse::Specimen));
     }
 }

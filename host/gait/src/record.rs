@@ -144,8 +144,8 @@ fn seconds(micros: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::activity::Activity;
     use crate::plan::{GaitName, Ground};
+    use crate::track::Activity;
     use estimator_core::{ContactEstimator, Params, Validity, Vec3};
     use recordings::samples::recording::Label;
     use recordings::samples::space::{Vector, components};

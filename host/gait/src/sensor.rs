@@ -10,7 +10,7 @@ use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
 use recordings::samples::space::Vector;
 
-use crate::random::{Random, Stream};
+use crate::random::{RandomUse, SeededRandom};
 use crate::track::{FootState, Track};
 
 /// Standard gravity, m/s².
@@ -104,7 +104,7 @@ impl SensorParams {
     /// Returns the specimen of `seed`.
     #[must_use]
     pub fn specimen(&self, seed: u64) -> PartOptions {
-        let mut random = Random::new(seed, Stream::Specimen);
+        let mut random = SeededRandom::new(seed, RandomUse::Specimen);
         let mut axes = |limit: f64| [(); 3].map(|()| random.uniform(-limit..limit));
         PartOptions {
             seed,

@@ -2,7 +2,7 @@
 //!
 //! A [`Quintic`] carries a channel from one place to the next; on top of it lie [`Term`]s: the
 //! ringing after an impact, a slide, a vibration. All of them are C² in time, but for the start
-//! of a [`Shape::Ring`], where the velocity is continuous and the acceleration jumps: that is
+//! of a [`TermShape::Ring`], where the velocity is continuous and the acceleration jumps: that is
 //! an impact.
 
 use crate::jet::Jet;
@@ -53,7 +53,7 @@ impl Quintic {
 
 /// Course of a [`Term`] over time.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Shape {
+pub(crate) enum TermShape {
     /// Rises to `height` at half-time and falls back.
     Pulse {
         /// In the unit of the channel.
@@ -91,11 +91,11 @@ pub(crate) struct Term {
     pub start: f64,
     /// s, positive.
     pub duration: f64,
-    pub shape: Shape,
+    pub shape: TermShape,
 }
 
 impl Term {
-    pub const fn new(start: f64, duration: f64, shape: Shape) -> Self {
+    pub const fn new(start: f64, duration: f64, shape: TermShape) -> Self {
         Self { start, duration, shape }
     }
 
@@ -106,19 +106,21 @@ impl Term {
         }
         if t >= self.start + self.duration {
             return match self.shape {
-                Shape::Slide { distance } => Jet::constant(distance),
-                Shape::Pulse { .. } | Shape::Ripple { .. } | Shape::Ring { .. } => Jet::default(),
+                TermShape::Slide { distance } => Jet::constant(distance),
+                TermShape::Pulse { .. } | TermShape::Ripple { .. } | TermShape::Ring { .. } => {
+                    Jet::default()
+                }
             };
         }
         let elapsed = Jet::moving(t - self.start, 1.0);
         let s = elapsed * (1.0 / self.duration);
         match self.shape {
-            Shape::Pulse { height } => pulse(s) * height,
-            Shape::Ripple { amplitude, angular_frequency, phase } => {
+            TermShape::Pulse { height } => pulse(s) * height,
+            TermShape::Ripple { amplitude, angular_frequency, phase } => {
                 let angle = elapsed * angular_frequency + Jet::constant(phase);
                 pulse(s) * angle.sin_cos().0 * amplitude
             }
-            Shape::Ring { speed, angular_frequency, decay } => {
+            TermShape::Ring { speed, angular_frequency, decay } => {
                 // The cubic brings the exponential, which never ends, to exactly 0.
                 let fade = (Jet::constant(1.0) - s).cubed();
                 (elapsed * -decay).exp()
@@ -126,7 +128,7 @@ impl Term {
                     * fade
                     * (speed / angular_frequency)
             }
-            Shape::Slide { distance } => minimum_jerk(s) * distance,
+            TermShape::Slide { distance } => minimum_jerk(s) * distance,
         }
     }
 }
@@ -164,9 +166,9 @@ mod tests {
     #[test]
     fn every_shape_but_the_ring_begins_and_ends_at_rest() {
         let shapes = [
-            (Shape::Pulse { height: 0.05 }, 0.0),
-            (Shape::Ripple { amplitude: 1e-3, angular_frequency: 200.0, phase: 1.0 }, 0.0),
-            (Shape::Slide { distance: 0.04 }, 0.04),
+            (TermShape::Pulse { height: 0.05 }, 0.0),
+            (TermShape::Ripple { amplitude: 1e-3, angular_frequency: 200.0, phase: 1.0 }, 0.0),
+            (TermShape::Slide { distance: 0.04 }, 0.04),
         ];
         for (shape, end) in shapes {
             let term = Term { start: 1.0, duration: 0.25, shape };
@@ -181,7 +183,7 @@ mod tests {
         let term = Term {
             start: 1.0,
             duration: 0.1,
-            shape: Shape::Ring { speed: -0.5, angular_frequency: 380.0, decay: 120.0 },
+            shape: TermShape::Ring { speed: -0.5, angular_frequency: 380.0, decay: 120.0 },
         };
         let hit = term.at(1.0);
         assert_eq!((hit.value, hit.rate), (0.0, -0.5));

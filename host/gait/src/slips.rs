@@ -1,14 +1,13 @@
 //! A grid of slips: walks in which every other stance slides, over gaits, speeds, floors, headings
 //! and vibrations.
 
-use crate::plan::{GaitName, Ground, Plan};
+use crate::plan::{GaitName, Ground, Plan, Slip};
 use crate::record::{Simulation, simulate};
 use crate::sensor::SensorParams;
-use crate::step::Slip;
 
 /// Point of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Profile {
+pub struct SlipProfile {
     /// Gait of the robot.
     pub gait: GaitName,
     /// Top speed of each slide, m/s.
@@ -34,8 +33,8 @@ pub const SPEEDS: [f64; 5] = [0.01, 0.02, 0.05, 0.15, 0.40];
 const CHATTERS: [f64; 3] = [0.0, 1.0, 5.0];
 
 /// All profiles.
-pub fn profiles() -> impl Iterator<Item = Profile> {
-    (0..240_usize).map(|k| Profile {
+pub fn profiles() -> impl Iterator<Item = SlipProfile> {
+    (0..240_usize).map(|k| SlipProfile {
         gait: [GaitName::Walk, GaitName::Trot][k / 120],
         speed: SPEEDS[k / 24 % 5],
         chatter: CHATTERS[k / 8 % 3],
@@ -44,7 +43,7 @@ pub fn profiles() -> impl Iterator<Item = Profile> {
     })
 }
 
-impl Profile {
+impl SlipProfile {
     /// Plans a walk in which every other stance slips: from 45 % of the stance on, alternately for 15 % and for
     /// half of it.
     #[must_use]

@@ -1,27 +1,14 @@
-//! True motion of a foot at any moment, in closed form.
+//! True motion of a foot that follows a plan.
 //!
-//! A plan becomes a sequence of segments: a stance, the peel, the swing, the next stance. In each, three positions
-//! and three angles are a base path plus a few terms. Nothing is integrated, and any moment takes one binary
-//! search and a few formulas.
-//!
-//! Position and velocity are continuous everywhere. So is the acceleration, except at the instants of
-//! [`Track::impacts`], where a moving foot meets the ground and a spring takes over.
-//!
-//! Deliberate simplifications:
-//! - The foot has a flat sole on an ankle: in a good stance it does not turn with the leg. A ball
-//!   foot fixed to the shank rolls over by a third of a radian in each stance and would want
-//!   wider half-widths.
-//! - The motion is prescribed, not caused: slips come from the plan rather than from a friction cone,
-//!   and the load is a profile plus what the landing's deceleration adds.
-//! - The position is that of the sensor; there is no lever between it and the sole.
+//! A [`Track`] consists of [`Segment`]s: each step of the plan becomes a peel, a swing and a stance, which
+//! [`stride`] joins to the stance before. A segment has three positions and three angles, each a base path plus terms,
+//! and the load during contact. All of them are closed forms, so that velocity and acceleration are exact at any moment.
 
 use recordings::samples::space::{Rotation, Vector};
 
-use crate::activity::Activity;
-use crate::plan::Plan;
-use crate::segment::{Kind, Segment};
-use crate::stride::{standing_still, stride};
-use crate::turn::from_roll_pitch_yaw;
+use crate::jet::{Jet, from_roll_pitch_yaw};
+use crate::plan::{Plan, PlannedStep, Slip, Spring};
+use crate::shape::{Quintic, Term, TermShape};
 
 /// True state of a foot at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,9 +76,376 @@ impl Track {
 
     /// Returns the instants of touch-down in s, where the acceleration jumps, in order of time.
     pub fn impacts(&self) -> impl Iterator<Item = f64> {
-        let stances = self.strides.iter().filter(|s| matches!(s.kind, Kind::Stance { .. }));
+        let stances = self.strides.iter().filter(|s| matches!(s.kind, SegmentKind::Stance { .. }));
         stances.map(|segment| segment.start)
     }
+}
+
+/// Activity of a foot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Standing on the ground.
+    Standing,
+    /// Peeling off the ground, heel first, under the remaining load.
+    Peeling,
+    /// In the air.
+    Swinging,
+    /// Touched down, but not yet at rest.
+    Landing,
+    /// Sliding under load.
+    Slipping,
+}
+
+/// x, y, z, roll, pitch, yaw.
+const CHANNELS: usize = 6;
+const X: usize = 0;
+const Y: usize = 1;
+const Z: usize = 2;
+const ROLL: usize = 3;
+const PITCH: usize = 4;
+const YAW: usize = 5;
+
+/// State of all channels.
+type Pose = [Jet; CHANNELS];
+
+/// Mass of foot and shank that an impact stops, kg.
+const EFFECTIVE_MASS: f64 = 0.25;
+
+/// Transition from 0 to 1, with least jerk.
+#[derive(Clone, Copy, Debug)]
+struct Transition {
+    /// s.
+    pub start: f64,
+    /// s, positive.
+    pub duration: f64,
+}
+
+impl Transition {
+    /// Transition that is always complete.
+    pub const ALREADY: Self = Self { start: f64::NEG_INFINITY, duration: 1.0 };
+
+    /// Transition that never begins.
+    pub const NEVER: Self = Self { start: f64::INFINITY, duration: 1.0 };
+
+    /// Returns the progress at time `t` in s.
+    pub fn progress(self, t: f64) -> f64 {
+        let shape = TermShape::Slide { distance: 1.0 };
+        Term::new(self.start, self.duration, shape).at(t).value
+    }
+}
+
+/// Vertical load over one contact: it builds up, stays, and decreases.
+#[derive(Clone, Copy, Debug)]
+struct LoadProfile {
+    /// N.
+    pub level: f64,
+    pub rise: Transition,
+    pub fall: Transition,
+}
+
+impl LoadProfile {
+    fn at(&self, t: f64) -> f64 {
+        self.level * self.rise.progress(t) * (1.0 - self.fall.progress(t))
+    }
+}
+
+/// Contact of the foot.
+#[derive(Clone, Debug)]
+enum SegmentKind {
+    /// The whole sole is on the ground.
+    Stance {
+        /// End of the landing, s.
+        settled: f64,
+        /// Slides; their onsets count from the segment's start.
+        slips: Vec<Slip>,
+    },
+    /// The toes are on the ground.
+    Peel,
+    /// No contact.
+    Swing,
+}
+
+/// Piece of a motion; it ends where the next one starts.
+#[derive(Clone, Debug)]
+struct Segment {
+    pub kind: SegmentKind,
+    /// s.
+    pub start: f64,
+    pub base: [Quintic; CHANNELS],
+    /// Terms, each with its channel.
+    pub terms: Vec<(usize, Term)>,
+    /// Load; `None` in the air.
+    pub load: Option<LoadProfile>,
+}
+
+impl Segment {
+    /// Returns position and motion of the foot at time `t` in s.
+    pub fn pose(&self, t: f64) -> Pose {
+        let mut pose = self.base.map(|path| path.at(t));
+        for (channel, term) in &self.terms {
+            pose[*channel] += term.at(t);
+        }
+        pose
+    }
+
+    /// Returns the activity of the foot at time `t` in s.
+    pub fn activity(&self, t: f64) -> Activity {
+        match &self.kind {
+            SegmentKind::Peel => Activity::Peeling,
+            SegmentKind::Swing => Activity::Swinging,
+            SegmentKind::Stance { slips, settled } => {
+                let since_start = t - self.start;
+                let slides =
+                    |slip: &Slip| (slip.onset..slip.onset + slip.duration).contains(&since_start);
+                if slips.iter().any(slides) {
+                    Activity::Slipping
+                } else if t < *settled {
+                    Activity::Landing
+                } else {
+                    Activity::Standing
+                }
+            }
+        }
+    }
+
+    /// Returns the vertical load in N at time `t` in s, while the foot accelerates upwards by
+    /// `upward_acceleration` in m/s².
+    pub fn load(&self, t: f64, upward_acceleration: f64) -> f64 {
+        let profile = self.load.map_or(0.0, |profile| profile.at(t));
+        match self.kind {
+            // The ground also stops the foot itself; it cannot pull.
+            SegmentKind::Stance { .. } => (profile + EFFECTIVE_MASS * upward_acceleration).max(0.0),
+            SegmentKind::Peel | SegmentKind::Swing => profile,
+        }
+    }
+
+    /// Returns the distance slid from the segment's start to time `t` in s, m.
+    pub fn slip(&self, t: f64) -> f64 {
+        match &self.kind {
+            SegmentKind::Stance { slips, .. } => slips
+                .iter()
+                .map(|slip| {
+                    let slide =
+                        Transition { start: self.start + slip.onset, duration: slip.duration };
+                    slip.distance * slide.progress(t)
+                })
+                .sum(),
+            SegmentKind::Peel | SegmentKind::Swing => 0.0,
+        }
+    }
+}
+
+/// Time constants after which a ring has ended: e⁻¹⁰ of 25 g is 0.01 m/s², less than the noise.
+const RING_TIME_CONSTANTS: f64 = 10.0;
+
+/// Share of its rings after which a landing is over: e⁻⁵ and the shape's own fading leave a thousandth of the
+/// landing's speed.
+const LANDING_SHARE: f64 = 0.5;
+
+/// Foot pitch in rad and its rate at the end of the peel: a heel that rolls off as the swing takes over.
+const PEEL_PITCH: Jet = Jet::moving(0.04, 1.5);
+
+/// Sensor height in m and its rate at the end of the peel.
+const PEEL_HEIGHT: Jet = Jet::moving(0.003, 0.15);
+
+/// Load on a foot while the robot stands on all four, N: a quarter of a GO1's 12 kg.
+const STANDING_LOAD: f64 = 29.4;
+
+/// Share of a ripple's amplitude that one period reaches under its envelope.
+const ONE_PERIOD_PEAK: f64 = 0.56;
+
+/// Share of stick-slip that acts vertically: the contact force dips whenever the foot lets go.
+const VERTICAL_CHATTER: f64 = 1.0 / 3.0;
+
+/// Stands still at the origin and level, from time 0 until the step `next` begins at `until` in s.
+fn standing_still(until: f64, next: Option<&PlannedStep>) -> Segment {
+    Segment {
+        kind: SegmentKind::Stance { settled: f64::NEG_INFINITY, slips: Vec::new() },
+        start: 0.0,
+        base: [Quintic::rest(0.0); CHANNELS],
+        terms: Vec::new(),
+        load: Some(LoadProfile {
+            level: STANDING_LOAD,
+            rise: Transition::ALREADY,
+            fall: unloading(until, next),
+        }),
+    }
+}
+
+/// Returns the segments of `step` from time `start` in s on, after the stance `before`; the step `next` determines
+/// how the load decreases at the end.
+fn stride(
+    before: &Segment,
+    start: f64,
+    step: &PlannedStep,
+    next: Option<&PlannedStep>,
+) -> [Segment; 3] {
+    let stood_at = before.pose(start);
+    let (peel, lifted) = peel(step, start, &stood_at, before.load);
+    let lift_off = start + step.peel;
+    let (swing, landed) = swing(step, lift_off, &lifted, &stood_at);
+    let touch_down = lift_off + step.swing;
+    [peel, swing, stance(step, touch_down, &landed, next)]
+}
+
+/// Decrease of the load before the lift-off of the step `next`, whose peel begins at `peel_start`: much of it is
+/// gone before the foot moves.
+fn unloading(peel_start: f64, next: Option<&PlannedStep>) -> Transition {
+    next.map_or(Transition::NEVER, |next| Transition {
+        start: peel_start + next.peel - next.load_change,
+        duration: next.load_change,
+    })
+}
+
+fn peel(
+    step: &PlannedStep,
+    start: f64,
+    stood_at: &Pose,
+    load: Option<LoadProfile>,
+) -> (Segment, Pose) {
+    let mut lifted = *stood_at;
+    lifted[PITCH] += PEEL_PITCH;
+    lifted[Z] += PEEL_HEIGHT;
+    let segment = Segment {
+        kind: SegmentKind::Peel,
+        start,
+        base: paths(stood_at, &lifted, start, step.peel),
+        terms: Vec::new(),
+        load,
+    };
+    (segment, lifted)
+}
+
+fn swing(step: &PlannedStep, start: f64, lifted: &Pose, stood_at: &Pose) -> (Segment, Pose) {
+    let duration = step.swing;
+    let landing = &step.touch_down;
+    let [roll, pitch, yaw] = step.tilt;
+    let landed = [
+        Jet::moving(stood_at[X].value + step.travel[0], landing.scuff[0]),
+        Jet::moving(stood_at[Y].value + step.travel[1], landing.scuff[1]),
+        // A foot that sank in leaves the hollow behind.
+        Jet::moving(0.0, -landing.speed),
+        Jet::moving(roll, landing.turn[0]),
+        Jet::moving(pitch, landing.turn[1]),
+        Jet::constant(yaw),
+    ];
+    let lift = TermShape::Pulse { height: step.clearance };
+    let pitching = TermShape::Ripple {
+        amplitude: step.pitch_swing / ONE_PERIOD_PEAK,
+        angular_frequency: std::f64::consts::TAU / duration,
+        phase: 0.0,
+    };
+    let segment = Segment {
+        kind: SegmentKind::Swing,
+        start,
+        base: paths(lifted, &landed, start, duration),
+        terms: vec![
+            (Z, Term::new(start, duration, lift)),
+            (PITCH, Term::new(start, duration, pitching)),
+        ],
+        load: None,
+    };
+    (segment, landed)
+}
+
+fn stance(step: &PlannedStep, start: f64, landed: &Pose, next: Option<&PlannedStep>) -> Segment {
+    let standing = step.standing();
+    let landing = &step.touch_down;
+    let springs = [
+        (X, landing.tangential),
+        (Y, landing.tangential),
+        (Z, landing.vertical),
+        (ROLL, landing.rotational),
+        (PITCH, landing.rotational),
+    ];
+    let mut settled = start;
+    let mut terms = Vec::new();
+    for (channel, spring) in springs {
+        let ring = ring(landed[channel].rate, spring, start, standing);
+        settled = settled.max(start + LANDING_SHARE * ring.duration);
+        terms.push((channel, ring));
+    }
+    if let Some(sinking) = step.sinking {
+        let duration = sinking.duration.min(standing);
+        settled = settled.max(start + duration);
+        let [roll, pitch] = sinking.lean;
+        for (channel, distance) in [(Z, -sinking.depth), (ROLL, roll), (PITCH, pitch)] {
+            let shape = TermShape::Slide { distance };
+            terms.push((channel, Term::new(start, duration, shape)));
+        }
+    }
+    terms.extend(tremor(step, start, standing));
+    for slip in &step.slips {
+        terms.extend(slide(slip, start));
+    }
+    Segment {
+        kind: SegmentKind::Stance { settled, slips: step.slips.clone() },
+        start,
+        base: landed.map(|channel| Quintic::rest(channel.value)),
+        terms,
+        load: Some(LoadProfile {
+            level: step.load,
+            rise: Transition { start, duration: step.load_change },
+            fall: unloading(start + standing, next),
+        }),
+    }
+}
+
+fn paths(from: &Pose, to: &Pose, start: f64, duration: f64) -> [Quintic; CHANNELS] {
+    std::array::from_fn(|channel| Quintic::between(from[channel], to[channel], start, duration))
+}
+
+fn ring(speed: f64, spring: Spring, start: f64, at_most: f64) -> Term {
+    let natural = std::f64::consts::TAU * spring.frequency;
+    let decay = spring.damping * natural;
+    Term {
+        start,
+        duration: at_most.min(RING_TIME_CONSTANTS / decay),
+        shape: TermShape::Ring {
+            speed,
+            angular_frequency: natural * libm::sqrt(1.0 - spring.damping * spring.damping),
+            decay,
+        },
+    }
+}
+
+/// Returns a sine with its own phase for every axis that trembles.
+fn tremor(step: &PlannedStep, start: f64, duration: f64) -> [(usize, Term); 5] {
+    let angular_frequency = std::f64::consts::TAU * step.tremor.frequency;
+    let length = step.tremor.acceleration / (angular_frequency * angular_frequency);
+    let angle = step.tremor.rate / angular_frequency;
+    let parts = [
+        (X, length, 0.0),
+        (Y, length, 1.3),
+        (Z, length, 2.6),
+        (ROLL, angle, 0.7),
+        (PITCH, angle, 2.0),
+    ];
+    parts.map(|(channel, amplitude, phase)| {
+        let shape = TermShape::Ripple { amplitude, angular_frequency, phase };
+        (channel, Term::new(start, duration, shape))
+    })
+}
+
+/// Slide of a foot in contact since touch-down at `touch_down`.
+fn slide(slip: &Slip, touch_down: f64) -> [(usize, Term); 6] {
+    let (sin, cos) = libm::sincos(slip.heading);
+    let angular_frequency = std::f64::consts::TAU * slip.chatter_frequency;
+    let chatter = slip.chatter / (angular_frequency * angular_frequency);
+    let ripple = |amplitude| TermShape::Ripple { amplitude, angular_frequency, phase: 0.0 };
+    let along = |distance| TermShape::Slide { distance };
+    let parts = [
+        (X, along(slip.distance * cos)),
+        (Y, along(slip.distance * sin)),
+        (YAW, along(slip.twist)),
+        (X, ripple(chatter * cos)),
+        (Y, ripple(chatter * sin)),
+        (Z, ripple(chatter * VERTICAL_CHATTER)),
+    ];
+    parts.map(|(channel, shape)| {
+        let start = touch_down + slip.onset;
+        (channel, Term::new(start, slip.duration, shape))
+    })
 }
 
 #[cfg(test)]

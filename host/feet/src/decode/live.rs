@@ -13,8 +13,8 @@ use wire::pdo::{Health, Load};
 use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, RawSample};
 use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
 
-use crate::decode::can::{Log, Reception};
-use crate::decode::uart::{self, Stream};
+use crate::decode::can::{CanDecoder, Reception};
+use crate::decode::uart::{self, UartDecoder};
 use crate::decode::{ContactRow, Feet, Report};
 
 /// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
@@ -75,8 +75,8 @@ pub enum Said {
 
 /// Decoder state of all lines, and the messages still to be returned.
 pub struct Listener {
-    can: Log,
-    serial: BTreeMap<Arc<str>, Serial>,
+    can: CanDecoder,
+    serial: BTreeMap<Arc<str>, SerialInput>,
     lines: BTreeMap<String, Arc<str>>,
     heard: VecDeque<Heard>,
     /// Faults recently raised by each node, with the time of the newest.
@@ -84,9 +84,9 @@ pub struct Listener {
 }
 
 /// A serial line.
-struct Serial {
+struct SerialInput {
     decoder: Decoder,
-    stream: Stream,
+    rows: UartDecoder,
 }
 
 impl Listener {
@@ -94,7 +94,7 @@ impl Listener {
     #[must_use]
     pub fn new(feet: Feet) -> Self {
         Self {
-            can: Log::new(feet, Reception::Live),
+            can: CanDecoder::new(feet, Reception::Live),
             serial: BTreeMap::new(),
             lines: BTreeMap::new(),
             heard: VecDeque::new(),
@@ -151,24 +151,24 @@ impl Listener {
     pub fn bytes(&mut self, port: &str, bytes: &[u8], at: Timestamp) {
         let line = self.line(port);
         let serial = self.serial.entry(Arc::clone(&line));
-        let serial = serial.or_insert_with(|| Serial {
+        let serial = serial.or_insert_with(|| SerialInput {
             decoder: Decoder::new(),
-            stream: Stream::new(self.can.known.clone()),
+            rows: UartDecoder::new(self.can.known.clone()),
         });
         for byte in bytes {
             let frame = match serial.decoder.push(*byte) {
                 None => continue,
                 Some(Err(problem)) => {
-                    serial.stream.report.count_problem(uart::name(problem));
+                    serial.rows.report.count_problem(uart::name(problem));
                     continue;
                 }
                 Some(Ok(frame)) => frame,
             };
-            let said = match (serial.stream.take(&frame), frame.message) {
+            let said = match (serial.rows.take(&frame), frame.message) {
                 (Some(mut row), _) => {
                     row.received = Some(at);
                     row.interface = Some(Arc::clone(&line));
-                    serial.stream.report.count_row(&row);
+                    serial.rows.report.count_row(&row);
                     Said::Contact(Box::new(row))
                 }
                 (None, Message::Raw(raw)) => Said::Raw(raw),
@@ -177,8 +177,7 @@ impl Listener {
                 (None, Message::ConfigResponse(answer)) => Said::Answer(answer),
                 (None, _) => continue,
             };
-            let foot =
-                FootKey { line: Arc::clone(&line), node: serial.stream.node.map(NodeId::get) };
+            let foot = FootKey { line: Arc::clone(&line), node: serial.rows.node.map(NodeId::get) };
             self.heard.push_back(Heard { at, foot, said });
         }
     }
@@ -228,7 +227,7 @@ impl Listener {
     pub fn reports(&self) -> Vec<(Option<&str>, &Report)> {
         let can = (!self.can.report.frames.is_empty()).then_some((None, &self.can.report));
         let serial = self.serial.iter();
-        let serial = serial.map(|(line, serial)| (Some(line.as_ref()), &serial.stream.report));
+        let serial = serial.map(|(line, serial)| (Some(line.as_ref()), &serial.rows.report));
         can.into_iter().chain(serial).collect()
     }
 

@@ -2,14 +2,13 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | a log of CAN frames, line by line | `can`, with [`can_log`] and `lines` |
+//! | a log of CAN frames, line by line | `can`, with [`can_log`] |
 //! | a recording of the serial line | `uart` |
 //! | live decoding of frames and bytes as they arrive | [`live`] |
 //! | remedies for faults, flags and refusals | [`remedy`] |
 //! | nodes that are feet, and their names | [`feet`] |
 //! | a row per contact | [`row`] |
 //! | counts of frames, losses and problems | [`report`] |
-//! | least delay between a foot's clock and reception | `least_delay` |
 //!
 //! The kind of a file and the format of a log are detected from the contents. Files are read once and never
 //! held in memory as a whole: `can` keeps the newest few thousand rows to complete them.
@@ -17,8 +16,6 @@
 mod can;
 pub mod can_log;
 pub mod feet;
-mod least_delay;
-pub(crate) mod lines;
 pub mod live;
 pub mod remedy;
 pub mod report;
@@ -35,12 +32,10 @@ use recordings::samples::magic::no_log;
 use thiserror::Error;
 
 pub use feet::Feet;
-pub use least_delay::LeastDelay;
 pub use report::{Medium, Report};
 pub use row::ContactRow;
 
-use crate::decode::can_log::recognise::recognise;
-use lines::Lines;
+use can_log::{Lines, recognise};
 
 /// Number of bytes at the start of a file from which its format is detected.
 const HEAD: u64 = 1 << 16;
@@ -145,7 +140,8 @@ fn stream(
     sink: RowSink<'_>,
 ) -> Result<FileOutcome, DecodeError> {
     let unreadable = DecodeError::unreadable(file);
-    let mut source = Source { inner: decompressed(source).map_err(&unreadable)?, is_cut: false };
+    let mut source =
+        TolerantReader { inner: decompressed(source).map_err(&unreadable)?, is_cut: false };
     let mut head = Vec::new();
     let read = source.by_ref().take(HEAD).read_to_end(&mut head);
     read.map_err(unreadable)?;
@@ -178,12 +174,12 @@ fn stream(
 }
 
 /// Reader that treats the early end of compressed data as the end of the file.
-struct Source {
+struct TolerantReader {
     inner: Box<dyn Read>,
     is_cut: bool,
 }
 
-impl Read for Source {
+impl Read for TolerantReader {
     fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
         match self.inner.read(to) {
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {

@@ -34,7 +34,7 @@ pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segmen
 recordings::named! {
     /// Source of the common time of all feet, with its name in tables and reports.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Clock {
+    pub enum CommonClock {
         /// The foot's clock plus an offset obtained from numbered SYNCs.
         Sync = "sync",
         /// The log's clock at reception of the frame.
@@ -44,7 +44,7 @@ recordings::named! {
 
 /// Whether the turn of a foot's 16-bit clock is known, to which a contact on CAN belongs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Turn {
+pub enum ClockTurn {
     /// Known: from a health frame, or from the contacts since; on a serial line always.
     #[default]
     Known,
@@ -58,14 +58,14 @@ pub struct ContactRow {
     /// Time of the sample.
     pub timestamp: Timestamp,
     /// Whether that time may be wrong by whole turns of the foot's 16-bit clock.
-    pub turn: Turn,
+    pub turn: ClockTurn,
     /// Number of frames of the foot that are missing before this one, by their sequence numbers; negative if
     /// earlier rows counted too many.
     pub missing: i64,
     /// Time of reception on the log's clock.
     pub received: Option<Timestamp>,
     /// Time on the common clock of all feet, and its source.
-    pub common: Option<(Timestamp, Clock)>,
+    pub common: Option<(Timestamp, CommonClock)>,
     /// CAN interface that received the frame.
     pub interface: Option<Arc<str>>,
     /// Name of the foot, if any.
@@ -123,7 +123,7 @@ impl ContactRow {
         if names.is_empty() && !status.is_valid() {
             names.push("doubtful");
         }
-        if self.turn == Turn::NotYet {
+        if self.turn == ClockTurn::NotYet {
             names.push("time_not_known");
         }
         names
@@ -142,7 +142,7 @@ pub fn write_row(row: &ContactRow, to: &mut dyn Write) -> io::Result<()> {
         }
         write!(to, ",")?;
     }
-    write!(to, "{}", clock.map_or("", Clock::name))?;
+    write!(to, "{}", clock.map_or("", CommonClock::name))?;
     for name in [&row.interface, &row.foot] {
         write!(to, ",{}", name.as_deref().unwrap_or_default())?;
     }
@@ -196,10 +196,10 @@ mod tests {
         };
         let full = ContactRow {
             timestamp: Timestamp::from_micros(2_345_678),
-            turn: Turn::NotYet,
+            turn: ClockTurn::NotYet,
             missing: 0,
             received: Some(Timestamp::from_micros(7_000_001)),
-            common: Some((Timestamp::from_micros(6_900_001), Clock::Sync)),
+            common: Some((Timestamp::from_micros(6_900_001), CommonClock::Sync)),
             interface: Some("can1".into()),
             foot: Some("FL".into()),
             node: NodeId::new(17),

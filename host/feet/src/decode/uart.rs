@@ -22,7 +22,7 @@ pub(super) fn decode(
 ) -> Result<Option<FileOutcome>, DecodeError> {
     let mut decoder = Decoder::new();
     let mut has_frame = false;
-    let mut stream = Stream::new(feet.clone());
+    let mut stream = UartDecoder::new(feet.clone());
     for byte in BufReader::with_capacity(1 << 14, source).bytes() {
         let Some(result) = decoder.push(byte.map_err(DecodeError::unreadable(file))?) else {
             continue;
@@ -80,7 +80,7 @@ const fn kind_name(kind: Kind) -> &'static str {
 
 /// State of a serial line up to its newest byte.
 #[derive(Default)]
-pub(crate) struct Stream {
+pub(crate) struct UartDecoder {
     pub(crate) report: Report,
     feet: Feet,
     newest: Option<u16>,
@@ -93,7 +93,7 @@ pub(crate) struct Stream {
     pub(crate) node: Option<NodeId>,
 }
 
-impl Stream {
+impl UartDecoder {
     pub(crate) fn new(feet: Feet) -> Self {
         Self { report: Report::new(Medium::Uart), feet, ..Self::default() }
     }

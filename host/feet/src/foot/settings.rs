@@ -12,7 +12,7 @@ use super::client::{Client, RequestError};
 use super::name::{NameError, Named};
 
 /// Settings by address.
-pub type Values = BTreeMap<Address, Value>;
+pub type SettingValues = BTreeMap<Address, Value>;
 
 /// Error of reading settings from a text, or writing them to a foot.
 #[derive(Debug, Error)]
@@ -81,8 +81,8 @@ pub enum Lasting {
 ///
 /// # Errors
 /// A request has failed.
-pub fn read(client: &mut Client) -> Result<Values, RequestError> {
-    let mut values = Values::new();
+pub fn read(client: &mut Client) -> Result<SettingValues, RequestError> {
+    let mut values = SettingValues::new();
     for named in Named::settings() {
         let value = client.read(named.address, named.entry.data_type())?;
         values.insert(named.address, value);
@@ -92,14 +92,14 @@ pub fn read(client: &mut Client) -> Result<Values, RequestError> {
 
 /// Default settings of a foot with this id.
 #[must_use]
-pub fn defaults(node: Option<NodeId>) -> Values {
+pub fn defaults(node: Option<NodeId>) -> SettingValues {
     let default = |named: Named| (named.address, named.default(node));
     Named::settings().map(default).collect()
 }
 
 /// Formats settings as text, one per line, with range and unit as a comment.
 #[must_use]
-pub fn to_text(values: &Values, about: &str) -> String {
+pub fn to_text(values: &SettingValues, about: &str) -> String {
     let mut text = format!("# {about}\n");
     for (address, value) in values {
         let Some(named) = Named::at(*address) else {
@@ -116,8 +116,8 @@ pub fn to_text(values: &Values, about: &str) -> String {
 ///
 /// # Errors
 /// The first invalid line.
-pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsError> {
-    let mut values = Values::new();
+pub fn from_text(text: &str, node: Option<NodeId>) -> Result<SettingValues, SettingsError> {
+    let mut values = SettingValues::new();
     // Windows programs write a byte order mark.
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     for (number, line) in (1..).zip(text.lines()) {
@@ -145,7 +145,7 @@ pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsErr
 
 /// Returns the settings whose values differ, with both values; settings missing in one are skipped.
 #[must_use]
-pub fn differences(from: &Values, to: &Values) -> Vec<(Named, Value, Value)> {
+pub fn differences(from: &SettingValues, to: &SettingValues) -> Vec<(Named, Value, Value)> {
     let both = from.iter().filter_map(|(address, before)| {
         let after = to.get(address)?;
         let named = Named::at(*address)?;
@@ -155,7 +155,7 @@ pub fn differences(from: &Values, to: &Values) -> Vec<(Named, Value, Value)> {
 }
 
 /// Node id of a foot with these settings after its next start.
-fn node_of(settings: &Values) -> Option<NodeId> {
+fn node_of(settings: &SettingValues) -> Option<NodeId> {
     let number = |index| Some(settings.get(&Address::new(index, 0))?.to_raw());
     let id = number(index::NODE_ID)?;
     if id != 0 {
@@ -169,7 +169,7 @@ fn node_of(settings: &Values) -> Option<NodeId> {
 ///
 /// # Errors
 /// Another board has the new id of the foot, or the foot refuses the request, does not respond or has restarted.
-fn store_these(client: &mut Client, settings: &Values) -> Result<(), RequestError> {
+fn store_these(client: &mut Client, settings: &SettingValues) -> Result<(), RequestError> {
     if let Some(node) = node_of(settings) {
         client.is_free(node)?;
     }
@@ -208,7 +208,7 @@ pub fn restore(client: &mut Client) -> Result<(), RequestError> {
 /// as far as [`Undone`] reports.
 pub fn write(
     client: &mut Client,
-    values: &Values,
+    values: &SettingValues,
     lasting: Lasting,
 ) -> Result<Vec<(Named, Value, Value)>, SettingsError> {
     let before = read(client)?;
@@ -338,4 +338,23 @@ fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: State
         (Ok(()), Ok(())) => Undone::All,
         _ => Undone::NotStored,
     }
+}
+
+/// Sets and stores the position of the board, with the default node id of that position, and restarts the
+/// board.
+///
+/// # Errors
+/// Another board has this id, or the board does not accept the settings.
+pub fn set_position(client: &mut Client, foot: Foot) -> Result<(), SettingsError> {
+    client.is_alone()?;
+    let node = foot.default_node_id();
+    client.is_free(node)?;
+    let values = SettingValues::from([
+        (Address::new(index::FOOT, 0), Value::U8(foot.code())),
+        // 0: the default id of the position.
+        (Address::new(index::NODE_ID, 0), Value::U8(0)),
+    ]);
+    write(client, &values, Lasting::Stored)?;
+    client.restart(Some(node))?;
+    Ok(())
 }

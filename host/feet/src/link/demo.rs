@@ -6,18 +6,18 @@ use std::time::Duration;
 
 use estimator_core::Timestamp;
 
-use super::pace::{Pace, Speed};
+use super::clock::PlaybackPace;
 use super::{Arrival, Arrived, LineClock, Link, LinkError, Sending, now};
 use crate::robot::Robot;
 use crate::robot::board::INTERFACE;
-use crate::source::{Demo, DemoClock, DemoLine};
+use crate::source::{Demo, DemoClock, DemoLine, Speed};
 
 /// Line to a simulated robot.
 pub struct SimulatedFeet {
     robot: Robot,
     line: DemoLine,
     clock: LineClock,
-    pace: Pace,
+    pace: PlaybackPace,
     /// End of the walk, µs.
     end_us: u64,
     interface: Arc<str>,
@@ -42,7 +42,7 @@ impl SimulatedFeet {
             ports: robot.names().map(Arc::from).collect(),
             line: demo.line,
             clock: LineClock::default(),
-            pace: Pace::new(demo.speed.unwrap_or(Speed::REAL)),
+            pace: PlaybackPace::new(demo.speed.unwrap_or(Speed::REAL)),
             // The cast saturates.
             end_us: (demo.seconds.unwrap_or(f64::INFINITY) * 1.0e6) as u64,
             interface: INTERFACE.into(),
@@ -56,7 +56,11 @@ impl SimulatedFeet {
     /// Creates a robot whose time passes only while data are awaited, and on whose clock timeouts are measured.
     #[must_use]
     pub fn in_steps(demo: &Demo) -> Self {
-        Self { clock: LineClock::in_steps(), pace: Pace::new(Speed::Max), ..Self::new(demo) }
+        Self {
+            clock: LineClock::in_steps(),
+            pace: PlaybackPace::new(Speed::Max),
+            ..Self::new(demo)
+        }
     }
 
     /// Simulates a tick, and collects the output of the feet.

@@ -22,12 +22,12 @@ pub(super) fn is_in_lock_step(port: &str) -> bool {
 }
 
 /// Open line.
-pub(super) struct LockStepLine {
+pub(super) struct LockStepClient {
     stream: UnixStream,
     pub(super) clock: LineClock,
 }
 
-impl LockStepLine {
+impl LockStepClient {
     pub(super) fn open(port: &str) -> io::Result<Self> {
         let mut line = Self { stream: UnixStream::connect(port)?, clock: LineClock::in_steps() };
         // Reads the time.

@@ -2,27 +2,23 @@
 //!
 //! | line | file |
 //! |---|---|
-//! | serial line of a foot | [`serial_line`] |
-//! | adapter that speaks slcan over a serial port | [`slcan`] |
-//! | serial port of both | `serial` |
+//! | serial line of a foot, and adapter that speaks slcan | [`serial`] |
+//! | serial port of both | `port` |
 //! | line of a board in lock step instead of a port | `lock_step` |
 //! | interface of `SocketCAN` | `can` |
 //! | playback of a log or a recording | [`file`](mod@file) |
 //! | simulated feet | [`demo`] |
-//! | speed of the last two | [`pace`] |
-//! | clock of a line | `line_clock` |
+//! | clock of a line, and pace of the last two | `clock` |
 
 #[cfg(target_os = "linux")]
 mod can;
+mod clock;
 pub mod demo;
 pub mod file;
-mod line_clock;
 #[cfg(unix)]
 mod lock_step;
-pub mod pace;
-mod serial;
-pub mod serial_line;
-pub mod slcan;
+mod port;
+pub mod serial;
 
 use std::io;
 use std::sync::Arc;
@@ -34,10 +30,9 @@ use estimator_core::Timestamp;
 use thiserror::Error;
 use wire::CanFrame;
 
-use crate::source::Source;
-pub use line_clock::LineClock;
-use pace::Speed;
-use serial_line::SerialLine;
+use crate::source::{Source, Speed};
+pub use clock::LineClock;
+use serial::{SerialLine, SlcanAdapter};
 
 /// Timeout of one receive in a loop: the longest delay until a pending request or another condition is noticed.
 pub(crate) const LISTEN: Duration = Duration::from_millis(5);
@@ -197,7 +192,7 @@ pub trait Link {
 pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
     Ok(match source {
         Source::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
-        Source::Slcan { port, kbit } => Box::new(slcan::SlcanAdapter::open(port, *kbit)?),
+        Source::Slcan { port, kbit } => Box::new(SlcanAdapter::open(port, *kbit)?),
         #[cfg(target_os = "linux")]
         Source::Can { interface } => Box::new(can::Interface::open(interface)?),
         #[cfg(not(target_os = "linux"))]

@@ -1,12 +1,15 @@
-//! Simulated board around [`firmware::Foot`], and its bus.
+//! Simulated board: its settings and start, its program around [`firmware::Foot`], its flash, and its bus.
 
-use estimator_core::{ImuSample, Timestamp};
-use firmware::Start;
-use firmware::sampling::{Activity, Measurement, ReadAt};
+use std::convert::Infallible;
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use estimator_core::{ImuSample, ParamsError, Timestamp};
+use firmware::sampling::{Activity, Measurement, ReadAt, Tick};
+use firmware::{Foot, Ports, Start};
 use gait::control::LOAD_OVER_CAN;
 use lsm6dsox::RawSample;
 use wire::dictionary::index;
-use wire::{Address, Settings};
+use wire::{Address, CanFrame, Settings};
 
 /// Time 0 of a simulated clock in logs, which need a date: 1 January 2021, µs since 1970.
 const EPOCH_US: u64 = 1_609_459_200_000_000;
@@ -58,14 +61,105 @@ pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measureme
 
 /// Bus of 1 Mbit/s, which carries one frame at a time.
 #[derive(Clone, Debug, Default)]
-pub struct Bus {
+pub struct SimulatedBus {
     free_us: u64,
 }
 
-impl Bus {
+impl SimulatedBus {
     /// Carries a frame that is ready at `ready`; returns the time of its end.
     pub fn carry(&mut self, ready: Timestamp) -> Timestamp {
         self.free_us = self.free_us.max(ready.as_micros()) + FRAME_US;
         Timestamp::from_micros(self.free_us)
+    }
+}
+
+/// Program of a board between two resets.
+pub(super) struct SimulatedProgram {
+    pub(super) foot: Foot,
+    pub(super) ports: Ports,
+}
+
+impl SimulatedProgram {
+    /// Starts the program.
+    ///
+    /// # Errors
+    /// The parameters of the settings are inconsistent.
+    pub(super) fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
+        Ok(Self { foot: Foot::new(settings, start)?, ports: Ports::new() })
+    }
+
+    /// Runs the program for the millisecond that begins at `time`; the data-ready edge is at the time of the sample.
+    pub(super) fn tick(&mut self, time: Timestamp, measurement: &Measurement) {
+        let tick = Tick { time, edge: Some(measurement.sample.timestamp), ..Tick::default() };
+        self.foot.tick(&tick, measurement, None, &self.ports);
+    }
+
+    /// Takes the pending frames for the bus.
+    pub(super) fn frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
+        std::iter::from_fn(|| self.ports.try_next_can())
+    }
+
+    /// Takes the pending bytes for the serial line.
+    pub(super) fn take_serial(&mut self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while let Some(frame) = self.ports.try_next_uart() {
+            bytes.extend_from_slice(frame.as_bytes());
+        }
+        bytes
+    }
+}
+
+/// Two pages of flash, which keep the settings: a write clears bits, an erase sets them.
+#[derive(Clone, Debug)]
+pub(super) struct SimulatedFlash(Vec<u8>);
+
+impl SimulatedFlash {
+    /// Size of a page, bytes.
+    const PAGE: usize = 16 * 1024;
+
+    /// Size of both pages, bytes.
+    pub(super) const SIZE: usize = 2 * Self::PAGE;
+
+    pub(super) fn blank() -> Self {
+        Self(vec![0xFF; Self::SIZE])
+    }
+}
+
+impl ErrorType for SimulatedFlash {
+    type Error = Infallible;
+}
+
+impl ReadNorFlash for SimulatedFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
+        let stored = self.0.iter().skip(offset as usize);
+        for (to, from) in bytes.iter_mut().zip(stored) {
+            *to = *from;
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for SimulatedFlash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = Self::PAGE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
+        if let Some(pages) = self.0.get_mut(from as usize..to as usize) {
+            pages.fill(0xFF);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
+        for (to, from) in self.0.iter_mut().skip(offset as usize).zip(bytes) {
+            *to &= *from;
+        }
+        Ok(())
     }
 }

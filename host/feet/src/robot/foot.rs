@@ -13,8 +13,7 @@ use wire::node::BootCause;
 use wire::{Address, CanFrame, Fault, Foot as Position, Settings, Value};
 
 use super::board;
-use super::flash::{Flash, SIZE};
-use super::program::Program;
+use super::board::{SimulatedFlash, SimulatedProgram};
 use crate::source::DemoLine;
 
 /// Duration of the sensor's self-test, ticks; shorter than on the board, whose waits are longer.
@@ -31,10 +30,10 @@ pub(super) struct SimulatedFoot {
     pub(super) position: Position,
     /// Walk and sensor.
     pub(super) walk: EndlessRounds,
-    pub(super) program: Program,
+    pub(super) program: SimulatedProgram,
     /// Remaining ticks of the sensor's self-test since the last reset of the board; `None` once its result was returned.
     self_test: Option<u32>,
-    storage: Storage<Flash>,
+    storage: Storage<SimulatedFlash>,
     clock: OwnClock,
     serial: u32,
     receiver: UartReceiver,
@@ -73,7 +72,7 @@ impl SimulatedFoot {
         seed: u64,
         phase_s: f64,
     ) -> Self {
-        let mut storage = Storage::new(Flash::blank(), &(0..SIZE as u32))
+        let mut storage = Storage::new(SimulatedFlash::blank(), &(0..SimulatedFlash::SIZE as u32))
             .unwrap_or_else(|_| unreachable!("there are two whole pages"));
         let mut settings = board::settings();
         let mut set = |object, sub, value| {
@@ -193,8 +192,8 @@ impl SimulatedFoot {
 }
 
 /// Starts the program of a board.
-fn started(settings: Settings, serial: u32, cause: BootCause) -> Program {
+fn started(settings: Settings, serial: u32, cause: BootCause) -> SimulatedProgram {
     let start = Start { cause, ..board::switched_on(serial) };
-    let program = Program::new(settings, start);
+    let program = SimulatedProgram::new(settings, start);
     program.unwrap_or_else(|_| unreachable!("stored settings fit each other"))
 }

@@ -6,26 +6,23 @@
 //! |---|---|
 //! | the robot: one bus, or a serial line for each foot | this one |
 //! | its control: SYNCs and loads | [`gait::control`] |
-//! | a foot: its walk, its program, its requests | `foot`, `program` |
+//! | a foot: its walk, its sensor, its requests | `foot` |
 //! | the recorded walk of one foot, with all that it sends | [`walk`] |
-//! | board around a foot: settings, start, measurements; and the bus | [`board`] |
-//! | flash with its settings | `flash` |
+//! | board around a foot: settings, start, measurements, program, flash; and the bus | [`board`] |
 
 pub mod board;
-mod flash;
 mod foot;
-mod program;
 pub mod walk;
 
 use std::collections::VecDeque;
 
 use estimator_core::Timestamp;
-use gait::control::{Control, PHASE_S};
+use gait::control::{PHASE_S, RobotControl};
 use gait::record::TICK_US;
 use wire::CanFrame;
 
 use crate::source::DemoLine;
-use board::Bus;
+use board::SimulatedBus;
 use foot::SimulatedFoot;
 
 /// Simulated robot.
@@ -33,12 +30,12 @@ pub struct Robot {
     feet: Vec<SimulatedFoot>,
     line: DemoLine,
     ticks: u64,
-    control: Control,
+    control: RobotControl,
     /// Frames that the bus has carried and that were not read yet.
     carried: VecDeque<(Timestamp, CanFrame)>,
     /// Frames of a master waiting for the bus.
     pending: Vec<CanFrame>,
-    bus: Bus,
+    bus: SimulatedBus,
 }
 
 impl Robot {
@@ -54,10 +51,10 @@ impl Robot {
             feet: feet.collect(),
             line,
             ticks: 0,
-            control: Control::default(),
+            control: RobotControl::default(),
             carried: VecDeque::new(),
             pending: Vec::new(),
-            bus: Bus::default(),
+            bus: SimulatedBus::default(),
         }
     }
 

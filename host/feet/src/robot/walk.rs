@@ -12,8 +12,7 @@ use gait::control::load_frame;
 use gait::record::TICK_US;
 use wire::Settings;
 
-use super::board::{self, Bus, settings, switched_on};
-use super::program::Program;
+use super::board::{self, SimulatedBus, SimulatedProgram, settings, switched_on};
 
 /// Serial number of the foot.
 const SERIAL: u32 = 1;
@@ -58,9 +57,9 @@ pub fn walk_with(
     simulation: &Simulation,
     mut change: impl FnMut(usize, &mut Measurement),
 ) -> Result<Transmission, ParamsError> {
-    let mut program = Program::new(settings.clone(), switched_on(SERIAL))?;
+    let mut program = SimulatedProgram::new(settings.clone(), switched_on(SERIAL))?;
     let mut sent = Transmission::default();
-    let mut bus = Bus::default();
+    let mut bus = SimulatedBus::default();
     let samples = simulation.recording.samples.iter().zip(&simulation.raw);
     for (index, (sample, raw)) in samples.enumerate() {
         let mut measurement = board::measurement(sample.imu, *raw);

@@ -16,7 +16,7 @@ use {
     crate::report::print_text,
     crate::ros::{McapFile, Published},
     crate::stream::{Sink, Stream, deadline, unless_ended},
-    feet::link::pace::Speed,
+    feet::source::Speed,
     std::fmt::Write as _,
     std::fs::File,
     std::io,

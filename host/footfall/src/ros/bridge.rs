@@ -10,7 +10,7 @@
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once on a change, otherwise once a second |
 //!
 //! Stamps are the times of the samples on the receiver's clock: by numbered SYNCs if the foot has reported
-//! one, otherwise by the least delay of the last seconds ([`FootClock`](feet::clock::FootClock)).
+//! one, otherwise by the least delay of the last seconds ([`FootClock`](feet::foot_clock::FootClock)).
 //!
 //! A foot without a contact for half a second is silent: its probability is 0, and diagnostics report it.
 //! Contacts of several boards with the same id ([`NewestSecond`](feet::NewestSecond)) carry no information:

@@ -28,7 +28,7 @@
 use std::collections::BTreeSet;
 
 use estimator_core::Timestamp;
-use feet::silence::COMPLETION_WAIT_US;
+use feet::session::COMPLETION_WAIT_US;
 
 use crate::ros::message::{Header, LowState, RosContact, RosMessage, Stances, Time};
 use crate::ros::topics::Published;
@@ -290,7 +290,7 @@ impl AllFeet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use feet::silence::Listening;
+    use feet::session::Listening;
 
     fn contact(foot: &str, p_stable: f32, us: u64) -> (RosContact, Timestamp) {
         let at = Timestamp::from_micros(us);

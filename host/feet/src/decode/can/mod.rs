@@ -1,41 +1,25 @@
-//! Decoding of logs of CAN frames.
+//! Decoding of logs of CAN frames, and of frames as they arrive.
 //!
-//! | idea | file |
-//! |---|---|
-//! | parsing of lines, assignment of frames to feet | this one |
-//! | the newest rows, completed by further frames of the foot | `pending` |
-//! | time of a contact, from the clocks of foot and log | `clock` |
-//! | mean period of the contacts, which numbers and times have to agree with | `pace` |
-//! | alignment of all feet to the log's clock by numbered SYNCs | `sync` |
-//! | state of a foot: newest contact, sequence number, times not yet known | `foot` |
-//! | cells of a row | `rows` |
+//! This file assigns frames to feet and completes the newest rows with them. [`foot`] holds the state of a foot: its
+//! newest contact, and the time of the next one on the clocks of foot and log.
 
-mod clock;
 mod foot;
-mod pace;
-mod pending;
-mod rows;
-mod sync;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io::BufRead;
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
-use wire::pdo::{Contact, Health, Load};
+use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, P8, Rate, ShortTime};
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
-use super::lines::Lines;
+use super::can_log::{Lines, LogContent, LogReader, LogTimes};
 use super::report::{EmergencyReport, Report};
-use super::row::Clock;
+use super::row::{ClockTurn, CommonClock};
 use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
-use crate::decode::can_log::{LogContent, LogTimes, Reader};
-use foot::{Change, LoggedFoot};
-use pending::{KEPT, Pending};
-use rows::{complete, kind_name};
-use sync::Syncs;
+use foot::{ClockCorrection, LoggedFoot, Syncs};
 
 /// Number of malformed lines that are quoted; further ones are only counted.
 const NAMED_LINES: u64 = 10;
@@ -43,12 +27,12 @@ const NAMED_LINES: u64 = 10;
 /// Decodes all lines of a log.
 pub(super) fn decode(
     mut lines: Lines<impl BufRead>,
-    mut reader: Reader,
+    mut reader: LogReader,
     file: &str,
     feet: &Feet,
     sink: RowSink<'_>,
 ) -> Result<FileOutcome, DecodeError> {
-    let mut log = Log::new(feet.clone(), Reception::Logged);
+    let mut log = CanDecoder::new(feet.clone(), Reception::Logged);
     log.report.log = Some(reader.form);
     let mut notices = Vec::new();
     let mut malformed = 0;
@@ -119,7 +103,7 @@ pub(crate) enum Reception {
 
 /// State of the log up to the newest line.
 #[derive(Default)]
-pub(crate) struct Log {
+pub(crate) struct CanDecoder {
     pub(crate) rows: Pending,
     pub(crate) report: Report,
     /// By interface and node id: feet on two buses may share an id.
@@ -156,15 +140,15 @@ struct First {
     counted: Report,
 }
 
-impl Log {
+impl CanDecoder {
     pub(crate) fn new(known: Feet, reception: Reception) -> Self {
         Self { known, reception, ..Self::default() }
     }
 
     /// Notice of the common clock of several feet; `None` for a single foot.
     fn clock_notice(&self, has_times: bool) -> Option<String> {
-        let of = |clock: Clock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
-        let (sync, received) = (of(Clock::Sync), of(Clock::Received));
+        let of = |clock: CommonClock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
+        let (sync, received) = (of(CommonClock::Sync), of(CommonClock::Received));
         let feet = self.feet.values().filter(|entry| entry.foot.is_some());
         if feet.count() < 2 {
             return None;
@@ -240,7 +224,7 @@ impl Log {
             row.turn = foot.turn();
             row.missing = 0;
             row.segment = entry.segment;
-            row.common = at.map(|at| (at, Clock::Received));
+            row.common = at.map(|at| (at, CommonClock::Received));
         }
         entry.foot = Some(foot);
     }
@@ -324,20 +308,20 @@ impl Log {
         let reading = Health::decode(bytes).clock;
         let (newest, change) = (foot.row, foot.read_clock(reading, &mut self.report));
         match change {
-            Change::None => {}
-            Change::Turn(from, shift_us) => {
+            ClockCorrection::None => {}
+            ClockCorrection::Turn(from, shift_us) => {
                 let common = |row: &mut ContactRow| {
                     row.common = foot.common(row.timestamp.as_micros()).or(row.common);
                 };
                 self.rows.place(from, newest, shift_us, common);
             }
             // The boot-up was lost.
-            Change::Restart(from, shift_us) => {
+            ClockCorrection::Restart(from, shift_us) => {
                 self.report.restarts += 1;
                 *segment += 1;
                 let restarted = |row: &mut ContactRow| {
                     row.segment = *segment;
-                    row.common = row.received.map(|at| (at, Clock::Received));
+                    row.common = row.received.map(|at| (at, CommonClock::Received));
                 };
                 self.rows.place(from, newest, shift_us, restarted);
             }
@@ -397,7 +381,7 @@ impl Log {
             turn: foot.turn(),
             missing: foot.take_missing(),
             received: at,
-            common: foot.common(micros).or(at.map(|at| (at, Clock::Received))),
+            common: foot.common(micros).or(at.map(|at| (at, CommonClock::Received))),
             interface: name,
             foot: self.known.name(node),
             node: Some(node),
@@ -410,5 +394,148 @@ impl Log {
             ..ContactRow::default()
         });
         entry.foot = Some(foot);
+    }
+}
+
+/// Completes the row of the contact at `short` with another frame of the foot, and returns whether it belongs to that
+/// contact. The values of a frame with another time are discarded.
+fn complete(row: &mut ContactRow, pdo: Pdo, bytes: &[u8; 8], short: ShortTime) -> bool {
+    let mut time = short;
+    match pdo {
+        Pdo::Contact => {}
+        Pdo::Axes => {
+            let axes = Axes::decode(bytes);
+            time = axes.timestamp;
+            row.axes = Some(axes.probabilities.map(P8::probability)).filter(|_| time == short);
+        }
+        Pdo::Attitude => row.orientation = Some(Attitude::decode(bytes).orientation()),
+        Pdo::Acceleration => {
+            let acceleration = Acceleration::decode(bytes);
+            time = acceleration.timestamp;
+            row.acceleration = Some(acceleration.acceleration()).filter(|_| time == short);
+        }
+        Pdo::Rate => {
+            let rate = Rate::decode(bytes);
+            time = rate.timestamp;
+            row.rate = Some(rate.rate()).filter(|_| time == short);
+        }
+        Pdo::Bias => {
+            let bias = Bias::decode(bytes);
+            row.bias = Some(bias.bias());
+            row.temperature = Some(bias.temperature());
+        }
+        Pdo::Health => row.flags = Some(Health::decode(bytes).flags),
+    }
+    time == short
+}
+
+/// Name of a PDO in reports.
+const fn kind_name(pdo: Pdo) -> &'static str {
+    match pdo {
+        Pdo::Contact => "contact",
+        Pdo::Axes => "axes",
+        Pdo::Attitude => "attitude",
+        Pdo::Acceleration => "acceleration",
+        Pdo::Rate => "rate",
+        Pdo::Bias => "bias",
+        Pdo::Health => "health",
+    }
+}
+
+/// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
+/// milliseconds; the first SYNC that a foot reports follows within a tenth of a second.
+const KEPT: usize = 4096;
+
+/// The newest rows of a log, and the number of rows already handed on.
+#[derive(Default)]
+pub(crate) struct Pending {
+    rows: VecDeque<ContactRow>,
+    left: usize,
+}
+
+impl Pending {
+    /// Index of the next row, from the start of the log.
+    fn next_index(&self) -> usize {
+        self.left + self.rows.len()
+    }
+
+    /// Index of the oldest row kept.
+    const fn first_index(&self) -> usize {
+        self.left
+    }
+
+    fn push(&mut self, row: ContactRow) {
+        self.rows.push_back(row);
+    }
+
+    /// The row with this index; `None` if it was handed on.
+    fn get_mut(&mut self, index: usize) -> Option<&mut ContactRow> {
+        self.rows.get_mut(index.checked_sub(self.left)?)
+    }
+
+    /// Sets the common time of all kept rows of the foot of row `index` to its own clock plus `offset`, µs, if
+    /// that row still uses the time of reception.
+    fn align(&mut self, index: usize, offset: i64) {
+        let Some(row) = self.get_mut(index) else {
+            return;
+        };
+        if matches!(row.common, Some((_, CommonClock::Sync))) {
+            return;
+        }
+        let (interface, node, segment) = (row.interface.clone(), row.node, row.segment);
+        for row in &mut self.rows {
+            if row.node == node && row.segment == segment && row.interface == interface {
+                let common = row.timestamp.as_micros().checked_add_signed(offset);
+                if let Some(common) = common {
+                    row.common = Some((Timestamp::from_micros(common), CommonClock::Sync));
+                }
+            }
+        }
+    }
+
+    /// Makes the turn of the rows of a foot from row `from` on known: shifts their times by `shift_us`. `change`
+    /// is applied to each.
+    fn place(
+        &mut self,
+        from: usize,
+        newest: usize,
+        shift_us: i64,
+        change: impl Fn(&mut ContactRow),
+    ) {
+        let Some(last) = self.get_mut(newest) else {
+            return;
+        };
+        let (interface, node) = (last.interface.clone(), last.node);
+        for row in self.rows.iter_mut().skip(from.saturating_sub(self.left)) {
+            if row.node == node && row.interface == interface {
+                let micros = row.timestamp.as_micros().saturating_add_signed(shift_us);
+                row.timestamp = Timestamp::from_micros(micros);
+                row.turn = ClockTurn::Known;
+                change(row);
+            }
+        }
+    }
+
+    /// Hands on the oldest rows until `kept` are left.
+    fn settle(
+        &mut self,
+        kept: usize,
+        report: &mut Report,
+        sink: RowSink<'_>,
+    ) -> Result<(), DecodeError> {
+        while self.rows.len() > kept
+            && let Some(row) = self.take(report)
+        {
+            sink(row).map_err(DecodeError::Rows)?;
+        }
+        Ok(())
+    }
+
+    /// Removes and returns the oldest row.
+    fn take(&mut self, report: &mut Report) -> Option<ContactRow> {
+        let row = self.rows.pop_front()?;
+        self.left += 1;
+        report.count_row(&row);
+        Some(row)
     }
 }

@@ -6,7 +6,7 @@ use wire::dictionary::index;
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::{Address, DataType, Fault, Faults, Value};
 
-use super::{AcceptStep, Figure, Measured, Person, figure};
+use super::{AcceptStep, Figure, Person, StepFigures, figure};
 use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 
@@ -21,7 +21,7 @@ const TEMPERATURE_LOOKS: u32 = 30;
 const STACK_LOOKS: u32 = 300;
 
 /// Reads faults, the last crash, the brown-out level, the temperature, and what the board measures of itself.
-pub(super) fn measure(client: &mut Client) -> Measured {
+pub(super) fn measure(client: &mut Client) -> StepFigures {
     let faults = of_faults(faults(client)?);
     let crash = client.read_number(index::LAST_CRASH, 1)?;
     let level = match hardware(client)?.contains("STM32F405") {
@@ -124,7 +124,7 @@ fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError>
 }
 
 /// Runs the sensor's self-test.
-pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> Measured<SelfTestError> {
+pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> StepFigures<SelfTestError> {
     if hardware(client)?.contains(NANO) {
         let reason =
             "its reset takes the USB port away: set self_test_at_start=1, and plug it in again";

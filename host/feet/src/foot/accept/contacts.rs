@@ -1,4 +1,4 @@
-//! Taps, steps, loads, and a sensor that is unplugged: what the foot says of them.
+//! TapCounter, steps, loads, and a sensor that is unplugged: what the foot says of them.
 
 use std::time::Duration;
 
@@ -8,8 +8,8 @@ use wire::dictionary::index;
 use wire::node::CalibrationState;
 use wire::{Fault, Faults};
 
-use super::moments::{Moment, watch};
-use super::{AcceptStep, Measured, Person, board, figure};
+use super::motion::{Moment, watch};
+use super::{AcceptStep, Person, StepFigures, board, figure};
 use crate::foot::calibration;
 use crate::foot::client::{Client, RequestError};
 
@@ -71,7 +71,7 @@ fn count(
 
 /// Taps, seen by their contacts.
 #[derive(Default)]
-struct Taps {
+struct TapCounter {
     /// Start of a tap from which the foot has not recovered, µs.
     since: Option<u64>,
     count: usize,
@@ -79,7 +79,7 @@ struct Taps {
     clipped: usize,
 }
 
-impl Taps {
+impl TapCounter {
     fn take(&mut self, row: &ContactRow) {
         let at = row.timestamp.as_micros();
         self.clipped += usize::from(row.status.is_saturated());
@@ -97,7 +97,7 @@ impl Taps {
 }
 
 /// Measures taps on the sole.
-pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
+pub(super) fn taps(client: &mut Client, person: &mut Person) -> StepFigures {
     let &mut Person { patience, ref mut tell, has_left } = person;
     tell("put the foot down, let it rest, then tap its sole five times, two seconds apart");
     let mut is_ready = false;
@@ -109,7 +109,7 @@ pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
         return Ok(AcceptStep::Taps.failed("the foot was not stable before the first tap"));
     }
     tell("now");
-    let mut taps = Taps::default();
+    let mut taps = TapCounter::default();
     count(client, person, ("tap", TAPS), |row| {
         taps.take(row);
         taps.count
@@ -123,14 +123,14 @@ pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
 
 /// Contacts that follow a lift.
 #[derive(Default)]
-struct Steps {
+struct StepCounter {
     /// Decision of the newest contact, and since when, µs.
     now: Option<(Decision, u64)>,
     was_lifted: bool,
     count: usize,
 }
 
-impl Steps {
+impl StepCounter {
     fn take(&mut self, row: &ContactRow) {
         let (decision, at) = (row.status.decision(), row.timestamp.as_micros());
         let since = match self.now {
@@ -153,11 +153,11 @@ impl Steps {
 }
 
 /// Measures ten steps.
-pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
+pub(super) fn steps(client: &mut Client, person: &mut Person) -> StepFigures {
     (person.tell)(
         "let the foot take ten steps: lift it, swing it, put it down and leave it for half a second",
     );
-    let mut steps = Steps::default();
+    let mut steps = StepCounter::default();
     let (mut contacts, mut valid) = (0, 0);
     count(client, person, ("step", STEPS), |row| {
         contacts += 1;
@@ -175,7 +175,7 @@ pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
 }
 
 /// Measures loads, where the foot has a source of them.
-pub(super) fn load(client: &mut Client, person: &mut Person) -> Measured {
+pub(super) fn load(client: &mut Client, person: &mut Person) -> StepFigures {
     if client.read_number(index::LOAD_INPUT, 1)? == 0 {
         return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
     }
@@ -244,7 +244,7 @@ fn says_stable(row: &ContactRow) -> bool {
 }
 
 /// Measures a foot whose sensor is unplugged and plugged in again.
-pub(super) fn unplug(client: &mut Client, person: &mut Person) -> Measured {
+pub(super) fn unplug(client: &mut Client, person: &mut Person) -> StepFigures {
     let &mut Person { patience, ref mut tell, has_left } = person;
     let hardware = board::hardware(client)?;
     if hardware.contains(board::NANO) || hardware == "simulated" {
@@ -325,7 +325,7 @@ mod tests {
     #[test]
     fn steps_count_where_lift_and_contact_last_long_enough() {
         for (stable_ms, not_ms, expected) in [(500, 300, 8), (90, 300, 0), (500, 90, 0)] {
-            let mut steps = Steps::default();
+            let mut steps = StepCounter::default();
             alternating(stable_ms, not_ms, 8).for_each(|row| steps.take(&row));
             assert_eq!(steps.count, expected, "{stable_ms} {not_ms}");
         }
@@ -333,7 +333,7 @@ mod tests {
 
     #[test]
     fn tap_lasts_until_the_foot_is_stable_again() {
-        let mut taps = Taps::default();
+        let mut taps = TapCounter::default();
         alternating(800, 200, 5).for_each(|row| taps.take(&row));
         assert_eq!((taps.count, taps.longest_us), (5, 200_000));
     }

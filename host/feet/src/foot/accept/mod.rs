@@ -3,8 +3,7 @@
 //! | item | file |
 //! |---|---|
 //! | quantities with limits, their sources and remedies; measured figures | [`figure`] |
-//! | contacts and motions of one foot, over CAN and over the serial line | `moments` |
-//! | rest, from motions | `rest` |
+//! | contacts and motions of one foot, over CAN and over the serial line; rest, from motions | `motion` |
 //! | board and sensor, without hands | `board` |
 //! | a foot that lies still | `still` |
 //! | six sides, and the turns between them | `turns` |
@@ -13,8 +12,7 @@
 mod board;
 mod contacts;
 pub mod figure;
-mod moments;
-mod rest;
+mod motion;
 mod still;
 mod turns;
 
@@ -25,7 +23,7 @@ use wire::{Address, Value};
 
 use super::client::{Client, RequestError};
 use super::self_test::SelfTestError;
-use super::settings::{self, Lasting, SettingsError, Values};
+use super::settings::{self, Lasting, SettingValues, SettingsError};
 pub use figure::{Figure, FigureOutcome, Limit, Verdict};
 use thiserror::Error;
 
@@ -87,7 +85,7 @@ impl AcceptStep {
 }
 
 /// Figures of a step.
-type Measured<E = RequestError> = Result<Vec<Figure>, E>;
+type StepFigures<E = RequestError> = Result<Vec<Figure>, E>;
 
 /// The person with the foot in the hand.
 pub struct Person<'a> {
@@ -166,7 +164,7 @@ fn faults_in_step(
     step: AcceptStep,
     restarts: u32,
     known: &mut u32,
-) -> Measured {
+) -> StepFigures {
     let mut figures = Vec::new();
     if matches!(step, AcceptStep::SelfTest | AcceptStep::Unplug) {
         return Ok(figures);
@@ -185,9 +183,9 @@ fn faults_in_step(
 
 /// Streams each contact and each raw sample, where the foot is on a serial line; returns the
 /// previous values of the settings that it changed.
-fn switch_on_streams(client: &mut Client) -> Result<Values, AcceptError> {
+fn switch_on_streams(client: &mut Client) -> Result<SettingValues, AcceptError> {
     if client.node().is_some() {
-        return Ok(Values::new());
+        return Ok(SettingValues::new());
     }
     let wanted = [1, 2].map(|sub| (Address::new(index::UART_STREAMS, sub), Value::U16(1)));
     let changed = settings::write(client, &wanted.into(), Lasting::UntilReset)?;

@@ -8,9 +8,9 @@ use wire::{Counter, Counters};
 
 use super::board::tick_us;
 use super::figure::{self, Figure};
-use super::moments::{Moment, Motion, Source, watch};
-use super::rest::{Statistics, Stillness};
-use super::{AcceptStep, Measured, Person};
+use super::motion::{FootMotion, Moment, MotionSource, watch};
+use super::motion::{RestDetector, Statistics};
+use super::{AcceptStep, Person, StepFigures};
 use crate::foot::calibration::gyroscope_bias_rad_s;
 use crate::foot::client::{Client, RequestError};
 
@@ -20,7 +20,7 @@ const MEASURE: Duration = Duration::from_secs(5);
 
 /// Contacts of a foot.
 #[derive(Default)]
-struct Contacts {
+struct ContactStatistics {
     count: usize,
     /// Times of the first and the newest, µs.
     span_us: Option<(u64, u64)>,
@@ -84,11 +84,11 @@ fn greatest_divisor(a: u64, b: u64) -> u64 {
 }
 
 /// Measures a foot that lies still.
-pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
+pub(super) fn measure(client: &mut Client, person: &mut Person) -> StepFigures {
     let &mut Person { patience, ref mut tell, has_left } = person;
     tell("put the foot down level, and do not touch it for ten seconds");
     let period_us = contact_period_us(client)?;
-    let mut stillness = Stillness::default();
+    let mut stillness = RestDetector::default();
     let rest = watch(client, has_left, patience, |moment| match moment {
         Moment::Motion(motion) => stillness.take(motion),
         _ => None,
@@ -99,8 +99,8 @@ pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
     }
     client.wait(RISE)?;
     let before = counters(client)?;
-    let mut contacts = Contacts::default();
-    let mut motions: Vec<Motion> = Vec::new();
+    let mut contacts = ContactStatistics::default();
+    let mut motions: Vec<FootMotion> = Vec::new();
     watch(client, has_left, MEASURE, |moment| {
         match moment {
             Moment::Contact(row) => {
@@ -168,7 +168,7 @@ fn counters(client: &mut Client) -> Result<Counters, RequestError> {
     Ok(Counters::from_array(values))
 }
 
-fn of_contacts(contacts: &Contacts, period_us: u64) -> Vec<Figure> {
+fn of_contacts(contacts: &ContactStatistics, period_us: u64) -> Vec<Figure> {
     let percent = |count: f64, of: f64| 100.0 * count / of;
     let count = contacts.count as f64;
     let (first, last) = contacts.span_us.unwrap_or_default();
@@ -187,7 +187,7 @@ fn of_contacts(contacts: &Contacts, period_us: u64) -> Vec<Figure> {
     ]
 }
 
-fn of_motions(client: &mut Client, motions: &[Motion]) -> Measured {
+fn of_motions(client: &mut Client, motions: &[FootMotion]) -> StepFigures {
     let [force, force_noise, rate_noise, bias] =
         [&figure::FORCE, &figure::FORCE_NOISE, &figure::RATE_NOISE, &figure::BIAS];
     if motions.is_empty() {
@@ -196,7 +196,7 @@ fn of_motions(client: &mut Client, motions: &[Motion]) -> Measured {
         return Ok(all.map(|limit| limit.failed(missing)).into());
     }
     let statistics = Statistics::of(motions.iter());
-    let is_raw = motions.iter().all(|motion| motion.source == Source::Raw);
+    let is_raw = motions.iter().all(|motion| motion.source == MotionSource::Raw);
     let axes = match is_raw {
         true => statistics.rate.to_array().map(Some),
         // Frames of a bus have no bias left.

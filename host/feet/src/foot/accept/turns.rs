@@ -5,9 +5,9 @@ use std::time::Duration;
 use recordings::samples::space::{Rotation, Vector};
 
 use super::figure::{self, Figure};
-use super::moments::{Moment, Motion, watch};
-use super::rest::{Statistics, Stillness};
-use super::{AcceptStep, Measured, Person};
+use super::motion::{FootMotion, Moment, watch};
+use super::motion::{RestDetector, Statistics};
+use super::{AcceptStep, Person, StepFigures};
 use crate::foot::client::Client;
 
 /// Largest angle between an axis and the vertical on a side, rad: 20°.
@@ -26,8 +26,8 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Progress over sides and turns.
 #[derive(Default)]
-struct Progress {
-    stillness: Stillness,
+struct SidesProgress {
+    stillness: RestDetector,
     /// Force on each side, m/s²: x up, x down, y up, …
     sides: [Option<f64>; 6],
     /// Largest error of a turn about each axis, °.
@@ -68,7 +68,7 @@ impl Turning {
     }
 
     /// Adds a motion; returns whether the turn can still be used.
-    fn take(&mut self, motion: &Motion) -> bool {
+    fn take(&mut self, motion: &FootMotion) -> bool {
         let at_s = seconds(motion);
         let step_s = at_s - self.last_s;
         self.last_s = at_s;
@@ -88,7 +88,7 @@ fn turn(by: Vector) -> Rotation {
     Rotation { w, v }
 }
 
-fn seconds(motion: &Motion) -> f64 {
+fn seconds(motion: &FootMotion) -> f64 {
     motion.at.as_micros() as f64 * 1e-6
 }
 
@@ -105,9 +105,9 @@ fn largest(vector: Vector) -> usize {
     })
 }
 
-impl Progress {
+impl SidesProgress {
     /// Takes a motion; returns what is new, in words.
-    fn take(&mut self, motion: Motion) -> Option<String> {
+    fn take(&mut self, motion: FootMotion) -> Option<String> {
         if let Some(turning) = &mut self.turning
             && !turning.take(&motion)
         {
@@ -149,10 +149,10 @@ impl Progress {
 }
 
 /// Measures the six sides of a foot, and a turn about each of its axes.
-pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
+pub(super) fn measure(client: &mut Client, person: &mut Person) -> StepFigures {
     let &mut Person { patience, ref mut tell, has_left } = person;
     tell("put the foot on each of its six sides, and let go of it for a second on each");
-    let mut progress = Progress::default();
+    let mut progress = SidesProgress::default();
     let mut has_asked = false;
     watch(client, has_left, patience, |moment| {
         let Moment::Motion(motion) = moment else {
@@ -172,7 +172,7 @@ pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
     Ok(figures(&progress, patience))
 }
 
-fn figures(progress: &Progress, patience: Duration) -> Vec<Figure> {
+fn figures(progress: &SidesProgress, patience: Duration) -> Vec<Figure> {
     let forces = || progress.sides.iter().flatten().copied();
     let mut figures = vec![figure::SIDES.counted(forces().count())];
     if forces().count() == 0 {
@@ -204,7 +204,7 @@ mod tests {
         gain: f64,
         from_ms: u64,
         begin: Rotation,
-    ) -> (Vec<Motion>, Rotation) {
+    ) -> (Vec<FootMotion>, Rotation) {
         let angle = core::f64::consts::FRAC_PI_2;
         let mut about = [0.0; 3];
         about[axis] = 1.0;
@@ -213,18 +213,18 @@ mod tests {
         let motions = (0..3000).step_by(10).map(|ms| {
             let rate = if (1000..2000).contains(&ms) { angle } else { 0.0 };
             orientation = orientation.after(turn(about * (rate * 0.01)));
-            Motion {
+            FootMotion {
                 at: Timestamp::from_micros(1000 * (from_ms + ms)),
                 force: orientation.to_sensor(Vector::new(0.0, 0.0, 9.81)),
                 rate: about * (rate * gain),
-                ..Motion::default()
+                ..FootMotion::default()
             }
         });
         (motions.collect(), orientation)
     }
 
-    fn turned(gains: [f64; 3]) -> Progress {
-        let mut progress = Progress::default();
+    fn turned(gains: [f64; 3]) -> SidesProgress {
+        let mut progress = SidesProgress::default();
         let mut orientation = Rotation { w: 1.0, v: Vector::default() };
         let mut at_ms = 0;
         for axis in [0, 2, 1, 1, 1, 2, 0] {

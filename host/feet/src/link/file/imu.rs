@@ -19,18 +19,18 @@ use wire::Faults;
 use wire::pdo::Status;
 
 use crate::link::{Arrival, Arrived, LinkError};
-use crate::playback::Playback;
+use crate::source::Playback;
 
 /// Number of estimates that a thread computes in advance.
 const AHEAD: usize = 1024;
 
 /// Recording of feet, each read by a thread.
-pub(super) struct Imu(Vec<Peekable<IntoIter<Estimated>>>);
+pub(super) struct PlayedImu(Vec<Peekable<IntoIter<PlayedItem>>>);
 
 /// Estimate or remark with its time on the recording's clock, or the error that ends the recording.
-type Estimated = Result<Arrived, String>;
+type PlayedItem = Result<Arrived, String>;
 
-impl Imu {
+impl PlayedImu {
     pub(super) fn open(path: &Path, playback: &Playback) -> Result<Self, LinkError> {
         let (hints, settings) = (&playback.hints, &playback.settings);
         let name = path.display().to_string();
@@ -88,8 +88,8 @@ fn failed(sentence: impl ToString) -> LinkError {
     LinkError::File(sentence.to_string())
 }
 
-/// Failure of a thread that reads estimates.
-enum Failure {
+/// PlayEnd of a thread that reads estimates.
+enum PlayEnd {
     /// The receiver was dropped.
     Left,
     /// The recording cannot be read or estimated.
@@ -98,15 +98,15 @@ enum Failure {
 
 /// Sends the remarks about a foot's recording and the rows of its estimates, which `replay` computes or which were
 /// recorded.
-fn play(stored: Stored, replay: Option<Replay>, line: &Arc<str>, to: &SyncSender<Estimated>) {
+fn play(stored: Stored, replay: Option<Replay>, line: &Arc<str>, to: &SyncSender<PlayedItem>) {
     let sender = sender_of(&stored.about).filter(|_| replay.is_none());
     let name = sender.unwrap_or_else(|| stored.about.foot_or_name());
-    let mut rows = Rows::new(&stored.about, name, line, to);
+    let mut rows = RowSender::new(&stored.about, name, line, to);
     let sent = rows.introduce().and_then(|()| match replay {
         Some(replay) => rows.estimate(stored, replay),
         None => rows.repeat(stored),
     });
-    if let Err(Failure::Broken(error)) = sent {
+    if let Err(PlayEnd::Broken(error)) = sent {
         // The receiver may be dropped already.
         let _ = to.send(Err(error));
     }
@@ -119,12 +119,12 @@ fn sender_of(about: &About) -> Option<&str> {
     about.foot.as_deref().or_else(of_topic)
 }
 
-/// Rows of a foot, while they are sent.
-struct Rows<'a> {
+/// RowSender of a foot, while they are sent.
+struct RowSender<'a> {
     about: About,
     name: Arc<str>,
     line: &'a Arc<str>,
-    to: &'a SyncSender<Estimated>,
+    to: &'a SyncSender<PlayedItem>,
     /// Time of the newest row.
     at: Timestamp,
     number: u16,
@@ -132,8 +132,8 @@ struct Rows<'a> {
     has_load: bool,
 }
 
-impl<'a> Rows<'a> {
-    fn new(about: &About, name: &str, line: &'a Arc<str>, to: &'a SyncSender<Estimated>) -> Self {
+impl<'a> RowSender<'a> {
+    fn new(about: &About, name: &str, line: &'a Arc<str>, to: &'a SyncSender<PlayedItem>) -> Self {
         Self {
             name: name.into(),
             at: Timestamp::from_micros(0u64.saturating_add_signed(about.start_us)),
@@ -145,17 +145,17 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn send(&self, arrival: Arrival) -> Result<(), Failure> {
+    fn send(&self, arrival: Arrival) -> Result<(), PlayEnd> {
         let sent = self.to.send(Ok((self.at, arrival)));
-        sent.map_err(|_| Failure::Left)
+        sent.map_err(|_| PlayEnd::Left)
     }
 
-    fn remark(&self, text: String) -> Result<(), Failure> {
+    fn remark(&self, text: String) -> Result<(), PlayEnd> {
         self.send(Arrival::Remark(text))
     }
 
     /// Sends the remarks about how the recording was read.
-    fn introduce(&self) -> Result<(), Failure> {
+    fn introduce(&self) -> Result<(), PlayEnd> {
         for notice in &self.about.notices {
             self.remark(notice.clone())?;
         }
@@ -169,13 +169,13 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    fn doubt(&self, findings: &[Finding]) -> Result<(), Failure> {
+    fn doubt(&self, findings: &[Finding]) -> Result<(), PlayEnd> {
         let mut findings = findings.iter();
         findings.try_for_each(|finding| self.remark(doubt(&self.name, finding)))
     }
 
     /// Sends the estimates of all samples.
-    fn estimate(&mut self, mut stored: Stored, mut replay: Replay) -> Result<(), Failure> {
+    fn estimate(&mut self, mut stored: Stored, mut replay: Replay) -> Result<(), PlayEnd> {
         // Units are doubted before the first estimate is shown, because a recording may be long.
         let check = check_samples(&mut stored, Span::default()).map_err(broken)?;
         self.doubt(&check.findings())?;
@@ -198,7 +198,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Sends the recorded estimates, each sample with the first of them that is not before it.
-    fn repeat(&mut self, mut stored: Stored) -> Result<(), Failure> {
+    fn repeat(&mut self, mut stored: Stored) -> Result<(), PlayEnd> {
         let check = check_samples(&mut stored, Span::default()).map_err(broken)?;
         self.doubt(&findings_beside_contacts(&check))?;
         let recorded = stored.estimates().map_err(broken)?;
@@ -243,12 +243,12 @@ impl<'a> Rows<'a> {
     }
 
     /// Sends a row with its sample.
-    fn row(&mut self, row: ContactRow, sample: ImuSample) -> Result<(), Failure> {
+    fn row(&mut self, row: ContactRow, sample: ImuSample) -> Result<(), PlayEnd> {
         let measured = (self.about.gravity == Gravity::Included).then_some(sample);
         self.row_alone(ContactRow { measured, ..row })
     }
 
-    fn row_alone(&mut self, mut row: ContactRow) -> Result<(), Failure> {
+    fn row_alone(&mut self, mut row: ContactRow) -> Result<(), PlayEnd> {
         let micros = row.timestamp.as_micros();
         self.at = Timestamp::from_micros(micros.saturating_add_signed(self.about.start_us));
         row.received = Some(self.at);
@@ -268,8 +268,8 @@ fn doubt(name: &str, finding: &Finding) -> String {
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
-fn broken(error: impl ToString) -> Failure {
-    Failure::Broken(error.to_string())
+fn broken(error: impl ToString) -> PlayEnd {
+    PlayEnd::Broken(error.to_string())
 }
 
 /// Status of an estimate with these reasons for doubt.

@@ -2,26 +2,26 @@
 //!
 //! | file | is played by |
 //! |---|---|
-//! | a log of CAN frames in any format that `footfall decode` reads | `log` |
-//! | a recording of the serial line | `bytes` |
-//! | a recording of an IMU in any format that `footfall replay` reads, estimated here | `imu` |
+//! | a log of CAN frames in any format that `footfall decode` reads | [`PlayedLog`] |
+//! | a recording of the serial line | [`PlayedBytes`] |
+//! | a recording of an IMU in any format that `footfall replay` reads, estimated here | [`imu`] |
 
-mod bytes;
 mod imu;
-mod log;
 
 use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io::{self, BufReader, Cursor, ErrorKind, Read};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
-use crate::decode::can_log::recognise::recognise;
+use estimator_core::Timestamp;
 use recordings::input::compressed::decompressed;
-use wire::uart::Decoder;
+use wire::uart::{Decoder, Message};
 
-use super::pace::{Pace, Speed};
-use super::{Arrived, Link, LinkError, Sending};
-use crate::playback::Playback;
+use super::clock::PlaybackPace;
+use super::{Arrival, Arrived, Link, LinkError, Sending};
+use crate::decode::can_log::{Lines, LogContent, LogReader, recognise};
+use crate::source::{Playback, Speed};
 
 /// Number of bytes read to recognise the format.
 const HEAD: u64 = 1 << 16;
@@ -35,7 +35,7 @@ pub fn open(path: &Path, speed: Speed, playback: &Playback) -> Result<Box<dyn Li
     Ok(Box::new(Played {
         read: parts(path, &name, playback)?,
         name,
-        pace: Pace::new(speed),
+        pace: PlaybackPace::new(speed),
         next: None,
     }))
 }
@@ -59,14 +59,14 @@ fn parts(path: &Path, name: &str, playback: &Playback) -> Result<NextPart, LinkE
             }
             let whole = Box::new(Cursor::new(head).chain(source));
             if let Some(reader) = reader {
-                let mut log = log::Log::new(whole, reader);
+                let mut log = PlayedLog::new(whole, reader);
                 return Ok(Box::new(move || log.next()));
             }
-            let mut recording = bytes::Recording::new(name, whole);
+            let mut recording = PlayedBytes::new(name, whole);
             return Ok(Box::new(move || recording.next()));
         }
     }
-    let mut imu = imu::Imu::open(path, playback)?;
+    let mut imu = imu::PlayedImu::open(path, playback)?;
     Ok(Box::new(move || imu.next()))
 }
 
@@ -74,7 +74,7 @@ fn parts(path: &Path, name: &str, playback: &Playback) -> Result<NextPart, LinkE
 struct Played {
     read: NextPart,
     name: String,
-    pace: Pace,
+    pace: PlaybackPace,
     /// Part that is read but not due yet.
     next: Option<Arrived>,
 }
@@ -104,4 +104,155 @@ fn holds_a_frame(bytes: &[u8]) -> bool {
     let mut decoder = Decoder::new();
     let mut results = bytes.iter().map(|byte| decoder.push(*byte));
     results.any(|result| matches!(result, Some(Ok(_))))
+}
+
+/// Smallest step back of a log's clock that is not the order of its lines, µs.
+const SET_BACK_US: u64 = 1_000_000;
+
+/// Log, read line by line.
+struct PlayedLog {
+    lines: Lines<BufReader<Box<dyn Read>>>,
+    reader: LogReader,
+    /// Newest time, on the log's clock as it was before it was set back.
+    at: Timestamp,
+    /// Time by which the log's clock was set back so far, µs.
+    set_back_us: u64,
+    interface: Arc<str>,
+}
+
+impl PlayedLog {
+    fn new(source: Box<dyn Read>, reader: LogReader) -> Self {
+        Self {
+            lines: Lines::new(BufReader::new(source)),
+            reader,
+            at: Timestamp::default(),
+            set_back_us: 0,
+            interface: "".into(),
+        }
+    }
+
+    /// Reads the next frame or unreadable line.
+    fn next(&mut self) -> Result<Option<Arrived>, String> {
+        while let Some((_, line)) = self.lines.next().map_err(|error| error.to_string())? {
+            if line.trim().is_empty() {
+                continue;
+            }
+            let Some(read) = self.reader.read(&line) else {
+                let text = line.trim_end_matches('\r').to_owned();
+                return Ok(Some((self.at, Arrival::Unreadable(text))));
+            };
+            if let Some(time) = read.time {
+                let moved_us = time.as_micros().saturating_add(self.set_back_us);
+                let back_us = self.at.as_micros().saturating_sub(moved_us);
+                // Lines of several interfaces may be out of order by less.
+                let back_us = if back_us > SET_BACK_US { back_us } else { 0 };
+                self.set_back_us = self.set_back_us.saturating_add(back_us);
+                self.at = Timestamp::from_micros(moved_us.saturating_add(back_us));
+            }
+            if let LogContent::Frame(interface, frame) = read.content {
+                if read.time.is_none() {
+                    return Err("has frames without times: log with candump -l".to_owned());
+                }
+                if *self.interface != *interface {
+                    self.interface = interface.into();
+                }
+                let interface = Arc::clone(&self.interface);
+                return Ok(Some((self.at, Arrival::Frame { interface, frame })));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Maximum size of one read, bytes.
+const PIECE: usize = 4096;
+
+/// PlayedBytes, read piece by piece.
+struct PlayedBytes {
+    port: Arc<str>,
+    source: Box<dyn Read>,
+    decoder: Decoder,
+    /// Bytes read from the file; the first `used` of them are consumed.
+    read: Vec<u8>,
+    used: usize,
+    at: Timestamp,
+}
+
+impl PlayedBytes {
+    fn new(name: &str, source: Box<dyn Read>) -> Self {
+        Self {
+            port: name.into(),
+            source,
+            decoder: Decoder::new(),
+            read: Vec::new(),
+            used: 0,
+            at: Timestamp::default(),
+        }
+    }
+
+    /// Returns the next bytes, up to the end of a message with a time.
+    fn next(&mut self) -> Result<Option<Arrived>, String> {
+        let bytes = self.piece()?;
+        let port = Arc::clone(&self.port);
+        Ok((!bytes.is_empty()).then_some((self.at, Arrival::Bytes { port, bytes })))
+    }
+
+    /// Returns the bytes up to the end of the next message with a time, at most `PIECE` bytes; none at the end.
+    fn piece(&mut self) -> Result<Vec<u8>, String> {
+        let mut piece = Vec::new();
+        loop {
+            while let Some(byte) = self.read.get(self.used) {
+                self.used += 1;
+                piece.push(*byte);
+                if let Some(Ok(frame)) = self.decoder.push(*byte)
+                    && let Message::Contact(contact) = &frame.message
+                {
+                    self.at = contact.timestamp;
+                    return Ok(piece);
+                }
+                if piece.len() >= PIECE {
+                    return Ok(piece);
+                }
+            }
+            self.read.resize(PIECE, 0);
+            self.used = 0;
+            match self.source.read(&mut self.read) {
+                Ok(0) => {
+                    self.read.clear();
+                    return Ok(piece);
+                }
+                Ok(count) => self.read.truncate(count),
+                Err(error) if error.kind() == ErrorKind::Interrupted => self.read.clear(),
+                Err(error) => return Err(error.to_string()),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times_us(text: &'static str) -> Result<Vec<u64>, String> {
+        let reader = recognise(text.as_bytes()).expect("candump");
+        let mut log = PlayedLog::new(Box::new(text.as_bytes()), reader);
+        let mut times = Vec::new();
+        while let Some((at, _)) = log.next()? {
+            times.push(at.as_micros());
+        }
+        Ok(times)
+    }
+
+    #[test]
+    fn times_go_on_where_the_clock_is_set_back() {
+        let times =
+            times_us("(9.000000) can0 191#00\n(9.100000) can0 191#00\n(2.500000) can0 191#00\n");
+        assert_eq!(times.unwrap(), [9_000_000, 9_100_000, 9_100_000]);
+    }
+
+    #[test]
+    fn frames_without_times_are_refused() {
+        let log = "  can0  191   [1]  00\n";
+        assert!(times_us(log).unwrap_err().contains("candump -l"));
+    }
 }

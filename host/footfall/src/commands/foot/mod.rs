@@ -14,9 +14,9 @@ use clap::{Args, Subcommand};
 use feet::decode::live::Listener;
 use feet::foot::client::{Client, RequestError};
 use feet::foot::self_test::{self, SelfTestResult};
-use feet::foot::settings::{self, Lasting, Values};
+use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::update::programs;
-use feet::foot::{Named, calibration, position, scan};
+use feet::foot::{Named, calibration, scan};
 use feet::{Link, Source, link};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
@@ -183,7 +183,7 @@ impl FootArguments {
             FootAction::Info => self.info(client)?,
             FootAction::Get { names } => self.get(client, names)?,
             FootAction::Set { settings, save } => {
-                let mut values = Values::new();
+                let mut values = SettingValues::new();
                 for setting in settings {
                     let (name, value) = setting
                         .split_once('=')
@@ -211,7 +211,7 @@ impl FootArguments {
                     .to_owned()
             }
             FootAction::Id { foot } => {
-                position::set(client, *foot)?;
+                settings::set_position(client, *foot)?;
                 self.info(client)?
             }
             FootAction::Calibrate { forget: true, .. } => {
@@ -256,7 +256,7 @@ impl FootArguments {
     fn write(
         &self,
         client: &mut Client,
-        values: &Values,
+        values: &SettingValues,
         lasting: Lasting,
     ) -> Result<String, FootError> {
         let changes = settings::write(client, values, lasting)?;
@@ -581,7 +581,7 @@ fn calibration_line(name: &str, value: f32, unit: &str) -> String {
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads the settings of a file or of standard input.
-fn read_file(path: &Path, node: Option<NodeId>) -> Result<Values, FootError> {
+fn read_file(path: &Path, node: Option<NodeId>) -> Result<SettingValues, FootError> {
     let error = |message: String| FootError::File { file: path.display().to_string(), message };
     // Up to one byte beyond the maximum size.
     let text = match path == Path::new(STANDARD) {

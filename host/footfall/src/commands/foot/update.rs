@@ -8,7 +8,6 @@ use feet::Source;
 use feet::decode::live::Listener;
 use feet::foot::client::{Client, RequestError};
 use feet::foot::scan;
-use feet::foot::serial_number;
 use feet::foot::update::{self, FootProgram, Image, UpdateError, UpdateStage, Updated};
 use feet::link::Link;
 use feet::usb;
@@ -95,7 +94,7 @@ impl FootArguments {
             }
         };
         if let Which::Numbered(numbers) = which {
-            feet = serial_number::find(&mut client, &feet, numbers)?;
+            feet = client.with_serial_numbers(&feet, numbers)?;
         }
         let mut shown = Progress::default();
         let results = update::update(&mut client, &feet, &image, &mut |foot, step| {

@@ -4,7 +4,7 @@
 //! the load and the order of the bus, but not the exact times of transmission.
 
 use gait::GaitName;
-use gait::control::{Control, LOAD_OVER_CAN, PHASE_S};
+use gait::control::{LOAD_OVER_CAN, PHASE_S, RobotControl};
 use thiserror::Error;
 use wire::dictionary::index;
 use wire::foot::cob_id;
@@ -91,7 +91,7 @@ pub struct BoardRobot {
     members: Vec<Member>,
     /// The bus of the feet, the controller and the host.
     pub bus: BoardBus,
-    control: Option<Control>,
+    control: Option<RobotControl>,
     /// Time since it was switched on, ms.
     pub ms: u64,
 }
@@ -125,7 +125,7 @@ impl BoardRobot {
         Ok(Self {
             bus: BoardBus::new(members.len() + 2),
             members,
-            control: (options.control == ControlNode::Present).then(Control::default),
+            control: (options.control == ControlNode::Present).then(RobotControl::default),
             ms: 0,
         })
     }

@@ -11,7 +11,7 @@ use super::decode;
 use crate::decode::Report;
 use crate::decode::can_log::Logged;
 use crate::decode::live::{Listener, Said};
-use crate::decode::row::{ContactRow, Turn};
+use crate::decode::row::{ClockTurn, ContactRow};
 
 /// Start of the receiver's clock, µs.
 const EPOCH_US: u64 = 1_700_000_000_000_000;
@@ -20,14 +20,14 @@ const EPOCH_US: u64 = 1_700_000_000_000_000;
 const KNOWN_AFTER_US: u64 = 101_000;
 
 /// A frame with its time on the bus, µs from the start, and for a contact its time on the foot's clock.
-struct Sent {
+struct SentFrame {
     bus_us: u64,
     frame: CanFrame,
     clock_us: Option<u64>,
 }
 
 /// Feet that send a contact each period, and health every 100 ms.
-struct Robot {
+struct SendingFeet {
     feet: u16,
     period_us: u64,
     /// Jitter of the sample's edge, µs.
@@ -41,7 +41,7 @@ struct Robot {
     restart_us: Option<u64>,
 }
 
-impl Default for Robot {
+impl Default for SendingFeet {
     fn default() -> Self {
         Self {
             feet: 1,
@@ -55,7 +55,7 @@ impl Default for Robot {
     }
 }
 
-impl Robot {
+impl SendingFeet {
     /// Time on the foot's clock, µs; each further foot is some seconds ahead.
     fn clock_us(&self, foot: u16, bus_us: u64) -> u64 {
         match self.restart_us.filter(|at| foot == 0 && bus_us >= *at) {
@@ -64,11 +64,11 @@ impl Robot {
         }
     }
 
-    fn sent(&self) -> Vec<Sent> {
+    fn sent(&self) -> Vec<SentFrame> {
         let mut sent = Vec::new();
         let mut put = |bus_us: u64, id: u16, data: &[u8], clock_us: Option<u64>| {
             let frame = CanFrame::new(id, data).unwrap();
-            sent.push(Sent { bus_us, frame, clock_us });
+            sent.push(SentFrame { bus_us, frame, clock_us });
         };
         let sync_at = |k: u64, every: u64| (k * every + 300, (k % 240) as u8 + 1);
         if let Some(every) = self.sync_us {
@@ -120,21 +120,21 @@ struct Stall {
 }
 
 /// A decoded contact, with its true time; times in µs.
-struct Timed {
+struct TimedContact {
     node: u8,
     row: ContactRow,
     clock_us: u64,
 }
 
 /// All decoded contacts, and the number of contacts lost.
-struct Reception {
-    came: Vec<Timed>,
+struct Received {
+    came: Vec<TimedContact>,
     lost: u64,
     report: Report,
 }
 
-impl Reception {
-    fn of(sent: &[Sent], stalls: &[Stall]) -> Self {
+impl Received {
+    fn of(sent: &[SentFrame], stalls: &[Stall]) -> Self {
         let mut listener = Listener::default();
         let (mut truth, mut came): (BTreeMap<u8, Vec<u64>>, _) = (BTreeMap::new(), Vec::new());
         let (mut lost, mut kept, mut newest) = (0, 0, 0);
@@ -172,7 +172,7 @@ impl Reception {
             let place = places.entry(node).or_default();
             let clock_us = truth[&node][*place];
             let row = *row;
-            came.push(Timed { node, row, clock_us });
+            came.push(TimedContact { node, row, clock_us });
             *place += 1;
         }
         let report = listener.reports()[0].1.clone();
@@ -183,9 +183,9 @@ impl Reception {
     /// or a disturbance of its foot, whose ends on the foot's clock are `disturbed`, µs.
     fn assert_times(&self, disturbed: &[u64], said: &str) {
         let mut starts: BTreeMap<(u8, u32), u64> = BTreeMap::new();
-        for Timed { node, row, clock_us } in &self.came {
+        for TimedContact { node, row, clock_us } in &self.came {
             let start = *starts.entry((*node, row.segment)).or_insert(*clock_us);
-            if row.turn == Turn::Known {
+            if row.turn == ClockTurn::Known {
                 assert_eq!(row.timestamp.as_micros(), *clock_us, "{said}: node {node}");
                 continue;
             }
@@ -198,7 +198,7 @@ impl Reception {
     }
 }
 
-fn line(sent: &Sent) -> String {
+fn line(sent: &SentFrame) -> String {
     let at = Timestamp::from_micros(EPOCH_US + sent.bus_us);
     format!("{}\n", Logged { at, frame: sent.frame }.line("can0"))
 }
@@ -208,8 +208,14 @@ fn every_time_is_known_after_a_tenth_of_a_second() {
     for sync_us in [None, Some(10_000), Some(1_000_000), Some(7_000_000)] {
         // The clock wraps after almost twelve hours.
         for start_us in [0, 90_000_000, 30_000_000_000, (1 << 32) * 10 - 5_000_000] {
-            let robot = Robot { feet: 4, jitter_us: 150, sync_us, start_us, ..Robot::default() };
-            let mut heard = Reception::of(&robot.sent(), &[]);
+            let robot = SendingFeet {
+                feet: 4,
+                jitter_us: 150,
+                sync_us,
+                start_us,
+                ..SendingFeet::default()
+            };
+            let mut heard = Received::of(&robot.sent(), &[]);
             let wrap_us = (1 << 32) * 10;
             heard.came.iter_mut().for_each(|came| {
                 // A foot that is beyond the wrap at the start counts from it.
@@ -228,11 +234,11 @@ fn every_time_is_known_after_a_tenth_of_a_second() {
 fn times_are_true_or_flagged_after_any_loss() {
     // Among them whole turns, multiples of 256 contacts, and both.
     for lost_ms in [1, 2, 50, 255, 256, 300, 655, 656, 700, 1500, 5000, 8192, 16_384, 19_660] {
-        let robot = Robot { length_us: 25_000_000, jitter_us: 150, ..Robot::default() };
+        let robot = SendingFeet { length_us: 25_000_000, jitter_us: 150, ..SendingFeet::default() };
         let end_us = 2_123_000 + 1000 * lost_ms;
         let mut sent = robot.sent();
         sent.retain(|sent| !(2_123_000..end_us).contains(&sent.bus_us));
-        let heard = Reception::of(&sent, &[]);
+        let heard = Received::of(&sent, &[]);
         let disturbed = [robot.clock_us(0, end_us - 1000)];
         heard.assert_times(&disturbed, &format!("{lost_ms} ms lost"));
         assert_eq!(heard.report.missing, lost_ms, "{}", heard.report);
@@ -244,32 +250,32 @@ fn times_are_true_or_flagged_after_a_stall() {
     for (stall_ms, kept) in
         [(300, 30), (900, 500), (2000, 0), (2000, 100), (4000, 1000), (4000, 9000)]
     {
-        let robot = Robot { feet: 4, sync_us: Some(10_000), ..Robot::default() };
+        let robot = SendingFeet { feet: 4, sync_us: Some(10_000), ..SendingFeet::default() };
         let time_us = 3_123_456..3_123_456 + 1000 * stall_ms;
         let mut ends: Vec<_> =
             (0..4).map(|foot| robot.clock_us(foot, time_us.start - 1000)).collect();
         ends.extend((0..4).map(|foot| robot.clock_us(foot, time_us.end - 1000)));
-        let heard = Reception::of(&robot.sent(), &[Stall { time_us, kept }]);
+        let heard = Received::of(&robot.sent(), &[Stall { time_us, kept }]);
         heard.assert_times(&ends, &format!("{stall_ms} ms, {kept} kept"));
         assert_eq!(heard.report.missing, heard.lost, "{}", heard.report);
         for came in &heard.came {
             let (common, _) = came.row.common.unwrap();
-            assert!(came.row.turn == Turn::NotYet || common <= came.row.received.unwrap());
+            assert!(came.row.turn == ClockTurn::NotYet || common <= came.row.received.unwrap());
         }
     }
 }
 
 #[test]
 fn logged_contacts_before_a_health_frame_are_timed_by_it() {
-    let robot = Robot { length_us: 25_000_000, ..Robot::default() };
-    let decoded_after = |lost_ms: u64, print: fn(&Sent) -> String| {
+    let robot = SendingFeet { length_us: 25_000_000, ..SendingFeet::default() };
+    let decoded_after = |lost_ms: u64, print: fn(&SentFrame) -> String| {
         let mut sent = robot.sent();
         sent.retain(|sent| !(2_123_000..2_123_000 + 1000 * lost_ms).contains(&sent.bus_us));
         let decoded = decode(&sent.iter().map(print).collect::<String>(), "can.log", &[]);
         let truth = sent.iter().filter_map(|sent| sent.clock_us);
         let rows = decoded.rows.iter().map(|row| row.timestamp.as_micros());
         assert!(rows.eq(truth), "{lost_ms} ms");
-        assert!(decoded.rows.iter().all(|row| row.turn == Turn::Known));
+        assert!(decoded.rows.iter().all(|row| row.turn == ClockTurn::Known));
         assert_eq!(decoded.report.missing, lost_ms, "{}", decoded.report);
     };
     for lost_ms in [1, 300, 656, 5000] {
@@ -287,29 +293,33 @@ fn logged_contacts_before_a_health_frame_are_timed_by_it() {
 
 #[test]
 fn contacts_without_health_frames_stay_flagged() {
-    let mut sent = Robot::default().sent();
+    let mut sent = SendingFeet::default().sent();
     sent.retain(|sent| sent.clock_us.is_some());
     let decoded = decode(&sent.iter().map(line).collect::<String>(), "can.log", &[]);
-    assert!(decoded.rows.iter().all(|row| row.turn == Turn::NotYet));
+    assert!(decoded.rows.iter().all(|row| row.turn == ClockTurn::NotYet));
     assert!(decoded.rows[0].flag_names().contains(&"time_not_known"));
 }
 
 #[test]
 fn restart_without_a_boot_up_begins_a_segment() {
-    let robot =
-        Robot { feet: 2, sync_us: Some(10_000), restart_us: Some(5_200_000), ..Robot::default() };
+    let robot = SendingFeet {
+        feet: 2,
+        sync_us: Some(10_000),
+        restart_us: Some(5_200_000),
+        ..SendingFeet::default()
+    };
     for lost_ms in [0, 300, 2000] {
         let mut sent = robot.sent();
         sent.retain(|sent| !(5_000_000..5_200_000 + 1000 * lost_ms).contains(&sent.bus_us));
         let end_us = 5_200_000 + 1000 * lost_ms;
         let disturbed = [robot.clock_us(0, end_us), robot.clock_us(1, end_us)];
-        let heard = Reception::of(&sent, &[]);
+        let heard = Received::of(&sent, &[]);
         heard.assert_times(&disturbed, &format!("{lost_ms} ms lost"));
         assert_eq!(heard.report.restarts, 1, "{}", heard.report);
         let decoded = decode(&sent.iter().map(line).collect::<String>(), "can.log", &[]);
         for row in decoded.rows.iter().filter(|row| row.node.unwrap().get() == 0x11) {
             let is_after = row.received.unwrap().as_micros() > EPOCH_US + 5_200_000;
-            assert_eq!((row.segment, row.turn), (u32::from(is_after), Turn::Known));
+            assert_eq!((row.segment, row.turn), (u32::from(is_after), ClockTurn::Known));
         }
     }
 }
@@ -317,7 +327,7 @@ fn restart_without_a_boot_up_begins_a_segment() {
 #[test]
 fn pause_of_the_foot_is_not_counted_as_loss() {
     // The foot does not advance its number while paused.
-    let mut sent = Robot::default().sent();
+    let mut sent = SendingFeet::default().sent();
     sent.retain(|sent| !(5_000_000..7_345_000).contains(&sent.bus_us));
     let mut sequence = 0_u8;
     for sent in sent.iter_mut() {
@@ -332,8 +342,8 @@ fn pause_of_the_foot_is_not_counted_as_loss() {
         sent.frame = CanFrame::new(0x191, &contact.encode()).unwrap();
         sequence = sequence.wrapping_add(1);
     }
-    let heard = Reception::of(&sent, &[]);
-    heard.assert_times(&[Robot::default().clock_us(0, 7_345_000 - 1000)], "pause");
+    let heard = Received::of(&sent, &[]);
+    heard.assert_times(&[SendingFeet::default().clock_us(0, 7_345_000 - 1000)], "pause");
     assert_eq!(heard.report.missing, 0, "{}", heard.report);
     assert!(heard.report.problems.is_empty(), "{}", heard.report);
 }
@@ -341,9 +351,9 @@ fn pause_of_the_foot_is_not_counted_as_loss() {
 #[test]
 fn slow_foot_clock_causes_no_gaps() {
     // An emulated foot at a third of real time.
-    let mut sent = Robot::default().sent();
+    let mut sent = SendingFeet::default().sent();
     sent.iter_mut().for_each(|sent| sent.bus_us *= 3);
-    let heard = Reception::of(&sent, &[]);
+    let heard = Received::of(&sent, &[]);
     heard.assert_times(&[], "slow");
     assert_eq!(heard.report.missing, 0);
     assert!(heard.report.problems.is_empty(), "{}", heard.report);

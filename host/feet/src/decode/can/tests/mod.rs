@@ -408,7 +408,7 @@ fn reception_time_is_common_without_numbered_syncs() {
         "can.log: t_common is the time of reception, as no foot has reported a numbered SYNC";
     assert!(decoded.notices[0].starts_with(said), "{:?}", decoded.notices);
     for row in &decoded.rows {
-        assert_eq!(row.common, row.received.map(|at| (at, Clock::Received)));
+        assert_eq!(row.common, row.received.map(|at| (at, CommonClock::Received)));
     }
 }
 

@@ -1,21 +1,235 @@
-//! Logs of can-utils: `candump -l`, `(1609459200.000114) can0 191#FFFF80800C0007D8`, and terminal output of
-//! `candump`, `can0  191   [8]  FF FF 80 80 0C 00 07 D8`, with or without times (`-ta`, `-td`, `-tz`,
-//! `-tA`), directions (`-x`) and text (`-a`). `log2long` also writes the latter.
+//! Logs of CAN frames, as can-utils write them; python-can converts others.
 //!
-//! Source of the format: `candump.c` and `lib.c` of can-utils.
+//! [`recognise`] finds the form of a log in its first bytes, and returns a [`LogReader`] for its lines. Two forms are
+//! read:
+//!
+//! | written by | such as |
+//! |---|---|
+//! | `candump -l` | `(1609459200.000114) can0 191#FFFF80800C0007D8` |
+//! | `candump` on a terminal, and `log2long` | `can0  191   [8]  FF FF 80 80 0C 00 07 D8` |
+//!
+//! The second may have times (`-ta`, `-td`, `-tz`, `-tA`), directions (`-x`) and text (`-a`).
+//!
+//! Source of the formats: `candump.c` and `lib.c` of can-utils.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::io::{self, BufRead, Read};
 
 use estimator_core::Timestamp;
 use recordings::input::iso8601::micros_since_1970;
+use serde::Serialize;
+use wire::CanFrame;
 
-use super::text::{Identifier, bytes as spaced_bytes, seconds};
-use super::{LogContent, LogLine, Other, is_name};
+/// A frame with its time of reception.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Logged {
+    /// Time since 1970, µs.
+    pub at: Timestamp,
+    /// The frame.
+    pub frame: CanFrame,
+}
+
+impl Logged {
+    /// Formats the frame as a line of `candump -l`, without line feed.
+    #[must_use]
+    pub fn line(self, interface: &str) -> impl fmt::Display {
+        let (id, data) = (self.frame.id(), self.frame.data().iter());
+        let data: String = data.map(|byte| format!("{byte:02X}")).collect();
+        let micros = self.at.as_micros();
+        let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
+        format!("({seconds}.{micros:06}) {interface} {id:03X}#{data}")
+    }
+}
+
+/// A line of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LogLine<'a> {
+    /// Time in the log, if given.
+    pub time: Option<Timestamp>,
+    /// Content of the line.
+    pub content: LogContent<'a>,
+}
+
+/// Content of a line of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogContent<'a> {
+    /// A classic data frame with a standard identifier, and the interface that received it; blank if the
+    /// log does not name it.
+    Frame(&'a str, CanFrame),
+    /// An entry that no foot sends.
+    Other(Other),
+    /// Number of frames lost between the bus and the log.
+    Dropped(u64),
+}
+
+recordings::named! {
+    /// Kinds of entries that no foot sends, with their names in reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Other {
+        /// A remote frame.
+        Remote = "remote",
+        /// A data frame with an identifier of 29 bits.
+        Extended = "extended",
+        /// An error frame of the interface.
+        Error = "error_frame",
+        /// A CAN FD frame.
+        Fd = "fd",
+        /// An event of the logging program or of another bus.
+        Event = "events",
+    }
+}
+
+/// Reference of the times in a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogTimes {
+    /// Relative to one moment: 1970, or the first frame.
+    Absolute,
+    /// Relative to the previous frame (`candump -td`).
+    Differences,
+}
+
+recordings::named! {
+    /// A form of log.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Form {
+        /// `candump -l`.
+        CandumpLog = "candump -l",
+        /// `candump` as it prints on a terminal.
+        CandumpTerminal = "candump",
+    }
+}
+
+impl Form {
+    /// An example line.
+    #[must_use]
+    pub const fn example(self) -> &'static str {
+        match self {
+            Self::CandumpLog => "(1609459200.000111) can0 191#FFFF80800C0007D8",
+            Self::CandumpTerminal => {
+                "(1609459200.000111)  can0  191   [8]  FF FF 80 80 0C 00 07 D8"
+            }
+        }
+    }
+}
+
+/// Reads the lines of a log, one after the other.
+#[derive(Clone, Debug)]
+pub struct LogReader {
+    /// The format that it reads.
+    pub(crate) form: Form,
+    /// Reference of the times.
+    pub(crate) times: LogTimes,
+    /// Sum of the times so far if they are differences, µs.
+    elapsed: u64,
+}
+
+impl LogReader {
+    /// Reads the next line; `None` if it is not a line of the log's format.
+    pub fn read<'a>(&mut self, line: &'a str) -> Option<LogLine<'a>> {
+        // A file may contain both: terminal output appended to a log.
+        let mut read = parse(line)?;
+        if let (LogTimes::Differences, Some(time)) = (self.times, &mut read.time) {
+            self.elapsed = self.elapsed.saturating_add(time.as_micros());
+            *time = Timestamp::from_micros(self.elapsed);
+        }
+        Some(read)
+    }
+}
+
+/// Returns whether the name of an interface can be written to a table.
+fn is_name(name: &str) -> bool {
+    let allowed = |byte: u8| byte.is_ascii_graphic() && !matches!(byte, b',' | b'"');
+    !name.is_empty() && name.bytes().all(allowed)
+}
+
+/// Returns a reader for the log that begins with these bytes; `None` if no line matches a format. The
+/// first line that matches decides. Bytes that are not text are skipped.
+#[must_use]
+pub fn recognise(head: &[u8]) -> Option<LogReader> {
+    let text = String::from_utf8_lossy(head);
+    let form = text.lines().find_map(form_of)?;
+    let times = match form {
+        Form::CandumpTerminal => printed_times(&text),
+        _ => LogTimes::Absolute,
+    };
+    Some(LogReader { form, times, elapsed: 0 })
+}
+
+fn form_of(line: &str) -> Option<Form> {
+    let line = line.trim_start_matches('\u{feff}');
+    if log_line(line).is_some() {
+        Some(Form::CandumpLog)
+    } else if terminal_line(line).is_some() {
+        Some(Form::CandumpTerminal)
+    } else {
+        None
+    }
+}
+
+/// Upper limit of the time between two frames of a log, µs: eleven days.
+const LONGEST_DIFFERENCE_US: u64 = 1_000_000_000_000;
+
+/// Distinguishes differences from absolute times: absolute times rarely decrease, differences do every few
+/// lines.
+fn printed_times(text: &str) -> LogTimes {
+    let lines = text.lines().filter_map(terminal_line);
+    let times = lines.filter_map(|line| line.time.map(Timestamp::as_micros));
+    let times: Vec<u64> = times.collect();
+    let falls = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    let rises = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
+    // A steady bus repeats the same difference.
+    let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
+    match falls * 10 > falls + rises || is_steady {
+        // Times since 1970: the clocks of two interfaces may differ, or stamp several frames alike.
+        _ if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) => LogTimes::Absolute,
+        true => LogTimes::Differences,
+        false => LogTimes::Absolute,
+    }
+}
+
+/// Maximum number of bytes kept of a line, more than any line of a log has. Excess bytes are skipped.
+const LONGEST: usize = 4096;
+
+/// Iterates over the lines of a file.
+pub(crate) struct Lines<R> {
+    source: R,
+    number: u64,
+    line: Vec<u8>,
+}
+
+impl<R: BufRead> Lines<R> {
+    pub(crate) const fn new(source: R) -> Self {
+        Self { source, number: 0, line: Vec::new() }
+    }
+
+    /// Returns the next line without line feed, and its number from 1; `None` after the last. A byte order
+    /// mark at the start is removed; bytes that are not UTF-8 become replacement characters.
+    pub(crate) fn next(&mut self) -> io::Result<Option<(u64, Cow<'_, str>)>> {
+        self.line.clear();
+        let mut start = self.source.by_ref().take(LONGEST as u64);
+        if start.read_until(b'\n', &mut self.line)? == 0 {
+            return Ok(None);
+        }
+        if self.line.pop_if(|last| *last == b'\n').is_none() {
+            self.source.skip_until(b'\n')?;
+        }
+        self.number += 1;
+        let mark = "\u{feff}".as_bytes();
+        let line = match self.line.strip_prefix(mark) {
+            Some(rest) if self.number == 1 => rest,
+            _ => &self.line,
+        };
+        Ok(Some((self.number, String::from_utf8_lossy(line))))
+    }
+}
 
 /// Flag in identifiers of eight digits: error frame (`CAN_ERR_FLAG`).
 const ERROR_FLAG: u32 = 0x2000_0000;
 
 /// Reads a line of either format; `None` if it matches neither.
-#[must_use]
-pub fn parse(line: &str) -> Option<LogLine<'_>> {
+fn parse(line: &str) -> Option<LogLine<'_>> {
     let read = log_line(line).or_else(|| terminal_line(line));
     // The textual explanation of an error frame, on an indented line of its own (-e).
     let explanation = LogLine { time: None, content: LogContent::Other(Other::Event) };
@@ -23,8 +237,7 @@ pub fn parse(line: &str) -> Option<LogLine<'_>> {
 }
 
 /// Reads a line of `candump -l`; `None` if it has another format.
-#[must_use]
-pub fn log_line(line: &str) -> Option<LogLine<'_>> {
+fn log_line(line: &str) -> Option<LogLine<'_>> {
     if let Some(count) = dropped(line) {
         return Some(LogLine { time: None, content: LogContent::Dropped(count) });
     }
@@ -68,8 +281,7 @@ fn compact<'a>(interface: &'a str, frame: &str) -> Option<LogContent<'a>> {
 }
 
 /// Reads a line of terminal output of `candump`; `None` if it has another format.
-#[must_use]
-pub fn terminal_line(line: &str) -> Option<LogLine<'_>> {
+fn terminal_line(line: &str) -> Option<LogLine<'_>> {
     let (time, rest) = leading_time(line.trim())?;
     let (interface, rest) = word(rest)?;
     if !is_name(interface) {
@@ -203,11 +415,144 @@ fn bytes(text: &str) -> Option<Vec<u8>> {
     digits.chunks(2).map(byte).collect()
 }
 
+/// Parses seconds with one to nine decimals, rounded to microseconds.
+fn seconds(text: &str) -> Option<Timestamp> {
+    let (whole, fraction) = text.split_once('.')?;
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    if fraction.len() > 9 || !digits(whole) || !digits(fraction) {
+        return None;
+    }
+    let nanos: u64 = format!("{fraction:0<9}").parse().ok()?;
+    let whole: u64 = whole.parse().ok()?;
+    let micros = whole.checked_mul(1_000_000)?;
+    let micros = micros.checked_add((nanos + 500) / 1000)?;
+    Some(Timestamp::from_micros(micros))
+}
+
+/// Parses `length` hexadecimal bytes, one per word; `None` for fewer. A byte must have two digits, so that a truncated
+/// one is rejected.
+fn spaced_bytes<'a>(words: impl Iterator<Item = &'a str>, length: usize) -> Option<Vec<u8>> {
+    let byte = |word: &str| {
+        let is_byte = word.len() == 2 && word.bytes().all(|b| b.is_ascii_hexdigit());
+        u8::from_str_radix(word, 16).ok().filter(|_| is_byte)
+    };
+    let bytes: Vec<u8> = words.take(length).map(byte).collect::<Option<_>>()?;
+    (bytes.len() == length).then_some(bytes)
+}
+
+/// Identifier of a frame, as far as feet use it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Identifier {
+    /// 11 bits.
+    Standard(u16),
+    /// Extended or error frame, which no foot sends.
+    Other(Other),
+}
+
+impl Identifier {
+    /// Returns `None` if `id` has too many bits.
+    fn new(id: u32, is_extended: bool) -> Option<Self> {
+        match (is_extended, id) {
+            (false, 0..=0x7FF) => Some(Self::Standard(id as u16)),
+            (true, 0..=0x1FFF_FFFF) => Some(Self::Other(Other::Extended)),
+            _ => None,
+        }
+    }
+
+    /// A classic data frame with this identifier; `None` for more than eight bytes.
+    fn frame<'a>(self, interface: &'a str, data: &[u8]) -> Option<LogContent<'a>> {
+        match self {
+            Self::Standard(id) => Some(LogContent::Frame(interface, CanFrame::new(id, data)?)),
+            Self::Other(other) => (data.len() <= 8).then_some(LogContent::Other(other)),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::can_log::Logged;
-    use wire::CanFrame;
+    use std::io::BufReader;
+
+    fn recognised(text: &str) -> Option<(Form, LogTimes)> {
+        recognise(text.as_bytes()).map(|reader| (reader.form, reader.times))
+    }
+
+    #[test]
+    fn first_valid_line_determines_the_format() {
+        for form in Form::ALL {
+            for text in [
+                form.example().to_owned(),
+                format!("\u{feff}{}\r\n", form.example()),
+                format!("cut off\n\n{}\n", form.example()),
+            ] {
+                let found = recognise(text.as_bytes()).map(|reader| reader.form);
+                assert_eq!(found, Some(form), "{text:?}");
+            }
+        }
+        for text in ["", "t,ax,ay\n0,1,2\n", "date of birth\n", "1.5 a b c\n"] {
+            assert_eq!(recognised(text), None, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn differences_are_distinguished_from_absolute_times() {
+        let log = |times: &[&str]| {
+            let line = |time: &&str| format!(" ({time})  can0  191   [1]  00\n");
+            recognised(&times.iter().map(line).collect::<String>()).map(|(_, times)| times)
+        };
+        for (times, expected) in [
+            (&["000.000000", "000.001000", "000.002000"][..], LogTimes::Absolute),
+            (&["1609459200.000000", "1609459200.001000"], LogTimes::Absolute),
+            (&["000.000000"], LogTimes::Absolute),
+            (&["1609459200.000000"; 4], LogTimes::Absolute),
+            (
+                &[
+                    "1609459200.000000",
+                    "1609459199.000000",
+                    "1609459200.001000",
+                    "1609459199.001000",
+                ],
+                LogTimes::Absolute,
+            ),
+            (
+                &["000.000000", "000.000889", "000.000111", "000.000889", "000.000111"],
+                LogTimes::Differences,
+            ),
+            (&["000.000000", "000.001000", "000.001000", "000.001000"], LogTimes::Differences),
+        ] {
+            assert_eq!(log(times), Some(expected), "{times:?}");
+        }
+        assert_eq!(
+            recognised("can0  191   [1]  00\n".repeat(3).as_str()),
+            Some((Form::CandumpTerminal, LogTimes::Absolute))
+        );
+    }
+
+    fn lines(bytes: &[u8]) -> Vec<String> {
+        // A small buffer, so that lines span several reads.
+        let mut lines = Lines::new(BufReader::with_capacity(3, bytes));
+        let mut read = Vec::new();
+        while let Some((number, line)) = lines.next().unwrap() {
+            assert_eq!(number, read.len() as u64 + 1);
+            read.push(line.into_owned());
+        }
+        read
+    }
+
+    #[test]
+    fn lines_end_with_a_line_feed_or_the_file() {
+        assert_eq!(lines(b""), Vec::<String>::new());
+        assert_eq!(lines(b"ab\r\n\ncdefgh"), ["ab\r", "", "cdefgh"]);
+        assert_eq!(lines(b"\xef\xbb\xbfab\ncd\n"), ["ab", "cd"]);
+        assert_eq!(lines(b"a\xff\n"), ["a\u{fffd}"]);
+    }
+
+    #[test]
+    fn length_of_a_line_is_limited() {
+        let long = [&[b'x'; 3 * LONGEST][..], b"\ny"].concat();
+        let read = lines(&long);
+        assert_eq!((read[0].len(), read[1].as_str()), (LONGEST, "y"));
+    }
 
     const LINE: &str = "(1609459200.000114) can0 191#FFFF80800C0007D8";
 
@@ -393,5 +738,28 @@ mod tests {
     fn dropcount_line_counts_lost_frames() {
         let line = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)";
         assert_eq!(content(line), Some(LogContent::Dropped(3)));
+    }
+
+    #[test]
+    fn seconds_are_rounded_to_microseconds() {
+        for (text, micros) in [
+            ("0.0", Some(0)),
+            ("1.5", Some(1_500_000)),
+            ("0.0014", Some(1_400)),
+            ("0.0000015", Some(2)),
+            ("0.9999995", Some(1_000_000)),
+            ("0.9999994", Some(999_999)),
+            ("1609459200.000111222", Some(1_609_459_200_000_111)),
+            ("1", None),
+            ("1.", None),
+            (".1", None),
+            ("-1.0", None),
+            ("+1.0", None),
+            ("1.0000000001", None),
+            ("99999999999999999999.0", None),
+            ("18446744073709.999999", None),
+        ] {
+            assert_eq!(seconds(text).map(Timestamp::as_micros), micros, "{text}");
+        }
     }
 }

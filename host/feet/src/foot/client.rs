@@ -1,0 +1,1050 @@
+//! Requests to a foot, one at a time: SDOs over CAN, configuration messages over the serial line. Other
+//! messages that arrive meanwhile are ignored.
+//!
+//! | part | |
+//! |---|---|
+//! | [`Client`] | reads, writes, commands, states |
+//! | [`RequestError`] | errors of all of these |
+//! | request and response | an SDO or a message, repeated if there is no response |
+//! | block download | bytes of any length into an object, such as a program |
+//! | restart | reset of a foot, and return to its previous state |
+//! | bootloader | a serial line on which the bootloader answers |
+
+use std::collections::{BTreeSet, VecDeque};
+use std::time::Duration;
+
+use crc::{CRC_16_XMODEM, Crc};
+use thiserror::Error;
+use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
+use wire::foot::cob_id;
+use wire::node::{Command, State};
+use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Message, NmtRequest, encode};
+use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
+
+use super::name::Named;
+use super::scan::{self, SCAN, upload};
+use crate::decode::live::{Heard, Listener, Said};
+use crate::link::{LISTEN, LineClock, Link, LinkError, Sending};
+
+/// Response timeout; a foot responds in the tick that receives the request.
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// Response timeout of a store, which may erase a page.
+const STORE: Duration = Duration::from_secs(3);
+
+/// Time after which a foot takes one more store, with a reserve.
+const STORE_INTERVAL: Duration = Duration::from_millis(1_100);
+
+/// Maximum number of attempts to store: an emulated foot may be slower than this machine's clock.
+const STORE_TRIES: u32 = 8;
+
+/// Maximum number of attempts per request, because frames may be lost.
+pub(super) const TRIES: u32 = 3;
+
+/// Tolerance for messages out of order on a serial line, µs; if the clock goes back by more, the foot has
+/// restarted.
+const DISORDER_US: u64 = 20_000;
+
+/// Maximum number of emergencies kept.
+const MOST_EMERGENCIES: usize = 16;
+
+/// Client of one foot.
+pub struct Client {
+    link: Box<dyn Link>,
+    listener: Listener,
+    /// Node that is addressed by SDO; `None` for the foot at the other end of a serial line.
+    node: Option<NodeId>,
+    sequence: u16,
+    /// Newest emergencies of the foot, which arrive between responses.
+    emergencies: VecDeque<Emergency>,
+    /// Newest time on the foot's clock, µs; serial line only.
+    clock_us: Option<u64>,
+    /// Number of restarts of the foot since it was first heard.
+    pub(super) starts: u32,
+    /// Nodes that have started, and the number of them that were taken.
+    booted: Vec<NodeId>,
+    taken: usize,
+}
+
+impl Client {
+    /// Creates the client of a foot: on a bus, the given node, or the only foot.
+    ///
+    /// # Errors
+    /// There is no foot, or there are several and no node is given.
+    pub fn new(mut link: Box<dyn Link>, node: Option<NodeId>) -> Result<Self, RequestError> {
+        let mut listener = Listener::default();
+        let node = match node {
+            Some(node) => {
+                listener.add(node);
+                Some(node)
+            }
+            None => {
+                let heard = scan::feet(link.as_mut(), &mut listener, SCAN)?;
+                let nodes: BTreeSet<_> = heard.iter().filter_map(|key| key.node).collect();
+                let is_serial = heard.iter().any(|key| key.node.is_none());
+                match (is_serial, nodes.len(), nodes.first()) {
+                    (true, ..) => None,
+                    (false, 1, Some(node)) => NodeId::new(*node),
+                    // A foot on a serial line may wait in its bootloader for a program.
+                    (false, 0, _) => {
+                        let node = bootloader_node(link.as_mut(), &mut listener)?;
+                        Some(node.ok_or(RequestError::NoFoot)?)
+                    }
+                    (false, ..) => {
+                        let names: Vec<_> = nodes.iter().map(ToString::to_string).collect();
+                        return Err(RequestError::Several(names.join(", ")));
+                    }
+                }
+            }
+        };
+        Ok(Self {
+            link,
+            listener,
+            node,
+            sequence: 0,
+            emergencies: VecDeque::new(),
+            clock_us: None,
+            starts: 0,
+            booted: Vec::new(),
+            taken: 0,
+        })
+    }
+
+    /// Node id of the foot, if it is connected over CAN.
+    #[must_use]
+    pub const fn node(&self) -> Option<NodeId> {
+        self.node
+    }
+
+    /// Clock of the line, on which timeouts are measured.
+    #[must_use]
+    pub fn clock(&self) -> LineClock {
+        self.link.clock()
+    }
+
+    /// Changes the node id of the foot, if it is connected over CAN.
+    pub(super) fn follow(&mut self, node: NodeId) {
+        if self.node.is_some() {
+            self.node = Some(node);
+            self.hear(node);
+        }
+    }
+
+    /// Adds a node to those whose messages are decoded.
+    pub(super) fn hear(&mut self, node: NodeId) {
+        self.listener.add(node);
+    }
+
+    /// Error of a request without a response.
+    pub(super) fn no_answer(&self, what: impl Into<String>) -> RequestError {
+        RequestError::NoAnswer { foot: self.foot(), what: what.into() }
+    }
+
+    pub(super) fn foot(&self) -> String {
+        match self.node {
+            Some(node) => format!("node {}", node.get()),
+            None => "the foot".to_owned(),
+        }
+    }
+
+    /// Reads a number.
+    ///
+    /// # Errors
+    /// The request is refused, there is no response, or the object has another type.
+    pub fn read(&mut self, address: Address, data_type: DataType) -> Result<Value, RequestError> {
+        let bytes = self.request(address, None, ANSWER)?;
+        Value::from_bytes(data_type, &bytes).ok_or_else(|| RequestError::Type {
+            what: named(address),
+            length: bytes.len(),
+            data_type,
+        })
+    }
+
+    /// Reads a number with the type that the dictionary gives it, or else UNSIGNED32; returns its bits.
+    ///
+    /// # Errors
+    /// The request is refused, there is no response, or the object has another type.
+    pub fn read_number(&mut self, index: u16, subindex: u8) -> Result<u32, RequestError> {
+        let address = Address::new(index, subindex);
+        let named = Named::at(address);
+        let data_type = named.map_or(DataType::Unsigned32, |named| named.entry.data_type());
+        Ok(self.read(address, data_type)?.to_raw())
+    }
+
+    /// Reads the serial number of the foot (object 0x1018:4).
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn serial_number(&mut self) -> Result<u32, RequestError> {
+        self.read_number(SERIAL_NUMBER.index, SERIAL_NUMBER.subindex)
+    }
+
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn read_text(&mut self, address: Address) -> Result<String, RequestError> {
+        let bytes = self.request(address, None, ANSWER)?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    /// Writes an object.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn write(&mut self, address: Address, value: Value) -> Result<(), RequestError> {
+        self.write_within(address, value, ANSWER)
+    }
+
+    /// Stores all settings in flash. The caller checks that the foot still had the settings that were written.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub(super) fn store(&mut self) -> Result<(), RequestError> {
+        self.write_flash(Address::new(index::STORE, 1), SIGNATURE_STORE)
+    }
+
+    /// Erases the stored settings; the defaults apply from the next reset on.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn restore(&mut self) -> Result<(), RequestError> {
+        self.write_flash(Address::new(index::RESTORE, 1), SIGNATURE_RESTORE)
+    }
+
+    /// Writes a signature, again where the foot has stored too often just before.
+    fn write_flash(&mut self, address: Address, signature: u32) -> Result<(), RequestError> {
+        let mut tries = STORE_TRIES;
+        loop {
+            tries -= 1;
+            match self.write_within(address, Value::U32(signature), STORE) {
+                Err(error) if tries > 0 && error.is_refusal(AbortCode::TooSoon) => {
+                    self.wait(STORE_INTERVAL)?;
+                }
+                result => return result,
+            }
+        }
+    }
+
+    /// Sends a command, which has no response.
+    ///
+    /// # Errors
+    /// The line does not work.
+    pub fn command(&mut self, command: Command) -> Result<(), RequestError> {
+        match self.node {
+            Some(node) => {
+                if let Some(frame) = CanFrame::new(0, &[command as u8, node.get()]) {
+                    self.link.send(&Sending::Frame(frame))?;
+                }
+            }
+            None => self.send_message(&Message::Nmt(NmtRequest(command)))?,
+        }
+        Ok(())
+    }
+
+    /// Returns the foot to this state. The command to stream is repeated until the foot does: commands have no
+    /// response, and frames may be lost.
+    ///
+    /// # Errors
+    /// The foot does not stream.
+    pub fn bring_to(&mut self, state: State) -> Result<(), RequestError> {
+        let command = match state {
+            State::Operational => Command::StartRemoteNode,
+            State::Stopped => Command::StopRemoteNode,
+            State::Initialising | State::PreOperational => Command::EnterPreOperational,
+        };
+        if state != State::Operational {
+            return self.command(command);
+        }
+        let id = self.node().map(NodeId::get);
+        for _ in 0..TRIES {
+            self.command(command)?;
+            let streams = self.listen(SCAN, |heard| {
+                let streams = match &heard.said {
+                    // On a serial line, a foot streams in the pre-operational state as well.
+                    Said::Board(board) => id.is_none() && board.state == State::Operational,
+                    Said::Contact(_) => id.is_some() && heard.foot.node == id,
+                    Said::Heartbeat(state) => heard.foot.node == id && *state == State::Operational,
+                    _ => false,
+                };
+                streams.then_some(())
+            })?;
+            if streams.is_some() {
+                return Ok(());
+            }
+        }
+        Err(self.no_answer("the command to start"))
+    }
+
+    /// Returns the state that the foot reports next, in a heartbeat or a health message. A foot whose heartbeats
+    /// are disabled is operational if it sends contacts.
+    ///
+    /// # Errors
+    /// The foot reports no state.
+    pub fn state(&mut self) -> Result<State, RequestError> {
+        let id = self.node().map(NodeId::get);
+        let mut streams = false;
+        let state = self.listen(SCAN, |heard| match &heard.said {
+            Said::Heartbeat(state) if heard.foot.node == id => Some(*state),
+            Said::Board(board) if id.is_none() => Some(board.state),
+            Said::Contact(_) if id.is_some() && heard.foot.node == id => {
+                streams = true;
+                None
+            }
+            _ => None,
+        })?;
+        let state = state.or(streams.then_some(State::Operational));
+        state.ok_or_else(|| self.no_answer("its state, in a heartbeat or health message,"))
+    }
+
+    /// Writes an object, and waits this long for the response.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub(super) fn write_within(
+        &mut self,
+        address: Address,
+        value: Value,
+        answer: Duration,
+    ) -> Result<(), RequestError> {
+        self.request(address, Some(value), answer).map(|_| ())
+    }
+
+    /// Checks that exactly one board responds.
+    ///
+    /// # Errors
+    /// There is no response, or several boards have the same id.
+    pub fn is_alone(&mut self) -> Result<(), RequestError> {
+        let Some(node) = self.node else {
+            return self.serial_number().map(|_| ());
+        };
+        let request @ [_, head @ .., _, _, _, _] = upload(SERIAL_NUMBER);
+        let mut count = 0;
+        // All responses within the timeout are counted.
+        self.exchange(node, request, ANSWER, |response| {
+            count += usize::from(response[1..4] == head);
+            false
+        })?;
+        match count {
+            // A frame was lost: repeat as a normal request.
+            0 => self.serial_number().map(|_| ()),
+            1 => Ok(()),
+            count => Err(RequestError::SameId { foot: self.foot(), count }),
+        }
+    }
+
+    /// Checks that no other board on the bus has the new id of this one; on a serial line, nothing is checked.
+    ///
+    /// # Errors
+    /// Another board has the id.
+    pub(super) fn is_free(&mut self, node: NodeId) -> Result<(), RequestError> {
+        if self.node().is_none_or(|own| own == node) {
+            return Ok(());
+        }
+        self.hear(node);
+        let taken = self.listen(SCAN, |heard| {
+            // A robot reports loads to absent feet as well.
+            let is_load = matches!(heard.said, Said::Load(_));
+            (heard.foot.node == Some(node.get()) && !is_load).then_some(())
+        })?;
+        if taken.is_none() {
+            return Ok(());
+        }
+        Err(RequestError::Taken { foot: self.foot(), node })
+    }
+
+    /// Waits, and receives meanwhile, so that the buffers of the line do not overflow.
+    ///
+    /// # Errors
+    /// The line does not work.
+    pub fn wait(&mut self, time: Duration) -> Result<(), RequestError> {
+        self.listen(time, |_| None::<()>).map(|_| ())
+    }
+
+    /// Listens until `find` returns a value, at most `longest`.
+    pub(super) fn listen<T>(
+        &mut self,
+        longest: Duration,
+        mut find: impl FnMut(&Heard) -> Option<T>,
+    ) -> Result<Option<T>, RequestError> {
+        let clock = self.clock();
+        let end = clock.now() + longest;
+        while clock.now() < end {
+            if let Some((at, arrival)) = self.link.receive(LISTEN)? {
+                self.booted.extend(scan::boot_up(&arrival));
+                // Unreadable arrivals are ignored.
+                arrival.hand_to(&mut self.listener, at);
+            }
+            while let Some(heard) = self.listener.next_heard() {
+                self.keep_emergency(&heard);
+                self.keep_clock(&heard);
+                if let Some(found) = find(&heard) {
+                    return Ok(Some(found));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn keep_emergency(&mut self, heard: &Heard) {
+        if let Said::Emergency(emergency) = &heard.said
+            && self.node().map(NodeId::get) == heard.foot.node
+        {
+            self.emergencies.truncate(MOST_EMERGENCIES - 1);
+            self.emergencies.push_front(*emergency);
+        }
+    }
+
+    /// Counts restarts of the foot: boot-ups over CAN, jumps back of its clock on a serial line.
+    fn keep_clock(&mut self, heard: &Heard) {
+        if self.node.is_some() {
+            let is_own = self.node().map(NodeId::get) == heard.foot.node;
+            self.starts += u32::from(is_own && matches!(heard.said, Said::BootUp(_)));
+            return;
+        }
+        let time = match &heard.said {
+            Said::Contact(row) => row.timestamp,
+            Said::Board(board) => board.timestamp,
+            Said::Raw(raw) => raw.timestamp,
+            _ => return,
+        };
+        let now_us = time.as_micros();
+        let newest_us = self.clock_us.replace(now_us).unwrap_or(now_us);
+        if newest_us > now_us.saturating_add(DISORDER_US) {
+            self.starts += 1;
+        } else {
+            self.clock_us = Some(newest_us.max(now_us));
+        }
+    }
+
+    /// Returns the ids of the nodes that have started since the last call.
+    pub(super) fn take_booted(&mut self) -> Vec<NodeId> {
+        let new = self.booted.get(self.taken..).unwrap_or_default().to_vec();
+        self.taken = self.booted.len();
+        new
+    }
+
+    /// Number of starts of the foot since it was first heard.
+    pub(super) fn starts_of_foot(&self) -> usize {
+        match self.node {
+            Some(node) => self.booted.iter().filter(|booted| **booted == node).count(),
+            None => self.starts as usize,
+        }
+    }
+
+    /// Returns the emergencies of the foot since the last call, newest first.
+    pub(super) fn take_emergencies(&mut self) -> VecDeque<Emergency> {
+        std::mem::take(&mut self.emergencies)
+    }
+}
+
+/// Object of the serial number.
+const SERIAL_NUMBER: Address = Address::new(index::IDENTITY, 4);
+
+/// Formats an object as its name and address.
+fn named(address: Address) -> String {
+    let Address { index, subindex } = address;
+    let name = Named::at(address).map(|named| format!("{} ", named.name()));
+    format!("{}(0x{index:04X}:{subindex})", name.unwrap_or_default())
+}
+
+/// Error of a request.
+#[derive(Debug, Error)]
+pub enum RequestError {
+    /// The foot has refused the request.
+    #[error("{what} was refused: {} (0x{:08X}): {}", reason.name(), reason.code(), crate::decode::remedy::Trouble::Refusal(*reason).remedy())]
+    Refused {
+        /// Description of the request.
+        what: String,
+        /// Reason.
+        reason: AbortCode,
+    },
+    /// The foot has refused the request with an unknown abort code.
+    #[error("{what} was refused with the abort code 0x{code:08X}")]
+    RefusedUnknown {
+        /// Description of the request.
+        what: String,
+        /// Abort code.
+        code: u32,
+    },
+    /// The foot has not responded.
+    #[error("{foot} does not answer: {what}")]
+    NoAnswer {
+        /// Name of the foot.
+        foot: String,
+        /// Description of the request.
+        what: String,
+    },
+    /// Several boards respond as one node.
+    #[error(
+        "{foot} answers {count} times: boards with the same id are on this bus; connect them one at a time"
+    )]
+    SameId {
+        /// Name of the foot.
+        foot: String,
+        /// Number of responses.
+        count: usize,
+    },
+    /// The response does not have the object's type.
+    #[error("{what} came as {length} bytes, which is no {}: another version of the foot's program?", data_type.name())]
+    Type {
+        /// Name and address of the object.
+        what: String,
+        /// Length of the response, bytes.
+        length: usize,
+        /// Expected type.
+        data_type: DataType,
+    },
+    /// The value is unknown to this version.
+    #[error("{what} is {code}, which this version does not know")]
+    Unknown {
+        /// Name of the value.
+        what: &'static str,
+        /// Code of the value.
+        code: u32,
+    },
+    /// The foot has restarted while it was being configured.
+    #[error("{0} has started again meanwhile: settings that were not stored are gone")]
+    StartedAgain(String),
+    /// Another board has the new id of the foot.
+    #[error("{foot} would become node {}, which is on the bus already", node.get())]
+    Taken {
+        /// Name of the foot.
+        foot: String,
+        /// New id.
+        node: NodeId,
+    },
+    /// No foot was found.
+    #[error("no foot is heard on this line")]
+    NoFoot,
+    /// No foot has the serial number.
+    #[error(
+        "no foot with the serial number 0x{wanted:08X} is heard on this line; those heard: {heard}. A foot without a node id needs one first"
+    )]
+    NoSerial {
+        /// Serial number.
+        wanted: u32,
+        /// Serial numbers and nodes of the feet that are heard.
+        heard: String,
+    },
+    /// Several feet were found, and no node is given.
+    #[error("there are several feet, {0}: name one with --node")]
+    Several(String),
+    /// The line does not work.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+}
+
+impl RequestError {
+    /// Error of a request that was refused with this abort code.
+    pub(super) fn refused(what: String, code: u32) -> Self {
+        match AbortCode::from_code(code) {
+            Some(reason) => Self::Refused { what, reason },
+            None => Self::RefusedUnknown { what, code },
+        }
+    }
+
+    /// Returns whether the request was refused for this reason.
+    #[must_use]
+    pub fn is_refusal(&self, of: AbortCode) -> bool {
+        matches!(self, Self::Refused { reason, .. } if *reason == of)
+    }
+}
+
+/// Abort code for a response that has not come: SDO protocol timed out.
+const TIMED_OUT: u32 = 0x0504_0000;
+
+/// Commands of an SDO server: the upper three bits of its response.
+const UPLOADED: u8 = 2;
+const DOWNLOADED: u8 = 3;
+const ABORTED: u8 = 4;
+
+/// Response to a request: the bytes that were read, none after a write, or an abort code.
+type Response = Result<Vec<u8>, u32>;
+
+impl Client {
+    /// Reads, or writes `value`. A request without a response is repeated; all requests are idempotent. A read ignores late
+    /// responses to writes, and a write those to reads.
+    pub(super) fn request(
+        &mut self,
+        address: Address,
+        value: Option<Value>,
+        answer: Duration,
+    ) -> Result<Vec<u8>, RequestError> {
+        let verb = if value.is_some() { "writing" } else { "reading" };
+        let what = || format!("{verb} {}", named(address));
+        for attempt in 0..TRIES {
+            // The node may be in the transfer of a master that has vanished.
+            if attempt > 0
+                && value.is_none()
+                && let Some(node) = self.node
+            {
+                self.abort(node, address)?;
+            }
+            let response = match self.node {
+                Some(node) => self.request_sdo(node, address, value, answer)?,
+                None => self.request_serial(address, value, answer)?,
+            };
+            if let Some(response) = response {
+                return response.map_err(|code| RequestError::refused(what(), code));
+            }
+        }
+        Err(self.no_answer(format!("{}, asked {TRIES} times", what())))
+    }
+
+    fn request_serial(
+        &mut self,
+        address: Address,
+        value: Option<Value>,
+        answer: Duration,
+    ) -> Result<Option<Response>, RequestError> {
+        let message = match value {
+            None => Message::ConfigGet(ConfigGet { address }),
+            Some(value) => Message::ConfigSet(ConfigSet { address, value: value.into() }),
+        };
+        self.send_message(&message)?;
+        self.listen(answer, |heard| match &heard.said {
+            Said::Answer(ConfigResponse { address: of, answer }) if *of == address => {
+                match answer {
+                    Answer::Value(bytes) if value.is_none() => Some(Ok(bytes.as_bytes().to_vec())),
+                    Answer::Done if value.is_some() => Some(Ok(Vec::new())),
+                    Answer::Refused(reason) => Some(Err(reason.code())),
+                    Answer::Value(_) | Answer::Done => None,
+                }
+            }
+            _ => None,
+        })
+    }
+
+    pub(super) fn send_message(&mut self, message: &Message) -> Result<(), RequestError> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let bytes = encode(self.sequence, message).as_bytes().to_vec();
+        Ok(self.link.send(&Sending::Bytes { port: None, bytes })?)
+    }
+
+    fn request_sdo(
+        &mut self,
+        node: NodeId,
+        address: Address,
+        value: Option<Value>,
+        answer: Duration,
+    ) -> Result<Option<Response>, RequestError> {
+        let mut request = upload(address);
+        if let Some(value) = value {
+            // Expedited, with the number of unused bytes.
+            let size = value.data_type().size().unwrap_or(4);
+            request[0] = 0x23 | ((4 - size) as u8) << 2;
+            request[4..].copy_from_slice(&value.to_raw().to_le_bytes());
+        }
+        let wanted = value.map_or(UPLOADED, |_| DOWNLOADED);
+        let is_answer = |response: &[u8; 8]| {
+            response[1..4] == request[1..4] && [wanted, ABORTED].contains(&(response[0] >> 5))
+        };
+        let response = self.exchange(node, request, answer, is_answer)?;
+        let Some([head, _, _, _, data @ ..]) = response else {
+            return Ok(None);
+        };
+        Ok(match head >> 5 {
+            ABORTED => Some(Err(u32::from_le_bytes(data))),
+            DOWNLOADED => Some(Ok(Vec::new())),
+            // Expedited, or in segments.
+            UPLOADED if head & 2 != 0 => {
+                let length = 4 - usize::from(head >> 2 & 3);
+                Some(Ok(data[..length].to_vec()))
+            }
+            _ => self.segments(node, answer)?.map(Ok),
+        })
+    }
+
+    /// Reads the segments of an upload.
+    fn segments(
+        &mut self,
+        node: NodeId,
+        answer: Duration,
+    ) -> Result<Option<Vec<u8>>, RequestError> {
+        let mut bytes = Vec::new();
+        let mut toggle = 0;
+        loop {
+            let request = [0x60 | toggle, 0, 0, 0, 0, 0, 0, 0];
+            let is_next = |[head, ..]: &[u8; 8]| head >> 5 == 0 && head & 0x10 == toggle;
+            let Some([head, data @ ..]) = self.exchange(node, request, answer, is_next)? else {
+                return Ok(None);
+            };
+            let length = 7 - usize::from(head >> 1 & 7);
+            bytes.extend_from_slice(&data[..length]);
+            if head & 1 != 0 {
+                return Ok(Some(bytes));
+            }
+            toggle ^= 0x10;
+        }
+    }
+
+    pub(super) fn exchange(
+        &mut self,
+        node: NodeId,
+        request: [u8; 8],
+        answer: Duration,
+        mut is_answer: impl FnMut(&[u8; 8]) -> bool,
+    ) -> Result<Option<[u8; 8]>, RequestError> {
+        self.send_sdo(node, request)?;
+        let id = Some(node.get());
+        self.listen(answer, |heard| match &heard.said {
+            Said::Sdo(bytes) if heard.foot.node == id && is_answer(bytes) => Some(*bytes),
+            _ => None,
+        })
+    }
+
+    /// Ends a transfer whose response has not come.
+    pub(super) fn abort(&mut self, node: NodeId, address: Address) -> Result<(), RequestError> {
+        let mut request = upload(address);
+        request[0] = 0x80;
+        request[4..].copy_from_slice(&TIMED_OUT.to_le_bytes());
+        self.send_sdo(node, request)
+    }
+
+    /// Sends a frame of the SDO client, without waiting for a response.
+    pub(super) fn send_sdo(&mut self, node: NodeId, request: [u8; 8]) -> Result<(), RequestError> {
+        if let Some(frame) = CanFrame::new(node.cob_id(cob_id::SDO_REQUEST), &request) {
+            self.link.send(&Sending::Frame(frame))?;
+        }
+        Ok(())
+    }
+}
+
+/// Response timeout of a sub-block and of the end, before which the bytes are stored and checked.
+const STORED: Duration = Duration::from_secs(3);
+
+/// Data bytes of a segment.
+const SEGMENT: usize = 7;
+
+/// Largest number of segments in a sub-block.
+const LARGEST_BLOCK: u8 = 127;
+
+/// End of an attempt that did not transfer all bytes.
+enum Ended {
+    /// A response is missing, or not one of the protocol.
+    Silent,
+    /// Aborted by the node, with this code.
+    Aborted(u32),
+    Failed(RequestError),
+}
+
+impl From<RequestError> for Ended {
+    fn from(error: RequestError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl Client {
+    /// Writes bytes to an object of a node by block download. `sent` is called with the number of bytes that have
+    /// arrived.
+    ///
+    /// # Errors
+    /// The download is refused, or a response is missing: the download is aborted then.
+    pub(super) fn download(
+        &mut self,
+        node: NodeId,
+        address: Address,
+        bytes: &[u8],
+        sent: &mut dyn FnMut(usize),
+    ) -> Result<(), RequestError> {
+        let what = format!("sending {} bytes to {}", bytes.len(), named(address));
+        match self.blocks(node, address, bytes, sent) {
+            Ok(()) => Ok(()),
+            Err(Ended::Aborted(code)) => Err(RequestError::refused(what, code)),
+            Err(Ended::Failed(error)) => Err(error),
+            Err(Ended::Silent) => {
+                self.abort(node, address)?;
+                Err(self.no_answer(what))
+            }
+        }
+    }
+
+    fn blocks(
+        &mut self,
+        node: NodeId,
+        address: Address,
+        bytes: &[u8],
+        sent: &mut dyn FnMut(usize),
+    ) -> Result<(), Ended> {
+        let [low, high] = address.index.to_le_bytes();
+        let [a, b, c, d] = (bytes.len() as u32).to_le_bytes();
+        // With CRC, and the size.
+        let begin = [0xC6, low, high, address.subindex, a, b, c, d];
+        let answer = self.response(node, begin, |head| head >> 5 == 5)?;
+        let [head, _, _, _, mut size, ..] = answer;
+        let has_crc = head & 0b100 != 0;
+        let segments: Vec<&[u8]> = bytes.chunks(SEGMENT).collect();
+        let (mut done, mut fruitless) = (0, 0);
+        while done < segments.len() {
+            if size == 0 || size > LARGEST_BLOCK || fruitless == TRIES {
+                return Err(Ended::Silent);
+            }
+            let block = segments.iter().enumerate().skip(done);
+            let mut last = None;
+            for ((index, segment), number) in block.zip(1..=size) {
+                if let Some(request) = last.take() {
+                    self.send_sdo(node, request)?;
+                }
+                let is_last = index + 1 == segments.len();
+                let mut request = [number | u8::from(is_last) << 7, 0, 0, 0, 0, 0, 0, 0];
+                request[1..=segment.len()].copy_from_slice(segment);
+                last = Some(request);
+            }
+            let last = last.ok_or(Ended::Silent)?;
+            let answer = self.response(node, last, |head| head == 0xA2)?;
+            let [_, taken, next, ..] = answer;
+            if taken > size {
+                return Err(Ended::Silent);
+            }
+            fruitless = if taken == 0 { fruitless + 1 } else { 0 };
+            done += usize::from(taken);
+            size = next;
+            sent((done * SEGMENT).min(bytes.len()));
+        }
+        let unused = segments.last().map_or(0, |last| SEGMENT - last.len()) as u8;
+        let crc = if has_crc { Crc::<u16>::new(&CRC_16_XMODEM).checksum(bytes) } else { 0 };
+        let [low, high] = crc.to_le_bytes();
+        let end = [0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0];
+        self.response(node, end, |head| head == 0xA1).map(|_| ())
+    }
+
+    /// Sends a request and returns its response, whose first byte satisfies `is_expected`.
+    fn response(
+        &mut self,
+        node: NodeId,
+        request: [u8; 8],
+        is_expected: fn(u8) -> bool,
+    ) -> Result<[u8; 8], Ended> {
+        const ABORT: u8 = 0x80;
+        let answer = self
+            .exchange(node, request, STORED, |[head, ..]| *head == ABORT || is_expected(*head))?;
+        match answer.ok_or(Ended::Silent)? {
+            [ABORT, _, _, _, code @ ..] => Err(Ended::Aborted(u32::from_le_bytes(code))),
+            answer => Ok(answer),
+        }
+    }
+}
+
+impl Client {
+    /// Turns to the bootloader that is starting, which answers within `longest`.
+    ///
+    /// # Errors
+    /// It does not, or the line does not work.
+    pub(super) fn turn_to_bootloader(&mut self, longest: Duration) -> Result<(), RequestError> {
+        if self.link.as_serial_line().is_none() {
+            return Ok(());
+        }
+        let clock = self.clock();
+        let end = clock.now() + longest;
+        loop {
+            if let Some(node) = bootloader_node(self.link.as_mut(), &mut self.listener)? {
+                self.node = Some(node);
+                return Ok(());
+            }
+            if clock.now() > end {
+                return Err(self.no_answer("as its bootloader"));
+            }
+        }
+    }
+
+    /// Turns to the program that is starting.
+    pub(super) fn turn_to_program(&mut self) {
+        if let Some(line) = self.link.as_serial_line() {
+            line.speak_messages();
+            self.node = None;
+            self.clock_us = None;
+        }
+    }
+}
+
+/// Returns the id under which a bootloader answers on a serial line; `None` where there is none.
+fn bootloader_node(
+    link: &mut dyn Link,
+    listener: &mut Listener,
+) -> Result<Option<NodeId>, RequestError> {
+    let Some(line) = link.as_serial_line() else {
+        return Ok(None);
+    };
+    match line.speak_text() {
+        Ok(()) => {}
+        Err(LinkError::Adapter { .. }) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    }
+    let feet = scan::feet(link, listener, SCAN)?;
+    let node = feet.iter().find_map(|foot| foot.node);
+    if let (None, Some(line)) = (node, link.as_serial_line()) {
+        line.speak_messages();
+    }
+    Ok(node.and_then(NodeId::new))
+}
+
+/// Timeout from a reset to the first response.
+const START: Duration = Duration::from_secs(5);
+
+/// Timeout for detecting a start; over CAN, the foot reports it at once.
+const HEARD: Duration = Duration::from_secs(2);
+
+impl Client {
+    /// Resets the foot, waits for its first response, and restores its previous state, because a commanded reset
+    /// leaves it in the pre-operational state. `node` is its new id, if that changes.
+    ///
+    /// # Errors
+    /// The foot does not restart, or does not respond within five seconds.
+    pub fn restart(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
+        let before = self.state()?;
+        self.reset(node)?;
+        self.bring_to(before)
+    }
+
+    /// Like [`Self::restart`], but the foot streams afterwards in any case, as after power-on.
+    ///
+    /// # Errors
+    /// Those of [`Self::restart`].
+    pub fn start_again(&mut self) -> Result<(), RequestError> {
+        self.reset(None)?;
+        self.bring_to(State::Operational)
+    }
+
+    /// Resets the foot and waits for its first response; it is in the pre-operational state then. Commands have
+    /// no response, and frames may be lost, so the command is repeated if the foot has not restarted.
+    pub(super) fn reset(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
+        // If the stored id differs, the foot restarts with that one and is found by its serial number.
+        let serial = match node {
+            Some(node) => {
+                self.hear(node);
+                None
+            }
+            None => self.serial_number().ok(),
+        };
+        for _ in 0..TRIES {
+            self.take_booted();
+            self.command(Command::ResetNode)?;
+            let has_started = self.hears_start(node, serial)?;
+            if has_started || !self.is_there()? {
+                if let Some(node) = node {
+                    self.follow(node);
+                }
+                return self.first_answer();
+            }
+        }
+        Err(self.no_answer(format!("it was commanded to reset {TRIES} times, and has not")))
+    }
+
+    /// Waits for a start of the foot: as the given node, or as any node with its serial number.
+    fn hears_start(
+        &mut self,
+        node: Option<NodeId>,
+        serial: Option<u32>,
+    ) -> Result<bool, RequestError> {
+        let before = self.starts;
+        let clock = self.clock();
+        let end = clock.now() + HEARD;
+        while clock.now() < end {
+            self.wait(LOOK)?;
+            if self.starts != before {
+                return Ok(true);
+            }
+            let booted = self.take_booted();
+            if node.is_some_and(|node| booted.contains(&node)) {
+                return Ok(true);
+            }
+            for other in booted {
+                if let Some(serial) = serial
+                    && self.is_now(other, serial)?
+                {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Returns whether the node has this serial number; if so, the client follows it.
+    pub(super) fn is_now(&mut self, node: NodeId, serial: u32) -> Result<bool, RequestError> {
+        let Some(own) = self.node() else {
+            return Ok(false);
+        };
+        self.follow(node);
+        let is_foot = match self.serial_number() {
+            Ok(other) => other == serial,
+            Err(RequestError::NoAnswer { .. } | RequestError::Refused { .. }) => false,
+            Err(error) => return Err(error),
+        };
+        if !is_foot {
+            self.follow(own);
+        }
+        Ok(is_foot)
+    }
+
+    /// Returns whether the foot responds under its current id.
+    fn is_there(&mut self) -> Result<bool, RequestError> {
+        match self.serial_number() {
+            Ok(_) => Ok(true),
+            Err(RequestError::NoAnswer { .. }) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Waits for the first response of the foot after a start.
+    pub(super) fn first_answer(&mut self) -> Result<(), RequestError> {
+        let clock = self.clock();
+        let end = clock.now() + START;
+        while !self.is_there()? {
+            if clock.now() > end {
+                return Err(self.no_answer(format!("it was reset {} s ago", START.as_secs())));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Polling interval for a start.
+const LOOK: Duration = Duration::from_millis(5);
+
+impl Client {
+    /// Returns the feet with these serial numbers (object 0x1018:4), in their order and each once, among the nodes of a
+    /// bus or the one foot of a serial line, which is `None`.
+    ///
+    /// # Errors
+    /// No foot has one of the numbers, or the line does not work.
+    pub fn with_serial_numbers(
+        &mut self,
+        feet: &[Option<NodeId>],
+        wanted: &[u32],
+    ) -> Result<Vec<Option<NodeId>>, RequestError> {
+        let mut heard = Vec::new();
+        for foot in feet {
+            if let Some(node) = foot {
+                self.follow(*node);
+            }
+            match self.serial_number() {
+                Ok(serial) => heard.push((serial, *foot)),
+                // It may be another one than those that are wanted.
+                Err(RequestError::NoAnswer { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        let mut found = Vec::new();
+        for number in wanted {
+            let foot = heard.iter().find(|(serial, _)| serial == number);
+            let (_, foot) = foot.ok_or_else(|| no_serial(*number, &heard))?;
+            if !found.contains(foot) {
+                found.push(*foot);
+            }
+        }
+        Ok(found)
+    }
+}
+
+fn no_serial(wanted: u32, heard: &[(u32, Option<NodeId>)]) -> RequestError {
+    let heard = heard.iter().map(|(serial, node)| match node {
+        Some(node) => format!("0x{serial:08X} (node {})", node.get()),
+        None => format!("0x{serial:08X}"),
+    });
+    let heard = match &heard.collect::<Vec<String>>()[..] {
+        [] => "none".to_owned(),
+        heard => heard.join(", "),
+    };
+    RequestError::NoSerial { wanted, heard }
+}
