@@ -9,7 +9,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use estimator_core::{
-    AttitudeFilter, ContactEstimator, DensityEstimator, Params, WindowLength, erf,
+    AttitudeFilter, ContactEstimator, DensityEstimator, Params, WindowLength, math,
 };
 
 /// Time for which the passes of a case are repeated.
@@ -83,7 +83,7 @@ fn main() {
         kde("kde/paper_4000", 4000),
         filter(),
         pipeline(),
-        error_function("erf/table", erf::erf),
+        error_function("erf/table", math::erf),
         error_function("erf/libm", libm::erff),
     ];
     let arguments: Vec<String> = std::env::args().collect();

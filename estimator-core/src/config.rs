@@ -1,13 +1,13 @@
 //! Conversion of parameters to the estimator's configuration: [`Params::validate`].
 
-use crate::adaptive::AdaptiveConfig;
 use crate::attitude::{AttitudeCoefficients, AttitudeFilter, GyroTiming};
-use crate::axis::PerAxis;
-use crate::kde::kernel::Kernel;
+use crate::kde::{DensityEstimator, KdeConfig, Kernel};
+use crate::math::rounded;
 use crate::parameter;
 use crate::params::{Gravity, Method, Params, WindowLength};
 use crate::phase::PhaseCoefficients;
 use crate::range::ParamsError;
+use crate::self_calibrating::SelfCalibratingConfig;
 use crate::velocity::VelocityCoefficients;
 
 impl Params {
@@ -23,16 +23,18 @@ impl Params {
         }
         Ok(Config {
             gravity: self.gravity,
-            period_us: u64::from(crate::root::rounded(1.0e6 / self.sample_rate)),
-            window_length: self.window_samples::<CAPACITY>()?,
+            period_us: u64::from(rounded(1.0e6 / self.sample_rate)),
             method: self.method,
-            adaptive: AdaptiveConfig::new(
+            kde: KdeConfig {
+                kernels: self.bandwidth.zip_with(self.half_width, Kernel::new),
+                window_length: self.window_samples::<CAPACITY>()?,
+            },
+            self_calibrating: SelfCalibratingConfig::new(
                 &self.constants,
                 self.learning,
                 self.learnt,
                 self.sample_rate,
             )?,
-            kernels: self.bandwidth.zip_with(self.half_width, Kernel::new),
             attitude: AttitudeCoefficients::new(&self.attitude, self.sample_rate),
             phase: PhaseCoefficients {
                 threshold: self.decision.threshold,
@@ -45,11 +47,12 @@ impl Params {
         })
     }
 
+    /// Length of the window in samples.
     fn window_samples<const CAPACITY: usize>(&self) -> Result<usize, ParamsError> {
         let samples = match self.window {
             WindowLength::Duration(seconds) => {
                 parameter::WINDOW.check(seconds)?;
-                crate::root::rounded(seconds * self.sample_rate)
+                rounded(seconds * self.sample_rate)
             }
             WindowLength::Samples(samples) => samples,
         };
@@ -67,10 +70,9 @@ impl Params {
 pub struct Config<const CAPACITY: usize> {
     pub(crate) gravity: Gravity,
     pub(crate) period_us: u64,
-    pub(crate) window_length: usize,
     pub(crate) method: Method,
-    pub(crate) adaptive: AdaptiveConfig,
-    pub(crate) kernels: PerAxis<Kernel>,
+    pub(crate) kde: KdeConfig,
+    pub(crate) self_calibrating: SelfCalibratingConfig,
     pub(crate) attitude: AttitudeCoefficients,
     pub(crate) phase: PhaseCoefficients,
     pub(crate) velocity: VelocityCoefficients,
@@ -80,26 +82,35 @@ impl<const CAPACITY: usize> Config<CAPACITY> {
     /// Length of the window in samples.
     #[must_use]
     pub const fn window_length(&self) -> usize {
-        self.window_length
+        self.kde.window_length
     }
 }
 
 impl AttitudeFilter {
-    /// A filter without samples.
+    /// An attitude filter alone, without samples.
     #[must_use]
     pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
         Self::with_coefficients(config.attitude)
     }
 }
 
+impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
+    /// A kernel density estimate alone, without samples: the half-widths, bandwidths and window of `config`.
+    #[must_use]
+    pub fn new(config: &Config<CAPACITY>) -> Self {
+        Self::with_config(&config.kde)
+    }
+}
+
+/// Microseconds of a duration in s.
 fn micros(seconds: f32) -> u64 {
-    u64::from(crate::root::rounded(seconds * 1.0e6))
+    u64::from(rounded(seconds * 1.0e6))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adaptive::Learnt;
+    use crate::learnt::Learnt;
 
     fn field_refused(change: impl FnOnce(&mut Params)) -> &'static str {
         let mut params = Params::DEFAULT;
@@ -114,14 +125,14 @@ mod tests {
     #[test]
     fn the_presets_are_valid() {
         for preset in [Params::DEFAULT, Params::PAPER, Params::PAPER_GO1] {
-            assert_eq!(preset.validate::<256>().map(|config| config.window_length), Ok(50));
+            assert_eq!(preset.validate::<256>().map(|config| config.window_length()), Ok(50));
         }
     }
 
     #[test]
     fn a_window_is_a_duration_times_the_sample_rate() {
         let params = Params { sample_rate: 200.0, ..Params::DEFAULT };
-        assert_eq!(params.validate::<256>().map(|c| c.window_length), Ok(10));
+        assert_eq!(params.validate::<256>().map(|c| c.window_length()), Ok(10));
     }
 
     #[test]

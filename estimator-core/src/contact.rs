@@ -1,20 +1,22 @@
 //! The pipeline: one sample in, one [`ContactEstimate`] out.
 
-use crate::adaptive::{Learnt, Up};
 use crate::attitude::{Alignment, AttitudeFilter};
 use crate::config::Config;
 use crate::flag::{Flag, Flags};
-use crate::kde::window::Filling;
-use crate::model::{Known, Model};
-use crate::params::Gravity;
+use crate::kde::{AnyRing, Density, Ring};
+use crate::learnt::Learnt;
+use crate::params::{Gravity, Method};
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
 use crate::probability::Probabilities;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
+use crate::self_calibrating::{SelfCalibrating, Up};
 use crate::vector::Quaternion;
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
 
-/// Estimate of the foot's contact after one sample. The frame of the foot is that of the samples,
-/// to which a [mounting](crate::mounting) has rotated them; without one it is the sensor's.
+/// Estimate of the foot's contact after one sample.
+///
+/// Vectors are in the frame of the samples: that of the foot if a [mounting](crate::mounting) has rotated them, otherwise that
+/// of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ContactEstimate {
@@ -46,6 +48,7 @@ pub struct ContactEstimate {
 #[derive(Clone, Debug)]
 pub struct ContactEstimator<const CAPACITY: usize> {
     gravity: Gravity,
+    /// Nominal time between samples, µs.
     period_us: u64,
     /// Least time between two samples with one missing between them, µs.
     gap_us: u64,
@@ -53,6 +56,7 @@ pub struct ContactEstimator<const CAPACITY: usize> {
     phase: PhaseTracker,
     velocity: VelocityCoefficients,
     velocity_sigma: VelocitySigma,
+    /// Time of the previous sample.
     previous: Option<Timestamp>,
     model: Model<CAPACITY>,
 }
@@ -60,7 +64,7 @@ pub struct ContactEstimator<const CAPACITY: usize> {
 /// Time between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Elapsed {
-    /// µs, at least 1.
+    /// Duration in µs, at least 1.
     Micros(u64),
     /// The clock stood still or was set back.
     Backwards,
@@ -143,30 +147,27 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         if missing > 0 {
             flags = flags.with(Flag::TimeGap);
         }
-        let before = match missing {
-            0 => None,
-            _ => self.model.account_for(missing),
-        };
+        let upper_limits = if missing > 0 { self.model.account_for(missing) } else { None };
 
-        let motion = self.motion(&ImuSample { validity, ..*sample });
-        let known = match (motion, validity) {
-            (Some((acceleration, rate)), Validity::Valid) => Known::Motion(acceleration, rate),
+        let measured = self.measured_motion(&ImuSample { validity, ..*sample });
+        let motion = match (measured, validity) {
+            (Some((acceleration, rate)), Validity::Valid) => Motion::Known(acceleration, rate),
             _ if self.alignment() == Alignment::Searching => {
                 flags = flags.with(Flag::AttitudeNotInitialised);
-                Known::NoAttitude
+                Motion::NoAttitude
             }
-            _ => Known::Nothing,
+            _ => Motion::Unreliable,
         };
         let (gravity, attitude) = (self.gravity, &self.attitude);
-        let mut probabilities = self.model.push(known, || match gravity {
+        let mut probabilities = self.model.push(motion, || match gravity {
             Gravity::Included => Up {
                 direction: attitude.orientation().up(),
                 correction: Some(attitude.newest_correction()),
             },
             Gravity::Removed => Up::Z,
         });
-        if let Some(before) = &before {
-            probabilities.limit(before);
+        if let Some(limits) = &upper_limits {
+            probabilities.limit(limits);
         }
         if !self.model.is_settled() {
             flags = flags.with(Flag::Settling);
@@ -174,12 +175,12 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         if self.model.is_unproven(self.phase.threshold()) {
             flags = flags.with(Flag::Unproven);
         }
-        if self.model.filling() == Filling::Partial {
+        if !self.model.is_full() {
             flags = flags.with(Flag::WindowNotFull);
         }
         let (decision, phase) =
             self.phase.update(sample.timestamp, probabilities.stable, flags, load);
-        let (linear_acceleration, angular_rate) = motion.unwrap_or_default();
+        let (linear_acceleration, angular_rate) = measured.unwrap_or_default();
         self.velocity_sigma = self.velocity.sigma(probabilities.stable, angular_rate.0, flags);
         ContactEstimate {
             timestamp: sample.timestamp,
@@ -208,8 +209,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
     }
 
-    /// Number of samples missing in between, to the nearest that jitter of up to three
-    /// quarters of a period allows.
+    /// Number of samples missing in between. Jitter of up to three quarters of a period is no missing sample.
     fn missing_samples(&self, elapsed: Elapsed) -> u64 {
         match elapsed {
             Elapsed::Micros(elapsed) if elapsed >= self.gap_us => {
@@ -223,13 +223,13 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
     }
 
-    /// Motion after gravity and bias are removed; `None` if it is unknown.
-    fn motion(&mut self, sample: &ImuSample) -> Option<(LinearAcceleration, AngularRate)> {
+    /// Motion after gravity and bias are removed, also of a saturated sample; `None` if it is unknown.
+    fn measured_motion(&mut self, sample: &ImuSample) -> Option<(LinearAcceleration, AngularRate)> {
         if self.gravity == Gravity::Included {
             self.attitude.update_checked(sample);
         }
-        let measured = matches!(sample.validity, Validity::Valid | Validity::Saturated(_));
-        if !measured || self.alignment() == Alignment::Searching {
+        let is_measured = matches!(sample.validity, Validity::Valid | Validity::Saturated(_));
+        if !is_measured || self.alignment() == Alignment::Searching {
             return None;
         }
         let force = sample.specific_force.0;
@@ -243,6 +243,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         })
     }
 
+    /// Returns whether up is known; it need not be once gravity is removed.
     fn alignment(&self) -> Alignment {
         match self.gravity {
             Gravity::Removed => Alignment::Aligned,
@@ -251,11 +252,129 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     }
 }
 
+/// The model of stillness that a [`Method`] selects, with room for `CAPACITY` samples in a window of half-widths.
+#[derive(Clone, Debug)]
+// The model stays in the estimator, which has room for the larger one.
+#[allow(clippy::large_enum_variant)]
+enum Model<const CAPACITY: usize> {
+    /// [`Method::SelfCalibrating`].
+    SelfCalibrating(SelfCalibrating),
+    /// [`Method::HalfWidths`], and the learnt state of the parameters: the method does not change it.
+    HalfWidths(Density<Ring<CAPACITY>>, Learnt),
+}
+
+/// Motion of a sample, as far as it is known.
+#[derive(Clone, Copy)]
+enum Motion {
+    /// The motion, without gravity and bias.
+    Known(LinearAcceleration, AngularRate),
+    /// The motion is unknown, since up is.
+    NoAttitude,
+    /// The motion is unknown, since the sample is unreliable.
+    Unreliable,
+}
+
+impl<const CAPACITY: usize> Model<CAPACITY> {
+    fn new(config: &Config<CAPACITY>) -> Self {
+        let model = SelfCalibrating::new(&config.self_calibrating);
+        match config.method {
+            Method::SelfCalibrating => Self::SelfCalibrating(model),
+            Method::HalfWidths => Self::HalfWidths(Density::new(&config.kde), model.learnt()),
+        }
+    }
+
+    /// Processes the motion of one sample.
+    #[inline]
+    fn push(&mut self, motion: Motion, up: impl FnOnce() -> Up) -> Probabilities {
+        match self {
+            Self::SelfCalibrating(model) => match motion {
+                Motion::Known(acceleration, rate) => model.push(acceleration, rate, up()),
+                Motion::Unreliable | Motion::NoAttitude => model.push_doubt(),
+            },
+            Self::HalfWidths(density, _) => {
+                let density: &mut Density<AnyRing> = density;
+                match motion {
+                    Motion::Known(acceleration, rate) => density.push(acceleration, rate),
+                    Motion::Unreliable => density.push_doubt(),
+                    // The remainder of gravity would count as motion.
+                    Motion::NoAttitude => {
+                        density.clear();
+                        Probabilities::default()
+                    }
+                }
+            }
+        }
+    }
+
+    /// Accounts for missing samples, and returns upper limits for the probabilities of the next sample; `None` if there are no
+    /// limits.
+    ///
+    /// With the self-calibrating method a short gap has no other effect than these limits, the probabilities before it. A longer
+    /// gap counts like unreliable samples, at most a few windows of them; the limits are the probabilities after them.
+    #[inline(never)]
+    fn account_for(&mut self, missing: u64) -> Option<Probabilities> {
+        match self {
+            Self::SelfCalibrating(model) => Some(model.account_for(missing)),
+            Self::HalfWidths(density, _) => {
+                let density: &mut Density<AnyRing> = density;
+                if missing + 1 >= density.window_length() as u64 {
+                    // No sample in the window is recent.
+                    density.clear();
+                } else {
+                    for _ in 0..missing {
+                        density.push_doubt();
+                    }
+                }
+                None
+            }
+        }
+    }
+
+    /// Returns whether the means cover a whole window.
+    #[inline]
+    const fn is_full(&self) -> bool {
+        match self {
+            Self::SelfCalibrating(model) => model.is_full(),
+            Self::HalfWidths(density, _) => {
+                let density: &Density<AnyRing> = density;
+                density.is_full()
+            }
+        }
+    }
+
+    /// Returns whether the limits of stillness are those of this foot, and not those for any foot.
+    #[inline]
+    fn is_settled(&self) -> bool {
+        match self {
+            Self::SelfCalibrating(model) => model.is_settled(),
+            Self::HalfWidths(..) => true,
+        }
+    }
+
+    /// Returns whether the lack of evidence alone keeps the probability at or below a threshold.
+    #[inline]
+    fn is_unproven(&self, threshold: f32) -> bool {
+        match self {
+            Self::SelfCalibrating(model) => model.is_unproven(threshold),
+            Self::HalfWidths(..) => false,
+        }
+    }
+
+    /// State learnt so far.
+    #[inline]
+    fn learnt(&self) -> Learnt {
+        match self {
+            Self::SelfCalibrating(model) => model.learnt(),
+            Self::HalfWidths(_, learnt) => *learnt,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adaptive::Constants;
-    use crate::params::{Method, Params};
+    use crate::constants::Constants;
+    use crate::params::Params;
     use crate::sample::{Saturation, SpecificForce};
     use crate::units::STANDARD_GRAVITY;
     use crate::vector::Vec3;
@@ -497,10 +616,7 @@ mod tests {
                 let mut estimator = estimator(&params);
                 estimator.update(&at_rest(first), None);
                 let flags = estimator.update(&at_rest(second), None).flags;
-                let expected = match second > first {
-                    true => Flag::TimeGap,
-                    false => Flag::InvalidSample,
-                };
+                let expected = if second > first { Flag::TimeGap } else { Flag::InvalidSample };
                 assert!(flags.contains(expected), "{first}, {second}: {flags:?}");
             }
         }

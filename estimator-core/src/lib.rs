@@ -1,20 +1,28 @@
 //! Stable-contact probability of a robot's foot, from the IMU on it alone.
 //!
-//! The path of a sample, one module a step:
+//! A reader follows [`ContactEstimator::update`] through these modules, in this order:
 //!
 //! | step | module |
 //! |---|---|
-//! | parameters, their ranges, and the derived configuration | [`params`], [`parameter`], [`config`] |
 //! | six numbers in SI units, with their time and quality | [`sample`] |
-//! | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's | [`correction`], [`mounting`] |
-//! | orientation, for the removal of gravity, and gyro bias | [`attitude`] |
-//! | probability of stillness, with limits learnt from the foot | [`adaptive`], with [`erf`](mod@erf) and [`logarithm`] |
+//! | the whole estimator behind one `update`: time, gravity, stillness, decision | [`contact`] |
+//! | orientation, for the removal of gravity | [`attitude`] |
+//! | rest detection: how still the IMU is, for the three steps that ask | [`rest`] |
+//! | gyroscope bias, learnt at rest | `gyro_bias` |
+//! | probability of stillness, with limits learnt from the foot | [`self_calibrating`] |
 //! | or, with configured half-widths, the paper's | [`kde`] |
-//! | probability per axis, tangential, vertical and in total | [`probability`] |
-//! | standard deviation of a zero-velocity measurement | [`velocity`] |
 //! | debounced decision, and the phase if the load is known | [`phase`] |
-//! | one of the two models of stillness, by the configured method | `model` |
-//! | the whole estimator behind one `update` | [`contact`] |
+//! | standard deviation of a zero-velocity measurement | [`velocity`] |
+//!
+//! These modules serve them:
+//!
+//! | module | content |
+//! |---|---|
+//! | [`correction`], [`mounting`] | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's |
+//! | [`params`], [`parameter`], [`config`] | parameters, their ranges, and the derived configuration |
+//! | [`constants`], [`learnt`] | constants of the self-calibrating estimate, and its state to be stored |
+//! | [`probability`], [`flag`] | results: probability per axis, tangential, vertical and in total; reasons to doubt them |
+//! | [`math`], [`vector`] | functions, vectors and quaternions with the same bits on every machine |
 //!
 //! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
 //! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023
@@ -54,46 +62,46 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod adaptive;
 pub mod attitude;
 pub mod axis;
 pub mod config;
+pub mod constants;
 pub mod contact;
 pub mod correction;
-pub mod erf;
 pub mod flag;
+mod gyro_bias;
 pub mod kde;
-pub mod logarithm;
-mod model;
+pub mod learnt;
+pub mod math;
 pub mod mounting;
-mod order;
 pub mod parameter;
 pub mod params;
 pub mod phase;
 pub mod probability;
 pub mod range;
-pub mod root;
+pub mod rest;
 pub mod sample;
-mod step;
+pub mod self_calibrating;
 pub mod units;
 pub mod vector;
 pub mod velocity;
 
-pub use adaptive::{Constants, Learning, Learnt};
-pub use attitude::rest::RestParams;
 pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
 pub use axis::{Axis, PerAxis};
 pub use config::Config;
+pub use constants::Constants;
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use correction::AccelerometerCorrection;
 pub use flag::{Flag, Flags};
-pub use kde::density::DensityEstimator;
+pub use kde::DensityEstimator;
+pub use learnt::{Learning, Learnt};
 pub use mounting::{Mounting, MountingError, MountingParams, SensorAxis};
 pub use parameter::Parameter;
 pub use params::{DecisionParams, Gravity, LoadParams, Method, Params, WindowLength};
 pub use phase::{Decision, Load, Phase};
 pub use probability::Probabilities;
 pub use range::{ParamsError, Row};
+pub use rest::RestParams;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
 };

@@ -5,8 +5,8 @@
 //! have their rows in [`Learnt::ROWS`]; the constants of self-calibration cannot be set and are
 //! checked by the compiler.
 
-use crate::adaptive::Learnt;
 use crate::attitude::GyroTiming;
+use crate::learnt::Learnt;
 use crate::params::{Params, WindowLength};
 use crate::range::{ParamsError, in_range, name, ranges};
 use crate::units::Unit;

@@ -3,9 +3,10 @@
 //! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`](crate::Config)
 //! from which an estimator is made, or reports the invalid field and its range.
 
-use crate::adaptive::{Constants, Learning, Learnt};
 use crate::attitude::AttitudeParams;
 use crate::axis::PerAxis;
+use crate::constants::Constants;
+use crate::learnt::{Learning, Learnt};
 use crate::units::DEGREE;
 use crate::velocity::VelocityParams;
 
@@ -25,11 +26,11 @@ pub enum Gravity {
 /// Source of the limits of stillness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The foot learns them while it walks: see [`adaptive`](crate::adaptive).
+    /// The foot learns them while it walks: see [`self_calibrating`](crate::self_calibrating).
     #[default]
     SelfCalibrating,
-    /// Configured half-widths per axis, between which a density is integrated over a window: the paper's
-    /// method, see [`probability`](crate::probability).
+    /// Configured half-widths per axis, between which a density is integrated over a window: the paper's method, see
+    /// [`kde`](crate::kde).
     HalfWidths,
 }
 

@@ -1,7 +1,7 @@
 //! Probabilities of stable contact, by axis, by direction and in total.
 
 use crate::axis::PerAxis;
-use crate::order::Order;
+use crate::math::Order;
 
 /// Probability that the foot is in stable contact, in total and by direction. Every value is
 /// a number in [0, 1].

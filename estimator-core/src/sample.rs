@@ -50,6 +50,25 @@ impl Timestamp {
     }
 }
 
+/// Time between consecutive samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Step {
+    /// Seconds; after an interruption, one period.
+    pub(crate) seconds: f32,
+    pub(crate) continuity: Continuity,
+}
+
+/// Whether motion can be integrated between two consecutive samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Continuity {
+    /// The samples are close enough to integrate between them.
+    Continuous,
+    /// They are too far apart for more than a guess of the integral.
+    Gap,
+    /// They are too far apart for any assumption about the motion in between.
+    Interrupted,
+}
+
 /// Quality of a sample as reported by its source.
 ///
 /// Any value except [`Validity::Valid`] counts as "not stable": doubt never turns into contact.

@@ -5,6 +5,8 @@
 
 use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
+use crate::math::sqrt;
+
 /// Three components along the axes of some frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -49,17 +51,21 @@ impl Vec3 {
     #[inline]
     #[must_use]
     pub fn length(self) -> f32 {
-        crate::root::sqrt(self.dot(self))
+        sqrt(self.dot(self))
     }
 
     /// The vector, shortened to a length of `most`.
     #[must_use]
     pub fn clipped(self, most: f32) -> Self {
         let square = self.dot(self);
-        match square > most * most {
-            true => self * (most / crate::root::sqrt(square)),
-            false => self,
-        }
+        if square > most * most { self * (most / sqrt(square)) } else { self }
+    }
+
+    /// The vector after a rotation by the small rotation vector `rotation`, rad, to first order.
+    #[inline]
+    #[must_use]
+    pub(crate) fn turned(self, rotation: Self) -> Self {
+        self + rotation.cross(self)
     }
 
     /// Returns whether every component is a number of magnitude at most `limit`.
@@ -149,7 +155,7 @@ impl Quaternion {
         // 1 + z, without the cancellation near upside down.
         let one_plus_z = if unit.z >= 0.0 { 1.0 + unit.z } else { horizontal2 / (1.0 - unit.z) };
         // Half-angle formula for the rotation from `unit` to +z.
-        let twice_w = crate::root::sqrt(2.0 * one_plus_z);
+        let twice_w = sqrt(2.0 * one_plus_z);
         if twice_w > 1.0e-6 {
             let inverse = 1.0 / twice_w;
             Some(
@@ -227,7 +233,7 @@ impl Quaternion {
     /// Restores unit length from any length; the identity if the length is unusable.
     #[must_use]
     pub fn normalised(self) -> Self {
-        let length = crate::root::sqrt(self.norm_squared());
+        let length = sqrt(self.norm_squared());
         if length > f32::MIN_POSITIVE && length <= f32::MAX {
             self.scaled(1.0 / length)
         } else {

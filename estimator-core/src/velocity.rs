@@ -10,8 +10,7 @@
 //! the covariance σ² I. `docs/evaluation.md` compares it with zero-velocity detectors.
 
 use crate::flag::Flags;
-use crate::order::Order;
-use crate::root::sqrt;
+use crate::math::{Order, sqrt};
 use crate::vector::Vec3;
 
 /// Parameters of the standard deviation of the zero-velocity measurement.

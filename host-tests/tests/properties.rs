@@ -1,6 +1,6 @@
 //! Properties of the estimator for arbitrary input.
 
-use estimator_core::adaptive::{AMPLITUDE, SPEED};
+use estimator_core::learnt::{AMPLITUDE, SPEED};
 use estimator_core::parameter::Row;
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Decision, DensityEstimator, Gravity,

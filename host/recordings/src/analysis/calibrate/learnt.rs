@@ -7,7 +7,7 @@ use std::fmt;
 
 use crate::replay::replay_observed;
 use crate::samples::recording::Recording;
-use estimator_core::adaptive::SETTLED_AFTER;
+use estimator_core::learnt::SETTLED_AFTER;
 use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError};
 use serde::Serialize;
 use wire::dictionary::index;

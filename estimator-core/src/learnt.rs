@@ -1,13 +1,22 @@
-//! State learnt from a foot, as it is stored, sent and restored: a warm start.
+//! State learnt from a foot, as it is stored, sent and restored for a warm start.
 
-use super::classes::Classes;
-use super::constants::Constants;
-use crate::logarithm::exp;
+use crate::constants::Constants;
+use crate::math::{Order, exp, ln};
 use crate::range::{ParamsError, Row, in_range, name};
 use crate::units::Unit;
 
-/// Duration of each class from which the learnt state counts as settled, s: two to three steps. At a start it counts for
-/// as much, so that a few steps outweigh it.
+/// Whether the learnt state follows the foot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Learning {
+    /// The foot keeps learning.
+    #[default]
+    On,
+    /// The state stays as it was at the start.
+    Frozen,
+}
+
+/// Duration of each class from which the learnt state counts as settled, s: two to three steps. A restored state counts for
+/// at most as much, so that a few steps outweigh it.
 pub const SETTLED_AFTER: f32 = 0.5;
 
 /// Range of the logarithms of amplitudes in [`Learnt`]: 0.01 to 400 m/s².
@@ -19,7 +28,10 @@ pub const SPEED: (f32, f32) = (-11.5, 0.0);
 /// Largest number of seconds of a class in [`Learnt`].
 pub const MOST_SECONDS: f32 = 1.0e3;
 
-/// Learnt state of a foot, and the amount of observation behind it. It can be stored and restored: a warm start.
+/// Least distance between the logarithms of the two classes. If the classes coincided, nothing would be still.
+pub(crate) const LEAST_DISTANCE: f32 = 0.3;
+
+/// Learnt state of a foot, and the amount of observation behind it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Learnt {
@@ -29,9 +41,9 @@ pub struct Learnt {
     pub moving: f32,
     /// Logarithm of the speed that accelerations along the ground add up to in stances, ln(m/s).
     pub speed: f32,
-    /// Observed stillness, s.
+    /// Duration of observed stillness, s.
     pub still_seconds: f32,
-    /// Observed motion, s.
+    /// Duration of observed motion, s.
     pub moving_seconds: f32,
 }
 
@@ -59,10 +71,35 @@ impl Learnt {
         self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
     }
 
+    /// State before any observation.
+    pub(crate) fn unobserved(constants: &Constants) -> Self {
+        Self {
+            still: ln(constants.still),
+            moving: ln(constants.moving),
+            speed: ln(constants.slide_speed),
+            still_seconds: 0.0,
+            moving_seconds: 0.0,
+        }
+    }
+
+    /// The state that an estimator starts from: no amplitude below the noise, classes that differ, and no more weight than a
+    /// few steps have.
+    pub(crate) fn at_start(self, constants: &Constants) -> Self {
+        let still = self.still.greater(ln(constants.noise));
+        Self {
+            still,
+            moving: self.moving.greater(still + LEAST_DISTANCE),
+            speed: self.speed,
+            still_seconds: self.still_seconds.lesser(SETTLED_AFTER),
+            moving_seconds: self.moving_seconds.lesser(SETTLED_AFTER),
+        }
+    }
+
     /// Upper end of stillness, m/s², with these constants.
     #[must_use]
     pub fn edge(&self, constants: &Constants) -> f32 {
-        exp(Classes::new(constants, Some(self)).edge(constants))
+        let Self { still, moving, .. } = self.at_start(constants);
+        exp(constants.edge(still, moving))
     }
 
     /// The rows of the table of limits, in the order of [`Self::to_array`].
@@ -118,9 +155,8 @@ impl Learnt {
         in_range(moving.name, self.moving, self.still, moving.most)
     }
 
-    /// The state within the ranges in which it can be stored.
-    pub(super) fn limited(self) -> Self {
-        use crate::order::Order;
+    /// The state, limited to the ranges in which it can be stored.
+    pub(crate) fn limited(self) -> Self {
         let mut numbers = self.to_array();
         for (number, row) in numbers.iter_mut().zip(Self::ROWS) {
             *number = number.greater(row.least).lesser(row.most);
@@ -134,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn motion_below_its_stillness_is_rejected_by_name() {
+    fn motion_below_stillness_is_rejected_by_name() {
         for (moving, refused) in [(1.9, true), (2.1, false)] {
             let learnt = Learnt { still: 2.0, moving, ..Learnt::default() };
             let field = match learnt.validate() {

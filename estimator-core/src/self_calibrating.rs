@@ -1,0 +1,787 @@
+//! The self-calibrating estimate: the paper's kernel mass on a logarithmic scale, with limits that are learnt from the foot.
+//!
+//! The amplitude of the acceleration distinguishes a standing foot from a moving one. The estimate judges its logarithm,
+//! since robots differ by factors, and since a landing is one large sample among small ones:
+//!
+//! ```text
+//! u = ½ ln(|a|² + noise²)                    a: acceleration without gravity
+//! m = Φ((edge − u)/h)                        the kernel's mass below the edge, in closed form
+//! M ← M + (m − M)·(1 − exp(−dt/τ))           mean over the last τ
+//! P = M · S · E                              probability of stable contact
+//! ```
+//!
+//! | factor | question | type |
+//! |---|---|---|
+//! | M | Does the foot move as little as in its stances? The edge lies between its stances and its swings. | `Classes` |
+//! | S | Does it not slide? Accelerations along the ground that all point one way add up to a speed. | `Slide` |
+//! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, [`BriefRest`] |
+//!
+//! The same edge judges parts of the motion: across up (tangential), along up (vertical), and along each axis alone. The
+//! amplitude of a part is at most that of the whole, so its probability is at least that of the whole. Turns are not judged.
+//!
+//! `docs/method.md` has all equations, `docs/choosing.md` the reasons, `docs/design/estimate.md` the alternatives.
+
+use crate::axis::PerAxis;
+use crate::constants::Constants;
+use crate::learnt::{LEAST_DISTANCE, Learning, Learnt};
+use crate::math::{Order, erf, exp, ln, rounded};
+use crate::probability::Probabilities;
+use crate::range::ParamsError;
+use crate::rest::BriefRest;
+use crate::sample::{AngularRate, LinearAcceleration};
+use crate::units::STANDARD_GRAVITY;
+use crate::vector::Vec3;
+
+/// Least time constant of the mean mass, samples. With less, as at 50 Hz, the mean would be the newest sample.
+const LEAST_WINDOW: f32 = 2.0;
+
+/// Largest gap that counts, in windows of doubt: less than 5 % is left of any probability.
+const GAP_WINDOWS: u32 = 3;
+
+/// Probability above which the foot is more probably still than not.
+const STILL: f32 = 0.5;
+
+/// Factor of the probability without evidence: the foot may stand or hang.
+const UNPROVEN: f32 = 0.5;
+
+/// Number of masses: of the whole motion, across up, along up, and along the three axes.
+const PARTS: usize = 6;
+
+/// Checked inputs of a self-calibrating estimate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SelfCalibratingConfig {
+    constants: Constants,
+    learning: Learning,
+    learnt: Option<Learnt>,
+    sample_rate: f32,
+}
+
+impl SelfCalibratingConfig {
+    /// Checks the learnt state.
+    pub fn new(
+        constants: &Constants,
+        learning: Learning,
+        learnt: Option<Learnt>,
+        sample_rate: f32,
+    ) -> Result<Self, ParamsError> {
+        if let Some(learnt) = &learnt {
+            learnt.validate()?;
+        }
+        Ok(Self { constants: *constants, learning, learnt, sample_rate })
+    }
+}
+
+/// Up, and whether it is estimated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Up {
+    /// Unit vector, frame of the foot.
+    pub direction: Vec3,
+    /// Angle by which the newest sample corrected it, rad; `None` if up is known.
+    pub correction: Option<f32>,
+}
+
+impl Up {
+    /// z, known.
+    pub const Z: Self = Self { direction: Vec3::new(0.0, 0.0, 1.0), correction: None };
+}
+
+/// The self-calibrating estimate and its learnt state.
+#[derive(Clone, Debug)]
+pub(crate) struct SelfCalibrating {
+    constants: Constants,
+    learning: Learning,
+    /// Time between samples, s.
+    period: f32,
+    /// Share of the newest mass in its mean.
+    newest: f32,
+    /// 1/(h√2) for the kernel's bandwidth h.
+    inverse_scale: f32,
+    /// Length of a window, samples.
+    window: u32,
+    /// Samples so far, up to a window.
+    filled: u32,
+    classes: Classes,
+    slide: Slide,
+    evidence: Evidence,
+    /// Samples missing before the next one, in a gap that is bridged.
+    bridged: f32,
+    /// Mean mass of each part.
+    masses: [f32; PARTS],
+    /// Whether the foot is in a stance: the mean mass of the whole motion exceeds [`STILL`].
+    in_stance: bool,
+    /// Duration of this stance or swing so far, s, up to two of the shortest stances.
+    phase_seconds: f32,
+    /// Whether the foot was in a stance since the last landing.
+    stood: bool,
+    probabilities: Probabilities,
+}
+
+impl SelfCalibrating {
+    pub fn new(config: &SelfCalibratingConfig) -> Self {
+        let &SelfCalibratingConfig { constants, learning, learnt, sample_rate } = config;
+        let period = 1.0 / sample_rate;
+        let newest = 1.0 - exp(-1.0 / (constants.window * sample_rate).greater(LEAST_WINDOW));
+        let learnt = learnt.unwrap_or_else(|| Learnt::unobserved(&constants)).at_start(&constants);
+        Self {
+            constants,
+            learning,
+            period,
+            newest,
+            inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / constants.bandwidth,
+            window: rounded(constants.window * sample_rate).max(1),
+            filled: 0,
+            classes: Classes::new(&constants, &learnt),
+            slide: Slide::new(&constants, period, &learnt),
+            evidence: Evidence::new(&constants, period),
+            bridged: 0.0,
+            masses: [0.0; PARTS],
+            in_stance: true,
+            phase_seconds: 0.0,
+            stood: true,
+            probabilities: Probabilities::default(),
+        }
+    }
+
+    /// State learnt from the foot, in the ranges in which it can be stored.
+    pub fn learnt(&self) -> Learnt {
+        self.classes.learnt(self.slide.usual).limited()
+    }
+
+    /// Returns whether enough steps were observed.
+    pub fn is_settled(&self) -> bool {
+        self.classes.learnt(self.slide.usual).is_settled()
+    }
+
+    /// Returns whether the lack of evidence alone keeps the probability at or below a threshold.
+    pub fn is_unproven(&self, threshold: f32) -> bool {
+        !self.evidence.is_given && self.probabilities.stable > threshold * self.evidence.factor
+    }
+
+    /// Returns whether the means cover a whole window.
+    pub const fn is_full(&self) -> bool {
+        self.filled >= self.window
+    }
+
+    /// Processes one sample's motion, with gravity and bias removed.
+    pub fn push(
+        &mut self,
+        acceleration: LinearAcceleration,
+        rate: AngularRate,
+        up: Up,
+    ) -> Probabilities {
+        let (a, turn) = (acceleration.0, rate.0.length());
+        let square = a.dot(a);
+        let Up { direction, correction } = up;
+        let upright = a.dot(direction);
+
+        let edge = self.classes.edge(&self.constants);
+        // Until the window has passed, the means cover the samples so far.
+        let newest = if self.filled < self.window {
+            self.filled += 1;
+            self.newest.greater(1.0 / self.filled as f32)
+        } else {
+            self.newest
+        };
+        // Rounding may leave a slightly negative square, which the noise covers.
+        let parts = [
+            square,
+            square - upright * upright,
+            upright * upright,
+            a.x * a.x,
+            a.y * a.y,
+            a.z * a.z,
+        ];
+        let logarithms = parts.map(|part| self.amplitude(part));
+        for (mean, u) in self.masses.iter_mut().zip(logarithms) {
+            *mean += (mass(edge, u, self.inverse_scale) - *mean) * newest;
+        }
+        let [logarithm, ..] = logarithms;
+
+        let [whole, ..] = self.masses;
+        let moving = self.classes.moving;
+        // An estimated up may be wrong by a tilt that leaves an acceleration as large as the noise.
+        let tilt = if correction.is_some() { self.constants.noise } else { 0.0 };
+        let level = a - direction * upright;
+        let no_slide = self.slide.push(&self.constants, level, turn, moving, tilt);
+        let still = whole * no_slide;
+        let samples = 1.0 + core::mem::take(&mut self.bridged);
+        self.evidence.push(
+            &self.constants,
+            &Reading {
+                acceleration: a,
+                logarithm,
+                rate: rate.0,
+                correction: correction.unwrap_or(0.0),
+                still,
+                samples,
+                seconds: self.period * samples,
+                share: (self.newest * samples).lesser(1.0),
+            },
+        );
+        self.probabilities = self.combine(no_slide);
+        self.learn(logarithm, whole);
+        self.probabilities
+    }
+
+    /// Combines the masses, the slide and the evidence. Turns are not judged: the probability about an axis is that of the
+    /// evidence.
+    fn combine(&self, no_slide: f32) -> Probabilities {
+        let evidence = self.evidence.factor;
+        let [whole, tangential, vertical, x, y, z] = self.masses;
+        let stable = whole * no_slide * evidence;
+        // The means of parts may round below that of the whole.
+        Probabilities {
+            axes: PerAxis::from_array(
+                [x, y, z, 1.0, 1.0, 1.0].map(|p| (p * evidence).greater(stable)),
+            ),
+            tangential: (tangential * no_slide * evidence).greater(stable),
+            vertical: (vertical * evidence).greater(stable),
+            stable,
+        }
+    }
+
+    /// Learns from a sample with this logarithm of its amplitude and the mean mass `whole`.
+    fn learn(&mut self, logarithm: f32, whole: f32) {
+        let in_stance = whole > STILL;
+        self.phase_seconds = if in_stance == self.in_stance {
+            (self.phase_seconds + self.period).lesser(2.0 * self.constants.stance)
+        } else {
+            0.0
+        };
+        self.in_stance = in_stance;
+        let walks = self.evidence.walks(&self.constants);
+        let may_learn = walks || self.evidence.is_given;
+        if self.learning == Learning::Frozen || !may_learn {
+            return;
+        }
+        self.stood |= in_stance;
+        if self.evidence.has_just_landed {
+            // Limits with which no stance follows a landing belong to another gait or robot.
+            if !self.stood {
+                self.classes.doubt(&self.constants);
+                self.slide.doubt(&self.constants);
+            }
+            self.stood = false;
+        }
+        // A long stance does not teach the classes beyond its beginning: a foot that stands for a minute would forget its
+        // motion, and take its own quiet for that of all stances. There are two exceptions. After a landing more of the stance
+        // counts, so that limits of another robot are forgotten. And a foot that rests from time to time but does not land may
+        // walk so slowly that its swings pass for stances. If it only turns, it may stand.
+        let is_swing_or_begins = !in_stance || self.phase_seconds < self.constants.stance;
+        let walks_slowly = !walks && self.evidence.is_accelerated(&self.constants);
+        if is_swing_or_begins || walks_slowly || self.evidence.fell_within(self.constants.lesson) {
+            self.classes.learn(&self.constants, logarithm, self.period);
+        }
+        if is_swing_or_begins && walks {
+            // Slides teach the usual speed as stances do. Otherwise a foot whose stances all count as slides could never
+            // correct it.
+            self.slide.learn(&self.constants, whole * self.period);
+        }
+    }
+
+    /// Processes a sample that is unreliable, at the end of the sensor's range, or without a known up. It counts as a sample in
+    /// motion, and is not learnt from.
+    pub fn push_doubt(&mut self) -> Probabilities {
+        self.fade(self.newest);
+        let samples = 1.0 + core::mem::take(&mut self.bridged);
+        self.evidence.pass(self.period * samples);
+        self.probabilities
+    }
+
+    /// Accounts for missing samples, and returns the probabilities after them. A gap of up to half a window is bridged: it takes
+    /// nothing from the probabilities.
+    pub fn account_for(&mut self, missing: u64) -> Probabilities {
+        if missing > u64::from(self.window / 2).max(1) {
+            for _ in 0..missing.min((GAP_WINDOWS * self.window).into()) {
+                self.fade(self.newest);
+            }
+            self.evidence.pass(missing as f32 * self.period);
+        } else {
+            self.bridged = missing as f32;
+        }
+        self.probabilities
+    }
+
+    /// Takes a share of all probabilities away.
+    fn fade(&mut self, share: f32) {
+        let rest = 1.0 - share;
+        self.masses = self.masses.map(|mass| mass * rest);
+        self.probabilities = self.probabilities.scaled(rest);
+    }
+
+    /// Logarithm of an amplitude given as its square.
+    fn amplitude(&self, square: f32) -> f32 {
+        0.5 * ln(square + self.constants.noise * self.constants.noise)
+    }
+}
+
+/// Returns the kernel's mass below the edge at the logarithm of an amplitude, for 1/(h√2) of its bandwidth h.
+fn mass(edge: f32, u: f32, inverse_scale: f32) -> f32 {
+    0.5 + 0.5 * erf((edge - u) * inverse_scale)
+}
+
+/// The two classes of one foot, stillness and motion, and the amplitudes that they were learnt from.
+///
+/// The amplitudes of stances and swings differ from robot to robot by a factor of a hundred. While the foot walks, the time at
+/// each logarithm u is counted, and what is older than the memory is forgotten. The counts are split where the two parts lie
+/// farthest apart for their seconds (Otsu, 1979), whatever the parts were before:
+///
+/// ```text
+/// s(k)  seconds at lowest + k·step, each u shared between the two nearest k
+/// split = the k with the largest w₀ w₁ (moving − still)²    still, moving: means below and above; w₀, w₁: seconds
+/// edge  = still + part · (moving − still)
+/// ```
+#[derive(Clone, Copy, Debug)]
+struct Classes {
+    /// Logarithm of the first count.
+    lowest: f32,
+    /// Seconds at each logarithm.
+    counts: [f32; Self::COUNTS],
+    /// Sum of the counts, s.
+    seconds: f32,
+    /// Sum of the counts, each times its place, s.
+    moment: f32,
+    /// Mean logarithm of the amplitude in stillness, of m/s².
+    still: f32,
+    /// Mean logarithm of the amplitude in motion.
+    moving: f32,
+    /// Time for which stillness was observed, s, up to the memory.
+    still_seconds: f32,
+    /// Time for which motion was observed, s.
+    moving_seconds: f32,
+}
+
+impl Classes {
+    /// Number of logarithms that are counted. With [`Self::STEP`] they reach from the noise to 220 times the noise.
+    const COUNTS: usize = 13;
+
+    /// Distance of the logarithms that are counted: amplitudes that differ by a factor of 1.6.
+    const STEP: f32 = 0.45;
+
+    /// Share of the counts that is kept when they exceed the memory. At 1 kHz that happens at one sample in a hundred, which is
+    /// not counted, so that no sample takes longer than the others.
+    const KEPT: f32 = 15.0 / 16.0;
+
+    /// Least product of the seconds of two parts, s². A smaller one is a rounding error.
+    const LEAST_PRODUCT: f32 = 1.0e-5;
+
+    /// The classes of a state from [`Learnt::at_start`].
+    fn new(constants: &Constants, learnt: &Learnt) -> Self {
+        let mut classes = Self {
+            lowest: ln(constants.noise),
+            counts: [0.0; Self::COUNTS],
+            seconds: 0.0,
+            moment: 0.0,
+            still: learnt.still,
+            moving: learnt.moving,
+            still_seconds: learnt.still_seconds,
+            moving_seconds: learnt.moving_seconds,
+        };
+        classes.count(classes.still, classes.still_seconds + constants.prior);
+        classes.count(classes.moving, classes.moving_seconds + constants.prior);
+        classes
+    }
+
+    /// The classes, with the usual speed of the slide, as they are stored.
+    const fn learnt(&self, speed: f32) -> Learnt {
+        Learnt {
+            still: self.still,
+            moving: self.moving,
+            speed,
+            still_seconds: self.still_seconds,
+            moving_seconds: self.moving_seconds,
+        }
+    }
+
+    /// Upper end of stillness.
+    fn edge(&self, constants: &Constants) -> f32 {
+        constants.edge(self.still, self.moving)
+    }
+
+    /// Learns from the logarithm of an amplitude that lasted for some seconds.
+    fn learn(&mut self, constants: &Constants, u: f32, seconds: f32) {
+        let observed = if u < self.edge(constants) {
+            &mut self.still_seconds
+        } else {
+            &mut self.moving_seconds
+        };
+        *observed = (*observed + seconds).lesser(constants.memory);
+        if self.seconds > constants.memory {
+            self.forget(Self::KEPT);
+        } else {
+            self.count(u, seconds);
+            self.split();
+        }
+    }
+
+    /// Lets the learnt state count as no more than one stance and one swing.
+    fn doubt(&mut self, constants: &Constants) {
+        self.still_seconds = self.still_seconds.lesser(constants.stance);
+        self.moving_seconds = self.moving_seconds.lesser(constants.stance);
+        let most = 2.0 * constants.stance;
+        if self.seconds > most {
+            self.forget(most / self.seconds);
+        }
+    }
+
+    /// Reduces all counts to a share.
+    fn forget(&mut self, left: f32) {
+        for count in &mut self.counts {
+            *count *= left;
+        }
+        self.seconds *= left;
+        self.moment *= left;
+    }
+
+    /// Counts seconds at a logarithm.
+    fn count(&mut self, u: f32, seconds: f32) {
+        const LAST: f32 = (Classes::COUNTS - 1) as f32;
+        let place = ((u - self.lowest) * (1.0 / Self::STEP)).greater(0.0).lesser(LAST);
+        let before = place as usize;
+        let share = place - before as f32;
+        if let Some(count) = self.counts.get_mut(before) {
+            *count += seconds * (1.0 - share);
+        }
+        if let Some(count) = self.counts.get_mut(before + 1) {
+            *count += seconds * share;
+        }
+        self.seconds += seconds;
+        self.moment += seconds * place;
+    }
+
+    /// Splits the counts into the classes.
+    ///
+    /// With s seconds below the split, and d the sum of those seconds times their distance from the mean of all, the split has
+    /// the largest d²/(s · rest). Distances are in steps, times all seconds, so that one pass without a division finds it.
+    fn split(&mut self) {
+        let all = self.seconds;
+        let (mut s, mut d, mut distance) = (0.0, 0.0, -self.moment);
+        let (mut best_s, mut best_d, mut best_square, mut best_w) = (0.0, 0.0, 0.0, 1.0);
+        for &count in &self.counts {
+            s += count;
+            d += count * distance;
+            distance += all;
+            let w = s * (all - s);
+            let square = d * d;
+            if w > Self::LEAST_PRODUCT && square * best_w > best_square * w {
+                (best_s, best_d, best_square, best_w) = (s, d, square, w);
+            }
+        }
+        if best_s > 0.0 {
+            let at = |steps: f32| self.lowest + Self::STEP * steps / all;
+            self.still = at(self.moment + best_d / best_s);
+            let moving = at(self.moment - best_d / (all - best_s));
+            self.moving = moving.greater(self.still + LEAST_DISTANCE);
+        }
+    }
+}
+
+/// Detection of slides without shaking, by the speed gained along the ground.
+///
+/// On a slick floor a foot can slide off at a tenth of the acceleration that its stances show. But these accelerations all
+/// point one way, and add up. The component across up is summed into a speed that decays:
+///
+/// ```text
+/// v ← v·(1 − dt/τ) + clip(a)·dt
+/// S = 1 / (1 + (|v|/limit)⁴)
+/// limit² = (factor · usual · √(usual / (quiet · swing)))² + (lever · turn)² + (noise · τ)²
+/// ```
+///
+/// *usual* is the speed that the foot's own stances leave in the sum: 0.3 mm/s on a noise-free simulated robot, 10 to 20 mm/s
+/// on real feet, where slower slides look like stances. *swing* is the acceleration of the foot's swings, so that the result does
+/// not depend on a robot's size. *turn* is the angular rate: the IMU above the sole of a foot that rolls moves, and the foot
+/// does not slide. The last term is what a false idea of up adds to the sum.
+///
+/// Two slides are not detected: at a steady acceleration below limit/τ, and at a constant speed.
+#[derive(Clone, Copy, Debug)]
+struct Slide {
+    /// Time between samples, s.
+    period: f32,
+    /// Share of the speed that decays with each sample, and of the newest rate in its mean.
+    share: f32,
+    /// Speed along the ground, m/s, frame of the foot.
+    speed: Vec3,
+    /// Mean angular rate, rad/s.
+    turn: f32,
+    /// Usual speed in stances, natural logarithm of m/s.
+    usual: f32,
+    /// Duration of the stances that it was learnt from, s.
+    observed: f32,
+}
+
+impl Slide {
+    /// Speed in stances over acceleration in swings of a robot without noise, s, natural logarithm: 0.1 ms.
+    const QUIET: f32 = ln(1.0e-4);
+
+    /// Square of the least speed, m²/s²: slower speeds look the same.
+    const LEAST_SQUARE: f32 = 1.0e-8;
+
+    /// A foot that stands.
+    fn new(constants: &Constants, period: f32, learnt: &Learnt) -> Self {
+        Self {
+            period,
+            share: 1.0 - exp(-period / constants.window),
+            speed: Vec3::ZERO,
+            turn: 0.0,
+            usual: learnt.speed,
+            observed: learnt.still_seconds,
+        }
+    }
+
+    /// Adds an acceleration along the ground, m/s², of a foot that turns at `rate` rad/s and has swings of the logarithm
+    /// `swing`. `tilt` is the acceleration that a false idea of up may leave, m/s². Returns the probability that the foot does
+    /// not slide.
+    fn push(
+        &mut self,
+        constants: &Constants,
+        level: Vec3,
+        rate: f32,
+        swing: f32,
+        tilt: f32,
+    ) -> f32 {
+        let clipped = level.clipped(constants.slide_acceleration);
+        self.speed = self.speed * (1.0 - self.share) + clipped * self.period;
+        self.turn += (rate - self.turn) * self.share;
+        let louder = 0.5 * (self.usual - swing - Self::QUIET);
+        let standing = constants.slide_factor * exp(self.usual + louder);
+        let rolling = constants.slide_lever * self.turn;
+        let tilted = tilt * constants.window;
+        let limit = standing * standing + rolling * rolling + tilted * tilted;
+        let ratio = self.speed.dot(self.speed) / limit;
+        1.0 / (1.0 + ratio * ratio)
+    }
+
+    /// Learns the usual speed from the newest sample, for a time in s times the probability of stillness.
+    fn learn(&mut self, constants: &Constants, seconds: f32) {
+        self.observed = (self.observed + seconds).lesser(constants.memory);
+        let difference = 0.5 * ln(self.speed.dot(self.speed) + Self::LEAST_SQUARE) - self.usual;
+        self.usual += difference * seconds / (self.observed + constants.prior);
+    }
+
+    /// Lets the learnt speed count as no more than one stance.
+    fn doubt(&mut self, constants: &Constants) {
+        self.observed = self.observed.lesser(constants.stance);
+    }
+}
+
+/// One sample, as evidence is judged by it.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    /// m/s².
+    acceleration: Vec3,
+    /// Logarithm of its amplitude, as the classes judge it.
+    logarithm: f32,
+    /// rad/s.
+    rate: Vec3,
+    /// Angle by which up was corrected, rad.
+    correction: f32,
+    /// Probability of stillness without evidence.
+    still: f32,
+    /// Samples since the previous one; more than one after a bridged gap.
+    samples: f32,
+    /// Time since the previous sample, s.
+    seconds: f32,
+    /// Share of the sample in a mean over a window.
+    share: f32,
+}
+
+/// Evidence that a foot stands: it has rested, or it has landed.
+///
+/// Learnt limits leave room for stances that shake. A foot that hangs, is carried or is shaken moves within that room for
+/// minutes. It lacks the evidence of a walk, a landing in each stride, and that of a standing foot, rest. Without either for
+/// [`Constants::evidence`] the probability is at most one half, however little the foot moves, and nothing is learnt.
+#[derive(Clone, Copy, Debug)]
+struct Evidence {
+    rest: BriefRest,
+    landing: Landing,
+    /// Time since the foot moved, s.
+    since_motion: f32,
+    /// Time since it landed, s.
+    since_landing: f32,
+    /// Time since the acceleration fell as in a landing, s.
+    since_fall: f32,
+    /// Time since the last evidence, s.
+    since_evidence: f32,
+    /// Whether the foot has rested or landed lately, as of the newest reliable sample.
+    is_given: bool,
+    /// Whether it has ever landed.
+    has_landed: bool,
+    /// Whether it has landed with this sample, from a swing that counted as motion.
+    has_just_landed: bool,
+    /// Factor of the probability: tends to 1 while there is evidence, [`UNPROVEN`] without.
+    factor: f32,
+}
+
+impl Evidence {
+    /// A foot of which nothing is known, with samples each `period` seconds.
+    fn new(constants: &Constants, period: f32) -> Self {
+        Self {
+            rest: BriefRest::NONE,
+            landing: Landing::new(constants, period),
+            since_motion: f32::INFINITY,
+            since_landing: f32::INFINITY,
+            since_fall: f32::INFINITY,
+            since_evidence: f32::INFINITY,
+            is_given: false,
+            has_landed: false,
+            has_just_landed: false,
+            factor: UNPROVEN,
+        }
+    }
+
+    /// Processes a sample.
+    fn push(&mut self, constants: &Constants, reading: &Reading) {
+        let since =
+            |happens: bool, before: f32| if happens { 0.0 } else { before + reading.seconds };
+        let has_rested = self.rest.push(
+            constants,
+            reading.acceleration,
+            reading.rate,
+            reading.seconds,
+            reading.share,
+        );
+        let fall = self.landing.push(constants, reading, has_rested);
+        self.since_motion = since(reading.still < STILL, self.since_motion);
+        self.since_fall = since(fall.begins, self.since_fall);
+        let has_moved = self.since_motion < constants.evidence;
+        self.has_just_landed = fall.begins && has_moved;
+        let lands = fall.lands && has_moved;
+        self.has_landed |= lands;
+        // A swing may have been too weak to count as motion. Such a landing is no evidence, but the foot walks and is to be
+        // learnt from.
+        let lands_weakly = fall.lands && fall.begins && !has_moved;
+        self.since_landing = since(lands || lands_weakly, self.since_landing);
+
+        self.since_evidence = since(lands || has_rested, self.since_evidence);
+        self.is_given = self.since_evidence < constants.evidence;
+        self.factor = if self.is_given {
+            self.factor + (1.0 - self.factor) * reading.share
+        } else {
+            UNPROVEN
+        };
+    }
+
+    /// Lets a time in s pass without a reliable sample.
+    fn pass(&mut self, seconds: f32) {
+        self.rest.pass(seconds);
+        self.since_motion += seconds;
+        self.since_landing += seconds;
+        self.since_fall += seconds;
+        self.since_evidence += seconds;
+    }
+
+    /// Returns whether the foot walks, or has yet to show that it does.
+    fn walks(&self, constants: &Constants) -> bool {
+        !self.has_landed || self.since_landing < constants.evidence
+    }
+
+    /// Returns whether the acceleration is too large for rest.
+    fn is_accelerated(&self, constants: &Constants) -> bool {
+        self.rest.is_accelerated(constants)
+    }
+
+    /// Returns whether the acceleration fell within some seconds as in a landing, whether the swing before counted as motion or
+    /// not.
+    fn fell_within(&self, seconds: f32) -> bool {
+        self.since_fall < seconds
+    }
+}
+
+/// Detection of landings: the acceleration falls from that of a swing to that of a stance, and the swing has lost the speed
+/// that it gained. A foot that is shaken is fastest where its acceleration falls.
+#[derive(Clone, Copy, Debug)]
+struct Landing {
+    /// Share of the newest sample in the mean over a stance.
+    stance_share: f32,
+    /// Mean of the logarithm of the acceleration over a window.
+    newest: f32,
+    /// Mean of the logarithm of the acceleration over a stance.
+    swing: f32,
+    /// Recent maximum of `swing`. It falls by one in [`Constants::evidence`].
+    strongest: f32,
+    /// e to the power of `strongest`, m/s².
+    strongest_acceleration: f32,
+    /// Logarithm of the noise.
+    noise: f32,
+    /// Acceleration that corrections of up have removed since the maximum, m/s². Where a pendulum turns, its force points along
+    /// the rod, and the apparent swing was a false idea of up.
+    corrected: f32,
+    /// Sum of the accelerations since the last fall: the change of speed, in m/s² times samples.
+    gained: Vec3,
+    /// Sum of their magnitudes: the largest change of speed that they could have caused.
+    gained_at_most: f32,
+    /// Whether the acceleration is far below that of the swing.
+    is_below: bool,
+    /// Whether the swing had lost its speed when the acceleration fell below.
+    has_landed: bool,
+}
+
+/// Acceleration of the newest sample, compared with that of the swing before.
+#[derive(Clone, Copy, Debug)]
+struct Fall {
+    /// The acceleration has just fallen far below that of the swing.
+    begins: bool,
+    /// The acceleration is far below, and the swing has lost the speed that it gained.
+    lands: bool,
+}
+
+impl Landing {
+    /// Logarithm of a swing weaker than any.
+    const WEAKEST: f32 = -3.0;
+
+    /// No swing so far, with samples each `period` seconds.
+    fn new(constants: &Constants, period: f32) -> Self {
+        Self {
+            stance_share: 1.0 - exp(-period / constants.stance),
+            newest: 0.0,
+            swing: Self::WEAKEST,
+            strongest: Self::WEAKEST,
+            strongest_acceleration: exp(Self::WEAKEST),
+            noise: ln(constants.noise),
+            corrected: 0.0,
+            gained: Vec3::ZERO,
+            gained_at_most: 0.0,
+            is_below: false,
+            has_landed: false,
+        }
+    }
+
+    /// Processes a sample. A foot that `has_rested` has no speed.
+    fn push(&mut self, constants: &Constants, reading: &Reading, has_rested: bool) -> Fall {
+        self.newest += (reading.logarithm - self.newest) * reading.share;
+        let share = (self.stance_share * reading.samples).lesser(1.0);
+        self.swing += (reading.logarithm - self.swing) * share;
+        self.corrected += STANDARD_GRAVITY * reading.correction;
+        let falls_by = reading.seconds / constants.evidence;
+        self.strongest -= falls_by;
+        let swing = if self.swing > self.strongest {
+            self.strongest = self.swing;
+            self.strongest_acceleration = exp(self.swing);
+            self.corrected = 0.0;
+            self.swing
+        } else {
+            self.strongest_acceleration *= 1.0 - falls_by;
+            ln((self.strongest_acceleration - self.corrected).greater(f32::MIN_POSITIVE))
+        };
+        let gained = reading.acceleration * reading.samples;
+        self.gained += gained;
+        self.gained_at_most += sum_of_magnitudes(gained);
+        let has_lost_speed =
+            sum_of_magnitudes(self.gained) < constants.leftover * self.gained_at_most;
+
+        let is_below = self.newest < swing.greater(self.noise) - constants.landing;
+        let begins = is_below && !self.is_below;
+        self.is_below = is_below;
+        self.has_landed = is_below && (self.has_landed || begins && has_lost_speed);
+        if begins || has_rested {
+            self.gained = Vec3::ZERO;
+            self.gained_at_most = 0.0;
+        }
+        Fall { begins, lands: self.has_landed }
+    }
+}
+
+/// Sum of the magnitudes of a vector's components. It obeys the triangle inequality, as the length does, and needs no root.
+const fn sum_of_magnitudes(vector: Vec3) -> f32 {
+    vector.x.abs() + vector.y.abs() + vector.z.abs()
+}
