@@ -3,7 +3,7 @@
 //! A gyroscope at rest shows its bias, but a robot that turns slowly and steadily looks much the same. Three criteria
 //! distinguish them:
 //!
-//! * A turn about anything but the vertical moves gravity through the sensor, and so is no [rest](LongRest).
+//! * A turn about anything but the vertical moves gravity through the sensor, and so is no [rest](crate::rest).
 //! * Temperature moves a bias slowly and not far. So a known bias is followed only within a narrow gate, which opens as fast
 //!   as temperature moves the bias and no further.
 //! * A bias is present in every rest and a turn is not. So a rate that contradicts the known bias must have been seen at rest
@@ -24,7 +24,7 @@
 //! At the first rest after power-up no bias is known, and any rate up to [`RestParams::bias_limit`] is accepted. A larger
 //! rate is probably a turn. It is accepted once it has stayed the same for minutes.
 //!
-//! A rate at rest that has not been accepted for five seconds is [reported](BiasEstimator::excess), whether it is pending or
+//! A rate at rest that has not been accepted for five seconds is [reported](crate::ContactEstimator::excess_bias), whether it is pending or
 //! too large: either the gyroscope is beyond its data sheet, or the ground turns. So is a bias at the limit of what is
 //! followed in a walk.
 
@@ -32,9 +32,6 @@ use crate::math::Order;
 use crate::rest::{RestParams, Stillness};
 use crate::units::DEGREE;
 use crate::vector::Vec3;
-
-#[cfg(doc)]
-use crate::rest::LongRest;
 
 /// Largest distance from the known bias at which a rest is accepted at once, rad/s.
 const GATE: f32 = 0.3 * DEGREE;

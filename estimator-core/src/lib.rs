@@ -8,7 +8,7 @@
 //! | the whole estimator behind one `update`: time, gravity, stillness, decision | [`contact`] |
 //! | orientation, for the removal of gravity | [`attitude`] |
 //! | rest detection: how still the IMU is, for the three steps that ask | [`rest`] |
-//! | gyroscope bias, learnt at rest | `gyro_bias` |
+//! | gyroscope bias, learnt at rest | [`gyro_bias`] |
 //! | probability of stillness, with limits learnt from the foot | [`self_calibrating`] |
 //! | or, with configured half-widths, the paper's | [`kde`] |
 //! | debounced decision, and the phase if the load is known | [`phase`] |
@@ -69,7 +69,7 @@ pub mod constants;
 pub mod contact;
 pub mod correction;
 pub mod flag;
-mod gyro_bias;
+pub mod gyro_bias;
 pub mod kde;
 pub mod learnt;
 pub mod math;

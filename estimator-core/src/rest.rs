@@ -4,11 +4,11 @@
 //!
 //! | type | question | signals | answer after | used for |
 //! |---|---|---|---|---|
-//! | [`Quietness`] | How much is this accelerometer sample worth? | deviation of the force from its mean over 40 ms; angular rate | a few samples | weight of the sample in the [inclination](crate::attitude) |
-//! | [`BriefRest`] | Has the foot stood for a stance? | means of linear acceleration and rate over 26 ms, and their changes within a stance | [`Constants::stance`], 0.2 s | evidence of [stable contact](crate::self_calibrating) |
-//! | [`LongRest`] | Has the foot rested for longer than any stance? | means over 25 ms against those over 0.5 s, of force and rate | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
+//! | `Quietness` | How much is this accelerometer sample worth? | deviation of the force from its mean over 40 ms; angular rate | a few samples | weight of the sample in the [inclination](crate::attitude) |
+//! | `BriefRest` | Has the foot stood for a stance? | means of linear acceleration and rate over 26 ms, and their changes within a stance | [`Constants::stance`], 0.2 s | evidence of [stable contact](crate::self_calibrating) |
+//! | `LongRest` | Has the foot rested for longer than any stance? | means over 25 ms against those over 0.5 s, of force and rate | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
 //!
-//! Only [`BriefRest`] needs gravity and bias to be removed. The other two serve to find them, and so compare the raw force and
+//! Only `BriefRest` needs gravity and bias to be removed. The other two serve to find them, and so compare the raw force and
 //! rate with their own means.
 //!
 //! All three average before they compare: the noise of a sensor and the hum of a motor are no motion of the foot.
@@ -19,7 +19,7 @@ use crate::sample::{Continuity, Step};
 use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
-/// Parameters of [`LongRest`] and of the [bias estimation](crate::gyro_bias) that follows from it.
+/// Parameters of `LongRest` and of the [bias estimation](crate::gyro_bias) that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParams {
     /// Duration of stillness that counts as rest, s; half a second is enough for a sensor that has not moved since its first

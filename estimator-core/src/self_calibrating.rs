@@ -14,7 +14,7 @@
 //! |---|---|---|
 //! | M | Does the foot move as little as in its stances? The edge lies between its stances and its swings. | `Classes` |
 //! | S | Does it not slide? Accelerations along the ground that all point one way add up to a speed. | `Slide` |
-//! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, [`BriefRest`] |
+//! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, `BriefRest` |
 //!
 //! The same edge judges parts of the motion: across up (tangential), along up (vertical), and along each axis alone. The
 //! amplitude of a part is at most that of the whole, so its probability is at least that of the whole. Turns are not judged.
