@@ -6,9 +6,9 @@
 //!
 //! | interrupts, from the most urgent | |
 //! |---|---|
-//! | 1 | TIM2, the sensor's DMA |
+//! | 1 | TIM2, the sensor's DMA, the reception of CAN and of the USART's DMA |
 //! | 2 | the sampling executor |
-//! | 4 | CAN, USART and its DMA, the HAL's timer |
+//! | 4 | the transmission of CAN and of the USART's DMA, the USART, the HAL's timer |
 //! | 5 | the communication executor |
 //! | thread | everything else |
 
@@ -44,7 +44,7 @@ use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
 use wire::foot::serial_number;
 
-/// Priority of the timer and the sensor's DMA, for which a sample waits.
+/// Priority of the timer and the sensor's DMA, for which a sample waits, and of reception, for which a line does not wait.
 const URGENT_PRIORITY: Priority = Priority::P1;
 
 /// Priority of the interrupt that runs the sampling executor.

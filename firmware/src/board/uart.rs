@@ -17,7 +17,7 @@ use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use static_cell::ConstStaticCell;
 
-use super::{Barrier, COMMUNICATION_PRIORITY, wiring};
+use super::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, wiring};
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
@@ -65,7 +65,8 @@ static PAUSED: AtomicBool = AtomicBool::new(false);
 
 /// Handler of a DMA that stopped with a bus error. The HAL is given the end of a round instead: a stream
 /// that is disabled before its end reports completion (RM0090, 10.3.14). A byte received before [`Resumed`] waits in the
-/// receiver: an error of its transfer would reach the HAL.
+/// receiver: an error of its transfer would reach the HAL. The receiver holds one byte, so the pause must be shorter than
+/// the next: the interrupt has [`URGENT_PRIORITY`], and no tick prolongs it.
 struct NotReceived;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
@@ -149,9 +150,11 @@ impl Parts {
             Irqs,
             config,
         )?;
-        for irq in [interrupt::USART1, interrupt::DMA2_STREAM2, interrupt::DMA2_STREAM7] {
+        for irq in [interrupt::USART1, interrupt::DMA2_STREAM7] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
+        // It pauses reception: see `NotReceived`.
+        interrupt::DMA2_STREAM2.set_priority(URGENT_PRIORITY);
         let (sender, receiver) = uart.split();
         Ok((
             Sender(sender),
@@ -258,7 +261,7 @@ fn prepare() {
     let bytes = stream.m0ar().read() as *mut u8;
     for offset in 0..RECEIVE_BUFFER {
         // SAFETY: the HAL has given the stream its buffer of this length, and the stream is stopped. The HAL
-        // reads it volatile, as the DMA writes it, and not meanwhile: all of it runs at one priority.
+        // reads it byte by byte and volatile, as the DMA writes it meanwhile.
         unsafe { bytes.add(offset).write_volatile(0) };
     }
     stream.ndtr().write_value(Ndtr(RECEIVE_BUFFER as u32));

@@ -82,6 +82,36 @@ fn a_serial_disturbance_repeats_no_command() {
     assert!(answers <= 30, "{answers} answers to 30 questions");
 }
 
+/// Reception pauses in the interrupt of each half of its buffer. If the work of a tick interrupted that pause, bytes would
+/// be lost: at 1 Mbaud it lasts as long as ten.
+#[test]
+fn a_tick_in_the_pause_of_reception_costs_no_byte() {
+    const BUFFER: usize = 512;
+    const MICROSECOND: u64 = MILLISECOND / 1000;
+    const BYTE: u64 = 10 * MICROSECOND;
+    // Ticks and edges of the sensor repeat together.
+    const PERIOD: u64 = 3 * MILLISECOND;
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(500);
+    rig.board.record_sensor_bus();
+    rig.run(10);
+    let samples = rig.board.take_transactions();
+    let edge = samples.iter().rev().find_map(|sample| sample.edge).expect("an edge");
+    // From 3 µs before the edge to 1 µs after it.
+    for step in 0..40 {
+        let half = edge + (4 + 3 * step) * PERIOD - 3 * MICROSECOND + step * MICROSECOND / 10;
+        let start = half - BUFFER as u64 / 2 * BYTE;
+        rig.board.run_until(start).expect("it runs");
+        // Ends of frames without content, which need no answer.
+        rig.board.push_uart(&[0; BUFFER]);
+        rig.run(6);
+    }
+    rig.run(200);
+    let health = rig.health().expect("a health message");
+    assert_eq!(health.counters.get(wire::Counter::UartOverruns), 0);
+}
+
 /// Sends `syncs` SYNCs without a pause, `after_tick_us` after a tick. Returns the number lost, and whether the loss
 /// was reported.
 fn flood(elf: &[u8], syncs: usize, after_tick_us: u64) -> (u64, bool) {
