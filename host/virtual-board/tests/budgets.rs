@@ -90,6 +90,7 @@ fn assert_kept(board: &Wiring, budgets: &Budgets, report: &Value) {
         assert_eq!(report["drops"][line], 0, "{report:#}");
     }
     assert_eq!(report["parity_mismatches"], 0, "{report:#}");
+    assert_eq!(report["emergencies"], serde_json::json!([]), "{report:#}");
     for (name, place, most, unit) in budgets {
         let most = limit(board, place, *most);
         let measured = measured(report, place);

@@ -42,6 +42,8 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     for never in ["late_ticks", "parity_mismatches"] {
         assert_eq!(report[never], 0, "{never}");
     }
+    // Nothing is wrong, so no fault is reported.
+    assert_eq!(report["emergencies"], serde_json::json!([]));
     for line in ["can", "uart"] {
         assert_eq!(report["drops"][line], 0, "{line}");
     }

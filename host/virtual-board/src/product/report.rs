@@ -44,6 +44,10 @@ pub struct RunOptions {
     pub traffic: Traffic,
 }
 
+/// Number of the longest ticks that a report has, and of the functions of each.
+const LONGEST: usize = 5;
+const FUNCTIONS: usize = 25;
+
 /// Number of transactions in which a sample's edge is searched.
 const RECENT: usize = 16;
 
@@ -64,6 +68,10 @@ struct Log {
     frame_began: Option<u64>,
     health: Option<HealthMessage>,
     recent: VecDeque<Transaction>,
+    /// The ticks of most instructions, the longest first.
+    longest: Vec<LongTick>,
+    /// The longest time to a mailbox, ns, and when that was.
+    slowest: (u64, u64),
     comparison: Option<ParityCheck>,
     uart_frames: u64,
     can_frames: u64,
@@ -72,7 +80,41 @@ struct Log {
     emergencies: Vec<Value>,
 }
 
+/// A tick, and the functions that it executed.
+struct LongTick {
+    /// Time of its end since power-up.
+    end: u64,
+    instructions: u64,
+    /// Instructions of each function without its callees, the largest first.
+    functions: Vec<(String, u64)>,
+}
+
+impl LongTick {
+    fn report(&self) -> Value {
+        let functions = self.functions.iter().take(FUNCTIONS);
+        let functions: Vec<_> = functions.map(|(name, count)| json!([count, name])).collect();
+        json!({
+            "ms": to_us(self.end) / 1.0e3,
+            "instructions": self.instructions,
+            "functions": functions,
+        })
+    }
+}
+
 impl Log {
+    /// Keeps a tick's functions if it is one of the longest.
+    fn keep_longest(&mut self, board: &mut Board, instructions: u64) {
+        let shortest = self.longest.last().map_or(0, |tick| tick.instructions);
+        if self.longest.len() == LONGEST && instructions <= shortest {
+            board.discard_profile();
+            return;
+        }
+        let functions = board.take_profile();
+        self.longest.push(LongTick { end: board.now(), instructions, functions });
+        self.longest.sort_by_key(|tick| core::cmp::Reverse(tick.instructions));
+        self.longest.truncate(LONGEST);
+    }
+
     fn uart(&mut self, bytes: &[TimedByte]) {
         for &TimedByte { time, byte } in bytes {
             (time, byte).hash(&mut self.digest);
@@ -130,7 +172,11 @@ impl Log {
             if time > self.settled
                 && let Some(edge) = self.edge_before(time)
             {
-                self.to_can.push(to_ns(time - edge));
+                let taken = to_ns(time - edge);
+                if taken > self.slowest.0 {
+                    self.slowest = (taken, time);
+                }
+                self.to_can.push(taken);
             }
         }
     }
@@ -179,6 +225,7 @@ pub fn run(board: &mut Board, run: &RunOptions) -> Result<Value, Box<dyn core::e
         if ms == SETTLING {
             // Half a tick after an estimate the work of its tick is done, whenever the board started.
             idle = (log.last_estimate + MILLISECOND / 2) % MILLISECOND;
+            board.profile_functions();
         }
         // Of two events in a millisecond the earlier comes first.
         let asked = start + ms / ROUND_MS % PHASES * MILLISECOND / PHASES;
@@ -189,6 +236,7 @@ pub fn run(board: &mut Board, run: &RunOptions) -> Result<Value, Box<dyn core::e
         board.run_until(start + idle)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
         if ms > SETTLING {
+            log.keep_longest(board, now.instructions - last.instructions);
             log.instructions.push(now.instructions - last.instructions);
             log.cycles.push(now.cycles - last.cycles);
             log.flash_waits.push(now.flash_waits - last.flash_waits);
@@ -235,8 +283,10 @@ fn report(board: &mut Board, run: &RunOptions, log: &Log, parity: Parity, watche
         "estimated_cycles_per_tick": log.cycles.min_median_max(),
         "estimated_flash_waits_per_tick": log.flash_waits.min_median_max(),
         "cpu_load_percent": load,
-        "drdy_to_can_us": log.to_can.median_max_us(),
-        "drdy_to_uart_us": log.to_uart.median_max_us(),
+        "drdy_to_can_us": log.to_can.times_us(),
+        "longest_ticks": log.longest.iter().map(LongTick::report).collect::<Vec<_>>(),
+        "drdy_to_can_longest_at_ms": to_us(log.slowest.1) / 1.0e3,
+        "drdy_to_uart_us": log.to_uart.times_us(),
         "stack_high_water_bytes": stack,
         "uart_frames": log.uart_frames,
         "can_frames": log.can_frames,

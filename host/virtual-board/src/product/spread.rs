@@ -38,10 +38,21 @@ impl Spread {
     /// Median, the upper of two.
     #[must_use]
     pub fn median(&self) -> Option<u64> {
+        self.above(self.length / 2)
+    }
+
+    /// The least value that 99.9 % of the values do not exceed.
+    #[must_use]
+    pub fn nearly_longest(&self) -> Option<u64> {
+        self.above((self.length * 999).div_ceil(1000).saturating_sub(1))
+    }
+
+    /// The value in order of size that has `count` values before it.
+    fn above(&self, count: u64) -> Option<u64> {
         let mut before = 0;
-        self.counts.iter().find_map(|(&value, &count)| {
-            before += count;
-            (before > self.length / 2).then_some(value)
+        self.counts.iter().find_map(|(&value, &equal)| {
+            before += equal;
+            (before > count).then_some(value)
         })
     }
 
@@ -56,12 +67,14 @@ impl Spread {
         }
     }
 
-    /// Median and maximum of times in ns for a report, µs.
+    /// Median, 99.9 % and maximum of times in ns for a report, µs.
     #[must_use]
-    pub fn median_max_us(&self) -> Value {
+    pub fn times_us(&self) -> Value {
         let us = |ns: u64| ns as f64 / 1.0e3;
-        match (self.median(), self.max()) {
-            (Some(median), Some(max)) => json!({ "median": us(median), "max": us(max) }),
+        match (self.median(), self.nearly_longest(), self.max()) {
+            (Some(median), Some(nearly_longest), Some(max)) => {
+                json!({ "median": us(median), "p99_9": us(nearly_longest), "max": us(max) })
+            }
             _ => Value::Null,
         }
     }
@@ -87,8 +100,18 @@ mod tests {
     }
 
     #[test]
+    fn one_value_in_a_thousand_may_exceed_the_nearly_longest() {
+        for (length, longest) in [(1, 0), (999, 998), (1000, 998), (1001, 999), (5000, 4994)] {
+            let mut spread = Spread::default();
+            (0..length).for_each(|value| spread.push(value));
+            assert_eq!(spread.nearly_longest(), Some(longest), "{length}");
+        }
+    }
+
+    #[test]
     fn an_empty_spread_has_no_median() {
         assert_eq!(Spread::default().median(), None);
+        assert_eq!(Spread::default().nearly_longest(), None);
         assert_eq!(Spread::default().min_median_max(), Value::Null);
     }
 }

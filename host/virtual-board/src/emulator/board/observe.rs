@@ -1,7 +1,9 @@
 //! The state of a board as seen from outside: counters, faults, memory.
 
+use std::collections::BTreeMap;
+
 use super::Board;
-use crate::emulator::machine::{FaultNote, MachineCounters, Watched};
+use crate::emulator::machine::{FaultNote, MachineCounters, Profile, Watched};
 use crate::emulator::memory::UNTOUCHED;
 use crate::emulator::part::rcc::ResetCause;
 
@@ -53,6 +55,33 @@ impl Board {
         let machine = self.cpu.machine();
         let instructions = machine.watched.iter().map(|watched| watched.instructions);
         instructions.sum()
+    }
+
+    /// Counts the instructions of each function from now on.
+    pub fn profile_functions(&mut self) {
+        self.cpu.machine().profile = Some(Profile::new());
+    }
+
+    /// Takes the instructions of each function since the last call of this or [`Self::discard_profile`], without its
+    /// callees, the largest first.
+    pub fn take_profile(&mut self) -> Vec<(String, u64)> {
+        let blocks = self.cpu.machine().profile.as_mut().map(Profile::take);
+        let mut functions = BTreeMap::<_, u64>::new();
+        for (address, instructions) in blocks.unwrap_or_default() {
+            let name = self.image.function_at(address).unwrap_or("?");
+            *functions.entry(name).or_default() += instructions;
+        }
+        let mut functions: Vec<(String, u64)> =
+            functions.into_iter().map(|(name, sum)| (name.to_owned(), sum)).collect();
+        functions.sort_by_key(|(_, sum)| core::cmp::Reverse(*sum));
+        functions
+    }
+
+    /// Discards the instructions counted so far.
+    pub fn discard_profile(&mut self) {
+        if let Some(profile) = &mut self.cpu.machine().profile {
+            profile.clear();
+        }
     }
 
     /// Reads memory as a debugger does; `None` if there is no memory.

@@ -32,6 +32,9 @@ impl Machine {
         let block = &running.block;
         let end = running.address.wrapping_add(block.size);
         self.instructions += u64::from(block.instructions);
+        if let Some(profile) = &mut self.profile {
+            profile.add(running.address, u64::from(block.instructions));
+        }
         self.spend(u64::from(block.cycles) + if next == end { 0 } else { TAKEN });
         block.sends_event
     }

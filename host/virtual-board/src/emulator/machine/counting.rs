@@ -1,6 +1,7 @@
-//! Counters: instructions, cycles, the calls of a function.
+//! Counters: instructions, cycles, the calls of a function, the instructions of each place in flash.
 
 use super::Machine;
+use crate::emulator::memory::FLASH;
 
 /// Counters so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +40,47 @@ impl Watched {
                 self.call = None;
             }
             _ => {}
+        }
+    }
+}
+
+/// Instructions of each block in flash since the last call of [`Self::take`] or [`Self::clear`].
+#[derive(Clone, Debug)]
+pub(crate) struct Profile {
+    /// Instructions of the block at each half-word.
+    instructions: Vec<u32>,
+    /// Half-words that are not 0.
+    executed: Vec<u32>,
+}
+
+impl Profile {
+    pub(crate) fn new() -> Self {
+        Self { instructions: vec![0; FLASH.size / 2], executed: Vec::new() }
+    }
+
+    pub(super) fn add(&mut self, address: u32, instructions: u64) {
+        let place = address.wrapping_sub(FLASH.start) / 2;
+        if let Some(sum) = self.instructions.get_mut(place as usize) {
+            if *sum == 0 {
+                self.executed.push(place);
+            }
+            *sum += instructions as u32;
+        }
+    }
+
+    /// Takes the address and the instructions of each executed block.
+    pub(crate) fn take(&mut self) -> Vec<(u32, u64)> {
+        let instructions = &mut self.instructions;
+        let taken = self.executed.drain(..).map(|place| {
+            let sum = core::mem::take(&mut instructions[place as usize]);
+            (FLASH.start + 2 * place, u64::from(sum))
+        });
+        taken.collect()
+    }
+
+    pub(crate) fn clear(&mut self) {
+        for place in self.executed.drain(..) {
+            self.instructions[place as usize] = 0;
         }
     }
 }

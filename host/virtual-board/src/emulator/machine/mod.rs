@@ -28,7 +28,7 @@ use crate::emulator::time::to_ns;
 use blocks::Beginning;
 pub(crate) use blocks::RunningBlock;
 pub use counting::MachineCounters;
-pub(crate) use counting::Watched;
+pub(crate) use counting::{Profile, Watched};
 
 /// Number of beginnings of blocks that are remembered.
 const BEGINNINGS: usize = 1024;
@@ -91,6 +91,8 @@ pub struct Machine {
     pub faults: Vec<FaultNote>,
     /// Functions whose calls are counted separately, including their callees.
     pub(crate) watched: Vec<Watched>,
+    /// Instructions of each place in flash, if they are counted.
+    pub(crate) profile: Option<Profile>,
     pub(crate) stop: Option<Stop>,
     pub(crate) failure: Option<Failure>,
     pub(crate) running: Option<RunningBlock>,
@@ -131,6 +133,7 @@ impl Machine {
             exceptions: BTreeMap::new(),
             faults: Vec::new(),
             watched: Vec::new(),
+            profile: None,
             stop: None,
             failure: None,
             running: None,
