@@ -5,6 +5,8 @@ use feet::decode::remedy::Trouble;
 use feet::foot::accept::Limit;
 use feet::foot::accept::figure::LIMITS;
 use host_tests::committed::assert_block;
+use xtask::results::tables::origin;
+use xtask::results::{Figures, Stored};
 
 fn table(kind: &str) -> String {
     let all = Trouble::all().filter(|trouble| trouble.kind() == kind);
@@ -57,17 +59,22 @@ fn the_document_lists_every_fault_flag_and_rejection() {
 
 #[test]
 fn the_document_lists_every_limit_of_an_acceptance() {
-    let predictions = include_str!("../../host/footfall/src/commands/accept/virtual-board.csv");
-    let mut predicted = predictions.lines().skip(1);
+    let result = Stored::read("acceptance").expect("a result");
+    let rows = result.rows();
     let mut block = String::from(
         "| step | quantity | unit | limits | virtual board | limits from |\n|---|---|---|---|---|---|\n",
     );
     for limit in LIMITS {
-        let row = predicted.next().unwrap_or_default();
-        let (_, value) = row.rsplit_once(',').unwrap_or_default();
         let Limit { step, name, unit, source, .. } = limit;
         let (step, range) = (step.name(), limit.range());
-        block.push_str(&format!("| {step} | {name} | {unit} | {range} | {value} | {source} |\n"));
+        let is_this = |row: &&Figures| {
+            row.text("step").ok() == Some(step) && row.text("quantity").ok() == Some(name)
+        };
+        let row = rows.iter().find(is_this).unwrap_or_else(|| panic!("no figure of {name}"));
+        let value = row.number("value").expect("a value");
+        block
+            .push_str(&format!("| {step} | {name} | {unit} | {range} | {value:.3} | {source} |\n"));
     }
+    block += &format!("\n{}\n", origin(&result, "docs/acceptance.md").expect("an origin"));
     assert_block("docs/acceptance.md", "acceptance", &block);
 }

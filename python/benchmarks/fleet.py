@@ -1,13 +1,12 @@
-"""Measures what trees of recordings cost, and writes it into docs/fleet.md.
+"""Measures the time that trees of recordings take, and writes the result that docs/fleet.md shows.
 
     pip install './python[fleet]' --config-settings build-args='--features all'
-    python python/benchmarks/fleet.py [--print]
+    cd python && python -m benchmarks.fleet [--print]
 """
 
 from __future__ import annotations
 
 import argparse
-import datetime
 import os
 import platform
 import subprocess
@@ -17,12 +16,11 @@ import time
 from pathlib import Path
 
 import pyarrow.parquet as parquet
-from throughput import machine
+from research.results import Result, machine, write
 
 import footfall
 from footfall import fleet
 
-DOCUMENT = Path(__file__).parents[2] / "docs/fleet.md"
 WORKERS = 2
 TREES = (("long", 8, 300.0), ("short", 1000, 1.0), ("many", 10_000, 0.1))  # name, number, length in s
 
@@ -57,43 +55,61 @@ def bytes_a_sample(folder: Path) -> float:
     return 1024.0 * (long - short) / 540_000.0
 
 
-def measure(folder: Path) -> str:
-    """The block of the document."""
+def measure(folder: Path) -> Result:
     import ray
 
     load = os.getloadavg()[0]
     ray.init(num_cpus=WORKERS, include_dashboard=False, log_to_driver=False)
     # Workers are started and have imported what they need before the clock runs.
     fleet.estimate(record(folder / "warm", WORKERS, 1.0), folder / "warm-rows")
-    lines = ["| recordings | s | recordings/s | samples/s |", "|---|---|---|---|"]
+    rows: list[dict[str, object]] = []
+
+    def add(count: int, duration: float, took: float, samples_written: bool, unchanged: bool) -> None:
+        rate = count * duration * 1000.0 / took
+        rows.append(
+            {
+                "recordings": count,
+                "length_s": duration,
+                "samples_written": samples_written,
+                "unchanged": unchanged,
+                "duration_s": round(took, 1),
+                "recordings_per_s": round(count / took, 1),
+                "samples_per_s": None if unchanged else round(rate),
+            }
+        )
+
     for name, count, duration in TREES:
-        source, rows = record(folder / name, count, duration), folder / f"{name}-rows"
-        for title, samples in (("", False), (", samples written", True)) if name == "long" else (("", False),):
-            took = seconds(source, rows, samples)
-            rate = count * duration * 1000.0 / took
-            lines.append(f"| {count} of {duration:g} s{title} | {took:.1f} | {count / took:.1f} | {rate:,.0f} |")
-    took = seconds(source, rows)
-    lines.append(f"| these again, unchanged | {took:.1f} | {count / took:,.0f} | |")
+        source, destination = record(folder / name, count, duration), folder / f"{name}-rows"
+        for samples in (False, True) if name == "long" else (False,):
+            add(count, duration, seconds(source, destination, samples), samples, False)
+    add(count, duration, seconds(source, destination), False, True)
     ray.shutdown()
-    about = f"At 1 kHz, Parquet, {WORKERS} workers on {machine()}, {os.cpu_count()} cores, CPython"
-    about += f" {platform.python_version()}, on {datetime.date.today().isoformat()}; load average before: {load:.1f}."
-    memory = f"In memory an estimate takes {bytes_a_sample(folder / 'memory'):.0f} bytes a sample and foot."
-    return "\n".join([*lines, "", f"{about} {memory}", ""])
+    return Result(
+        "fleet",
+        "Time to estimate trees of recordings with `footfall.fleet`, at 1 kHz, in Parquet.",
+        "cd python && python -m benchmarks.fleet",
+        values={
+            "workers": WORKERS,
+            "cpython": platform.python_version(),
+            "load_average_before": round(load, 1),
+            "bytes_per_sample": round(bytes_a_sample(folder / "memory")),
+        },
+        rows=rows,
+        machine=machine(),
+    )
 
 
 def main() -> None:
-    """Measures, and writes the block of docs/fleet.md."""
-    parser = argparse.ArgumentParser(description="Measures what trees of recordings cost.")
-    parser.add_argument("--print", action="store_true", help="print the block, write nothing")
+    """Measures, and writes the result."""
+    parser = argparse.ArgumentParser(description="Measures the time that trees of recordings take.")
+    parser.add_argument("--print", action="store_true", help="print the figures, write nothing")
     only_printed = parser.parse_args().print
     with tempfile.TemporaryDirectory(prefix="fleet-") as folder:
-        block = measure(Path(folder))
+        result = measure(Path(folder))
     if only_printed:
-        print(block)
-        return
-    begin, end = "<!-- begin fleet -->\n", "<!-- end fleet -->"
-    before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(begin)
-    DOCUMENT.write_text(before + begin + block + end + rest.partition(end)[2], encoding="utf-8")
+        print(*result.rows, result.values, sep="\n")
+    else:
+        write([result])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Measures how many samples a second the package estimates, and writes it into README.md.
+"""Measures how many samples a second the package estimates, and writes the result that README.md shows.
 
     pip install './python[benchmarks]'
-    python python/benchmarks/throughput.py [--print]
+    cd python && python -m benchmarks.throughput [--print]
 
 A million samples of a simulated walk go through `footfall.estimate` in one call, and on two threads at
 once. Beside it stands the paper's method as its authors compute it: for each sample, each axis and the
@@ -13,24 +13,21 @@ repository; it runs on a small slice. Times are the best of several runs.
 from __future__ import annotations
 
 import argparse
-import datetime
 import os
 import platform
-import re
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from research.results import Result, machine, write
 
 import footfall
 
 SAMPLES = 1_000_000
 RUNS = 5
-README = Path(__file__).parents[1] / "README.md"
 
 # The paper's, for ATLAS: window in samples, bandwidths and half-widths in m/s² and rad/s.
 WINDOW, POINTS = 50, 50
@@ -72,18 +69,7 @@ def as_published(axes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return p
 
 
-def machine() -> str:
-    """The processor, by its name."""
-    try:
-        info = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-    except OSError:
-        info = ""
-    name = re.search(r"model name\s*:\s*(.+)", info)
-    return name.group(1) if name else platform.processor() or platform.machine()
-
-
-def measure() -> str:
-    """The table, with the machine and the date."""
+def measure() -> Result:
     load = os.getloadavg()[0]
     walk = footfall.simulate("walk", SAMPLES / 1000.0)
     assert len(walk) == SAMPLES
@@ -105,33 +91,33 @@ def measure() -> str:
     title = f"the paper's method with scikit-learn, one thread; from {SLICE} samples"
     rows.append((title, SAMPLES / rate, rate))
 
-    lines = ["| a million samples | s | samples/s |", "|---|---|---|"]
-    lines += [f"| {name} | {seconds:.2f} | {rate:,.0f} |" for name, seconds, rate in rows]
-    scaling = rows[1][2] / rows[0][2]
-    today = datetime.date.today().isoformat()
-    lines += [
-        "",
-        f"Two threads estimate {scaling:.2f} times as many samples a second as one. Measured by"
-        " [`benchmarks/throughput.py`](benchmarks/throughput.py) on"
-        f" {machine()}, {os.cpu_count()} cores, CPython {platform.python_version()}, on {today}; before it began,"
-        f" the load average was {load:.1f}.",
-    ]
-    return "\n".join(lines)
+    return Result(
+        "throughput",
+        "Samples that the Python package estimates in a second, beside the method of the paper with scikit-learn.",
+        "cd python && python -m benchmarks.throughput",
+        values={
+            "two_threads_to_one": round(rows[1][2] / rows[0][2], 2),
+            "cpython": platform.python_version(),
+            "load_average_before": round(load, 1),
+        },
+        rows=[
+            {"work": work, "seconds_per_million_samples": round(seconds, 2), "samples_per_s": round(rate)}
+            for work, seconds, rate in rows
+        ],
+        machine=machine(),
+    )
 
 
 def main() -> None:
-    """Measures, and writes the block of README.md."""
+    """Measures, and writes the result."""
     arguments = argparse.ArgumentParser(description="Measures the package's throughput.")
-    arguments.add_argument("--print", action="store_true", help="print the table, write nothing")
-    table = measure()
-    if arguments.parse_args().print:
-        print(table)
-        return
-    begin, end = "<!-- begin throughput -->\n", "<!-- end throughput -->"
-    text = README.read_text(encoding="utf-8")
-    before, _, rest = text.partition(begin)
-    _, _, after = rest.partition(end)
-    README.write_text(f"{before}{begin}{table}\n{end}{after}", encoding="utf-8")
+    arguments.add_argument("--print", action="store_true", help="print the figures, write nothing")
+    only_printed = arguments.parse_args().print
+    result = measure()
+    if only_printed:
+        print(*result.rows, result.values, sep="\n")
+    else:
+        write([result])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Writes the tables of README.md and docs/evaluation.md, and docs/reliability.svg; with --check, compares them.
+"""Writes the results that README.md and docs/evaluation.md show, and docs/reliability.svg; with --check, compares them.
 
 `python -m research.evaluate [--check]`, in the folder `python`. A figure beyond its bound is an error in both cases.
 """
@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-import textwrap
-from collections.abc import Iterable, Mapping, Sequence
-from difflib import unified_diff
+from collections.abc import Mapping, Sequence
 from io import StringIO
-from pathlib import Path
+from typing import Any
 
 import footfall
 import matplotlib as mpl
@@ -19,6 +17,7 @@ from matplotlib.figure import Figure
 
 from . import attitude, bounds, methods, odometry
 from .methods import AUTHORS, DEFAULT, FUZZY, OTHERS, PAPER, RATES, SHOE, TRIGGER
+from .results import Result, write
 from .score import Answers, Figures, bins
 from .sets import AVERAGED, DATASETS, POOLS, ROBOTS, ROOT, SETS, Labelled, load
 
@@ -36,6 +35,10 @@ BY_SET = {
 
 BY_RATE = {"native": DEFAULT} | {f"{rate:.0f} Hz": f"{DEFAULT}, at {rate:.0f} Hz" for rate in RATES}
 """Columns of the table of RMSE by sample rate."""
+
+COMMAND = "cd python && python -m research.evaluate"
+
+RELIABILITY = ROOT / "docs/reliability.svg"
 
 COLOURS = ["#0072b2", "#d55e00", "#009e73"]
 
@@ -64,35 +67,24 @@ class Evaluation:
         return Figures.mean(known) if len(known) == len(figures) else None
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [" | ".join(row) for row in (head, *rows)]
-    lines.insert(1, "---|" * len(head))
-    return "".join(f"|{line}\n" if k == 1 else f"| {line} |\n" for k, line in enumerate(lines))
+def rmse(figures: Figures | None) -> float | None:
+    return None if figures is None else round(figures.rmse, 4)
 
 
-def cells(figures: Figures | None, *names: str) -> list[str]:
-    """RMSE with four decimals, other figures with three; a dash where there are no figures."""
-    return ["–" if figures is None else f"{getattr(figures, name):.{4 if name == 'rmse' else 3}f}" for name in names]
-
-
-def readme_block(evaluation: Evaluation) -> str:
-    def row(method: str) -> list[str]:
+def of_methods(evaluation: Evaluation) -> Result:
+    def row(method: str) -> dict[str, Any]:
         mean, robots = (evaluation.mean(method, sets) for sets in (AVERAGED, ROBOTS))
         assert mean is not None and robots is not None
-        figures = (mean.rmse, mean.roc_auc, mean.calibration_error, robots.rmse)
-        return [method, *(f"{figure:.3f}" for figure in figures)]
-
-    head = ["method", "RMSE", "ROC-AUC", "calibration error", "real robots"]
-    return table(head, map(row, (DEFAULT, PAPER, SHOE)))
-
-
-def evaluation_block(evaluation: Evaluation) -> str:
-    figures = ("rmse", "roc_auc", "calibration_error", "f1", "false_stable")
-
-    def row(method: str) -> list[str]:
-        mean = evaluation.mean(method, AVERAGED)
-        robots = evaluation.mean(method, ROBOTS)
-        return [method, *cells(mean, *figures), *cells(robots, "rmse", "roc_auc")]
+        return {
+            "method": method,
+            "rmse": rmse(mean),
+            "roc_auc": round(mean.roc_auc, 3),
+            "calibration_error": round(mean.calibration_error, 3),
+            "f1": round(mean.f1, 3),
+            "false_stable": round(mean.false_stable, 3),
+            "robots_rmse": rmse(robots),
+            "robots_roc_auc": round(robots.roc_auc, 3),
+        }
 
     everywhere = [
         method
@@ -100,27 +92,25 @@ def evaluation_block(evaluation: Evaluation) -> str:
         if method == DEFAULT or method not in BY_RATE.values()
         if evaluation.mean(method, AVERAGED) is not None
     ]
-    head = ["method", "RMSE", "ROC-AUC", "calibration error", "F1", "false stable", "robots' RMSE", "robots' ROC-AUC"]
-    return table(head, map(row, everywhere))
+    what = "Scores of all methods: means over seven labelled sets, and over four sets of real robots, whose labels say"
+    return Result("methods", f'{what} "loaded".', COMMAND, rows=[row(method) for method in everywhere])
 
 
-def sets_block(evaluation: Evaluation, columns: Mapping[str, str]) -> str:
+def of_sets(evaluation: Evaluation, name: str, what: str, columns: Mapping[str, str]) -> Result:
     """RMSE of methods by set."""
 
-    def row(name: str, of: Sequence[str], is_mean: bool) -> list[str]:
+    def row(name: str, of: Sequence[str], is_mean: bool) -> dict[str, Any]:
         figures = evaluation.mean if is_mean else evaluation.pooled
-        return [name, *(cell for method in columns.values() for cell in cells(figures(method, of), "rmse"))]
+        return {"set": name, "rmse": {column: rmse(figures(method, of)) for column, method in columns.items()}}
 
     rows = [row("mean", AVERAGED, True), row("real robots", ROBOTS, True)]
     rows += [row(f"{name} pooled", sets, False) for name, sets in POOLS.items()]
     rows += [row(name, [name], False) for name in SETS]
-    return table(["RMSE", *columns], rows)
+    return Result(name, what, COMMAND, rows=rows)
 
 
-def slips_block(evaluation: Evaluation) -> str:
-    """Slips that are reported on floors without known slips."""
-
-    def row(name: str) -> list[str]:
+def of_slips(evaluation: Evaluation) -> Result:
+    def row(name: str) -> dict[str, Any]:
         seconds, touch_downs, slips = 0.0, 0, 0
         for recording in (file.recording for file in evaluation.files if file.set == name):
             # Without the load.
@@ -129,43 +119,58 @@ def slips_block(evaluation: Evaluation) -> str:
             seconds += float(recording.t[-1] - recording.t[0])
             touch_downs += kinds.count("touch_down")
             slips += kinds.count("slip_start")
-        return [name, f"{seconds:.0f}", str(touch_downs), str(slips)]
+        return {"set": name, "duration_s": round(seconds), "touch_downs": touch_downs, "slips": slips}
 
-    return table(["set", "s", "touch-downs", "slips"], map(row, ("shoe", "TALOS", "real NAO", "GO1")))
+    what = "Slips that are reported from the IMU alone on floors without known slips."
+    return Result("false-slips", what, COMMAND, rows=[row(name) for name in ("shoe", "TALOS", "real NAO", "GO1")])
 
 
-def odometry_block(result: odometry.Odometry) -> str:
+def of_odometry(result: odometry.Odometry) -> Result:
     rows = [
-        [name, f"{mean:.3f}", f"{largest:.3f}", f"{nis:.1f}"] for name, (mean, largest, nis) in result.detectors.items()
+        {"measurement": name, "mean_error_m": round(mean, 3), "largest_error_m": round(largest, 3), "nis": round(nis, 1)}
+        for name, (mean, largest, nis) in result.detectors.items()
     ]
-    chosen = " and ".join(
-        f"{speed} m/s and {lever} m ({error:.3f} m, default {default:.3f} m)"
+    halves = [
+        {
+            "speed_m_s": speed,
+            "lever_m": lever,
+            "mean_error_m": round(error, 3),
+            "default_mean_error_m": round(default, 3),
+        }
         for speed, lever, error, default in result.halves
-    )
-    text = f"Speed and lever of `sigma_v`, chosen on half of the walks and scored on the others: {chosen}."
-    return table(["", "mean error, m", "largest, m", "NIS"], rows) + "\n" + textwrap.fill(text, 120) + "\n"
+    ]
+    what = "Position errors of twelve walks of a shoe, tracked with the zero-velocity measurements of each detector."
+    return Result("odometry", what, COMMAND, values={"halves": halves}, rows=rows)
 
 
-def attitude_block(result: attitude.Attitude) -> str:
-    rows = [[name, f"{rms:.2f}°", f"{p95:.2f}°"] for name, (rms, p95) in result.by_trial.items()]
-    means = [sum(column) / len(rows) for column in zip(*result.by_trial.values(), strict=True)]
-    rows.append(["mean", *(f"{mean:.2f}°" for mean in means)])
-    least, most = result.perturbed
+def of_attitude(result: attitude.Attitude) -> Result:
+    rows = [
+        {"recording": name, "rms_deg": round(rms, 2), "percentile_95_deg": round(p95, 2)}
+        for name, (rms, p95) in result.by_trial.items()
+    ]
+    rms, p95 = (sum(column) / len(rows) for column in zip(*result.by_trial.values(), strict=True))
+    rows.append({"recording": "mean", "rms_deg": round(rms, 2), "percentile_95_deg": round(p95, 2)})
+    least, largest = result.perturbed
     held_out = result.held_out
-    text = (
-        "These trials are not a clean test: the filter's constants were chosen on them, on the GO1 and on a simulated "
-        f"walk. With any one constant 20 % off, the mean is between {least:.2f}° and {most:.2f}°. With time constant "
-        f"and quiet gain chosen from a coarse grid on three trials and scored on the other three, in all "
-        f"{len(held_out)} ways, the mean is {sum(held_out) / len(held_out):.2f}°, at worst {max(held_out):.2f}°. Most "
-        "depends on when the gyroscope measured: without the half period that `gyro_timing` allows for, the mean is "
-        f"{result.without_timing:.2f}°."
-    )
-    return table(["recording", "RMS inclination error", "95 % within"], rows) + "\n" + textwrap.fill(text, 120) + "\n"
+    values = {
+        "least_mean_with_a_constant_20_percent_off_deg": round(least, 2),
+        "largest_mean_with_a_constant_20_percent_off_deg": round(largest, 2),
+        "held_out_choices": len(held_out),
+        "held_out_mean_deg": round(sum(held_out) / len(held_out), 2),
+        "held_out_worst_deg": round(max(held_out), 2),
+        "mean_without_gyro_timing_deg": round(result.without_timing, 2),
+    }
+    what = "Inclination errors of the attitude filter on six hand-held trials of BROAD with optical truth."
+    return Result("attitude", what, COMMAND, values, rows)
 
 
-def peers_block(result: attitude.Attitude) -> str:
-    rows = [[name, f"{mean:.2f}°", f"{worst:.2f}°"] for name, (mean, worst) in result.peers.items()]
-    return table(["filter", "mean", "worst trial"], rows)
+def of_peers(result: attitude.Attitude) -> Result:
+    rows = [
+        {"filter": name, "mean_deg": round(mean, 2), "worst_deg": round(worst, 2)}
+        for name, (mean, worst) in result.peers.items()
+    ]
+    what = "RMS inclination errors of this filter and of published ones on the same six trials of BROAD."
+    return Result("attitude-peers", what, COMMAND, rows=rows)
 
 
 def reliability(evaluation: Evaluation) -> str:
@@ -189,56 +194,39 @@ def reliability(evaluation: Evaluation) -> str:
     return text.getvalue()
 
 
-def with_block(text: str, name: str, content: str) -> str:
-    """Replaces the text between the lines `<!-- begin NAME -->` and `<!-- end NAME -->`."""
-    begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->"
-    before, found, rest = text.partition(begin)
-    _, ended, after = rest.partition(end)
-    assert found and ended, f"there is no block {name}"
-    return before + begin + content + end + after
-
-
-def documents(evaluation: Evaluation, of_shoe: odometry.Odometry, up: attitude.Attitude) -> dict[Path, str]:
-    """The generated files as they should be."""
-    blocks = {
-        ROOT / "README.md": {"evaluate": readme_block(evaluation)},
-        ROOT / "docs/evaluation.md": {
-            "evaluate": evaluation_block(evaluation),
-            "sets": sets_block(evaluation, BY_SET),
-            "rates": sets_block(evaluation, BY_RATE),
-            "false-slips": slips_block(evaluation),
-            "odometry": odometry_block(of_shoe),
-            "attitude": attitude_block(up),
-            "attitude-peers": peers_block(up),
-        },
-    }
-    files = {ROOT / "docs/reliability.svg": reliability(evaluation)}
-    for path, of_file in blocks.items():
-        files[path] = path.read_text(encoding="utf-8")
-        for name, content in of_file.items():
-            files[path] = with_block(files[path], name, content)
-    return files
+def results(evaluation: Evaluation, of_shoe: odometry.Odometry, up: attitude.Attitude) -> list[Result]:
+    by_set = "RMSE of methods on each set of labelled recordings, on sets whose samples are pooled, and means of sets."
+    by_rate = "RMSE of the default preset on each set of labelled recordings at its own and at other sample rates."
+    return [
+        of_methods(evaluation),
+        of_sets(evaluation, "rmse-by-set", by_set, BY_SET),
+        of_sets(evaluation, "rmse-by-rate", by_rate, BY_RATE),
+        of_slips(evaluation),
+        of_odometry(of_shoe),
+        of_attitude(up),
+        of_peers(up),
+    ]
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="fail where the committed files differ, and write nothing")
+    parser.add_argument("--check", action="store_true", help="fail where stored figures differ, and write nothing")
     is_check = parser.parse_args().check
     if not DATASETS.is_dir():
         parser.error(f"{DATASETS} is not there: FOOTFALL_DATASETS names the folder of recordings")
-    results = Evaluation(load()), odometry.run(), attitude.run()
-    problems = bounds.exceeded(*results)
-    for path, expected in documents(*results).items():
-        committed = path.read_text(encoding="utf-8") if path.exists() else ""
-        if committed == expected:
-            continue
-        sys.stdout.writelines(
-            unified_diff(committed.splitlines(True), expected.splitlines(True), f"{path} committed", f"{path} computed")
-        )
-        if is_check:
-            problems.append(f"{path} differs")
-        else:
-            path.write_text(expected, encoding="utf-8")
+    computed = Evaluation(load()), odometry.run(), attitude.run()
+    problems = bounds.exceeded(*computed)
+    measured, picture = results(*computed), reliability(computed[0])
+    differences = [difference for result in measured for difference in result.differences()]
+    if not RELIABILITY.exists() or RELIABILITY.read_text(encoding="utf-8") != picture:
+        differences.append(f"{RELIABILITY} differs")
+    for difference in differences:
+        print(difference)
+    if is_check:
+        problems += differences
+    else:
+        write(measured)
+        RELIABILITY.write_text(picture, encoding="utf-8")
     for problem in problems:
         print(problem, file=sys.stderr)
     return int(bool(problems))

@@ -1,5 +1,6 @@
 //! `footfall accept`: measures a board with a person's help, and judges each figure.
 
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use clap::Args;
@@ -7,7 +8,7 @@ use feet::Source;
 use feet::foot::accept::{self, AcceptStep, Figure, FigureOutcome, Person, Verdict};
 use feet::foot::client::Client;
 use feet::link;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use wire::NodeId;
 
 use super::foot::{Identity, to_json};
@@ -97,8 +98,8 @@ impl AcceptArguments {
     }
 }
 
-/// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
-const PREDICTIONS: &str = include_str!("accept/virtual-board.csv");
+/// Result with the figures of a healthy foot on the virtual board: a row for each step and quantity.
+const PREDICTIONS: &str = include_str!("../../../../results/acceptance.json");
 
 /// How an acceptance has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -262,11 +263,25 @@ impl Judged {
 
 /// Value of a quantity on the virtual board.
 fn predicted(step: &str, name: &str) -> Option<f64> {
-    let mut rows = PREDICTIONS.lines().map(|line| line.split(','));
-    rows.find_map(|mut cells| {
-        let is_this = cells.next() == Some(step) && cells.next() == Some(name);
-        cells.next()?.parse().ok().filter(|_| is_this)
-    })
+    static ROWS: LazyLock<Vec<Prediction>> = LazyLock::new(|| {
+        let result: Result<Predictions, _> = serde_json::from_str(PREDICTIONS);
+        result.map_or_else(|_| Vec::new(), |result| result.rows)
+    });
+    let row = ROWS.iter().find(|row| (row.step.as_str(), row.quantity.as_str()) == (step, name));
+    row.map(|row| row.value)
+}
+
+/// The part of a stored result that is read.
+#[derive(Deserialize)]
+struct Predictions {
+    rows: Vec<Prediction>,
+}
+
+#[derive(Deserialize)]
+struct Prediction {
+    step: String,
+    quantity: String,
+    value: f64,
 }
 
 /// Formats a figure as a line: name, value, limits, verdict.
@@ -313,7 +328,8 @@ mod tests {
             let value = value.unwrap_or_else(|| panic!("{} has none", limit.name));
             assert!((limit.lowest..=limit.highest).contains(&value), "{}", limit.name);
         }
-        assert_eq!(PREDICTIONS.lines().count(), 1 + LIMITS.len());
+        let result: Predictions = serde_json::from_str(PREDICTIONS).expect("a result");
+        assert_eq!(result.rows.len(), LIMITS.len());
     }
 
     #[test]

@@ -4,13 +4,12 @@
 use std::fs::{self, File};
 use std::process::{Command, Stdio};
 
-use host_tests::committed::{assert_current, workspace};
 use serde_json::Value as Json;
+use virtual_board::emulator::wiring::Wiring;
+use xtask::results::{Measurement, rounded};
 
 use super::server::{Server, Words, program};
-
-/// File with the figures of a healthy foot, to which those of a board are compared.
-const PREDICTIONS: &str = "host/footfall/src/commands/accept/virtual-board.csv";
+use crate::common::digest::assert_reproduced_on;
 
 /// Time after which a person has read a new text, ms.
 const READING_MS: u64 = 100;
@@ -87,17 +86,25 @@ fn follow(server: &mut Server, line: &str) {
     }
 }
 
-/// Values by step and name, as the file of predictions has them.
-fn table(report: &Json) -> String {
-    let figures = report["figures"].as_array().expect("figures");
-    let row = |figure: &Json| {
-        let [step, name] = ["step", "name"].map(|key| figure[key].as_str().expect("a text"));
-        let value = figure["value"].as_f64();
-        let value = value.unwrap_or_else(|| panic!("{name}: {figure}"));
-        format!("{step},{name},{value:.3}\n")
-    };
-    let rows: String = figures.iter().map(row).collect();
-    format!("step,name,value\n{rows}")
+/// The figures, with which `footfall accept` compares those of a board. Times and noise depend on the program of the
+/// board, so that their values are not compared: the limits judge them.
+fn result(report: &Json) -> Measurement {
+    let what = "Figures of a healthy foot in `footfall accept`, on the virtual board at 25 °C.";
+    let mut result = Measurement::new("acceptance", what)
+        .measured_by(
+            "cargo test -p virtual-board healthy_foot_is_accepted_in_all_steps_on_its_serial_line -- --ignored",
+        )
+        .tolerance("value", f64::INFINITY);
+    for figure in report["figures"].as_array().expect("figures") {
+        let value = figure["value"].as_f64().unwrap_or_else(|| panic!("no value: {figure}"));
+        result.row([
+            ("step", figure["step"].clone()),
+            ("quantity", figure["name"].clone()),
+            ("value", rounded(value, 3).into()),
+            ("unit", figure["unit"].clone()),
+        ]);
+    }
+    result
 }
 
 /// Names of the figures that are out.
@@ -117,17 +124,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
     let (report, said, is_accepted) = accepted(&mut server, SERIAL, &[], follow);
     assert!(is_accepted, "{said}");
     assert_eq!((&report["out"], &report["not_tested"]), (&0.into(), &0.into()), "{said}");
-    let measured = table(&report);
-    let path = workspace().join(PREDICTIONS);
-    let committed = fs::read_to_string(&path).unwrap_or_default();
-    let names = |table: &str| -> Vec<String> {
-        let names = table.lines().filter_map(|line| line.rsplit_once(','));
-        names.map(|(name, _)| name.to_owned()).collect()
-    };
-    // Times and noise depend on the program of the board; the limits judge them.
-    if names(&measured) != names(&committed) {
-        assert_current(&path, &measured);
-    }
+    assert_reproduced_on(&[Wiring::reference().program], result(&report));
     // The raw samples are off again.
     let streams = server.foot(&serial, &["diff"]);
     assert!(!streams.contains("uart"), "{streams}");

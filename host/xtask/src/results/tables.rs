@@ -65,8 +65,11 @@ pub fn blocks() -> Result<Vec<Block>> {
     blocks.collect()
 }
 
-/// The sentence that names file, commit and programs of a result.
-fn origin(result: &Stored, page: &str) -> Result<String> {
+/// Sentence that names file, commit and programs of a result, on a page relative to the root.
+///
+/// # Errors
+/// The result has no commit or no date.
+pub fn origin(result: &Stored, page: &str) -> Result<String> {
     let up = "../".repeat(page.matches('/').count());
     let file = format!("results/{}.json", result.name);
     let mut text = format!(
