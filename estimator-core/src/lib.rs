@@ -82,6 +82,8 @@ pub mod range;
 pub mod rest;
 pub mod sample;
 pub mod self_calibrating;
+#[cfg(any(test, feature = "self-check"))]
+pub mod self_check;
 pub mod units;
 pub mod vector;
 pub mod velocity;

@@ -16,7 +16,7 @@
 //! | bytes of the UART become requests, requests become answers | [`uart_requests`] |
 //! | settings in flash | the crate [`storage`] |
 //! | faults that come and go, liveness for the watchdog, the record of a crash | [`supervision`] |
-//! | the estimator's bits on the target | [`self_check`] |
+//! | floats on a core without an instruction for them | [`float`] |
 //! | lines of the program that measures a new board | [`bring_up`] |
 //!
 //! Two levels; the lower cannot delay the upper:
@@ -56,11 +56,11 @@
 
 pub mod bring_up;
 pub mod costs;
+pub mod float;
 pub mod foot;
 pub mod outlet;
 pub mod ports;
 pub mod sampling;
-pub mod self_check;
 pub mod supervision;
 pub mod uart_requests;
 

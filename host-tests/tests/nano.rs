@@ -1,8 +1,5 @@
 //! The program of the Nano RP2040, as its UF2 file, in an emulator of the chip by others: see `nano/README.md`.
 
-#[path = "../../firmware/nano-rp2040/src/float.rs"]
-mod float;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,6 +7,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use estimator_core::{ContactEstimator, Decision, Params};
+use firmware::float;
 use lsm6dsox::imu::missing_sample;
 use serde_json::Value as Json;
 use tempfile::TempDir;

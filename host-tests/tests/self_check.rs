@@ -4,8 +4,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use estimator_core::Params;
-use firmware::self_check;
+use estimator_core::{Params, self_check};
 use host_tests::committed::workspace;
 use host_tests::qemu;
 
@@ -40,7 +39,7 @@ fn digests_on_host() -> Vec<String> {
 fn build_self_check() -> PathBuf {
     let target_dir = workspace().join("target");
     let status = Command::new(env!("CARGO"))
-        .args(["build", "--profile", "firmware", "-p", "firmware", "--bin", "self-check"])
+        .args(["build", "--profile", "firmware", "-p", "foot-stm32f405", "--bin", "self-check"])
         .args(["--target", "thumbv7em-none-eabihf", "--target-dir"])
         .arg(&target_dir)
         .current_dir(workspace())

@@ -123,7 +123,7 @@ fn pictures_show_the_wires_of_their_boards() {
 
 #[test]
 fn every_folder_of_a_board_has_a_table_here() {
-    let folder = workspace().join("firmware/src/board");
+    let folder = workspace().join("firmware/boards/stm32f405/src/wiring");
     let entries = std::fs::read_dir(folder).expect("it can be read");
     let folders = entries.filter_map(|entry| {
         let entry = entry.expect("it can be read");

@@ -33,7 +33,7 @@ impl Board {
     /// A table cannot be read, or names no program.
     pub fn all() -> Result<Vec<Self>> {
         let mut boards = Vec::new();
-        for entry in fs::read_dir(root().join("firmware/src/board"))? {
+        for entry in fs::read_dir(root().join("firmware/boards/stm32f405/src/wiring"))? {
             let table = entry?.path().join("pins.toml");
             if table.is_file() {
                 boards.push(Self::read(&table)?);
@@ -92,7 +92,7 @@ pub fn build_all() -> Result<()> {
         build_bootloader(&board, &[])?;
     }
     Step::cargo(&["build", "--locked", "--profile", "firmware", "--target", TARGET])
-        .with(["--package", "firmware", "--bin", "self-check"])
+        .with(["--package", "foot-stm32f405", "--bin", "self-check"])
         .run()
 }
 
@@ -108,7 +108,7 @@ pub fn build(board: &Board, arguments: &[String]) -> Result<PathBuf> {
 fn build_programs(board: &Board, programs: &[&str], arguments: &[String]) -> Result<()> {
     let bins = programs.iter().flat_map(|program| ["--bin", program]);
     Step::cargo(&["build", "--locked", "--profile", "firmware", "--target", TARGET])
-        .with(["--package", "firmware", "--no-default-features", "--features", &board.name])
+        .with(["--package", "foot-stm32f405", "--no-default-features", "--features", &board.name])
         .with(bins)
         .with(arguments)
         .run()
@@ -138,7 +138,13 @@ pub fn lint() -> Result<()> {
     let clippy = || Step::cargo(&["clippy", "--locked", "--target", TARGET]);
     for board in Board::all()? {
         clippy()
-            .with(["--package", "firmware", "--no-default-features", "--features", &board.name])
+            .with([
+                "--package",
+                "foot-stm32f405",
+                "--no-default-features",
+                "--features",
+                &board.name,
+            ])
             .with(["--", "-D", "warnings"])
             .run()?;
         clippy()

@@ -268,7 +268,8 @@ mod tests {
             ),
             ("/rustc/abcdef/library/core/src/slice/index.rs:3", None),
             ("??:0", None),
-            ("/footfall/firmware/src/foot/mod.rs:99", Some("firmware")),
+            ("/footfall/firmware/src/foot.rs:99", Some("firmware")),
+            ("/footfall/firmware/boards/stm32f405/src/can.rs:99", Some("stm32f405")),
         ] {
             assert_eq!(owner(file), expected, "{file}");
         }

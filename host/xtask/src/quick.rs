@@ -7,11 +7,8 @@ use anyhow::Result;
 use crate::command::Step;
 use crate::packages::Packages;
 
-/// Packages with binaries for the target only; a host builds their libraries.
-const LIBRARY_ALONE: [&str; 1] = ["firmware"];
-
 /// Packages that are not built on a host.
-const NOT_FOR_HOSTS: [&str; 1] = ["board-proofs"];
+const NOT_FOR_HOSTS: [&str; 2] = ["board-proofs", "foot-stm32f405"];
 
 /// Packages with only integration tests, which take minutes.
 const SLOW: [&str; 1] = ["host-tests"];
@@ -35,38 +32,22 @@ fn changed_since(commit: &str) -> Result<BTreeSet<String>> {
 pub fn run(commit: &str) -> Result<()> {
     Step::cargo(&["fmt", "--all", "--check"]).run()?;
     let affected = Packages::read()?.affected(&changed_since(commit)?);
-    if affected.is_empty() {
-        eprintln!("no package is touched");
+    let names = affected.iter().map(String::as_str);
+    let on_hosts: Vec<&str> = names.filter(|name| !NOT_FOR_HOSTS.contains(name)).collect();
+    if on_hosts.is_empty() {
+        eprintln!("no package of hosts is touched");
         return Ok(());
     }
-    let names = affected.iter().map(String::as_str);
-    let on_hosts = names.filter(|name| !NOT_FOR_HOSTS.contains(name));
-    let (libraries, others): (Vec<&str>, Vec<&str>) =
-        on_hosts.partition(|name| LIBRARY_ALONE.contains(name));
     let named = |names: &[&str]| {
         let pair = |name| ["-p".to_owned(), format!("{name}@{VERSION}")];
         names.iter().flat_map(pair).collect::<Vec<String>>()
     };
-    let deny = ["--", "-D", "warnings"];
-    if !libraries.is_empty() {
-        let lints = Step::cargo(&["clippy", "--locked", "--lib", "--tests"]);
-        lints.with(named(&libraries)).with(deny).run()?;
-    }
-    if !others.is_empty() {
-        let lints = Step::cargo(&["clippy", "--locked", "--all-targets"]);
-        lints.with(named(&others)).with(deny).run()?;
-    }
-    let quick = |names: &[&str]| {
-        let quick = names.iter().copied().filter(|name| !SLOW.contains(name));
-        named(&quick.collect::<Vec<&str>>())
-    };
-    for (targets, names) in
-        [(&["--lib"][..], quick(&libraries)), (&["--lib", "--bins"], quick(&others))]
-    {
-        if !names.is_empty() {
-            let tests = Step::cargo(&["test", "--locked", "--quiet"]);
-            tests.with(targets).with(names).run()?;
-        }
+    let lints = Step::cargo(&["clippy", "--locked", "--all-targets"]);
+    lints.with(named(&on_hosts)).with(["--", "-D", "warnings"]).run()?;
+    let quick: Vec<&str> = on_hosts.into_iter().filter(|name| !SLOW.contains(name)).collect();
+    if !quick.is_empty() {
+        let tests = Step::cargo(&["test", "--locked", "--quiet", "--lib", "--bins"]);
+        tests.with(named(&quick)).run()?;
     }
     Ok(())
 }

@@ -12,7 +12,7 @@ use object::read::elf::{FileHeader, ProgramHeader};
 use crate::command::{Step, root};
 
 /// Folder of the package, a workspace of its own.
-const PACKAGE: &str = "firmware/nano-rp2040";
+const PACKAGE: &str = "firmware/boards/rp2040";
 
 /// Name of the program.
 pub const PROGRAM: &str = "foot-nano-rp2040";

@@ -62,8 +62,11 @@ pub struct Wiring {
 
 /// Name and table of each board.
 pub const TABLES: [(&str, &str); 2] = [
-    ("reference", include_str!("../../../../firmware/src/board/reference/pins.toml")),
-    ("feather", include_str!("../../../../firmware/src/board/feather/pins.toml")),
+    (
+        "reference",
+        include_str!("../../../../firmware/boards/stm32f405/src/wiring/reference/pins.toml"),
+    ),
+    ("feather", include_str!("../../../../firmware/boards/stm32f405/src/wiring/feather/pins.toml")),
 ];
 
 static BOARDS: LazyLock<Vec<Wiring>> = LazyLock::new(|| {
@@ -141,7 +144,15 @@ impl Wiring {
     /// Arguments of cargo that choose the board's program.
     #[must_use]
     pub fn cargo_arguments(&self) -> [&'static str; 7] {
-        ["-p", "firmware", "--no-default-features", "--features", self.name, "--bin", self.program]
+        [
+            "-p",
+            "foot-stm32f405",
+            "--no-default-features",
+            "--features",
+            self.name,
+            "--bin",
+            self.program,
+        ]
     }
 
     /// The board that an ELF is built for, which it names by a symbol `_board_NAME`; without one the reference

@@ -116,7 +116,7 @@ pub fn is_built_here() -> bool {
 pub fn product_file() -> Option<PathBuf> {
     match std::env::var_os("FOOTFALL_ELF") {
         Some(path) => Some(PathBuf::from(path)),
-        None if workspace().join("firmware/src/main.rs").exists() => {
+        None if workspace().join("firmware/boards/stm32f405/src/lib.rs").exists() => {
             Some(build_board(Wiring::reference()))
         }
         None => {
@@ -134,7 +134,7 @@ pub fn products() -> Vec<(&'static Wiring, Vec<u8>)> {
         if board.name == Wiring::reference().name {
             return Some((board, product()?));
         }
-        let source = workspace().join("firmware/src/board").join(board.name);
+        let source = workspace().join("firmware/boards/stm32f405/src/wiring").join(board.name);
         source.join("mod.rs").exists().then(|| {
             let elf = std::fs::read(build_board(board)).expect("the ELF was built");
             (board, elf)

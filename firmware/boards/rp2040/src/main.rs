@@ -1,0 +1,287 @@
+//! The foot's program on an Arduino Nano RP2040 Connect: its LSM6DSOX on I²C, frames over USB, a tick of 2.4 ms.
+//!
+//! The portable part is the library `firmware`, as on the other boards; the path of a sample is described there. Here
+//! are the chip and the levels:
+//!
+//! | level | what runs there |
+//! |---|---|
+//! | interrupts, priority 0 | timer, I²C, the pin of INT1 |
+//! | sampling, an executor at priority 1 | [`sample`] |
+//! | USB and an executor at priority 3 | the tasks of [`usb`] |
+//! | thread | settings, watchdog, LED |
+//!
+//! CAN, a load input, the second core and the radio module with the RGB LED are not used.
+
+#![no_std]
+#![no_main]
+
+mod crash;
+mod flash;
+mod sensor;
+mod soft_float;
+mod stack;
+mod timebase;
+mod usb;
+
+use core::fmt::Write as _;
+use core::sync::atomic::{AtomicU8, Ordering};
+
+use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+use embassy_rp::clocks::ClockConfig;
+use embassy_rp::gpio::{Level, Output};
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::peripherals::{I2C0, USB};
+use embassy_rp::watchdog::{ResetReason, Watchdog};
+use embassy_rp::{bind_interrupts, i2c};
+use embassy_time::{Duration, Instant, Timer};
+use firmware::costs::Cost;
+use firmware::ports::{Input, Reloaded, Request};
+use firmware::sampling::{self, Sensor};
+use firmware::supervision::StackDepth;
+use firmware::{Foot, Ports, Start};
+use lsm6dsox::Config;
+use static_cell::StaticCell;
+use storage::{MOST_WATCHDOG_RESETS, Origin, Storage, StoreFailed};
+use wire::foot::serial_number;
+use wire::node::{BootCause, Crash, Program};
+use wire::{Fault, Settings, Stage};
+
+use flash::SettingsFlash;
+use timebase::{Delay, TICK_US, Timebase};
+
+bind_interrupts!(struct Irqs {
+    I2C0_IRQ => i2c::InterruptHandler<I2C0>;
+    USBCTRL_IRQ => embassy_rp::usb::InterruptHandler<USB>;
+});
+
+/// State shared between the levels.
+static PORTS: Ports = Ports::new();
+
+/// Stage shown by the LED, and [`FAULT`] while a fault is active.
+static LIGHT: AtomicU8 = AtomicU8::new(0);
+const FAULT: u8 = 0x80;
+
+static SAMPLING: InterruptExecutor = InterruptExecutor::new();
+static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
+
+/// Period of the watchdog: longer than the erase of a sector, 400 ms at most.
+const WATCHDOG: Duration = Duration::from_millis(1_000);
+
+/// Interval of feeding it.
+const FEEDING: Duration = Duration::from_millis(60);
+
+/// Clock of the cores, Hz: the highest that the RP2040's data sheet allows at the usual voltage.
+const CLOCK_HZ: u32 = 133_000_000;
+
+/// Register of the watchdog, kept over its resets, with their number in a row.
+const RESETS: usize = 0;
+
+/// Time in which the answer to a request leaves.
+const ANSWERING: Duration = Duration::from_millis(20);
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static THREAD: StaticCell<Executor> = StaticCell::new();
+    static FOOT: StaticCell<Foot> = StaticCell::new();
+
+    let clocks =
+        ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000));
+    let p = embassy_rp::init(embassy_rp::config::Config::new(clocks));
+    crash::start_loader_if_tapped_twice();
+    let crash = crash::take();
+    let mut watchdog = Watchdog::new(p.WATCHDOG);
+    let cause_of_reset = watchdog.reset_reason();
+    let timed_out = cause_of_reset == Some(ResetReason::TimedOut);
+    let resets = match timed_out {
+        true => watchdog.get_scratch(RESETS).saturating_add(1),
+        false => 0,
+    };
+    watchdog.set_scratch(RESETS, resets);
+    watchdog.start(WATCHDOG);
+
+    let mut flash = SettingsFlash::new(p.FLASH);
+    let id = flash.unique_id();
+    let Ok(mut storage) = Storage::new(flash, &(0..flash::SETTINGS)) else {
+        halt();
+    };
+    let (settings, origin) = match resets < MOST_WATCHDOG_RESETS {
+        true => storage.load(),
+        false => (Settings::default(), Origin::NotRead),
+    };
+    let reason = match crash {
+        Some(record) => Some(record.into()),
+        None => timed_out.then_some(Crash { fault: Fault::WatchdogReset, program_counter: 0 }),
+    };
+    let start = Start {
+        serial: serial_number(id),
+        hardware: "Arduino Nano RP2040 Connect",
+        cause: match (cause_of_reset, crash.is_some()) {
+            (Some(ResetReason::Forced), false) => BootCause::Commanded,
+            _ => BootCause::PowerUp,
+        },
+        crash: reason,
+        origin,
+        unused_crystal_khz: None,
+        // The detector of the chip is on after each reset.
+        brown_out_level: 1,
+        program: Program {
+            identification: u32::from_str_radix(env!("FOOTFALL_PROGRAM"), 16).unwrap_or(0),
+            ..Program::default()
+        },
+    };
+    let foot = Foot::new(settings, start).or_else(|_| {
+        let origin = Origin::Incompatible;
+        Foot::new(Settings::default(), Start { origin, ..start })
+    });
+    let Ok(foot) = foot else { halt() };
+    let foot = FOOT.init(foot.without_can(TICK_US));
+    let settings = foot.settings();
+    let (self_test, range) = (settings.self_test(), settings.accelerometer_range());
+
+    interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
+    interrupt::SWI_IRQ_1.set_priority(Priority::P3);
+    let communication = COMMUNICATION.start(interrupt::SWI_IRQ_1);
+    once(usb::serve(p.USB, text_of(id)), |task| {
+        communication.spawn(task);
+    });
+
+    interrupt::SWI_IRQ_0.set_priority(Priority::P1);
+    let level = SAMPLING.start(interrupt::SWI_IRQ_0);
+    let parts = sensor::Parts { controller: p.I2C0, data: p.PIN_12, clock: p.PIN_13 };
+    let sensor = Sensor::new(sensor::SensorBus::new(parts), Config::FRESH_417_HERTZ)
+        .with_accelerometer_range(range);
+    let ticks = Timebase::new(sensor::data_ready(p.PIN_24));
+    once(sample(sensor, ticks, foot, self_test), |task| {
+        level.spawn(task);
+    });
+
+    let led = Output::new(p.PIN_6, Level::Low);
+    THREAD.init(Executor::new()).run(|thread| {
+        once(serve_requests(storage), |task| thread.spawn(task));
+        once(feed(watchdog), |task| thread.spawn(task));
+        once(blink(led), |task| thread.spawn(task));
+    })
+}
+
+#[embassy_rp::interrupt]
+unsafe fn SWI_IRQ_0() {
+    // SAFETY: called by this interrupt.
+    unsafe { SAMPLING.on_interrupt() }
+}
+
+#[embassy_rp::interrupt]
+unsafe fn SWI_IRQ_1() {
+    // SAFETY: called by this interrupt.
+    unsafe { COMMUNICATION.on_interrupt() }
+}
+
+/// Spawns a task that exists once.
+fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToken<S>)) {
+    if let Ok(task) = task {
+        spawn(task);
+    }
+}
+
+/// Ends a start with an inconsistency: the watchdog's reset follows.
+fn halt() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// Serial number of the USB device, hexadecimal.
+fn text_of(id: [u8; 8]) -> &'static str {
+    static TEXT: StaticCell<heapless::String<16>> = StaticCell::new();
+    let text = TEXT.init(heapless::String::new());
+    // Sixteen digits have room.
+    let _ = write!(text, "{:016X}", u64::from_be_bytes(id));
+    text
+}
+
+/// Runs tick, edge, burst, estimate and frames, forever.
+#[embassy_executor::task]
+async fn sample(
+    sensor: Sensor<sensor::SensorBus>,
+    ticks: Timebase,
+    foot: &'static mut Foot,
+    self_test: bool,
+) {
+    sampling::run(sensor, Delay, ticks, self_test, |tick, measurement| {
+        foot.tick(tick, measurement, None, &PORTS);
+        let fault = if foot.faults().is_empty() { 0 } else { FAULT };
+        LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
+        if measurement.raw.is_some() {
+            let now = Instant::now().as_micros();
+            let work = now.saturating_sub(tick.sampled().as_micros());
+            PORTS.costs.take(Cost::Work, work as u32);
+        }
+    })
+    .await;
+}
+
+/// Serves requests of the foot that take longer than a tick.
+#[embassy_executor::task]
+async fn serve_requests(mut storage: Storage<SettingsFlash>) {
+    loop {
+        match PORTS.next_request().await {
+            Request::Store(settings, erase) => {
+                let stored = storage.store(&settings, erase);
+                PORTS.put(Input::Stored(stored)).await;
+            }
+            Request::Restore(erase) => {
+                let forgotten = storage.restore(erase);
+                PORTS.put(Input::Stored(forgotten)).await;
+            }
+            // The loader is in the chip's ROM.
+            Request::ConfirmProgram => PORTS.put(Input::Protected(Ok(()))).await,
+            Request::ProtectSupply => {
+                PORTS.put(Input::Protected(Err(StoreFailed::Flash))).await;
+            }
+            Request::StopProgram => {
+                Timer::after(ANSWERING).await;
+                crash::start_loader();
+            }
+            Request::Reload => {
+                let (settings, origin) = storage.load();
+                PORTS.reload(Reloaded { settings, origin });
+            }
+            Request::Reset => crash::reset(),
+        }
+    }
+}
+
+/// Feeds the watchdog while all workers are alive, and measures the depth of the stack.
+#[embassy_executor::task]
+async fn feed(mut watchdog: Watchdog) {
+    let mut depth = StackDepth::default();
+    loop {
+        PORTS.call();
+        Timer::after(FEEDING).await;
+        if PORTS.liveness.all_alive() {
+            watchdog.feed(WATCHDOG);
+            watchdog.set_scratch(RESETS, 0);
+        }
+        if let Some(used) = stack::look(&mut depth) {
+            PORTS.costs.take(Cost::Stack, used as u32);
+        }
+    }
+}
+
+/// Shows the stage: duration of the LED on and then off, ms.
+#[embassy_executor::task]
+async fn blink(mut led: Output<'static>) {
+    loop {
+        let light = LIGHT.load(Ordering::Relaxed);
+        let (on, off) = match Stage::from_code(light & !FAULT).unwrap_or(Stage::Starting) {
+            Stage::Starting | Stage::SelfTest => (50, 50),
+            Stage::HoldStill => (250, 250),
+            Stage::Recovering => (50, 150),
+            Stage::Running if light & FAULT != 0 => (900, 100),
+            Stage::Running => (50, 950),
+        };
+        led.set_high();
+        Timer::after_millis(on).await;
+        led.set_low();
+        Timer::after_millis(off).await;
+    }
+}

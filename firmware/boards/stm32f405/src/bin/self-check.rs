@@ -1,0 +1,42 @@
+//! Runs the self-check on the target and prints its digests over semihosting, one line a
+//! checkpoint: `preset samples digest`.
+
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use estimator_core::{Params, ParamsError, self_check};
+// The vector table.
+use stm32_metapac as _;
+
+#[entry]
+fn main() -> ! {
+    let outcome = check("default", &Params::DEFAULT).and_then(|()| check("paper", &Params::PAPER));
+    match outcome {
+        Ok(()) => debug::exit(debug::EXIT_SUCCESS),
+        Err(error) => {
+            hprintln!("{}", error);
+            debug::exit(debug::EXIT_FAILURE);
+        }
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+fn check(preset: &str, params: &Params) -> Result<(), ParamsError> {
+    self_check::run(params, |samples, digest| {
+        hprintln!("{} {} {:016x}", preset, samples, digest);
+    })
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo) -> ! {
+    hprintln!("{}", info);
+    debug::exit(debug::EXIT_FAILURE);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

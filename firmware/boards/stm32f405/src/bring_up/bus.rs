@@ -1,0 +1,92 @@
+//! Errors of the sensor's bus at each clock.
+
+use embassy_stm32::pac::SPI1;
+use embassy_stm32::pac::spi::vals::Br;
+use embedded_hal_async::spi::{Operation, SpiDevice};
+use firmware::bring_up::Verdict;
+use lsm6dsox::register::X_OFS_USR;
+use lsm6dsox::{SetSpiClock, SpiClock};
+
+use super::Out;
+use crate::sensor::SensorBus;
+use crate::wiring::SENSOR_SPEED;
+
+/// Reads of each pattern at each clock of the sensor's bus, 10⁵ in all, and wrong ones that end them.
+const READS: u32 = 25_000;
+const ENOUGH: u32 = 1_000;
+
+/// Bytes that are written and read: to the user offsets, which the start of the sensor clears.
+const PATTERNS: [[u8; 3]; 4] =
+    [[0x00, 0xFF, 0x00], [0x55, 0xAA, 0x55], [0xFF, 0x00, 0xFF], [0x33, 0x0F, 0xC9]];
+
+/// Reads that were wrong or failed at the present clock of the bus, and all reads.
+async fn misreads(bus: &mut SensorBus) -> (u32, u32) {
+    let (mut wrong, mut reads) = (0, 0);
+    for pattern in PATTERNS {
+        let [x, y, z] = pattern;
+        let mut bytes = [X_OFS_USR.address, x, y, z];
+        let write = &mut [Operation::TransferInPlace(&mut bytes)];
+        let is_written = bus.transaction(write).await.is_ok();
+        for _ in 0..READS {
+            let mut bytes = [X_OFS_USR.read_address(), 0, 0, 0];
+            let read = &mut [Operation::TransferInPlace(&mut bytes)];
+            let is_read = bus.transaction(read).await.is_ok();
+            let [_, bytes @ ..] = bytes;
+            wrong += u32::from(!(is_written && is_read && bytes == pattern));
+            reads += 1;
+            if wrong >= ENOUGH {
+                return (wrong, reads);
+            }
+            // Lets the watchdog be fed.
+            embassy_futures::yield_now().await;
+        }
+    }
+    (wrong, reads)
+}
+
+/// Measures the sensor's bus at the foot's clocks, and at the limit of the part; leaves it at the fastest of the
+/// foot's clocks without an error.
+pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
+    let mut fastest = None;
+    for clock in SpiClock::ALL {
+        bus.set_spi_clock(clock);
+        let (wrong, reads) = misreads(bus).await;
+        if wrong == 0 {
+            fastest = Some(clock);
+        }
+        let verdict = match wrong {
+            1.. if clock > SENSOR_SPEED => Verdict::NotTested("the foot starts slower"),
+            _ => Verdict::when(wrong == 0, "wires of SPI and CS; supply of the sensor"),
+        };
+        let name = match clock {
+            SpiClock::Quarter => "sensor's bus, 1.25 MHz",
+            SpiClock::Half => "sensor's bus, 2.5 MHz",
+            SpiClock::Full => "sensor's bus, 5 MHz",
+        };
+        let value = format_args!("{wrong} of {reads} wrong");
+        out.line(name, value, "0", verdict).await;
+    }
+    SPI1.cr1().modify(|w| w.set_spe(false));
+    // APB2 has 80 MHz.
+    SPI1.cr1().modify(|w| w.set_br(Br::DIV8));
+    SPI1.cr1().modify(|w| w.set_spe(true));
+    let (wrong, reads) = misreads(bus).await;
+    let verdict = match wrong {
+        0 => Verdict::Pass,
+        _ => Verdict::NotTested("the foot does not use it"),
+    };
+    let value = format_args!("{wrong} of {reads} wrong");
+    out.line("sensor's bus, 10 MHz", value, "0", verdict).await;
+    let khz = |clock: SpiClock| clock.hertz() / 1_000;
+    out.line(
+        "sensor's clock",
+        format_args!("{} kHz without error", fastest.map_or(0, khz)),
+        "",
+        Verdict::when(
+            fastest >= Some(SENSOR_SPEED),
+            "the foot slows down by itself: shorter wires",
+        ),
+    )
+    .await;
+    bus.set_spi_clock(fastest.unwrap_or(SENSOR_SPEED));
+}

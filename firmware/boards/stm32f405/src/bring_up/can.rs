@@ -1,0 +1,107 @@
+//! CAN: the controller's own loop-back, then a frame that another node has to acknowledge.
+
+use embassy_stm32::pac::CAN1;
+use embassy_stm32::pac::can::vals::Silm;
+use embassy_time::{Duration, Timer};
+use wire::CanFrame;
+
+use crate::can::{Control, try_send};
+
+/// Bit rate of both tests.
+pub const BIT_RATE: u32 = 1_000_000;
+
+/// Identifier that loses every arbitration, as the one before it does: no other node waits for them.
+const IDENTIFIER: u16 = 0x7FF;
+
+/// Longer than a frame, eleven recessive bits before it, and three attempts.
+const FRAME: Duration = Duration::from_millis(5);
+
+/// Polls of the acknowledgement of initialisation: 4 ms.
+const POLLS: u32 = 60_000;
+
+/// Whether the controller sends to itself.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    /// Nothing leaves or enters the chip (RM0090, 32.6.3: loop back combined with silent mode).
+    Inside,
+    /// The bus.
+    Bus,
+}
+
+/// Sets the mode in initialisation, and returns whether the controller has left it again.
+fn set_mode(mode: Mode) -> bool {
+    if !initialise() {
+        // A shorted bus is never idle, and a reset does not wait for it (RM0090, CAN_MCR.RESET).
+        CAN1.mcr().write(|w| w.set_reset(true));
+        if !initialise() {
+            return false;
+        }
+    }
+    CAN1.btr().modify(|w| {
+        w.set_lbkm(mode == Mode::Inside);
+        w.set_silm(match mode {
+            Mode::Inside => Silm::SILENT,
+            Mode::Bus => Silm::NORMAL,
+        });
+    });
+    CAN1.mcr().modify(|w| w.set_inrq(false));
+    (0..POLLS).any(|_| !CAN1.msr().read().inak())
+}
+
+fn initialise() -> bool {
+    CAN1.mcr().modify(|w| {
+        w.set_sleep(false);
+        w.set_inrq(true);
+    });
+    (0..POLLS).any(|_| {
+        let status = CAN1.msr().read();
+        status.inak() && !status.slak()
+    })
+}
+
+/// Sends a frame, and returns whether it was acknowledged.
+async fn is_sent() -> bool {
+    let sent = CanFrame::new(IDENTIFIER, &[]).is_some_and(|frame| try_send(&frame));
+    Timer::after(FRAME).await;
+    let status = CAN1.tsr().read();
+    let is_done = (0..3).any(|mailbox| status.rqcp(mailbox) && status.txok(mailbox));
+    // A frame that waits for a node would be sent in the next test.
+    CAN1.tsr().write(|w| {
+        for mailbox in 0..3 {
+            w.set_abrq(mailbox, true);
+        }
+    });
+    Timer::after(FRAME).await;
+    CAN1.tsr().write(|w| {
+        for mailbox in 0..3 {
+            w.set_rqcp(mailbox, true);
+        }
+    });
+    sent && is_done
+}
+
+/// Fills the mailboxes with long frames.
+pub fn fill() {
+    for identifier in [IDENTIFIER, IDENTIFIER - 1] {
+        if let Some(frame) = CanFrame::new(identifier, &[0x55; 8]) {
+            try_send(&frame);
+        }
+    }
+}
+
+/// Leaves the bus.
+pub fn leave() {
+    initialise();
+}
+
+/// Returns whether the controller, which has been started, acknowledges its own frame.
+pub async fn loops_back(_started: &Control) -> bool {
+    set_mode(Mode::Inside) && is_sent().await
+}
+
+/// Returns whether another node acknowledges a frame, and the transmit error counter.
+pub async fn is_acknowledged(control: &mut Control) -> (bool, u8) {
+    control.set_bit_rate(BIT_RATE);
+    let is_sent = set_mode(Mode::Bus) && is_sent().await;
+    (is_sent, CAN1.esr().read().tec())
+}

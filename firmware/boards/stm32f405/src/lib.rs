@@ -1,0 +1,123 @@
+//! The board: an STM32F405RG with its crystal, an LSM6DSOX, a CAN transceiver, a serial line, a
+//! load sensor and an LED.
+//!
+//! A feature chooses one of the boards, whose tables are in [`wiring`]. All else is the same on each board. All decisions
+//! are made by the library `firmware`; [`foot::run`] connects both, and [`bring_up::run`] measures a new board.
+//!
+//! | interrupts, from the most urgent | |
+//! |---|---|
+//! | 1 | TIM2, the sensor's DMA, the reception of CAN and of the USART's DMA |
+//! | 2 | the sampling executor |
+//! | 4 | the transmission of CAN and of the USART's DMA, the USART, the HAL's timer |
+//! | 5 | the communication executor |
+//! | thread | everything else |
+
+#![no_std]
+
+pub mod bring_up;
+mod can;
+mod clocks;
+mod crash;
+mod flash;
+pub mod foot;
+mod load;
+mod sensor;
+mod stack;
+mod timebase;
+mod uart;
+mod update;
+mod watchdog;
+mod wiring;
+
+use bootloader::image::{self, Header};
+use bootloader::supply;
+use defmt_rtt as _;
+use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
+use wire::foot::serial_number;
+
+/// Header in front of a program, as a debug probe writes it. An image for an update gets one with hash and signature.
+#[used]
+#[unsafe(link_section = ".header")]
+static HEADER: [u8; image::USED] = Header::probed(wiring::BOARD, env!("FOOTFALL_COMMIT"));
+
+/// Priority of the timer and the sensor's DMA, for which a sample waits, and of reception, for which a line does not wait.
+const URGENT_PRIORITY: Priority = Priority::P1;
+
+/// Priority of the interrupt that runs the sampling executor.
+const SAMPLING_EXECUTOR_PRIORITY: Priority = Priority::P2;
+
+/// Priority of the communication peripherals.
+const COMMUNICATION_PRIORITY: Priority = Priority::P4;
+
+/// Priority of the interrupt that runs the communication executor.
+const COMMUNICATION_EXECUTOR_PRIORITY: Priority = Priority::P5;
+
+/// Last handler of each interrupt. A store just before the return from an exception can lead to the handler of
+/// another interrupt unless it is complete (Arm erratum 838869 of the Cortex-M4 \[M\]), and an interrupt whose flag is not
+/// yet cleared returns at once. The HAL's own handler of TIM5 has none.
+struct Barrier;
+
+impl<I: typelevel::Interrupt> typelevel::Handler<I> for Barrier {
+    unsafe fn on_interrupt() {
+        cortex_m::asm::dsb();
+    }
+}
+
+/// Peripherals of the board, started except for those with settings.
+struct Board {
+    /// Source of the clock.
+    clock: clocks::Source,
+    /// Cause of the processor's start.
+    reset: crash::Reset,
+    /// Resets by the watchdog in a row, none of which was followed by a feeding of it.
+    watchdog_resets: u32,
+    /// Previous crash, if this start follows one.
+    crash: Option<crash::Crash>,
+    /// Serial number, unique to this board.
+    serial: u32,
+    /// Ticks and edges.
+    timebase: timebase::Timebase,
+    /// Bus of the sensor.
+    sensor: sensor::SensorBus,
+    /// Load sensor.
+    load: load::LoadSensor,
+    /// CAN, not yet on the bus.
+    can: can::Parts,
+    /// The serial line, not yet running.
+    uart: uart::Parts,
+    /// Flash of the configuration.
+    flash: flash::ConfigFlash,
+    /// Lit when high.
+    led: Output<'static>,
+}
+
+/// Starts the board.
+fn start() -> Board {
+    watchdog::start();
+    let crash = crash::take();
+    let reset = crash::take_reset();
+    let clock = clocks::start();
+    let p = embassy_stm32::init(clocks::config(clock));
+    clocks::enable_caches();
+    if clock == clocks::Source::Crystal {
+        clocks::watch_crystal();
+    }
+    supply::watch();
+    interrupt::TIM5.set_priority(COMMUNICATION_PRIORITY);
+    let parts = wiring::parts(p);
+    Board {
+        clock,
+        reset,
+        watchdog_resets: crash::count_watchdog_resets(reset),
+        crash,
+        serial: serial_number(embassy_stm32::uid::uid()),
+        timebase: timebase::Timebase::start(parts.timer, parts.counter),
+        sensor: parts.sensor.start(),
+        load: load::LoadSensor::start(parts.converter, parts.load),
+        can: parts.can,
+        uart: parts.uart,
+        flash: flash::ConfigFlash::new(parts.flash),
+        led: Output::new(parts.led, Level::Low, Speed::Low),
+    }
+}

@@ -1,0 +1,28 @@
+//! The Feather: Adafruit's Feather STM32F405 Express with a 12 MHz crystal. `pins.toml` says what each pin goes
+//! to, and where that is published.
+//!
+//! Only the capture of channel 1 gives the pulses that TIM4 counts (RM0090, 18.4.2, MMS), and no pin of that
+//! channel is free here. The exclusive or of the pins of channels 1 to 3 (TI1S) leads that of channel 3 to it: the
+//! inputs of the other two are not connected to pins, and equal.
+//!
+//! The breakout shifts the levels of clock and data with 10 kΩ: a rising edge may take as long as half a period at
+//! 2.5 MHz.
+
+super::wiring! {
+    crystal: 12 MHz,
+    sensor: {
+        clock: PA5,
+        to_sensor: PA7,
+        from_sensor: PA6,
+        select: PA4,
+        data_ready: PB10, TIM2 Ch3, XOR,
+        speed: Half,
+    },
+    can: { transmit: PB9, receive: PB8 },
+    uart: { transmit: PB6, receive: PB7 },
+    load: PC4, ADC1 input 14,
+    led: PC1,
+}
+
+/// Board in the header of the program.
+pub const BOARD: bootloader::image::Board = bootloader::image::Board::Feather;

@@ -1,7 +1,0 @@
-//! The foot's program on the reference board.
-
-#![no_std]
-#![no_main]
-
-mod board;
-mod program;
