@@ -1,6 +1,8 @@
-//! Functions of the header. Each pointer is checked for NULL and alignment before its use; every bit pattern is a value
-//! of the structs behind them. What remains with the caller: a pointer that is neither NULL nor misaligned points to
-//! as much memory as the header says, and no two calls use one estimator at a time.
+//! Functions of the header.
+//!
+//! Each pointer is checked for NULL and alignment before its use. Every bit pattern is a value of the structs behind the
+//! pointers. The caller has to ensure the rest: a pointer that is neither NULL nor misaligned points to as much memory as the
+//! header says, and no two calls use one estimator at a time.
 
 use core::ffi::{CStr, c_char, c_void};
 use core::ptr;
@@ -17,10 +19,12 @@ const VERSION: &CStr =
 
 /// Rejects NULL and misaligned pointers.
 fn check<T>(pointer: *const T) -> Result<(), Error> {
-    match pointer {
-        _ if pointer.is_null() => Err(Error::Null),
-        _ if !pointer.is_aligned() => Err(Error::Misaligned),
-        _ => Ok(()),
+    if pointer.is_null() {
+        Err(Error::Null)
+    } else if !pointer.is_aligned() {
+        Err(Error::Misaligned)
+    } else {
+        Ok(())
     }
 }
 
@@ -28,13 +32,11 @@ fn check<T>(pointer: *const T) -> Result<(), Error> {
 fn check_ready(this: *const Estimator) -> Result<(), Error> {
     check(this)?;
     // SAFETY: Neither NULL nor misaligned, so by the header's terms memory of an estimator's size.
-    match unsafe { (&raw const (*this).ready).read() } {
-        READY => Ok(()),
-        _ => Err(Error::NotInitialised),
-    }
+    let mark = unsafe { (&raw const (*this).ready).read() };
+    if mark == READY { Ok(()) } else { Err(Error::NotInitialised) }
 }
 
-/// The number of a result.
+/// Returns the number of a result: 0, or that of the error.
 fn number(result: Result<(), Error>) -> i32 {
     result.map_or_else(|error| error as i32, |()| 0)
 }
@@ -127,13 +129,12 @@ pub unsafe extern "C" fn footfall_estimator_update(
         unsafe { estimate.write(CEstimate::default()) };
         check_ready(estimator)?;
         check(sample)?;
-        let load = match load.is_null() {
-            true => None,
-            false => {
-                check(load)?;
-                // SAFETY: Checked, and by the header's terms readable.
-                Some(unsafe { load.read() })
-            }
+        let load = if load.is_null() {
+            None
+        } else {
+            check(load)?;
+            // SAFETY: Checked, and by the header's terms readable.
+            Some(unsafe { load.read() })
         };
         // SAFETY: Checked, initialised, and by the header's terms not in use elsewhere.
         let new = unsafe { &mut *estimator }.update(unsafe { &*sample }, load)?;

@@ -66,11 +66,9 @@ impl Error {
 /// Text of an error's number.
 #[must_use]
 pub fn text(number: i32) -> &'static CStr {
-    match number {
-        0 => c"no error",
-        _ => Error::ALL
-            .into_iter()
-            .find(|error| *error as i32 == number)
-            .map_or(c"unknown error", Error::text),
+    if number == 0 {
+        return c"no error";
     }
+    let error = Error::ALL.into_iter().find(|error| *error as i32 == number);
+    error.map_or(c"unknown error", Error::text)
 }

@@ -8,10 +8,10 @@ use crate::types::{CEstimate, CLearnt, CParams, CSample};
 /// Largest size of an [`Estimator`], bytes: `FOOTFALL_ESTIMATOR_SIZE` of the header.
 pub const SIZE: usize = 1024;
 
-/// Mark of initialised memory.
+/// Mark of memory that holds an estimator: "FOFT" in little-endian memory.
 pub(crate) const READY: u32 = 0x5446_4F46;
 
-/// An estimator, with a mark that tells it from other memory.
+/// An estimator, with a mark that distinguishes it from other memory.
 #[derive(Debug)]
 #[repr(C)]
 pub struct Estimator {

@@ -1,13 +1,13 @@
 //! The [estimator](estimator_core) for programs in C and C++; `include/footfall_estimator.h` documents its functions.
 //!
-//! | module | |
+//! | module | content |
 //! |---|---|
 //! | [`types`] | structs of the header, and their conversion |
 //! | [`error`] | errors, and their texts |
 //! | [`estimator`] | the state in the caller's memory, without `unsafe` |
 //! | [`boundary`] | functions of the header: checks of pointers |
 //!
-//! The method is the self-calibrating one, which needs no window.
+//! The method is the self-calibrating one. It needs no window, so an estimator takes at most 1 KiB.
 
 #![no_std]
 #![deny(unsafe_code)]
@@ -22,7 +22,8 @@ pub mod error;
 pub mod estimator;
 pub mod types;
 
-/// No panic is reachable: a program in which one were would not link, since this symbol has no definition.
+/// Link-time proof that no panic is reachable: the handler calls a symbol without a definition, so a program that could panic
+/// does not link.
 #[cfg(feature = "alone")]
 #[allow(unsafe_code)]
 mod panic {

@@ -69,16 +69,16 @@ impl Default for CParams {
     }
 }
 
-/// Returns the value of a constant; `Err` if there is none with this number.
+/// Returns the value with this number; an error if no value has it.
 fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Error> {
     values.get(usize::from(number)).copied().ok_or(Error::Choice)
 }
 
-/// Copies a group of numbers.
+/// Sets a group of numbers in the parameters.
 type SetGroup = fn(&mut Params, &CParams, Option<Learnt>);
 
 impl CParams {
-    /// The parameters, each group after the one before it, so that the first invalid group is known.
+    /// Returns the checked parameters. The groups are set and checked one after the other, so that the first invalid one is known.
     ///
     /// # Errors
     /// The group with a number out of its range, or a field with none of its constants.
@@ -155,7 +155,7 @@ pub const VALIDITIES: [Validity; 6] = [
 ];
 
 impl CSample {
-    /// The sample.
+    /// Returns the sample.
     ///
     /// # Errors
     /// Its validity is not one of the constants.

@@ -245,9 +245,10 @@ fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) 
     }
     command.args(more).arg("-L").arg(archive.join("src").join(processor.folder));
     run(command.args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"]).arg(to));
-    let line = match is_arm {
-        true => format!("{QEMU_ARM} {} -kernel", processor.run),
-        false => processor.run.to_owned(),
+    let line = if is_arm {
+        format!("{QEMU_ARM} {} -kernel", processor.run)
+    } else {
+        processor.run.to_owned()
     };
     let program = to.display().to_string();
     let mut words = line.split_whitespace().chain([program.as_str()]);

@@ -193,10 +193,7 @@ mod tests {
             assert_eq!(parameter.get(&params), parameter.row().default);
             parameter.set(&mut params, 4321.0);
             for other in Parameter::ALL {
-                let expected = match other == parameter {
-                    true => 4321.0,
-                    false => other.row().default,
-                };
+                let expected = if other == parameter { 4321.0 } else { other.row().default };
                 assert_eq!(other.get(&params), expected, "{parameter:?}, {other:?}");
             }
         }
