@@ -15,8 +15,8 @@ use estimator_core::{ContactEstimate, Load};
 use host_tests::datasets::simulated;
 use host_tests::requirements::unmet;
 use recordings::config::default_params;
+use recordings::estimate::estimates_and_learnt;
 use recordings::input::{self, Format, Hints};
-use recordings::replay::replay_and_learn;
 use xtask::results::Measurement;
 
 const C: [&str; 2] = ["cc", "-std=c99"];
@@ -144,7 +144,8 @@ fn walk(file: &str) -> (String, String) {
     let loaded =
         input::read(&simulated(file), Format::Csv, &Hints::default()).expect("a recording");
     let recording = loaded.recording;
-    let (estimates, learnt) = replay_and_learn(&recording, &default_params()).expect("the preset");
+    let (estimates, learnt) =
+        estimates_and_learnt(&recording, &default_params(), || ()).expect("the preset");
     let (mut lines, mut answer) = (format!("{}\n", recording.sample_rate), String::new());
     for (sample, estimate) in recording.samples.iter().zip(&estimates) {
         let imu = &sample.imu;

@@ -6,7 +6,7 @@ use estimator_core::Gravity;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
 use recordings::input::{self, Format, Hints};
-use recordings::samples::recording::Recording;
+use recordings::samples::Recording;
 
 use crate::datasets::recorded;
 

@@ -10,9 +10,9 @@ use estimator_core::{ContactEstimate, Decision, Params};
 use gait::label::SPEED_LIMIT;
 pub use gait::slips::profiles;
 use gait::{Activity, FootState, Simulation};
-use recordings::replay::replay;
-use recordings::samples::recording::Label;
-use recordings::samples::space::Vector;
+use recordings::estimate::estimates_of;
+use recordings::samples::Label;
+use recordings::space::Vector;
 
 /// Minimum duration of a rest under load that is to be found, s. A foot in stick-slip motion has shorter rests
 /// repeatedly.
@@ -49,7 +49,7 @@ impl Score {
     /// # Panics
     /// If the parameters are invalid.
     pub fn add(&mut self, simulation: &Simulation, params: &Params) {
-        let estimates = replay(&simulation.recording, params).expect("valid parameters");
+        let estimates = estimates_of(&simulation.recording, params).expect("valid parameters");
         let stances = simulation
             .truth
             .chunk_by(|a, b| is_stance(a) == is_stance(b))

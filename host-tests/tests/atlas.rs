@@ -4,11 +4,10 @@
 use estimator_core::{ContactEstimate, Params};
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
+use recordings::estimate::estimates_of;
 use recordings::input::{self, Format, Hints};
-use recordings::replay::replay;
-use recordings::samples::recording::Recording;
-use recordings::scoring::metrics::Metrics;
-use recordings::scoring::scored::Scored;
+use recordings::samples::Recording;
+use recordings::scoring::{Metrics, Scored};
 
 /// Maximum difference of a probability from the formula in f64.
 const PARITY: f64 = 5.0e-7;
@@ -25,7 +24,7 @@ const RMSE_TOLERANCE: f64 = 0.0005;
 fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
     let path = recorded(file)?;
     let loaded = input::read(&path, Format::PceAtlas, &Hints::default()).expect("a readable file");
-    let estimates = replay(&loaded.recording, &Params::PAPER).expect("a preset");
+    let estimates = estimates_of(&loaded.recording, &Params::PAPER).expect("a preset");
     Some((loaded.recording, estimates))
 }
 

@@ -5,11 +5,11 @@ use std::fs;
 
 use estimator_core::{AttitudeParams, GyroTiming, Params};
 use host_tests::datasets::recorded;
+use recordings::estimate::estimates_of;
 use recordings::input::{self, Format, Hints};
-use recordings::replay::replay;
-use recordings::samples::recording::Recording;
-use recordings::samples::space::{Rotation, Vector};
-use recordings::scoring::inclination::inclination_error_degrees;
+use recordings::samples::Recording;
+use recordings::scoring::inclination_error_degrees;
+use recordings::space::{Rotation, Vector};
 
 const TRIALS: [&str; 6] = [
     "02_undisturbed_slow_rotation_B",
@@ -56,7 +56,7 @@ fn trials() -> Option<Vec<Trial>> {
 fn errors_deg(trials: &[Trial], attitude: AttitudeParams) -> Vec<f64> {
     let params = Params { attitude, ..Params::DEFAULT };
     let error = |trial: &Trial| {
-        let estimates = replay(&trial.recording, &params).expect("valid parameters");
+        let estimates = estimates_of(&trial.recording, &params).expect("valid parameters");
         let squares = estimates.iter().zip(&trial.truth).filter_map(|(estimate, truth)| {
             Some(inclination_error_degrees(estimate.orientation, (*truth)?).powi(2))
         });

@@ -9,9 +9,9 @@ use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::sets::Labelled;
 use labelled::{averaged, rmse};
-use recordings::analysis::calibrate::sensor::{RestsError, SensorCalibration};
-use recordings::samples::recording::Recording;
-use recordings::samples::space::Vector;
+use recordings::calibrate::sensor::{RestsError, SensorCalibration};
+use recordings::samples::Recording;
+use recordings::space::Vector;
 
 /// An accelerometer without errors of its own.
 const CALIBRATED: SensorParams = SensorParams {

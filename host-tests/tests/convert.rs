@@ -10,11 +10,10 @@ use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
-use recordings::analysis::replay::span::Span;
 use recordings::input::{BagOptions, Hints, Opened};
 use recordings::output::{write_recording, write_recording_header, write_recording_row};
-use recordings::samples::recording::{Label, RecordedSample};
-use recordings::samples::validity::VALIDITIES;
+use recordings::replay::Span;
+use recordings::samples::{Label, RecordedSample, VALIDITIES};
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");

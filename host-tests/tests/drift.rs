@@ -7,8 +7,8 @@ use std::f32::consts::PI;
 use estimator_core::{AngularRate, Config, ContactEstimator, Gravity, Params, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::{AXES, changed, stood, with_rate_drifts};
-use recordings::replay::{Replay, replay};
-use recordings::samples::recording::{Label, Recording};
+use recordings::estimate::{Estimator, estimates_of};
+use recordings::samples::{Label, Recording};
 
 /// Maximum share of the stable samples lost by the drift.
 const LOST: f64 = 0.01;
@@ -48,7 +48,7 @@ fn with_step(walk: &Recording, bias: Vec3) -> Recording {
 
 /// Share of the stable samples with P > 0.5 after a time, s, and of the others.
 fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
-    let estimates = replay(recording, &Params::DEFAULT).expect("the preset");
+    let estimates = estimates_of(recording, &Params::DEFAULT).expect("the preset");
     // Found and all samples, of a stance and others.
     let mut counts = [(0_u32, 0_u32); 2];
     for (sample, estimate) in recording.samples.iter().zip(&estimates) {
@@ -125,7 +125,7 @@ fn turned_over(walk: &Recording, times: &[f64]) -> Recording {
 /// Largest distance of the estimated bias from `bias`, °/s, after a time, s.
 fn farthest_from(bias: Vec3, recording: &Recording, from_s: f64) -> f32 {
     let (rate, gravity) = (recording.sample_rate, recording.gravity);
-    let mut replay = Replay::new(rate, gravity, &Params::DEFAULT).expect("the preset");
+    let mut replay = Estimator::new(rate, gravity, &Params::DEFAULT).expect("the preset");
     let mut farthest = 0.0_f32;
     for sample in &recording.samples {
         replay.update(sample);

@@ -8,12 +8,11 @@ use host_tests::changed::stood;
 use host_tests::datasets::recorded;
 use host_tests::sets::Set;
 use labelled::of_sets;
-use recordings::config::Preset;
-use recordings::config::default_params;
+use recordings::config::{Preset, default_params};
+use recordings::estimate::Estimator;
 use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::{self, Format, Hints};
-use recordings::replay::Replay;
-use recordings::samples::recording::{Label, Recording};
+use recordings::samples::{Label, Recording};
 
 /// Delay from rest under load to the decision, s: window and on-delay.
 const DEBOUNCE: f64 = 0.06;
@@ -30,7 +29,7 @@ fn events(recording: &Recording) -> Vec<ContactEvent> {
 
 fn events_with(params: &Params, recording: &Recording) -> Vec<ContactEvent> {
     let mut replay =
-        Replay::new(recording.sample_rate, recording.gravity, params).expect("the preset");
+        Estimator::new(recording.sample_rate, recording.gravity, params).expect("the preset");
     let mut events = Events::default();
     let mut found = Vec::new();
     for sample in &recording.samples {

@@ -7,10 +7,10 @@ use host_tests::changed::stood;
 use host_tests::datasets::recorded;
 use host_tests::sets::Set;
 use labelled::of_sets;
+use recordings::estimate::{estimates_and_learnt, estimates_of};
 use recordings::input::{self, Format, Hints};
 use recordings::plausible::{Finding, check};
-use recordings::replay::{replay, replay_and_learn};
-use recordings::samples::recording::{RecordedSample, Recording};
+use recordings::samples::{RecordedSample, Recording};
 
 /// Minimum duration of a stance, s; shorter contacts are bounces.
 const SHORTEST_STANCE: f64 = 0.25;
@@ -27,7 +27,7 @@ const STANDING: f64 = 60.0;
 /// A stance begins when the load exceeds 150 and ends when it falls below 90, in the raw units of the robot's
 /// pressure sensor. Each recording starts on a foot that already stands, which is not a step and is left out.
 fn peaks(recording: &Recording, params: &Params) -> Vec<f32> {
-    let estimates = replay(recording, params).expect("a preset");
+    let estimates = estimates_of(recording, params).expect("a preset");
     stances(&recording.samples).into_iter().map(|stance| peak(&estimates[stance])).collect()
 }
 
@@ -77,7 +77,7 @@ fn only_stances_on_grease_are_improbable() {
         let stood = stood(&recording, STANDING, 1);
         let firm = self::recording(NORMAL).expect("a recording of the same set");
         let warm = Params {
-            learnt: Some(replay_and_learn(&firm, &Params::DEFAULT).expect("a preset").1),
+            learnt: Some(estimates_and_learnt(&firm, &Params::DEFAULT, || ()).expect("a preset").1),
             ..Params::DEFAULT
         };
         // A foot that has stood is proven, and the second stance slides little: 0.763.

@@ -10,8 +10,8 @@ use estimator_core::{
 };
 use gait::{Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::changed::{Chance, after, after_samples, changed};
-use recordings::replay::replay_and_learn;
-use recordings::samples::recording::{Label, Recording};
+use recordings::estimate::estimates_and_learnt;
+use recordings::samples::{Label, Recording};
 
 const GRAVITY: f32 = 9.806_65;
 
@@ -123,11 +123,12 @@ fn walk_after(
     if before > 0 {
         let mut first = recording.clone();
         first.samples.truncate(before);
-        let (_, learnt) = replay_and_learn(&first, params).expect("valid parameters");
+        let (_, learnt) = estimates_and_learnt(&first, params, || ()).expect("valid parameters");
         println!("{name}: after what was before {learnt:.2?}");
         assert_can_be_learnt(name, learnt);
     }
-    let (estimates, learnt) = replay_and_learn(recording, params).expect("valid parameters");
+    let (estimates, learnt) =
+        estimates_and_learnt(recording, params, || ()).expect("valid parameters");
     assert_no_doubt_is_stable(name, &estimates);
     assert_can_be_learnt(name, learnt);
     let wrong = wrong(walk, &estimates[before..], steps).into_iter();
@@ -243,7 +244,8 @@ fn a_walk_after_a_stuck_axis_is_estimated_correctly() {
 #[test]
 fn a_walk_with_values_learnt_by_another_robot_is_right() {
     let walk = walk();
-    let (_, own) = replay_and_learn(&walk.recording, &Params::DEFAULT).expect("valid parameters");
+    let (_, own) =
+        estimates_and_learnt(&walk.recording, &Params::DEFAULT, || ()).expect("valid parameters");
     let mut wrong = Vec::new();
     for factor in [10.0_f32, 0.1] {
         let learnt = Learnt {

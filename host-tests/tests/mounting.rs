@@ -7,13 +7,12 @@ use estimator_core::{
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use host_tests::datasets::recorded;
-use recordings::config::parse_axes;
+use recordings::estimate::estimates_of;
 use recordings::input::{self, Correction, Format, Hints};
-use recordings::mounting::{rotation, then};
+use recordings::mounting::{parse_axes, rotation, then};
 use recordings::output::write_recording;
-use recordings::replay::replay;
-use recordings::samples::recording::Recording;
-use recordings::samples::space::Vector;
+use recordings::samples::Recording;
+use recordings::space::Vector;
 
 /// Half-widths judge axis by axis: a missing mounting shows at once.
 const HALF_WIDTHS: Params = Params { method: Method::HalfWidths, ..Params::DEFAULT };
@@ -71,7 +70,7 @@ fn estimates(recording: &Recording, mounting: Mounting, params: &Params) -> Vec<
         ..Hints::default()
     };
     let loaded = input::read(&path, Format::Csv, &hints).expect("a readable file");
-    replay(&loaded.recording, params).expect("a preset")
+    estimates_of(&loaded.recording, params).expect("a preset")
 }
 
 /// All of the estimates, to the bit.

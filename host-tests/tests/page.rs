@@ -11,10 +11,10 @@ use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
 use recordings::config::default_params;
+use recordings::estimate::estimates_of;
 use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::About;
-use recordings::replay::replay;
-use recordings::samples::recording::{Label, Recording};
+use recordings::samples::{Label, Recording};
 use tempfile::TempDir;
 
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
@@ -99,7 +99,7 @@ impl Foot {
                 (sample.load, sample.label) = (None, None);
             }
         }
-        let estimates = replay(&recording, &default_params()).expect("the preset");
+        let estimates = estimates_of(&recording, &default_params()).expect("the preset");
         let mut events = Events::default();
         estimates.iter().for_each(|estimate| events.add(estimate));
         let known: Vec<_> = std::iter::from_fn(|| events.pop()).collect();

@@ -10,8 +10,8 @@ use estimator_core::{
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
-use recordings::replay::replay;
-use recordings::samples::recording::Recording;
+use recordings::estimate::estimates_of;
+use recordings::samples::Recording;
 use std::sync::OnceLock;
 
 const CAPACITY: usize = 128;
@@ -218,7 +218,7 @@ fn walk() -> &'static (Recording, Vec<ContactEstimate>) {
     WALK.get_or_init(|| {
         let plan = Plan::steady(GaitName::Walk, Ground::Hard, 8.0, 1);
         let recording = record(&plan, &SensorParams::LSM6DSOX, 1);
-        let estimates = replay(&recording, &Params::DEFAULT).expect("the preset");
+        let estimates = estimates_of(&recording, &Params::DEFAULT).expect("the preset");
         (recording, estimates)
     })
 }
@@ -252,7 +252,7 @@ proptest! {
             sample.imu.specific_force = SpecificForce(turned(force, axis, angle));
             sample.imu.angular_rate = AngularRate(turned(rate, axis, angle));
         }
-        let estimates = replay(&mounted, &Params::DEFAULT).expect("the preset");
+        let estimates = estimates_of(&mounted, &Params::DEFAULT).expect("the preset");
         for (estimate, expected) in estimates.iter().zip(expected) {
             let (p, expected) = (estimate.probabilities.stable, expected.probabilities.stable);
             prop_assert!(

@@ -10,7 +10,7 @@ use estimator_core::Params;
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
 use labelled::{of_sets, pooled};
-use recordings::samples::recording::Recording;
+use recordings::samples::Recording;
 
 /// Sample rates that all sets are judged at, Hz; 1000 Hz is the product's.
 const HIGH_RATES: [f32; 4] = [390.0, 500.0, 1000.0, 1660.0];

@@ -9,12 +9,11 @@ use gait::{Activity, GaitName, Ground, Plan, SensorParams, Simulation, record, s
 use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
 use recordings::config::default_params;
+use recordings::estimate::estimates_of;
 use recordings::input::{self, Format, Hints};
 use recordings::output::{write_recording, write_row, write_samples};
-use recordings::replay::replay;
-use recordings::samples::recording::RecordedSample;
-use recordings::scoring::metrics::Metrics;
-use recordings::scoring::scored::Scored;
+use recordings::samples::RecordedSample;
+use recordings::scoring::{Metrics, Scored};
 
 const SECONDS: f64 = 5.0;
 const SEED: u64 = 1;
@@ -55,7 +54,7 @@ fn a_fresh_clone_distinguishes_stance_from_slip_and_swing() {
         let truth = simulation(ground).truth;
         let path = simulated(file);
         let loaded = input::read(&path, Format::Csv, &Hints::default()).expect("a recording");
-        let estimates = replay(&loaded.recording, &default_params()).expect("the preset");
+        let estimates = estimates_of(&loaded.recording, &default_params()).expect("the preset");
         let metrics = Metrics::of(&Scored::collect(&loaded.recording.samples, &estimates));
         let metrics = metrics.expect("labels");
         assert!((metrics.rmse - rmse).abs() <= RMSE_TOLERANCE, "{file}: {metrics:?}");
@@ -85,7 +84,7 @@ fn a_fresh_clone_distinguishes_stance_from_slip_and_swing() {
 fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
     // The demo's walk: samples between ticks, hard landings that saturate, gravity included.
     let recording = record(&Plan::demo(SEED), &SensorParams::LSM6DSOX, SEED);
-    let live = replay(&recording, &default_params()).expect("the preset");
+    let live = estimates_of(&recording, &default_params()).expect("the preset");
     assert!(live.iter().any(|e| e.flags.contains(Flag::Saturated)));
     let folder = tempfile::tempdir().expect("a temporary directory");
     let path = folder.path().join("samples.csv");
@@ -100,7 +99,7 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
         let imu = ImuSample { timestamp: Timestamp::from_micros(micros), ..read.imu };
         assert_eq!(RecordedSample { imu, ..*read }, *sample);
     }
-    let replayed = replay(&loaded.recording, &default_params()).expect("the preset");
+    let replayed = estimates_of(&loaded.recording, &default_params()).expect("the preset");
     let table = |estimates: &[ContactEstimate], start_us: i64| {
         let mut bytes = Vec::new();
         for estimate in estimates {

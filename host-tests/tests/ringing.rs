@@ -11,10 +11,9 @@ use lsm6dsox::imu::{Conversion, missing_sample};
 use lsm6dsox::sim::{Part, SharedPart, SimSpi, Stimulus};
 use lsm6dsox::{Config, Lsm6dsox, Pin};
 use recordings::config::default_params;
-use recordings::replay::replay;
-use recordings::samples::recording::Recording;
-use recordings::scoring::metrics::Metrics;
-use recordings::scoring::scored::Scored;
+use recordings::estimate::estimates_of;
+use recordings::samples::Recording;
+use recordings::scoring::{Metrics, Scored};
 
 /// Duration of the walk, s.
 const SECONDS: f64 = 30.0;
@@ -89,7 +88,7 @@ fn recorded(plan: &Plan, labelled: &Recording, frequency: f64) -> Recording {
 }
 
 fn metrics(recording: &Recording) -> Metrics {
-    let estimates = replay(recording, &default_params()).expect("the preset");
+    let estimates = estimates_of(recording, &default_params()).expect("the preset");
     Metrics::of(&Scored::collect(&recording.samples, &estimates)).expect("labels")
 }
 

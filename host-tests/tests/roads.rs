@@ -13,11 +13,12 @@ use footfall::commands::Arguments;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
-use recordings::config::parse_axes;
-use recordings::input::{BagOptions, Correction, Foreign, Format, Hints, Opened, Topics};
+use recordings::estimate::Estimator;
+use recordings::file_kind::FileKind;
+use recordings::input::{BagOptions, Correction, Format, Hints, Opened, Topics};
+use recordings::mounting::parse_axes;
 use recordings::output::write_recording;
-use recordings::replay::Replay;
-use recordings::samples::recording::RecordedSample;
+use recordings::samples::RecordedSample;
 use tempfile::TempDir;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
@@ -96,7 +97,8 @@ fn read(path: &Path, hints: &Hints) -> Vec<Foot> {
     let feet = opened.store_all(hints).unwrap_or_else(|error| panic!("{error}"));
     let foot = |mut stored: recordings::input::Stored| {
         let rate = stored.about.sample_rate;
-        let mut replay = Replay::new(rate, stored.about.gravity, &Params::DEFAULT).expect("valid");
+        let mut replay =
+            Estimator::new(rate, stored.about.gravity, &Params::DEFAULT).expect("valid");
         let samples: Vec<_> = stored
             .samples()
             .unwrap_or_else(|error| panic!("{named}: {error}"))

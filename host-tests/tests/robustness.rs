@@ -13,7 +13,7 @@ use host_tests::changed::{
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
 use labelled::{averaged, of_sets, pooled, rmse, rmse_from};
-use recordings::samples::recording::Recording;
+use recordings::samples::Recording;
 
 const SEED: u64 = 1;
 

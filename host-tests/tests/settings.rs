@@ -5,7 +5,7 @@ use estimator_core::{Axis, Decision, Method, Parameter, Params, PerAxis};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
 use lsm6dsox::Config;
 use recordings::config::default_params;
-use recordings::replay::replay;
+use recordings::estimate::estimates_of;
 
 /// The bandwidths are in the estimator, the noise is in the driver: neither crate knows the other.
 #[test]
@@ -28,7 +28,7 @@ fn swings_seen(params: &Params) -> f64 {
     for (gait, seed) in [(GaitName::Walk, 1), (GaitName::Trot, 2), (GaitName::Run, 3)] {
         let plan = Plan::steady(gait, Ground::Hard, 20.0, seed);
         let simulation = simulate(&plan, &SensorParams::LSM6DSOX_WARMING, seed);
-        let estimates = replay(&simulation.recording, params).expect("within the limits");
+        let estimates = estimates_of(&simulation.recording, params).expect("within the limits");
         let swings = |index: &usize| simulation.truth[*index].activity == Activity::Swinging;
         let indices: Vec<usize> = (0..estimates.len()).collect();
         for swing in indices.chunk_by(|a, b| swings(a) == swings(b)) {

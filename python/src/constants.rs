@@ -5,9 +5,9 @@ use estimator_core::{
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use recordings::estimate::Estimator;
 use recordings::input::steady_time;
-use recordings::replay::Replay;
-use recordings::samples::recording::RecordedSample;
+use recordings::samples::RecordedSample;
 
 use crate::parameters::value_error;
 
@@ -56,7 +56,7 @@ pub(crate) fn p_stable<'py>(
     }
     let params = Params { constants, ..Params::DEFAULT };
     let gravity = if gravity_removed { Gravity::Removed } else { Gravity::Included };
-    let mut replay = Replay::new(rate, gravity, &params).map_err(value_error)?;
+    let mut replay = Estimator::new(rate, gravity, &params).map_err(value_error)?;
     let (acc, gyr) = (acc.as_array(), gyr.as_array());
     let vector = |row: &[f32]| match *row {
         [x, y, z] => Ok(Vec3::new(x, y, z)),

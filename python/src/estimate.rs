@@ -3,14 +3,13 @@
 use estimator_core::{Timestamp, Validity};
 use numpy::PyReadonlyArray1;
 use numpy::ndarray::{Ix1, Ix2};
-use recordings::analysis::calibrate::learnt::LearntCalibration;
-use recordings::analysis::calibrate::robot_file::RobotFile;
+use recordings::calibrate::learnt::LearntCalibration;
+use recordings::calibrate::robot_file::RobotFile;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{About, Correction, finite_load, imu_sample, rate_of_times, steady_time};
-use recordings::samples::recording::{RecordedSample, Recording};
-use recordings::samples::validity::VALIDITIES;
+use recordings::samples::{RecordedSample, Recording, VALIDITIES};
 
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};

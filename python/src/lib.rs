@@ -49,7 +49,7 @@ mod _footfall {
 
     use estimator_core::{Axis, Flag, Phase};
     use pyo3::prelude::*;
-    use recordings::samples::validity::VALIDITIES;
+    use recordings::samples::VALIDITIES;
 
     /// Names that Python code needs in the order of their numbers.
     #[pymodule_init]

@@ -6,8 +6,8 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
-use recordings::samples::phase::code_of;
-use recordings::samples::space::components;
+use recordings::samples::phase_code;
+use recordings::space::components;
 
 /// Columns that estimates and decoded rows have, while no Python code runs.
 #[derive(Default)]
@@ -45,7 +45,7 @@ impl CommonColumns {
         self.stable.push(p);
         self.tangential.push(pt);
         self.vertical.push(pv);
-        self.state.push(code_of(phase));
+        self.state.push(phase_code(phase));
         self.decision.push(decision == Decision::Stable);
     }
 

@@ -18,9 +18,8 @@ use recordings::input::{
     TableOptions, Topics,
 };
 use recordings::output::seconds;
-use recordings::samples::recording::{Label, RecordedSample};
-use recordings::samples::space::components;
-use recordings::samples::validity::VALIDITIES;
+use recordings::samples::{Label, RecordedSample, VALIDITIES};
+use recordings::space::components;
 
 use crate::outputs::table;
 

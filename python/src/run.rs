@@ -6,15 +6,14 @@ use estimator_core::{AngularRate, Method, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::analysis::replay::estimate::{check_samples, findings_beside_contacts};
-use recordings::analysis::replay::span::Span;
+use recordings::estimate::Estimator;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{About, Stored};
 use recordings::output::seconds;
 use recordings::plausible::{Check, Finding};
-use recordings::replay::Replay;
-use recordings::samples::recording::RecordedSample;
-use recordings::samples::space::components;
+use recordings::replay::{Span, check_samples, findings_beside_contacts};
+use recordings::samples::RecordedSample;
+use recordings::space::components;
 use thiserror::Error;
 
 use crate::outputs::Columns;
@@ -60,7 +59,7 @@ pub(crate) fn run(
     about: About,
     params: &Params,
 ) -> Result<Estimated, Failure> {
-    let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
+    let mut replay = Estimator::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity);
     let mut columns = Columns::with_capacity(about.samples);
     let mut events = Events::default();

@@ -7,7 +7,7 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{About, Format};
-use recordings::samples::recording::RecordedSample;
+use recordings::samples::RecordedSample;
 
 use crate::outputs::table;
 use crate::parameters::value_error;

@@ -4,11 +4,11 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3,
 };
 use pyo3::prelude::*;
+use recordings::estimate::Estimator;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
-use recordings::replay::Replay;
-use recordings::samples::recording::RecordedSample;
-use recordings::samples::space::components;
+use recordings::samples::RecordedSample;
+use recordings::space::components;
 
 use crate::estimate::{micros, readings, validity_at};
 use crate::parameters::{Settings, SettingsArguments, value_error};
@@ -25,7 +25,7 @@ pub(crate) struct Estimator {
 /// All that changes with the samples.
 #[derive(Clone)]
 struct State {
-    replay: Replay,
+    replay: Estimator,
     events: Events,
     /// Time of the first sample on the caller's clock, µs.
     start_us: Option<i64>,
@@ -53,7 +53,7 @@ impl Estimator {
         let settings = settings.read()?.of_unnamed_foot()?;
         let rate = settings.hints.sample_rate;
         let rate = rate.ok_or_else(|| value_error("give the sample rate in Hz as rate"))?;
-        let replay = Replay::new(rate, settings.gravity(), &settings.params());
+        let replay = Estimator::new(rate, settings.gravity(), &settings.params());
         let replay = replay.map_err(|error| value_error(format!("parameter {error}")))?;
         let state = State {
             replay,

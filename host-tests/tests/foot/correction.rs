@@ -9,9 +9,10 @@ use ::storage::Origin;
 use estimator_core::{ContactEstimate, ImuSample, Params, Timestamp, Validity, Vec3};
 use firmware::ports::Input;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
-use recordings::config::{Overrides, parse_axes};
+use recordings::config::Overrides;
+use recordings::estimate::estimates_of;
 use recordings::input::{Format, Hints, read};
-use recordings::replay::replay;
+use recordings::mounting::parse_axes;
 use wire::dictionary::index;
 use wire::node::Command;
 use wire::{Address, CanFrame, Settings, Value};
@@ -159,7 +160,7 @@ fn on_the_host(samples: &[ImuSample], robot: &str) -> Vec<ContactEstimate> {
     let loaded = read(&path, Format::Csv, &hints).expect("a recording");
     let mut params = Settings::default().params();
     overrides.apply(&mut params);
-    replay(&loaded.recording, &params).expect("the foot's parameters")
+    estimates_of(&loaded.recording, &params).expect("the foot's parameters")
 }
 
 /// All fields of an estimate to the bit, except for the start of the recording.

@@ -1,10 +1,9 @@
 //! The labelled sets of the mean over sets, and the scores of parameters on them.
 
 use estimator_core::Params;
-use recordings::replay::replay;
-use recordings::samples::recording::Recording;
-use recordings::scoring::metrics::brier_score;
-use recordings::scoring::scored::Scored;
+use recordings::estimate::estimates_of;
+use recordings::samples::Recording;
+use recordings::scoring::{Scored, brier_score};
 
 use host_tests::sets::{Labelled, Set};
 
@@ -42,7 +41,7 @@ pub fn rmse(recording: &Recording, params: &Params) -> f64 {
 /// As [`rmse`].
 #[must_use]
 pub fn rmse_from(first: usize, recording: &Recording, params: &Params) -> f64 {
-    let estimates = replay(recording, params).expect("valid parameters");
+    let estimates = estimates_of(recording, params).expect("valid parameters");
     let scored = Scored::collect(&recording.samples[first..], &estimates[first..]);
     libm::sqrt(brier_score(&scored).expect("labels"))
 }
@@ -56,7 +55,7 @@ pub fn pooled<'a>(recordings: impl IntoIterator<Item = &'a Recording>, params: &
     let scored: Vec<Scored> = recordings
         .into_iter()
         .flat_map(|recording| {
-            let estimates = replay(recording, params).expect("valid parameters");
+            let estimates = estimates_of(recording, params).expect("valid parameters");
             Scored::collect(&recording.samples, &estimates)
         })
         .collect();

@@ -5,10 +5,10 @@ use std::io;
 use estimator_core::ParamsError;
 use feet::decode::DecodeError;
 use feet::decode::feet::NamedTwice;
-use recordings::analysis::calibrate::CalibrationError;
-use recordings::analysis::replay::estimate::ReplayError;
+use recordings::calibrate::CalibrationError;
 use recordings::config::{ConfigError, ParameterRefusal};
 use recordings::input::{ContainerError, InputError};
+use recordings::replay::ReplayError;
 use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};

@@ -4,9 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use recordings::analysis::replay::estimates::Layout;
-use recordings::analysis::whole_file::WholeFile;
 use recordings::input::{InputError, recording_name};
+use recordings::replay::Layout;
+use recordings::whole_file::WholeFile;
 use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};

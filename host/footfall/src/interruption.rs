@@ -6,7 +6,7 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use recordings::analysis::whole_file::remove_unfinished_and_exit;
+use recordings::whole_file::remove_unfinished_and_exit;
 
 /// Exit code of a program ended by Ctrl-C, as used by shells.
 pub const INTERRUPTED: i32 = 130;

@@ -5,7 +5,7 @@ use std::fs;
 use crate::common::{AXES, Bench, assert_has, cases, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
-use recordings::samples::recording::Recording;
+use recordings::samples::Recording;
 
 use estimator_core::{AngularRate, SpecificForce, Vec3};
 

@@ -7,8 +7,8 @@ use crate::common::{AXES, Bench, assert_has, cases, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use gait::GaitName;
 use recordings::config::Overrides;
+use recordings::estimate::estimates_and_learnt;
 use recordings::input::{self, Format, Hints};
-use recordings::replay::replay_and_learn;
 
 /// Returns the learnt values of a configuration file.
 fn learnt(bench: &Bench, file: &str) -> Learnt {
@@ -43,7 +43,8 @@ fn learnt_values_are_reported_and_replayed() {
     }
     let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &Hints::default());
     let recording = loaded.expect("a recording").recording;
-    let (_, expected) = replay_and_learn(&recording, &Params::DEFAULT).expect("the preset");
+    let (_, expected) =
+        estimates_and_learnt(&recording, &Params::DEFAULT, || ()).expect("the preset");
     assert_eq!(found, expected);
 
     // A warm start is settled from the first sample.

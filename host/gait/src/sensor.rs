@@ -8,7 +8,7 @@
 
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
-use recordings::samples::space::Vector;
+use recordings::space::Vector;
 
 use crate::random::{RandomUse, SeededRandom};
 use crate::track::{FootState, Track};

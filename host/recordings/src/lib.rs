@@ -2,39 +2,47 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | samples with their load and label, vectors in f64, names of validities, codes of phases | [`samples`] |
-//! | reading a file into a recording | [`input`] |
-//! | parameters, from preset, file and options | [`config`] |
-//! | what a foot's recording comes to: tables, a summary, a calibration | [`analysis`] |
-//! | how good probabilities and orientations are | [`scoring`] |
-//! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
-//! | implausible values in a recording | [`plausible`] |
-//! | mounting of the sensor, from gravity at rest | [`mounting`] |
-//! | the estimator applied to a recording | [`replay`] |
-//! | messages of ROS 2 | [`ros`] |
-//! | tables of samples and estimates | [`output`], `parquet_output` |
-//! | tables of samples in Parquet | `parquet_samples` |
-//! | rows of any table in Parquet | `parquet_rows` |
+//! | reading a file into a stored recording | [`input`] |
+//! | a sample with its load and label, in memory; many of them in a temporary file | [`samples`], [`spool`] |
+//! | parameters, from preset, configuration file and options | [`config`] |
+//! | the estimator applied to a recording in memory | [`estimate`] |
+//! | a stored recording through the estimator, into tables, events and a summary | [`replay`], several in parallel by [`jobs`] |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
-//! | numbers in messages | [`number`] |
+//! | implausible values in a recording | [`plausible`] |
+//! | how good probabilities and orientations are | [`scoring`] |
+//! | summary of a replay, with the parameters of its estimate | [`summary`] |
+//! | tables of samples and estimates, in CSV and Parquet | [`output`], `parquet_output` |
+//! | values of one robot: learnt values, sensor errors | [`calibrate`] |
+//! | how a sensor lies in the foot: as text, from gravity at rest, as a report | [`mounting`] |
+//! | files written completely or not at all | [`whole_file`] |
+//!
+//! | part | module |
+//! |---|---|
+//! | kinds of files by their first bytes; gzip and zstd | [`file_kind`], [`compressed`] |
+//! | messages of ROS 2 | [`ros`] |
+//! | vectors and rotations in f64 | [`space`] |
+//! | numbers in messages, enums whose variants have names | [`number`], [`mod@named`] |
 
-pub mod analysis;
+pub mod calibrate;
+pub mod compressed;
 pub mod config;
+pub mod estimate;
 pub mod events;
+pub mod file_kind;
 pub mod input;
+pub mod jobs;
 pub mod mounting;
+pub mod named;
 pub mod number;
 pub mod output;
 #[cfg(feature = "parquet")]
 pub mod parquet_output;
-#[cfg(feature = "parquet")]
-mod parquet_rows;
-#[cfg(feature = "parquet")]
-pub mod parquet_samples;
 pub mod plausible;
 pub mod replay;
 pub mod ros;
 pub mod samples;
 pub mod scoring;
+pub mod space;
 pub mod spool;
-mod steps;
+pub mod summary;
+pub mod whole_file;

@@ -3,13 +3,12 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
-use crate::samples::space::components;
 use estimator_core::{
     ContactEstimate, Decision, Flag, Load, Quaternion, Timestamp, Validity, Vec3,
 };
 
-use crate::samples::recording::{Label, RecordedSample};
-use crate::samples::validity::name_of;
+use crate::samples::{Label, RecordedSample, validity_name};
+use crate::space::components;
 
 /// Header of the table of estimates.
 ///
@@ -158,7 +157,7 @@ fn write_sample(sample: &RecordedSample, start_us: i64, to: &mut dyn Write) -> i
     match sample.imu.validity {
         // Blank means valid.
         Validity::Valid => Ok(()),
-        validity => to.write_all(name_of(validity).as_bytes()),
+        validity => to.write_all(validity_name(validity).as_bytes()),
     }
 }
 
@@ -229,7 +228,9 @@ mod tests {
         Saturation, SpecificForce, VelocitySigma,
     };
 
-    use crate::input::{self, Format, Hints};
+    use crate::input;
+    use crate::input::Format;
+    use crate::input::Hints;
 
     fn table(estimate: ContactEstimate) -> String {
         let mut bytes = Vec::new();
@@ -279,9 +280,9 @@ mod tests {
         assert_eq!(
             table(estimate),
             "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags\n\
-             1.500345,0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
-             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,0.04,stance,1,time_gap\n"
+         qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags\n\
+         1.500345,0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
+         0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,0.04,stance,1,time_gap\n"
         );
     }
 
@@ -293,18 +294,18 @@ mod tests {
         assert_eq!(
             String::from_utf8(bytes).unwrap(),
             "t,ax,ay,az,wx,wy,wz,force,label,validity,\
-             p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
-             qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags\n\
-             1.500345,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
-             0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
-             0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,0.04,stance,1,time_gap\n"
+         p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
+         qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags\n\
+         1.500345,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated,\
+         0.9,0.7,0.8,0.1,0.2,0.3,0.4,0.5,0.6,\
+         0.91,0.92,0.93,0.94,11,12,13,0.01,0.02,0.03,0.04,stance,1,time_gap\n"
         );
         let mut bytes = Vec::new();
         write_recording(&[sample], &mut bytes).unwrap();
         assert_eq!(
             String::from_utf8(bytes).unwrap(),
             "t,ax,ay,az,wx,wy,wz,force,label,validity\n\
-             1.500345,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated\n"
+         1.500345,1.25,-2.25,9.75,0.125,-0.375,0.625,42.5,1,gyroscope_saturated\n"
         );
     }
 

@@ -1,4 +1,6 @@
-//! Tables of estimates in Parquet: the columns of [`HEADER`], with their types.
+//! Tables in Parquet, written row by row. Their memory is that of a row group.
+//!
+//! Estimates have the columns of [`HEADER`]:
 //!
 //! | columns | type |
 //! |---|---|
@@ -7,17 +9,38 @@
 //! | the numbers | f32, bit-exact; null where they are not known |
 //! | `state`, `flags` | text, dictionary |
 //! | `decision` | u8: 1 stable, 0 not |
+//!
+//! Samples have the columns of a recording, as [`input`](crate::input) reads them:
+//!
+//! | columns | type |
+//! |---|---|
+//! | `t` | f64, s on the recording's clock |
+//! | `ax` … `wz` | f32, bit-exact input of the estimator |
+//! | `force` | f32, null if the load is unknown |
+//! | `label` | u8: 1 stable, 0 not; null if the truth is unknown |
+//! | `validity` | text, dictionary |
 
 use std::fs::File;
 use std::io::{self, Write};
+use std::mem;
+use std::sync::Arc;
 
-use arrow_schema::{DataType, Field};
-use estimator_core::{ContactEstimate, Decision, Flag};
+use arrow_array::builder::{
+    ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
+};
+use arrow_array::types::Int32Type;
+use arrow_array::{ArrayRef, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
+use estimator_core::{Axis, ContactEstimate, Decision, Flag, Load};
+use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
 
 use crate::output::{FOOT, HEADER, TableFeet, numbers, seconds};
-use crate::parquet_rows::{BATCH, Cell, Encoder, ParquetRows, text};
+use crate::samples::{Label, RecordedSample, validity_name};
+use crate::space::components;
 
 /// A table of estimates that is being written. Its memory is that of a row group.
 pub struct ParquetEstimates<W: Write> {
@@ -102,18 +125,196 @@ pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
     encoder.map_or(Ok(()), |encoder| encoder.finish().map(|_| ()))
 }
 
+/// A recording that is being written. Its memory is that of a row group.
+pub struct ParquetSamples<W: Write>(ParquetRows<W>);
+
+impl<W: Write> ParquetSamples<W> {
+    /// Begins a table.
+    ///
+    /// # Errors
+    /// Any error of the encoder.
+    pub fn new(to: W) -> io::Result<Self> {
+        let mut fields = vec![Field::new("t", DataType::Float64, false)];
+        fields.extend(Axis::ALL.map(|axis| Field::new(axis.name(), DataType::Float32, false)));
+        fields.push(Field::new("force", DataType::Float32, true));
+        fields.push(Field::new("label", DataType::UInt8, true));
+        fields.push(text("validity"));
+        Ok(Self(ParquetRows::new(to, fields)?))
+    }
+
+    /// Adds a sample; `start_us` is the time of the recording's clock at timestamp 0, µs.
+    ///
+    /// # Errors
+    /// Any error of the encoder or of the writer.
+    pub fn add(&mut self, sample: &RecordedSample, start_us: i64) -> io::Result<()> {
+        let imu = &sample.imu;
+        let axes = components(imu.specific_force.0).into_iter();
+        let axes = axes.chain(components(imu.angular_rate.0));
+        let label = sample.label.map(|label| u8::from(label == Label::Stable));
+        let row = [Cell::Seconds(seconds(imu.timestamp, start_us))].into_iter();
+        let row = row.chain(axes.map(|axis| Cell::Number(Some(axis))));
+        self.0.add(row.chain([
+            Cell::Number(sample.load.map(|Load(load)| load)),
+            Cell::Digit(label),
+            Cell::Text(validity_name(imu.validity)),
+        ]))
+    }
+
+    /// Writes the rest, and returns the writer.
+    ///
+    /// # Errors
+    /// Any error of the encoder or of the writer.
+    pub fn finish(self) -> io::Result<W> {
+        self.0.finish()
+    }
+}
+
+/// Number of rows that are encoded at a time.
+pub(crate) const BATCH: usize = 8192;
+
+/// Number of rows of a row group.
+pub(crate) const ROW_GROUP: usize = 16 * BATCH;
+
+/// Program in the metadata of a file.
+const WRITTEN_BY: &str = concat!("footfall version ", env!("CARGO_PKG_VERSION"));
+
+/// Encoder of a file, batch by batch.
+pub(crate) struct Encoder<W: Write> {
+    to: W,
+    writer: ArrowWriter<Vec<u8>>,
+    schema: Arc<Schema>,
+}
+
+impl<W: Write> Encoder<W> {
+    pub(crate) fn new(to: W, schema: Arc<Schema>) -> io::Result<Self> {
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_created_by(WRITTEN_BY.to_owned())
+            .set_max_row_group_row_count(Some(ROW_GROUP))
+            .build();
+        let writer = ArrowWriter::try_new(Vec::new(), schema.clone(), Some(properties));
+        Ok(Self { to, writer: writer.map_err(io::Error::from)?, schema })
+    }
+
+    pub(crate) fn write(&mut self, batch: &RecordBatch) -> io::Result<()> {
+        self.writer.write(batch).map_err(io::Error::from)?;
+        self.to.write_all(&mem::take(self.writer.inner_mut()))
+    }
+
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        let rest = self.writer.into_inner().map_err(io::Error::from)?;
+        self.to.write_all(&rest)?;
+        self.to.flush()?;
+        Ok(self.to)
+    }
+}
+
+/// Value of a row in one column; `None` where it is not known.
+pub(crate) enum Cell<'a> {
+    /// Time, s.
+    Seconds(f64),
+    Number(Option<f32>),
+    Digit(Option<u8>),
+    Text(&'a str),
+}
+
+/// Values of a column that wait for their batch.
+enum Column {
+    Seconds(Float64Builder),
+    Number(Float32Builder),
+    Digit(UInt8Builder),
+    Text(StringDictionaryBuilder<Int32Type>),
+}
+
+impl Column {
+    fn of(data_type: &DataType) -> Self {
+        match data_type {
+            DataType::Float64 => Self::Seconds(Float64Builder::new()),
+            DataType::Float32 => Self::Number(Float32Builder::new()),
+            DataType::UInt8 => Self::Digit(UInt8Builder::new()),
+            _ => Self::Text(StringDictionaryBuilder::new()),
+        }
+    }
+
+    fn push(&mut self, cell: &Cell<'_>) {
+        match (self, cell) {
+            (Self::Seconds(column), Cell::Seconds(value)) => column.append_value(*value),
+            (Self::Number(column), Cell::Number(value)) => column.append_option(*value),
+            (Self::Digit(column), Cell::Digit(value)) => column.append_option(*value),
+            (Self::Text(column), Cell::Text(value)) => column.append_value(value),
+            _ => {}
+        }
+    }
+
+    fn finish(&mut self) -> ArrayRef {
+        match self {
+            Self::Seconds(column) => ArrayBuilder::finish(column),
+            Self::Number(column) => ArrayBuilder::finish(column),
+            Self::Digit(column) => ArrayBuilder::finish(column),
+            Self::Text(column) => ArrayBuilder::finish(column),
+        }
+    }
+}
+
+/// Table that is written.
+pub(crate) struct ParquetRows<W: Write> {
+    encoder: Encoder<W>,
+    columns: Vec<Column>,
+    waiting: usize,
+}
+
+impl<W: Write> ParquetRows<W> {
+    /// Begins a table with these columns, of the types of a [`Cell`].
+    pub(crate) fn new(to: W, fields: Vec<Field>) -> io::Result<Self> {
+        let columns = fields.iter().map(|field| Column::of(field.data_type()));
+        Ok(Self {
+            columns: columns.collect(),
+            encoder: Encoder::new(to, Arc::new(Schema::new(fields)))?,
+            waiting: 0,
+        })
+    }
+
+    /// Adds a row, a cell for each column.
+    pub(crate) fn add<'a>(&mut self, row: impl IntoIterator<Item = Cell<'a>>) -> io::Result<()> {
+        let cells = self.columns.iter_mut().zip(row);
+        cells.for_each(|(column, cell)| column.push(&cell));
+        self.waiting += 1;
+        match self.waiting {
+            BATCH => self.encode(),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        self.encode()?;
+        self.encoder.finish()
+    }
+
+    fn encode(&mut self) -> io::Result<()> {
+        self.waiting = 0;
+        let columns = self.columns.iter_mut().map(Column::finish).collect();
+        let batch = RecordBatch::try_new(self.encoder.schema.clone(), columns);
+        let batch = batch.map_err(ParquetError::from).map_err(io::Error::from)?;
+        self.encoder.write(&batch)
+    }
+}
+
+/// Column of a text with few values.
+pub(crate) fn text(name: &str) -> Field {
+    let data_type = DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
+    Field::new(name, data_type, false)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parquet_rows::ROW_GROUP;
     use arrow_array::cast::AsArray;
     use arrow_array::types::{Float32Type, Float64Type, Int32Type, UInt8Type};
     use arrow_array::{Array, ArrayRef, RecordBatch};
     use estimator_core::{
-        AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Timestamp,
-        VelocitySigma,
+        AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Quaternion,
+        Timestamp, Vec3, VelocitySigma,
     };
-    use estimator_core::{Quaternion, Vec3};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
     use crate::output::{write_header, write_row};

@@ -1,126 +1,494 @@
-//! Runs the estimator over a recording.
+//! Replay of a stored recording: the samples of a foot through the estimator, into tables, events and a summary.
+//!
+//! Each sample is read, estimated, written and discarded, so that memory does not grow with the length of a recording. Rows
+//! of a foot wait in a temporary file until those of the feet before it are written.
 
-use estimator_core::{
-    AngularRate, ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError,
-};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
 
-use crate::samples::recording::{RecordedSample, Recording};
+use estimator_core::{ContactEstimate, Learnt, Params, ParamsError, Timestamp};
+use tempfile::SpooledTempFile;
+use thiserror::Error;
 
-/// Longest window of a replay, in samples: four seconds at 1 kHz, far more than contact needs, for comparisons.
-/// The estimator then takes about 100 KB.
-pub const CAPACITY: usize = 4096;
+use crate::estimate::Estimator;
+use crate::events::{ContactEvent, Events, write_event};
+use crate::input::Stored;
+use crate::output::{TableFeet, write_header, write_row};
+use crate::plausible::{Check, Finding};
+use crate::samples::RecordedSample;
+use crate::summary::{Summary, Tally};
 
-/// The estimator for the samples of one recording.
-#[derive(Clone)]
-pub struct Replay(Box<ContactEstimator<CAPACITY>>);
+#[cfg(feature = "parquet")]
+use crate::parquet_output::{ParquetEstimates, join};
+#[cfg(feature = "parquet")]
+use std::fs::File;
 
-impl Replay {
-    /// Creates the estimator for a recording at `sample_rate` in Hz; both arguments override `params`.
+/// Requested results of a foot besides its summary.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wanted {
+    /// Part of the recording in the results.
+    pub span: Span,
+    /// Table of estimates, and whether it names the foot.
+    pub table: Table,
+    /// Layout of the table.
+    pub layout: Layout,
+    /// Table of events, and whether it names the foot.
+    pub events: Table,
+}
+
+/// A table of estimates or events.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Table {
+    /// No table.
+    #[default]
+    None,
+    /// Table of one foot.
+    OneFoot,
+    /// Table of the feet of a recording, named in each row.
+    SeveralFeet,
+    /// Table of several recordings, in each row the recording's name, with the foot's if it has one.
+    SeveralRecordings,
+}
+
+/// Observes a foot while it is estimated, such as for a plot or for progress.
+pub trait Observer {
+    /// Called for each estimated sample, inside or outside the selected part.
+    fn estimated(&mut self) {}
+
+    /// Called for each sample in the selected part, with its estimate.
+    fn add(&mut self, _sample: &RecordedSample, _estimate: &ContactEstimate) {}
+
+    /// Called for each event in the selected part.
+    fn add_event(&mut self, _event: &ContactEvent) {}
+}
+
+/// Observer that does nothing.
+impl Observer for () {}
+
+/// Results of a foot.
+pub struct Replayed {
+    /// Summary of the replay.
+    pub summary: Summary,
+    /// Implausible properties of the recording.
+    pub findings: Vec<Finding>,
+    /// Rows of the table of estimates.
+    pub table: Option<EstimateTable>,
+    /// Rows of the table of events.
+    pub events: Option<CsvRows>,
+    /// Learnt values; none where the estimates were recorded.
+    pub learnt: Learnt,
+}
+
+/// Error of a foot's estimation.
+#[derive(Debug, Error)]
+pub enum ReplayError {
+    /// A parameter is out of its range.
+    #[error("parameter {0}")]
+    Params(#[from] ParamsError),
+    /// Samples or rows cannot be stored.
+    #[error(
+        "temporary files cannot be used in {}: {source}; the variable TMPDIR names another folder",
+        std::env::temp_dir().display()
+    )]
+    Temporary {
+        /// Error of the operating system.
+        #[from]
+        source: io::Error,
+    },
+}
+
+/// Estimates a foot sample by sample, observed by `observer`; or takes the recorded estimates, if these
+/// [are used](crate::input::Hints::contacts).
+///
+/// # Errors
+/// A parameter is out of range, or the temporary files cannot be used.
+pub fn replay(
+    stored: &mut Stored,
+    params: &Params,
+    wanted: &Wanted,
+    observer: &mut impl Observer,
+) -> Result<Replayed, ReplayError> {
+    let results = Results::new(stored, wanted, observer)?;
+    if stored.has_estimates() {
+        Ok(recorded(stored, results)?)
+    } else {
+        estimated(stored, params, results)
+    }
+}
+
+/// Estimates a foot sample by sample.
+fn estimated<O: Observer>(
+    stored: &mut Stored,
+    params: &Params,
+    mut results: Results<'_, O>,
+) -> Result<Replayed, ReplayError> {
+    let about = &stored.about;
+    let mut estimator = Estimator::new(about.sample_rate, about.gravity, params)?;
+    let mut check = Check::new(about.sample_rate, about.gravity);
+    for sample in stored.samples()? {
+        let sample = sample?;
+        if results.span.is_before(sample.imu.timestamp) {
+            break;
+        }
+        let estimate = estimator.update(&sample);
+        check.add(&sample);
+        results.add(&sample, &estimate, &estimate)?;
+    }
+    Ok(Replayed { findings: check.findings(), learnt: estimator.learnt(), ..results.finish()? })
+}
+
+/// Takes the recorded estimates of a foot. Nothing is computed from the samples, which may be few, but they are checked.
+fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io::Result<Replayed> {
+    let check = check_samples(stored, results.span)?;
+    for recorded in stored.estimates()?.into_iter().flatten() {
+        let recorded = recorded?;
+        if results.span.is_before(recorded.estimate.timestamp) {
+            break;
+        }
+        results.add(&recorded.sample, &recorded.estimate, &recorded.moved)?;
+    }
+    Ok(Replayed { findings: findings_beside_contacts(&check), ..results.finish()? })
+}
+
+/// Returns the findings that count where a foot has sent its own estimates: its mounting is a setting of its own, a
+/// sample that could not be sent is blank, and nothing here depends on the rate.
+#[must_use]
+pub fn findings_beside_contacts(check: &Check) -> Vec<Finding> {
+    let mut findings = check.findings();
+    findings.retain(|finding| {
+        !matches!(
+            finding,
+            Finding::GravityNotAlongZ { .. } | Finding::LowRate { .. } | Finding::NotNumbers { .. }
+        )
+    });
+    findings
+}
+
+/// Checks the samples beside recorded estimates, up to the end of the span.
+///
+/// # Errors
+/// The temporary file with the samples cannot be read.
+pub fn check_samples(stored: &mut Stored, span: Span) -> io::Result<Check> {
+    let (start_us, sample_rate) = stored.clock_of_samples();
+    let about = &stored.about;
+    let after_us = start_us.saturating_sub(about.start_us);
+    let mut check = Check::new(sample_rate, about.gravity);
+    for sample in stored.samples()? {
+        let sample = sample?;
+        let since_us = sample.imu.timestamp.as_micros();
+        let since_contacts_us = since_us.saturating_add_signed(after_us);
+        if span.is_before(Timestamp::from_micros(since_contacts_us)) {
+            break;
+        }
+        check.add(&sample);
+    }
+    Ok(check)
+}
+
+/// Results of a foot while its estimates are added.
+struct Results<'a, O> {
+    tally: Tally,
+    table: Option<EstimateTable>,
+    event_table: Option<CsvRows>,
+    events: Events,
+    span: Span,
+    observer: &'a mut O,
+}
+
+impl<'a, O: Observer> Results<'a, O> {
+    fn new(stored: &Stored, wanted: &Wanted, observer: &'a mut O) -> io::Result<Self> {
+        let about = &stored.about;
+        let name = about.title();
+        // Outer: the table is wanted. Inner: the name in each of its rows.
+        let named = |table| match table {
+            Table::None => None,
+            Table::OneFoot => Some(None),
+            Table::SeveralFeet => Some(Some(about.foot_or_name().to_owned())),
+            Table::SeveralRecordings => Some(Some(name.clone())),
+        };
+        let estimates = |foot| EstimateTable::new(wanted.layout, foot, about.start_us);
+        Ok(Self {
+            tally: Tally::new(&name, about.foot.as_deref(), about.sample_rate),
+            table: named(wanted.table).map(estimates).transpose()?,
+            event_table: named(wanted.events).map(|foot| CsvRows::new(foot, about.start_us)),
+            events: Events::default(),
+            span: wanted.span,
+            observer,
+        })
+    }
+
+    /// Adds the estimate of the next sample; `moved` is the same with all that is known of the foot's motion.
+    fn add(
+        &mut self,
+        sample: &RecordedSample,
+        estimate: &ContactEstimate,
+        moved: &ContactEstimate,
+    ) -> io::Result<()> {
+        self.events.add(moved);
+        while let Some(event) = self.events.pop() {
+            self.add_event(&event)?;
+        }
+        if self.span.contains(estimate.timestamp) {
+            self.tally.add(sample, estimate);
+            if let Some(table) = &mut self.table {
+                table.add(estimate)?;
+            }
+            self.observer.add(sample, estimate);
+        }
+        self.observer.estimated();
+        Ok(())
+    }
+
+    /// Adds an event if it is in the selected part.
+    fn add_event(&mut self, event: &ContactEvent) -> io::Result<()> {
+        if !self.span.contains(event.time) {
+            return Ok(());
+        }
+        self.observer.add_event(event);
+        match &mut self.event_table {
+            Some(table) => table.add_event(event),
+            None => Ok(()),
+        }
+    }
+
+    /// Ends the recording. Findings and learnt values are empty.
+    fn finish(mut self) -> io::Result<Replayed> {
+        for event in std::mem::take(&mut self.events).finish() {
+            self.add_event(&event)?;
+        }
+        Ok(Replayed {
+            summary: self.tally.finish(),
+            findings: Vec::new(),
+            table: self.table,
+            events: self.event_table,
+            learnt: Learnt::default(),
+        })
+    }
+}
+
+/// Part of a recording, counted from its first sample. The estimator also processes the samples before it, because
+/// an estimate depends on the past.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    from_us: u64,
+    to_us: u64,
+}
+
+impl Default for Span {
+    fn default() -> Self {
+        Self { from_us: 0, to_us: u64::MAX }
+    }
+}
+
+impl Span {
+    /// Creates a span from start and end in s; `None` extends it to that end of the recording.
+    #[must_use]
+    pub fn new(from_s: Option<f64>, to_s: Option<f64>) -> Self {
+        let whole = Self::default();
+        // Casts saturate.
+        let micros = |seconds: f64| (seconds * 1.0e6).round() as u64;
+        Self {
+            from_us: from_s.map_or(whole.from_us, micros),
+            to_us: to_s.map_or(whole.to_us, micros),
+        }
+    }
+
+    /// Returns whether the span contains no time.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.from_us >= self.to_us
+    }
+
+    /// Returns whether a time is in the span, including its start and excluding its end.
+    #[must_use]
+    pub const fn contains(self, time: Timestamp) -> bool {
+        self.from_us <= time.as_micros() && time.as_micros() < self.to_us
+    }
+
+    /// Returns whether a time is after the span.
+    #[must_use]
+    pub const fn is_before(self, time: Timestamp) -> bool {
+        self.to_us <= time.as_micros()
+    }
+
+    /// Returns the first and last time of the span in a recording of this duration, s.
+    #[must_use]
+    pub fn within(self, duration_us: u64) -> (f64, f64) {
+        let seconds = |micros: u64| micros.min(duration_us) as f64 / 1.0e6;
+        (seconds(self.from_us), seconds(self.to_us))
+    }
+}
+
+/// Layout of a table, given by the name of its file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// CSV text.
+    #[default]
+    Csv,
+    /// As Parquet.
+    Parquet,
+}
+
+impl Layout {
+    /// File extensions of the layouts.
+    pub const EXTENSIONS: [&'static str; 2] = ["csv", "parquet"];
+
+    /// Returns Parquet for a file name with that extension, and text for any other, such as a pipe's.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        let extension = path.extension().unwrap_or_default();
+        if extension.eq_ignore_ascii_case("parquet") { Self::Parquet } else { Self::Csv }
+    }
+}
+
+/// Estimates of one foot, buffered until those of the preceding feet are written.
+pub enum EstimateTable {
+    /// CSV text.
+    Csv(CsvRows),
+    /// As Parquet.
+    #[cfg(feature = "parquet")]
+    Parquet {
+        /// Name of the foot, if the table names it.
+        foot: Option<String>,
+        /// Time of the recording's clock at timestamp 0, µs.
+        start_us: i64,
+        /// Rows, in a temporary file.
+        rows: Box<ParquetEstimates<File>>,
+    },
+}
+
+impl EstimateTable {
+    /// Creates an empty table; `foot`, if given, is named in each row.
     ///
     /// # Errors
-    /// A parameter is out of its range; the window may have up to [`CAPACITY`] samples.
-    pub fn new(sample_rate: f32, gravity: Gravity, params: &Params) -> Result<Self, ParamsError> {
-        let params = Params { sample_rate, gravity, ..*params };
-        Ok(Self(Box::new(ContactEstimator::new(&params.validate()?))))
-    }
-
-    /// Returns the estimate of the next sample.
-    pub fn update(&mut self, sample: &RecordedSample) -> ContactEstimate {
-        self.0.update(&sample.imu, sample.load)
-    }
-
-    /// Gyroscope bias at the newest sample, rad/s; `None` until the foot has been at rest.
-    #[must_use]
-    pub fn gyro_bias(&self) -> Option<AngularRate> {
-        self.0.gyro_bias()
-    }
-
-    /// Returns the parameters learnt from all samples.
-    #[must_use]
-    pub fn learnt(&self) -> Learnt {
-        self.0.learnt()
-    }
-}
-
-/// Runs the estimator over a recording: one estimate per sample, in order.
-///
-/// # Errors
-/// The errors of [`Replay::new`].
-pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
-    Ok(replay_and_learn(recording, params)?.0)
-}
-
-/// As [`replay`], and returns the parameters learnt by the end of the recording.
-///
-/// # Errors
-/// The errors of [`replay`].
-pub fn replay_and_learn(
-    recording: &Recording,
-    params: &Params,
-) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
-    replay_observed(recording, params, || ())
-}
-
-/// As [`replay_and_learn`], with a call after each sample, e.g. to show progress.
-///
-/// # Errors
-/// The errors of [`replay`].
-pub fn replay_observed(
-    recording: &Recording,
-    params: &Params,
-    mut after_each: impl FnMut(),
-) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
-    let mut replay = Replay::new(recording.sample_rate, recording.gravity, params)?;
-    let estimates = recording
-        .samples
-        .iter()
-        .map(|sample| {
-            let estimate = replay.update(sample);
-            after_each();
-            estimate
+    /// The temporary file cannot be written, or Parquet is not built in.
+    pub fn new(layout: Layout, foot: Option<String>, start_us: i64) -> io::Result<Self> {
+        Ok(match layout {
+            Layout::Csv => Self::Csv(CsvRows::new(foot, start_us)),
+            #[cfg(not(feature = "parquet"))]
+            Layout::Parquet => {
+                let what = "this program was built without the feature parquet";
+                return Err(io::Error::new(io::ErrorKind::Unsupported, what));
+            }
+            #[cfg(feature = "parquet")]
+            Layout::Parquet => {
+                let feet = foot.as_ref().map_or(TableFeet::One, |_| TableFeet::Several);
+                Self::Parquet {
+                    foot,
+                    start_us,
+                    rows: Box::new(ParquetEstimates::new(tempfile::tempfile()?, feet)?),
+                }
+            }
         })
-        .collect();
-    Ok((estimates, replay.learnt()))
+    }
+
+    /// Appends an estimate.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub fn add(&mut self, estimate: &ContactEstimate) -> io::Result<()> {
+        match self {
+            Self::Csv(part) => part.add(estimate),
+            #[cfg(feature = "parquet")]
+            Self::Parquet { foot, start_us, rows } => {
+                rows.add(foot.as_deref(), estimate, *start_us)
+            }
+        }
+    }
+}
+
+/// Writes the tables of all feet as one.
+///
+/// # Errors
+/// The errors of the writer and the temporary files.
+pub fn write_tables(
+    tables: Vec<EstimateTable>,
+    feet: TableFeet,
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    #[cfg(feature = "parquet")]
+    let mut files = Vec::new();
+    let mut has_header = false;
+    for table in tables {
+        match table {
+            EstimateTable::Csv(mut part) => {
+                if !std::mem::replace(&mut has_header, true) {
+                    write_header(feet, to)?;
+                }
+                part.write(to)?;
+            }
+            #[cfg(feature = "parquet")]
+            EstimateTable::Parquet { rows, .. } => files.push(rows.finish()?),
+        }
+    }
+    #[cfg(feature = "parquet")]
+    if !files.is_empty() {
+        join(files, to)?;
+    }
+    Ok(())
+}
+
+/// Bytes kept in memory.
+const IN_MEMORY: usize = 8 << 20;
+
+/// Rows of one foot in the table of estimates or of events.
+pub struct CsvRows {
+    foot: Option<String>,
+    start_us: i64,
+    rows: BufWriter<SpooledTempFile>,
+}
+
+impl CsvRows {
+    /// Creates an empty part. `foot`, if given, is named in each row; `start_us` is the time of the recording's
+    /// clock at timestamp 0, µs.
+    #[must_use]
+    pub fn new(foot: Option<String>, start_us: i64) -> Self {
+        Self {
+            foot,
+            start_us,
+            rows: BufWriter::with_capacity(1 << 16, SpooledTempFile::new(IN_MEMORY)),
+        }
+    }
+
+    /// Appends an estimate.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub fn add(&mut self, estimate: &ContactEstimate) -> io::Result<()> {
+        write_row(self.foot.as_deref(), estimate, self.start_us, &mut self.rows)
+    }
+
+    /// Appends an event.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub fn add_event(&mut self, event: &ContactEvent) -> io::Result<()> {
+        write_event(self.foot.as_deref(), event, self.start_us, &mut self.rows)
+    }
+
+    /// Writes all rows.
+    ///
+    /// # Errors
+    /// The errors of the writer and the temporary file.
+    pub fn write(&mut self, to: &mut dyn Write) -> io::Result<()> {
+        self.rows.seek(SeekFrom::Start(0))?;
+        io::copy(self.rows.get_mut(), to)?;
+        Ok(())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{Flag, ImuSample, Method, Timestamp};
-
-    fn still_foot(sample_rate: f32) -> Recording {
-        let period_us = (1.0e6 / sample_rate) as u64;
-        Recording {
-            name: "still".to_owned(),
-            sample_rate,
-            gravity: Gravity::Removed,
-            load_title: String::new(),
-            samples: (0..100)
-                .map(|k| RecordedSample {
-                    imu: ImuSample {
-                        timestamp: Timestamp::from_micros(k * period_us),
-                        ..ImuSample::default()
-                    },
-                    load: None,
-                    label: None,
-                })
-                .collect(),
-        }
-    }
 
     #[test]
-    fn every_sample_has_an_estimate() {
-        let recording = still_foot(500.0);
-        let estimates = replay(&recording, &Params::DEFAULT).unwrap();
-        let times = estimates.iter().map(|e| e.timestamp);
-        assert!(times.eq(recording.samples.iter().map(|s| s.imu.timestamp)));
-    }
-
-    #[test]
-    fn window_keeps_its_duration_at_the_recordings_rate() {
-        let params = Params { method: Method::HalfWidths, ..Params::DEFAULT };
-        let estimates = replay(&still_foot(200.0), &params).unwrap();
-        let full = estimates.iter().position(|e| !e.flags.contains(Flag::WindowNotFull));
-        assert_eq!(full, Some(9), "50 ms at 200 Hz are 10 samples");
+    fn span_includes_its_start_and_excludes_its_end() {
+        let span = Span::new(Some(0.5), Some(1.0));
+        let holds = |micros| span.contains(Timestamp::from_micros(micros));
+        assert_eq!([499_999, 500_000, 999_999, 1_000_000].map(holds), [false, true, true, false]);
+        assert!(span.is_before(Timestamp::from_micros(1_000_000)));
+        assert_eq!(span.within(800_000), (0.5, 0.8));
+        assert!(Span::new(Some(2.0), Some(2.0)).is_empty());
+        assert!(Span::default().contains(Timestamp::from_micros(0)));
     }
 }

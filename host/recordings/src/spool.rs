@@ -4,12 +4,11 @@
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 
-use crate::samples::space::components;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
 use tempfile::SpooledTempFile;
 
-use crate::samples::recording::{Label, RecordedSample};
-use crate::samples::validity::VALIDITIES;
+use crate::samples::{Label, RecordedSample, VALIDITIES};
+use crate::space::components;
 
 /// Bytes kept in memory; longer data go to a file in the system's temporary folder.
 const IN_MEMORY: usize = 32 << 20;

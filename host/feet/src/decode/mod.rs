@@ -26,9 +26,8 @@ use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 
-use recordings::samples::compressed::decompressed;
-use recordings::samples::foreign::Foreign;
-use recordings::samples::magic::no_log;
+use recordings::compressed::decompressed;
+use recordings::file_kind::{FileKind, no_log};
 use thiserror::Error;
 
 pub use feet::Feet;
@@ -63,7 +62,7 @@ pub enum DecodeError {
         /// Name of the file, as given.
         file: String,
         /// Detected format, with advice.
-        kind: Foreign,
+        kind: FileKind,
     },
     /// The file is neither a CAN log nor a recording of the serial line.
     #[error(

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use estimator_core::{Decision, Flag, Flags, ImuSample, PerAxis, Quaternion, Timestamp, Vec3};
-use recordings::samples::space::components;
+use recordings::space::components;
 use wire::NodeId;
 use wire::pdo::Status;
 

@@ -1,7 +1,8 @@
 //! Objects by name, and their values as text, in the notation of a configuration file where it has the setting.
 
 use estimator_core::{Learning, Method, MountingParams, SensorAxis, WindowLength};
-use recordings::config::{LEARNINGS, METHODS, parse_axes, parse_window, window_text, word_of};
+use recordings::config::{LEARNINGS, METHODS, parse_window, window_text, word_of};
+use recordings::mounting::parse_axes;
 use recordings::number::shown;
 use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape, code_of_axes, index};

@@ -91,7 +91,7 @@ mod tests {
     use estimator_core::{Saturation, Validity};
     use gait::{GaitName, Ground, Plan, SensorParams, simulate};
     use recordings::config::default_params;
-    use recordings::replay::replay;
+    use recordings::estimate::estimates_of;
     use wire::{Counter, Pdo};
 
     /// A foot that stands for one second.
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn estimates_match_a_replay_of_the_samples() {
         let walk = simulate(&Plan::demo(1), &SensorParams::LSM6DSOX, 1);
-        let replayed = replay(&walk.recording, &default_params()).expect("the preset");
+        let replayed = estimates_of(&walk.recording, &default_params()).expect("the preset");
         assert!(super::walk(&walk).expect("valid settings").estimates == replayed);
     }
 

@@ -16,14 +16,14 @@ use estimator_core::Timestamp;
 use estimator_core::params::LoadParams;
 #[cfg(feature = "bags")]
 use mcap::write::NoSeek;
-use recordings::analysis::replay::span::Span;
 use recordings::config::{Preset, parse_seconds};
 use recordings::input::{Format, InputError, Stored, TimesSoFar};
 use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
-use recordings::parquet_samples::ParquetSamples;
+use recordings::parquet_output::ParquetSamples;
 use recordings::plausible::{Check, Finding};
-use recordings::samples::recording::RecordedSample;
+use recordings::replay::Span;
+use recordings::samples::RecordedSample;
 
 use super::options::{self, INPUT, OUTPUT, ReadingArguments, with_mounting};
 use crate::error::Error;

@@ -7,8 +7,8 @@ use clap::Args;
 use feet::robot::walk;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
-use recordings::analysis::summary::{Summaries, Summary};
 use recordings::output::write_samples;
+use recordings::summary::{Summaries, Summary};
 
 use crate::error::Error;
 use crate::files::{OutputError, check_can_be_directory, write_file};

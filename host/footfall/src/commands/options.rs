@@ -16,8 +16,6 @@ use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use feet::decode::Feet;
 use feet::decode::feet::{Name, NamedTwice};
 use feet::{Playback, Source};
-use recordings::analysis::parameters::differences;
-use recordings::analysis::replay::span::Span;
 use recordings::config::{
     ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
     parse_sample_rate,
@@ -27,7 +25,9 @@ use recordings::input::{
     TableOptions, TimeUnit, Times, Topics, Units,
 };
 use recordings::plausible::{self, Finding};
-use recordings::samples::recording::Recording;
+use recordings::replay::Span;
+use recordings::samples::Recording;
+use recordings::summary::differences;
 use wire::NodeId;
 
 use crate::error::Error;

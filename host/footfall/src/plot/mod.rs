@@ -25,7 +25,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use recordings::samples::recording::{Label, RecordedSample, Recording};
+use recordings::samples::{Label, RecordedSample, Recording};
 use series::{Series, Trace};
 
 pub use series::{Collector, Width};

@@ -11,7 +11,7 @@ use std::ops::Range;
 use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{ContactEvent, EventKind};
 use recordings::input::About;
-use recordings::samples::recording::{Label, RecordedSample};
+use recordings::samples::{Label, RecordedSample};
 
 use super::series::{Collector, Stretching, Trace, Width};
 use super::time_title;

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Load, Phase};
-use recordings::samples::recording::{Label, RecordedSample};
+use recordings::samples::{Label, RecordedSample};
 
 /// Collects the series of one foot; memory depends on the width of the figure only.
 pub struct Collector {

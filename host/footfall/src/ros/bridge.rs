@@ -26,7 +26,7 @@ use feet::decode::ContactRow;
 use feet::decode::live::{Heard, Said};
 use feet::session::SEVERAL_BOARDS;
 use feet::{LiveFoot, Session, Update};
-use recordings::samples::phase::code_of;
+use recordings::samples::phase_code;
 use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
@@ -243,7 +243,7 @@ impl FootMessages {
             p_vertical: row.vertical,
             p_axes: axes.unwrap_or([f32::NAN; 6]),
             decision: row.status.decision() == Decision::Stable,
-            state: code_of(row.status.phase()),
+            state: phase_code(row.status.phase()),
             valid: row.status.is_valid(),
             flags: row.flags.unwrap_or(health.flags),
             sequence: row.sequence,
@@ -255,7 +255,7 @@ impl FootMessages {
                 p_vertical: 0.0,
                 p_axes: [f32::NAN; 6],
                 decision: false,
-                state: code_of(Phase::Unknown),
+                state: phase_code(Phase::Unknown),
                 valid: false,
                 ..contact
             };

@@ -5,7 +5,7 @@
 //! name. Definitions other than footfall's are interfaces of ROS 2, with names, types and order of their fields.
 
 use estimator_core::{Vec3, VelocitySigma};
-use recordings::samples::space::components;
+use recordings::space::components;
 use serde::Serialize;
 
 pub use recordings::ros::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
@@ -351,7 +351,7 @@ mod tests {
     fn definition_contains_every_phase_and_flag() {
         for phase in Phase::ALL {
             let name = format!("STATE_{}", phase.name().to_uppercase());
-            let number = recordings::samples::phase::code_of(phase);
+            let number = recordings::samples::phase_code(phase);
             assert_eq!(constant(CONTACT, &name), Some(number), "{name}");
         }
         for flag in Flag::ALL {

@@ -18,9 +18,7 @@ use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Load, Timestamp, Validity};
 use recordings::events::ContactEvent;
-use recordings::samples::phase::code_of;
-use recordings::samples::recording::{Label, RecordedSample};
-use recordings::samples::validity::name_of;
+use recordings::samples::{Label, RecordedSample, phase_code, validity_name};
 use wire::Faults;
 use wire::pdo::Status;
 
@@ -61,7 +59,7 @@ impl SampleMessages {
         }
         self.has_load = load.is_some();
         if sample.imu.validity != Validity::Valid {
-            let name = name_of(sample.imu.validity).to_owned();
+            let name = validity_name(sample.imu.validity).to_owned();
             publish(&self.validity, RosMessage::Text(name));
         }
         if let Some(label) = sample.label {
@@ -135,7 +133,7 @@ impl EstimateMessages {
             p_vertical: probabilities.vertical,
             p_axes: probabilities.axes.to_array(),
             decision: decision == Decision::Stable,
-            state: code_of(phase),
+            state: phase_code(phase),
             valid: status.is_valid(),
             flags: flags.bits(),
             sequence: self.sequence,

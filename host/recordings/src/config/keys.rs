@@ -1,14 +1,17 @@
-//! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot. Numbers come
-//! from the estimator's table of limits.
+//! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot; and the file that lists
+//! all of them. Numbers come from the estimator's table of limits.
 
-use crate::number::shown;
-use estimator_core::{Axis, Learnt, Mounting, Parameter, Params, Row, parameter};
+use estimator_core::{Axis, Learnt, Method, Mounting, Parameter, Params, Row, Vec3, parameter};
 use wire::dictionary::{self, Address};
 
-use super::axes::axes_text;
-use super::correction::{ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS, Limits};
-use super::notation::Notation;
-use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text, word_of};
+use crate::config::preset::Preset;
+use crate::config::value::{
+    GRAVITIES, LEARNINGS, METHODS, Notation, gyro_timing_text, window_text, word_of,
+};
+use crate::input::Correction;
+use crate::input::Format;
+use crate::mounting::axes_text;
+use crate::number::shown;
 
 /// A key of a configuration file.
 #[derive(Clone, Debug, PartialEq)]
@@ -233,4 +236,247 @@ pub(super) fn axis(number: Parameter) -> &'static str {
 
 fn quoted(word: &str) -> String {
     format!("\"{word}\"")
+}
+
+/// Limits of a key with three axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    pub key: &'static str,
+    /// The numbers in a correction.
+    pub of: fn(&mut Correction) -> &mut Vec3,
+    pub axes: [&'static str; 3],
+    pub unit: &'static str,
+    pub least: f32,
+    pub most: f32,
+    /// Neutral value.
+    pub none: f32,
+    pub meaning: &'static str,
+}
+
+pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
+    key: "accelerometer.bias_m_s2",
+    of: |correction| &mut correction.accelerometer.bias,
+    axes: ["ax", "ay", "az"],
+    unit: "m/s²",
+    least: -5.0,
+    most: 5.0,
+    none: 0.0,
+    meaning: "what the accelerometer that recorded reads in free fall",
+};
+
+pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
+    key: "accelerometer.scale",
+    of: |correction| &mut correction.accelerometer.scale,
+    axes: ["ax", "ay", "az"],
+    unit: "",
+    least: 0.5,
+    most: 2.0,
+    none: 1.0,
+    meaning: "by what its readings, without the bias, are multiplied",
+};
+
+pub(super) const GYROSCOPE_BIAS: Limits = Limits {
+    key: "gyroscope.bias_rad_s",
+    of: |correction| &mut correction.gyroscope_bias,
+    axes: ["wx", "wy", "wz"],
+    unit: "rad/s",
+    least: -1.0,
+    most: 1.0,
+    none: 0.0,
+    meaning: "what the gyroscope that recorded reads at rest",
+};
+
+impl PartialEq for Limits {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Limits {
+    /// Checks the value of an axis; the error is a sentence with the range.
+    pub(super) fn checked(&self, axis: &str, value: f32) -> Result<f32, String> {
+        if (self.least..=self.most).contains(&value) {
+            return Ok(value);
+        }
+        let [is, low, high] = [value, self.least, self.most].map(shown);
+        Err(format!("{axis} is {is}, allowed is {low} to {high}"))
+    }
+}
+
+/// Returns a file in which every key is commented out, with its preset value, meaning, unit and range. Each line
+/// is valid alone, without the header of a table.
+#[must_use]
+pub fn example(preset: Preset) -> String {
+    let params = preset.params(Format::Csv);
+    let name = preset.name();
+    let mut text = format!(
+        "# A configuration of footfall, for --config, with the values of --preset {name}.\n\
+         # All keys may be left out. Remove the # before those that are to differ;\n\
+         # `footfall config --check FILE` says whether they can be what they are.\n"
+    );
+    for key in keys() {
+        text += &format!("\n# {}\n", key.meaning());
+        text += &format!("# {}\n", facts(&key, &params));
+        text += &format!("#{} = {}\n", key.path, key.value(&params));
+    }
+    text
+}
+
+/// Returns unit, range, object addresses, and a note.
+fn facts(key: &Key, params: &Params) -> String {
+    let address = |of: &Address| format!("0x{:04X}:{}", of.index, of.subindex);
+    let object = match &key.objects()[..] {
+        [] => String::new(),
+        [only] => format!("on a foot {}", address(only)),
+        [first, .., last] => format!("on a foot {} to {}", address(first), address(last)),
+    };
+    let facts = [key.unit(), &key.range(), &object, note(key, params)];
+    let facts: Vec<&str> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
+    facts.join("; ")
+}
+
+/// Returns a note on a key without effect for these parameters, or on its value; empty without one.
+fn note(key: &Key, params: &Params) -> &'static str {
+    let (table, _) = key.path.split_once('.').unwrap_or((&key.path, ""));
+    match table {
+        "learnt" => "an example, default: a cold start; footfall calibrate writes all of [learnt]",
+        "bandwidth" | "half_width" | "window" if params.method == Method::SelfCalibrating => {
+            "with method = \"half_widths\" only, else refused"
+        }
+        "sample_rate_hz" => "default: that of the recording's times",
+        "gravity" => "default: that of the recording's format",
+        "feet" => {
+            "of the foot FL alone, which takes axes, decision, load, learnt, accelerometer and gyroscope"
+        }
+        _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    use estimator_core::{AngularRate, SpecificForce, Vec3};
+
+    use crate::config::file::Overrides;
+
+    fn corrected(text: &str) -> Result<[f32; 6], String> {
+        let overrides = Overrides::parse(text, "robot.toml").map_err(|error| error.to_string())?;
+        let correction = overrides.correction();
+        let force = SpecificForce(Vec3::new(1.0, 2.0, 3.0));
+        let rate = AngularRate(Vec3::new(4.0, 5.0, 6.0));
+        let (SpecificForce(f), AngularRate(w)) = correction.apply(force, rate);
+        Ok([f.x, f.y, f.z, w.x, w.y, w.z])
+    }
+
+    #[test]
+    fn missing_keys_correct_nothing() {
+        assert_eq!(corrected(""), Ok([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    }
+
+    #[test]
+    fn the_bias_is_taken_off_before_the_scale_is_applied() {
+        let text = "[accelerometer]\nbias_m_s2 = { ax = 0.5, az = -1 }\nscale = { ax = 2, ay = 0.5 }\n\
+                [gyroscope]\nbias_rad_s = { wx = 0.25, wz = -0.5 }\n";
+        assert_eq!(corrected(text), Ok([1.0, 1.0, 4.0, 3.75, 5.0, 6.5]));
+    }
+
+    #[test]
+    fn sensor_errors_are_corrected_before_axes_are_turned() {
+        let text = "axes = 'x,-z,y'\n[accelerometer]\nbias_m_s2 = { az = -1 }\nscale = { ay = 0.5 }\n\
+                [gyroscope]\nbias_rad_s = { wz = -0.5 }\n";
+        assert_eq!(corrected(text), Ok([1.0, -4.0, 1.0, 4.0, -6.5, 5.0]));
+    }
+
+    #[test]
+    fn correction_out_of_range_is_rejected_by_key() {
+        for (text, refusal) in [
+            (
+                "accelerometer.bias_m_s2 = { ay = 9.81 }",
+                "robot.toml, line 1, column 34, key accelerometer.bias_m_s2: ay is 9.81, allowed is -5 to 5",
+            ),
+            (
+                "accelerometer.scale = { az = 9.81 }",
+                "robot.toml, line 1, column 30, key accelerometer.scale: az is 9.81, allowed is 0.5 to 2",
+            ),
+            (
+                "gyroscope.bias_rad_s = { wy = nan }",
+                "robot.toml, line 1, column 31, key gyroscope.bias_rad_s: wy is NaN, allowed is -1 to 1",
+            ),
+        ] {
+            assert_eq!(corrected(text), Err(refusal.to_owned()));
+        }
+    }
+
+    const PRESETS: [Preset; 2] = [Preset::Default, Preset::Paper];
+
+    /// Returns the keys of an example with their values, without the `#`.
+    fn set(text: &str) -> Vec<String> {
+        let lines = text.lines().filter_map(|line| line.strip_prefix('#'));
+        lines
+            .filter(|line| line.contains(" = ") && !line.starts_with(' '))
+            .map(str::to_owned)
+            .collect()
+    }
+
+    #[test]
+    fn the_example_changes_nothing() {
+        for preset in PRESETS {
+            let overrides = Overrides::parse(&example(preset), "x.toml").unwrap();
+            assert_eq!(overrides, Overrides::default());
+        }
+    }
+
+    #[test]
+    fn each_example_line_parses_to_the_preset_value() {
+        for preset in PRESETS {
+            let lines = set(&example(preset));
+            assert_eq!(lines.len(), keys().len());
+            let params = preset.params(Format::Csv);
+            for line in &lines {
+                // Learnt values are valid only together, and no preset has any.
+                if line.starts_with("learnt.") {
+                    continue;
+                }
+                let overrides = Overrides::parse(line, "x.toml").expect(line);
+                assert_ne!(overrides, Overrides::default(), "{line}");
+                let mut with = params;
+                overrides.apply(&mut with);
+                assert_eq!(with, params, "{line}");
+                assert_eq!(overrides.correction(), Correction::NONE);
+            }
+        }
+    }
+
+    #[test]
+    fn uncommented_example_is_valid() {
+        for preset in PRESETS {
+            let overrides = Overrides::parse(&set(&example(preset)).join("\n"), "x.toml").unwrap();
+            let mut params = preset.params(Format::Csv);
+            overrides.apply(&mut params);
+            assert!(params.validate::<256>().is_ok());
+            assert!(params.learnt.is_some());
+        }
+    }
+
+    #[test]
+    fn example_lists_every_key() {
+        let tops: BTreeSet<String> = keys()
+            .iter()
+            .map(|key| key.path.split('.').next().unwrap_or_default().to_owned())
+            .collect();
+        // The reader lists the known keys.
+        let error = Overrides::parse("zzz = 1", "x.toml").unwrap_err().to_string();
+        let (_, expected) = error.split_once("expected one of ").expect("a list");
+        let expected = expected.split(';').next().unwrap_or_default();
+        let expected: BTreeSet<String> =
+            expected.split(", ").map(|key| key.trim_matches('`').to_owned()).collect();
+        assert_eq!(tops, expected);
+        // Every key has a meaning and a range.
+        for key in keys() {
+            assert!(!key.meaning().is_empty(), "{}", key.path);
+            assert!(!key.range().is_empty(), "{}", key.path);
+        }
+    }
 }

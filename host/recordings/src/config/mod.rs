@@ -84,159 +84,24 @@
 //! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,
 //! `_m`, `_m_s`, `_m_s2` or `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
-mod axes;
-mod correction;
-mod example;
+mod file;
 mod keys;
-mod learnt;
-mod notation;
-mod position;
-mod preset;
+pub(super) mod preset;
 mod refusal;
 mod resolved;
 mod settings;
-mod value;
+pub(super) mod value;
 
-use std::collections::BTreeMap;
-use std::io;
-
-use crate::input::{Correction, is_among};
-use estimator_core::Params;
-use thiserror::Error;
-use toml::de::DeTable;
-
-pub use axes::{FootAxes, axes_text, parse_axes};
-pub use example::example;
-pub use keys::{Key, keys};
-pub use learnt::LearntValues;
-pub use position::Position;
+pub use file::{ConfigError, KeyError, Overrides, Position};
+pub use keys::{Key, example, keys};
 pub use preset::{Preset, default_params};
 pub use refusal::{Origins, ParameterRefusal, RateOrigin};
-pub use resolved::{ConfigFile, NoSuchFoot, Resolved};
+pub use resolved::{ConfigFile, FootAxes, NoSuchFoot, Resolved};
 pub use settings::Settings;
 pub use value::{
     GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_gravity, parse_gyro_timing,
     parse_sample_rate, parse_seconds, parse_window, window_text, word_of,
 };
-
-use settings::Reader;
-
-/// A configuration file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Overrides {
-    /// Settings for all feet.
-    pub all: Settings,
-    /// Settings of single feet, by name; they override those for all feet.
-    pub feet: BTreeMap<String, Settings>,
-}
-
-/// Error of a configuration file.
-#[derive(Debug, Error)]
-pub enum ConfigError {
-    /// The file cannot be opened or read.
-    #[error("{file} cannot be read: {source}")]
-    Unreadable {
-        /// Name of the file, as given.
-        file: String,
-        /// Error of the operating system.
-        source: io::Error,
-    },
-    /// The file is not valid TOML, or has unknown keys or invalid values: a line for each.
-    #[error("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Wrong {
-        /// The errors, in the order of the file; at least one.
-        errors: Vec<KeyError>,
-    },
-}
-
-/// Error of a key or a line of a configuration file.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{file}, {position}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
-pub struct KeyError {
-    /// Name of the file, as given.
-    pub file: String,
-    /// Position in the file.
-    pub position: Position,
-    /// Key with its table, if the line has one.
-    pub key: Option<String>,
-    /// Description of the error.
-    pub message: String,
-}
-
-/// Number of errors that are shown.
-const MOST_ERRORS: usize = 20;
-
-impl Overrides {
-    /// Parses the text of a configuration file; `file` names it in errors.
-    ///
-    /// # Errors
-    /// The errors of all keys, each with its line, or the first of the syntax.
-    pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
-        let mut reader = Reader::default();
-        let all = match DeTable::parse(text) {
-            Ok(table) => reader.all(table.get_ref()),
-            Err(error) => {
-                let at = error.span().map_or(0, |span| span.start);
-                reader.errors.push((at, error.message().trim().replace('\n', ", ")));
-                Settings::default()
-            }
-        };
-        if reader.errors.is_empty() {
-            return Ok(Self { all, feet: reader.feet });
-        }
-        reader.errors.sort_by_key(|(at, _)| *at);
-        let errors = reader.errors.into_iter().take(MOST_ERRORS);
-        let errors = errors.map(|(at, message)| {
-            let position = Position::of_byte(text, at);
-            KeyError {
-                file: file.to_owned(),
-                position,
-                key: key_on_line(text, position.line),
-                message,
-            }
-        });
-        Err(ConfigError::Wrong { errors: errors.collect() })
-    }
-
-    /// Returns the correction of the sensor's errors and its mounting in the foot.
-    #[must_use]
-    pub fn correction(&self) -> Correction {
-        self.all.corrected(Correction::NONE)
-    }
-
-    /// Returns the corrections of single feet, by name.
-    #[must_use]
-    pub fn foot_corrections(&self) -> BTreeMap<String, Correction> {
-        let all = self.correction();
-        let feet = self.feet.iter();
-        feet.map(|(name, foot)| (name.clone(), foot.corrected(all))).collect()
-    }
-
-    /// Applies the settings of a foot with these names to `params`, after those of all.
-    pub fn apply_foot(&self, names: &[&str], params: &mut Params) {
-        let mut feet = self.feet.iter();
-        let own = feet.find(|(foot, _)| is_among(foot, names));
-        if let Some((_, own)) = own {
-            own.apply(params);
-        }
-    }
-
-    /// Applies the settings for all feet to `params`.
-    pub fn apply(&self, params: &mut Params) {
-        self.all.apply(params);
-    }
-}
-
-/// Returns the key on a line (from 1), with the table it is in.
-fn key_on_line(text: &str, line: usize) -> Option<String> {
-    let so_far: Vec<&str> = text.lines().take(line).map(str::trim).collect();
-    let (key, _) = so_far.last()?.split_once('=')?;
-    let table = so_far.iter().rev().find_map(|line| line.strip_prefix('[')?.split(']').next());
-    Some(match table {
-        Some(table) => format!("{}.{}", table.trim(), key.trim()),
-        None => key.trim().to_owned(),
-    })
-}
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,9 @@
 //! Presets of the parameters.
 
-use crate::input::Format;
 use estimator_core::{Params, PerAxis, WindowLength};
 use lsm6dsox::{Config, Noise};
+
+use crate::input::Format;
 
 /// Relative difference below which durations count as equal, because the rate is measured.
 const SAME_DURATION: f64 = 0.05;

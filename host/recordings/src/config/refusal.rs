@@ -1,14 +1,13 @@
 //! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
-use crate::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
-use crate::replay::CAPACITY;
 use estimator_core::{Method, Params, ParamsError, WindowLength};
 use thiserror::Error;
 
-use super::Overrides;
-use super::keys::split_axis;
-use super::notation::Notation;
-use super::position::Position;
+use crate::config::file::{Overrides, Position};
+use crate::config::keys::split_axis;
+use crate::config::value::Notation;
+use crate::estimate::CAPACITY;
+use crate::input::error::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
 
 /// Error of the parameters that result from preset, configuration file, recording and options: one sentence with
 /// the source of the parameter, its value, unit and range.
@@ -275,7 +274,7 @@ mod tests {
     /// Returns a file with all learnt values, of which one is changed.
     fn with_learnt(from: &str, to: &str) -> String {
         let text = "[learnt]\nstill = -1\nmoving = 1\nspeed = -5\nstill_seconds = 2\n\
-             moving_seconds = 3\n";
+         moving_seconds = 3\n";
         assert!(text.contains(from));
         text.replacen(from, to, 1)
     }

@@ -1,10 +1,18 @@
 //! Settings of preset, configuration file and options, merged in this order.
 
-use crate::input::{BagOptions, ContactUse, Format, Hints, TableOptions, is_among};
-use crate::replay::CAPACITY;
-use estimator_core::{Gravity, Parameter, Params, ParamsError, WindowLength};
+use std::collections::BTreeMap;
+use std::str::FromStr;
 
-use super::{ConfigError, FootAxes, Origins, Overrides, ParameterRefusal, Preset, RateOrigin};
+use estimator_core::{Gravity, Mounting, Parameter, Params, ParamsError, WindowLength};
+
+use crate::config::file::{ConfigError, Overrides};
+use crate::config::preset::Preset;
+use crate::config::refusal::{Origins, ParameterRefusal, RateOrigin};
+use crate::estimate::CAPACITY;
+use crate::input::Format;
+use crate::input::table::options::TableOptions;
+use crate::input::{BagOptions, ContactUse, Correction, Hints, is_among};
+use crate::mounting::parse_axes;
 
 /// Name and text of a configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -206,10 +214,82 @@ impl Resolved {
     }
 }
 
+/// Mounting of the sensors: the same in all feet, or one of each foot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FootAxes {
+    /// Of all feet.
+    All(Mounting),
+    /// By the name of the foot.
+    Each(BTreeMap<String, Mounting>),
+}
+
+impl FootAxes {
+    /// The first foot with a mounting that is not among these names.
+    pub fn absent(&self, names: &[&str]) -> Option<&str> {
+        let Self::Each(mountings) = self else {
+            return None;
+        };
+        let mut feet = mountings.keys().map(String::as_str);
+        feet.find(|foot| !is_among(foot, names))
+    }
+
+    /// Replaces the mountings in the correction of all feet and in those of single feet.
+    pub fn set(&self, all: &mut Correction, feet: &mut BTreeMap<String, Correction>) {
+        match self {
+            Self::All(mounting) => {
+                all.mounting = *mounting;
+                for correction in feet.values_mut() {
+                    correction.mounting = *mounting;
+                }
+            }
+            Self::Each(mountings) => {
+                for (foot, mounting) in mountings {
+                    let mut names = feet.keys();
+                    let known = names.find(|name| name.eq_ignore_ascii_case(foot)).cloned();
+                    let own = feet.entry(known.unwrap_or_else(|| foot.clone()));
+                    own.or_insert(*all).mounting = *mounting;
+                }
+            }
+        }
+    }
+}
+
+impl FromStr for FootAxes {
+    type Err = String;
+
+    /// Reads a mounting as [`parse_axes`] does, or one for each foot, such as `FL=x,y,z,FR=-x,-y,z`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        if !text.contains('=') {
+            return parse_axes(text).map(Self::All);
+        }
+        let mut feet: BTreeMap<String, String> = BTreeMap::new();
+        let mut name: Option<&str> = None;
+        for part in text.split(',') {
+            if let Some((foot, first)) = part.split_once('=') {
+                let foot = foot.trim();
+                if foot.is_empty() || is_among(foot, feet.keys()) {
+                    return Err(format!("{text:?} names no foot before =, or one twice"));
+                }
+                feet.insert(foot.to_owned(), first.to_owned());
+                name = Some(foot);
+            } else if let Some(axes) = name.and_then(|name| feet.get_mut(name)) {
+                *axes = format!("{axes},{part}");
+            } else {
+                return Err(format!("{text:?} has {part:?} before the name of a foot"));
+            }
+        }
+        let parsed = feet.into_iter().map(|(foot, axes)| {
+            let mounting = parse_axes(&axes).map_err(|error| format!("{foot}: {error}"))?;
+            Ok((foot, mounting))
+        });
+        parsed.collect::<Result<_, String>>().map(Self::Each)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::axes_text;
     use super::*;
+    use crate::mounting::axes_text;
 
     fn of_file(text: &str) -> Resolved {
         Resolved::of_file(ConfigFile { name: "c.toml".to_owned(), text: text.to_owned() })
@@ -223,7 +303,7 @@ mod tests {
     #[test]
     fn options_override_the_file_and_the_file_the_preset() {
         let text = "sample_rate_hz = 500\ngravity = 'removed'\naxes = 'x,-z,y'\n\
-                    window = '40ms'\n[feet.FL]\naxes = '-x,-y,z'";
+                window = '40ms'\n[feet.FL]\naxes = '-x,-y,z'";
         let file = of_file(text);
         let options = Resolved {
             window: Some(WindowLength::Samples(7)),
@@ -263,5 +343,26 @@ mod tests {
         assert_eq!(origin(&file), RateOrigin::Configuration);
         let option = Resolved { sample_rate: Some(500.0), ..file };
         assert_eq!(origin(&option), RateOrigin::Option);
+    }
+
+    #[test]
+    fn axes_of_each_foot_are_read() {
+        let axes = |text: &str| text.parse::<FootAxes>();
+        let turned = parse_axes("x,-z,y").unwrap();
+        assert_eq!(axes("x,-z,y"), Ok(FootAxes::All(turned)));
+        let Ok(FootAxes::Each(feet)) = axes("FL=x,-z,y,fr=1,0,0,0") else {
+            panic!("two feet");
+        };
+        assert_eq!(feet["FL"], turned);
+        assert_eq!(feet["fr"], Mounting::IDENTITY);
+        for (text, why) in [
+            ("x,FL=y,z", "has \"x\" before the name of a foot"),
+            ("FL=x,y,z,fl=x,y,z", "one twice"),
+            ("=x,y,z", "names no foot"),
+            ("FL=x,y", "FL: \"x,y\" is neither axes nor a quaternion"),
+        ] {
+            let said = axes(text).unwrap_err();
+            assert!(said.contains(why), "{text}: {said}");
+        }
     }
 }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::input::Correction;
 use estimator_core::{
     Gravity, GyroTiming, Learning, Learnt, Method, Mounting, Parameter, Params, WindowLength,
 };
@@ -10,13 +9,13 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use super::axes::parse_axes;
-use super::correction::Limits;
-use super::keys::{Key, Kind, axis, keys, keys_of_a_foot};
-use super::value::{
+use crate::config::keys::{Key, Kind, Limits, axis, keys, keys_of_a_foot};
+use crate::config::value::{
     LEARNINGS, METHODS, checked_sample_rate, parse_gravity, parse_gyro_timing, parse_window,
     value_of,
 };
+use crate::input::Correction;
+use crate::mounting::parse_axes;
 
 /// Settings for all feet, or for one: what is set differs from the preset, the rest does not.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -280,8 +279,8 @@ fn in_order<'a, 'b>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::Overrides;
     use super::*;
+    use crate::config::file::Overrides;
 
     #[test]
     fn every_number_can_be_set_by_its_key() {
@@ -311,7 +310,7 @@ mod tests {
             (
                 "feet.FL.window = 1",
                 "unknown field `window`, expected one of `axes`, `decision`, `load`, `learnt`, \
-                 `accelerometer`, `gyroscope`",
+             `accelerometer`, `gyroscope`",
             ),
             ("load = 3", "invalid type: integer `3`, expected the table load"),
             ("feet.FL = 3", "invalid type: integer `3`, expected a table of settings"),
@@ -319,12 +318,12 @@ mod tests {
             (
                 "attitude.rest.time_s = 1",
                 "unknown field `time_s`, expected one of `duration_s`, `acceleration_m_s2`, \
-                 `rate_rad_s`, `bias_limit_rad_s`, `bias_time_constant_s`",
+             `rate_rad_s`, `bias_limit_rad_s`, `bias_time_constant_s`",
             ),
             (
                 "attitude.gain = 1",
                 "unknown field `gain`, expected one of `motion_time_constant_s`, `quiet_gain`, \
-                 `quiet_acceleration_m_s2`, `quiet_rate_rad_s`, `rest`, `gyro_timing`",
+             `quiet_acceleration_m_s2`, `quiet_rate_rad_s`, `rest`, `gyro_timing`",
             ),
         ] {
             let error = Overrides::parse(text, "x.toml").unwrap_err().to_string();

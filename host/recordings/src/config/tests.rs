@@ -5,7 +5,7 @@ use crate::input::Format;
 use super::*;
 use estimator_core::{
     AttitudeParams, DecisionParams, Gravity, GyroTiming, Learning, Learnt, LoadParams, Method,
-    PerAxis, RestParams, VelocityParams, WindowLength,
+    Params, PerAxis, RestParams, VelocityParams, WindowLength,
 };
 
 fn applied(text: &str) -> Params {

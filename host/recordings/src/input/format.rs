@@ -1,6 +1,6 @@
 //! Formats of files, by name.
 
-use crate::samples::foreign::Foreign;
+use crate::file_kind::FileKind;
 
 crate::named! {
     /// Layout of a file.
@@ -74,11 +74,11 @@ impl Format {
     }
 
     /// Format of a kind of file that is recognised by its first bytes; `None` if it is not read.
-    pub(super) const fn of_kind(kind: Foreign) -> Option<Self> {
+    pub(super) const fn of_kind(kind: FileKind) -> Option<Self> {
         match kind {
-            Foreign::Mcap => Some(Self::Mcap),
-            Foreign::Sqlite => Some(Self::Rosbag2),
-            Foreign::Parquet => Some(Self::Parquet),
+            FileKind::Mcap => Some(Self::Mcap),
+            FileKind::Sqlite => Some(Self::Rosbag2),
+            FileKind::Parquet => Some(Self::Parquet),
             _ => None,
         }
     }
@@ -107,9 +107,9 @@ mod tests {
 
     #[test]
     fn kinds_that_are_read_have_a_format() {
-        for kind in Foreign::ALL {
+        for kind in FileKind::ALL {
             // Other databases than those of a rosbag2 are refused by their tables.
-            let is_read = kind.advice().is_none() || kind == Foreign::Sqlite;
+            let is_read = kind.advice().is_none() || kind == FileKind::Sqlite;
             assert_eq!(Format::of_kind(kind).is_some(), is_read, "{kind}");
         }
     }
@@ -119,7 +119,7 @@ mod tests {
         assert_eq!(
             "xls".parse::<Format>(),
             Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
-                 parquet, mcap, rosbag2"
+             parquet, mcap, rosbag2"
                 .to_owned())
         );
     }

@@ -2,15 +2,15 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | formats by name, files by their first bytes, opening of files | `format`, [`crate::samples::magic`], `open`, this one |
-//! | gzip and zstd | [`compressed`] |
+//! | the public type [`Opened`]: a file of known format, and its reading | this one |
+//! | formats by name; opening of files by their first bytes | `format`, `open` |
+//! | properties that a format does not carry: units, times, gravity, mounting, topics | `hints` |
 //! | `csv`, `parquet`: named columns | [`table`] |
-//! | `mcap`, `rosbag2`: bags of ROS 2 | `bag`; [`topics`] |
+//! | `mcap`, `rosbag2`: bags of ROS 2 | `bag` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`published`] |
-//! | rows in order, independent of their source, and their storage | [`store`] |
-//! | dates, ranges of times | `iso8601`, [`time`] |
-//! | static calibration and mounting of the sensor | `correction` |
-//! | results and errors | `loaded`, [`error`], `place`, [`refusal`] |
+//! | rows in order on one clock, and their storage: the result | `stored`; their rate `rate`, recorded contacts [`contacts`] |
+//! | errors, with their position | [`error`] |
+//! | dates with times | [`iso8601`] |
 //!
 //! Parquet and bags are read only with the features `parquet` and `bags`, and only from a disk: data from a pipe
 //! or compressed data are copied first. All others are tables of numbers separated by commas, semicolons or tabs,
@@ -20,52 +20,44 @@
 
 #[cfg(feature = "bags")]
 pub mod bag;
-mod correction;
+pub mod contacts;
 pub mod error;
 mod format;
+mod hints;
 pub mod iso8601;
-mod loaded;
 mod open;
-mod place;
 pub mod published;
-pub mod refusal;
-pub mod store;
+pub(crate) mod rate;
+mod stored;
 pub mod table;
-pub mod time;
-pub mod topics;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-pub use crate::samples::compressed;
-pub use crate::samples::foreign::Foreign;
-pub use correction::Correction;
-pub use error::{Cell, InputError, RowPlace, Suggestion};
-pub use format::{Content, Format};
-pub use loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, is_among, steady_time};
-pub use refusal::ContainerError;
-pub use store::contacts::ContactUse;
-pub use store::rate::{TimesSoFar, rate_of_times};
-pub use store::stored::{About, RecordedEstimate, Stored};
-pub use table::mapping::Mapping;
-pub use table::options::{
-    AccelerationUnit, Decimal, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
-};
-pub use table::reader::recording_name;
-pub use topics::{BagOptions, LoadTopic, Rename, Topics};
-
-use open::{Container, Source};
-use published::go1;
-use published::simulated;
+use open::{Container, Readable};
 #[cfg(feature = "parquet")]
 use table::parquet;
 use table::reader::Table;
-use table::{columns, csv, layout};
+use table::{csv, header};
+
+pub use error::{Cell, ContainerError, InputError, RowPlace, Suggestion};
+pub use format::{Content, Format};
+pub use hints::{
+    BagOptions, ContactUse, Correction, Hints, LoadTopic, Rename, Topics, is_among, without_effect,
+};
+pub use rate::{TimesSoFar, rate_of_times};
+pub use stored::{
+    About, Loaded, RecordedEstimate, Repairs, Stored, finite_load, imu_sample, steady_time,
+};
+pub use table::options::{
+    AccelerationUnit, Decimal, Mapping, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
+};
+pub use table::reader::recording_name;
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {
-    source: Source,
+    source: Readable,
     format: Format,
 }
 
@@ -91,11 +83,11 @@ impl Opened {
         format: Option<Format>,
         wrap: impl FnOnce(File, u64) -> Box<dyn Read>,
     ) -> Result<Self, InputError> {
-        let mut source = Source::open(path, format, wrap)?;
+        let mut source = Readable::open(path, format, wrap)?;
         let format = match (&mut source, format) {
-            (Source::Container(container), _) => container.format,
-            (Source::Table(_), Some(format)) => format,
-            (Source::Table(table), None) => guess_format(table)?,
+            (Readable::Container(container), _) => container.format,
+            (Readable::Table(_), Some(format)) => format,
+            (Readable::Table(table), None) => guess_format(table)?,
         };
         Ok(Self { source, format })
     }
@@ -109,8 +101,8 @@ impl Opened {
     /// Path of the file, as given.
     fn file(&self) -> &str {
         match &self.source {
-            Source::Table(table) => &table.file,
-            Source::Container(container) => &container.file,
+            Readable::Table(table) => &table.file,
+            Readable::Container(container) => &container.file,
         }
     }
 
@@ -139,19 +131,19 @@ impl Opened {
     pub fn store_as(self, hints: &Hints, foot: Option<&str>) -> Result<Vec<Stored>, InputError> {
         self.check_options(hints)?;
         let mut feet = match self.source {
-            Source::Table(mut table) => {
+            Readable::Table(mut table) => {
                 table.set_decimal(hints.table.decimal);
                 vec![read_table(*table, self.format, hints)?]
             }
             #[cfg(feature = "bags")]
-            Source::Container(container) if self.format.content() == Content::Messages => {
+            Readable::Container(container) if self.format.content() == Content::Messages => {
                 bag::read(container, hints)?
             }
             #[cfg(feature = "parquet")]
-            Source::Container(container) if self.format == Format::Parquet => {
+            Readable::Container(container) if self.format == Format::Parquet => {
                 vec![parquet::read(&container, hints)?]
             }
-            Source::Container(Container { file, format, .. }) => {
+            Readable::Container(Container { file, format, .. }) => {
                 let feature = format.missing_feature().unwrap_or_default();
                 return Err(ContainerError::NotBuilt { file, format, feature }.into());
             }
@@ -202,8 +194,8 @@ impl Opened {
 
 fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, InputError> {
     match format {
-        Format::PceAtlas | Format::Lcd => simulated::read(table, format, hints),
-        Format::PceGo1 => go1::read(table, hints),
+        Format::PceAtlas | Format::Lcd => published::read_simulated(table, format, hints),
+        Format::PceGo1 => published::read_go1(table, hints),
         // The content of a container is not a table.
         Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => csv::read(table, hints),
     }
@@ -227,13 +219,13 @@ fn guess_format(table: &mut Table) -> Result<Format, InputError> {
         return Err(InputError::empty(&table.file));
     };
     let first = first.clone();
-    if columns::is_header(&first) || layout::is_table(table)? {
+    if csv::has_our_names(&first) || header::is_table(table)? {
         Ok(Format::Csv)
     } else {
         let names: Vec<String> = first.cells().map(str::to_owned).collect();
         Err(InputError::UnknownFormat {
             file: table.file.clone(),
-            suggestion: layout::example(&OURS, &names),
+            suggestion: header::example(&OURS, &names),
         })
     }
 }

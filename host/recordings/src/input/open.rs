@@ -6,16 +6,15 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
 
-use super::error::InputError;
-use super::format::Format;
-use super::refusal::ContainerError;
-use super::table::reader::{Table, beginning_with, recording_name};
-use crate::samples::compressed::decompressed;
-use crate::samples::foreign::Foreign;
-use crate::samples::magic;
+use crate::compressed::decompressed;
+use crate::file_kind;
+use crate::file_kind::FileKind;
+use crate::input::error::{ContainerError, InputError};
+use crate::input::format::Format;
+use crate::input::table::reader::{Table, beginning_with, recording_name};
 
 /// An opened file.
-pub(super) enum Source {
+pub(super) enum Readable {
     Table(Box<Table>),
     Container(Container),
 }
@@ -32,7 +31,7 @@ pub(super) struct Container {
     /// Title of the recording.
     pub(super) name: String,
     /// Files in the order of their times.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<ContainerFile>,
 }
 
 /// A file of a container.
@@ -40,7 +39,7 @@ pub(super) struct Container {
     not(feature = "bags"),
     allow(dead_code, reason = "without readers nothing asks where a container is")
 )]
-pub(super) struct Part {
+pub(super) struct ContainerFile {
     pub(super) format: Format,
     pub(super) path: PathBuf,
     /// Reader of the first pass, which shows its progress.
@@ -50,7 +49,7 @@ pub(super) struct Part {
 }
 
 #[cfg(feature = "bags")]
-impl Part {
+impl ContainerFile {
     /// Returns its bytes from the start.
     pub(super) fn bytes(&mut self) -> io::Result<Box<dyn Read>> {
         match self.first_pass.take() {
@@ -60,7 +59,7 @@ impl Part {
     }
 }
 
-impl Source {
+impl Readable {
     /// Opens a file, read through the result of `wrap` with its length in bytes; or a folder.
     pub(super) fn open(
         path: &Path,
@@ -69,22 +68,22 @@ impl Source {
     ) -> Result<Self, InputError> {
         let file = path.display().to_string();
         let opened = if path.is_dir() {
-            Opened::Parts(Format::Rosbag2, Self::folder(path)?)
+            Recognised::Container(Format::Rosbag2, Self::folder(path)?)
         } else {
-            Opened::file(path, wrap).map_err(|source| InputError::unreadable(&file, source))?
+            Recognised::file(path, wrap).map_err(|source| InputError::unreadable(&file, source))?
         };
         match (opened, given) {
-            (Opened::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
-            (Opened::Table(_), Some(given))
+            (Recognised::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
+            (Recognised::Table(_), Some(given))
                 if matches!(given, Format::Parquet | Format::Mcap | Format::Rosbag2) =>
             {
                 Err(other_format(file, given, None))
             }
-            (Opened::Table(table), _) => Ok(Self::Table(table)),
-            (Opened::Parts(format, _), Some(given)) if format != given => {
+            (Recognised::Table(table), _) => Ok(Self::Table(table)),
+            (Recognised::Container(format, _), Some(given)) if format != given => {
                 Err(other_format(file, given, Some(format)))
             }
-            (Opened::Parts(format, parts), _) => match format.missing_feature() {
+            (Recognised::Container(format, parts), _) => match format.missing_feature() {
                 Some(feature) => Err(ContainerError::NotBuilt { file, format, feature }.into()),
                 None => Ok(Self::Container(Container {
                     format,
@@ -97,7 +96,7 @@ impl Source {
     }
 
     /// Files of a rosbag2 in its folder.
-    fn folder(path: &Path) -> Result<Vec<Part>, InputError> {
+    fn folder(path: &Path) -> Result<Vec<ContainerFile>, InputError> {
         let file = path.display().to_string();
         let entries = fs::read_dir(path).map_err(|source| InputError::unreadable(&file, source))?;
         let mut paths: Vec<PathBuf> = entries
@@ -108,9 +107,11 @@ impl Source {
         let mut parts = Vec::new();
         for path in paths {
             let file = path.display().to_string();
-            let opened = Opened::file(&path, |file, _| Box::new(file));
+            let opened = Recognised::file(&path, |file, _| Box::new(file));
             match opened.map_err(|source| InputError::unreadable(&file, source))? {
-                Opened::Parts(Format::Mcap | Format::Rosbag2, mut part) => parts.append(&mut part),
+                Recognised::Container(Format::Mcap | Format::Rosbag2, mut part) => {
+                    parts.append(&mut part);
+                }
                 _ => return Err(other_format(file, Format::Rosbag2, None)),
             }
         }
@@ -126,21 +127,21 @@ fn other_format(file: String, given: Format, found: Option<Format>) -> InputErro
 }
 
 /// Kind of an opened file.
-enum Opened {
+enum Recognised {
     Table(Box<Table>),
-    Parts(Format, Vec<Part>),
-    Foreign(Foreign),
+    Container(Format, Vec<ContainerFile>),
+    Foreign(FileKind),
 }
 
-impl Opened {
+impl Recognised {
     fn file(path: &Path, wrap: impl FnOnce(File, u64) -> Box<dyn Read>) -> io::Result<Self> {
         let mut file = File::open(path)?;
         let about = file.metadata()?;
         if about.is_file() {
             let first = beginning(&mut file)?;
             file.seek(SeekFrom::Start(0))?;
-            if let Some(format) = magic::known(&first).and_then(Format::of_kind) {
-                return Ok(Self::of(Part {
+            if let Some(format) = file_kind::known(&first).and_then(Format::of_kind) {
+                return Ok(Self::of(ContainerFile {
                     format,
                     path: path.to_owned(),
                     first_pass: Some(wrap(file, about.len())),
@@ -150,7 +151,7 @@ impl Opened {
         }
         let mut text = decompressed(wrap(file, about.len()))?;
         let first = beginning(&mut text)?;
-        let known = magic::known(&first);
+        let known = file_kind::known(&first);
         let mut text = beginning_with(first, text);
         let Some(kind) = known else {
             let table = Table::of(path.display().to_string(), recording_name(path), text)?;
@@ -161,23 +162,28 @@ impl Opened {
         };
         // An unsupported file is not copied.
         if format.missing_feature().is_some() {
-            return Ok(Self::Parts(format, Vec::new()));
+            return Ok(Self::Container(format, Vec::new()));
         }
         let mut copy = NamedTempFile::new()?;
         io::copy(&mut text, &mut copy)?;
         let copy = copy.into_temp_path();
-        Ok(Self::of(Part { format, path: copy.to_path_buf(), first_pass: None, _copy: Some(copy) }))
+        Ok(Self::of(ContainerFile {
+            format,
+            path: copy.to_path_buf(),
+            first_pass: None,
+            _copy: Some(copy),
+        }))
     }
 
-    fn of(part: Part) -> Self {
-        Self::Parts(part.format, vec![part])
+    fn of(part: ContainerFile) -> Self {
+        Self::Container(part.format, vec![part])
     }
 }
 
 /// Reads the first bytes.
 pub(super) fn beginning(file: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut first = Vec::new();
-    file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
+    file.take(file_kind::LENGTH as u64).read_to_end(&mut first)?;
     Ok(first)
 }
 

@@ -11,7 +11,7 @@ use estimator_core::Gravity;
 use gait::sensor::GRAVITY;
 use lsm6dsox::sim::{Interpolation, Recording, Stimulus};
 use recordings::input::{Format, Hints, Opened};
-use recordings::samples::space::components;
+use recordings::space::components;
 
 /// Reads a file, without its first `skip` seconds.
 ///

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use estimator_core::{Quaternion, Timestamp, Vec3};
-use recordings::samples::space::{Rotation, Vector};
+use recordings::space::{Rotation, Vector};
 use wire::{Emergency, Faults};
 
 use crate::decode::ContactRow;

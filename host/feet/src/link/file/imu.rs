@@ -9,12 +9,10 @@ use std::thread;
 
 use crate::decode::ContactRow;
 use estimator_core::{ContactEstimate, Flags, Gravity, ImuSample, Load, Timestamp};
-use recordings::analysis::replay::estimate::{check_samples, findings_beside_contacts};
-use recordings::analysis::replay::span::Span;
-use recordings::input::store::contacts::without_effect;
-use recordings::input::{About, Opened, Stored};
+use recordings::estimate::Estimator;
+use recordings::input::{About, Opened, Stored, without_effect};
 use recordings::plausible::Finding;
-use recordings::replay::Replay;
+use recordings::replay::{Span, check_samples, findings_beside_contacts};
 use wire::Faults;
 use wire::pdo::Status;
 
@@ -53,7 +51,7 @@ impl PlayedImu {
             let (replay, notice) = if is_recorded {
                 (None, ineffective.take())
             } else {
-                let replay = Replay::new(about.sample_rate, about.gravity, &params);
+                let replay = Estimator::new(about.sample_rate, about.gravity, &params);
                 let replay = replay.map_err(|error| failed(origins.explain(&error)))?;
                 let (preset, foot) = (settings.preset, about.foot_or_name());
                 let window = preset.window_notice(format, &params, foot, about.sample_rate);
@@ -98,7 +96,7 @@ enum PlayEnd {
 
 /// Sends the remarks about a foot's recording and the rows of its estimates, which `replay` computes or which were
 /// recorded.
-fn play(stored: Stored, replay: Option<Replay>, line: &Arc<str>, to: &SyncSender<PlayedItem>) {
+fn play(stored: Stored, replay: Option<Estimator>, line: &Arc<str>, to: &SyncSender<PlayedItem>) {
     let sender = sender_of(&stored.about).filter(|_| replay.is_none());
     let name = sender.unwrap_or_else(|| stored.about.foot_or_name());
     let mut rows = RowSender::new(&stored.about, name, line, to);
@@ -175,7 +173,7 @@ impl<'a> RowSender<'a> {
     }
 
     /// Sends the estimates of all samples.
-    fn estimate(&mut self, mut stored: Stored, mut replay: Replay) -> Result<(), PlayEnd> {
+    fn estimate(&mut self, mut stored: Stored, mut replay: Estimator) -> Result<(), PlayEnd> {
         // Units are doubted before the first estimate is shown, because a recording may be long.
         let check = check_samples(&mut stored, Span::default()).map_err(broken)?;
         self.doubt(&check.findings())?;

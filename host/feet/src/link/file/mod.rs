@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use estimator_core::Timestamp;
-use recordings::input::compressed::decompressed;
+use recordings::compressed::decompressed;
 use wire::uart::{Decoder, Message};
 
 use super::clock::PlaybackPace;

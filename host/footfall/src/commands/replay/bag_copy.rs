@@ -9,10 +9,10 @@ use std::path::Path;
 
 use estimator_core::{ContactEstimate, Load, Timestamp};
 use mcap::write::NoSeek;
+use recordings::estimate::Estimator;
 use recordings::events::ContactEvent;
 use recordings::input::About;
 use recordings::input::bag::{Channel, Replacement, Written, copy};
-use recordings::replay::Replay;
 
 use super::CopiedFoot;
 use crate::error::Error;
@@ -252,7 +252,7 @@ impl<'a> EstimateStream<'a> {
     /// Starts the estimate of a foot whose topics have this name.
     fn of(foot: &'a mut CopiedFoot, name: &str) -> io::Result<Self> {
         let about = foot.stored.about.clone();
-        let replay = Replay::new(about.sample_rate, about.gravity, &foot.params);
+        let replay = Estimator::new(about.sample_rate, about.gravity, &foot.params);
         let mut replay = replay.map_err(io::Error::other)?;
         let samples = foot.stored.samples()?;
         let span = foot.span;
@@ -372,8 +372,8 @@ mod tests {
     use std::fmt::Write as _;
 
     use estimator_core::Params;
-    use recordings::analysis::replay::span::Span;
     use recordings::input::{Hints, Opened};
+    use recordings::replay::Span;
 
     use super::*;
 

@@ -12,20 +12,16 @@ use std::time::Instant;
 use clap::Args;
 use estimator_core::{ContactEstimate, Params, WindowLength};
 use indicatif::ProgressBar;
-use recordings::analysis::parameters::{Estimation, ParametersReport};
-use recordings::analysis::replay::estimate::{
-    self, Observer, ReplayError, Replayed, Table, Wanted, replay,
-};
-use recordings::analysis::replay::estimates::{self, Layout};
-use recordings::analysis::replay::jobs;
-use recordings::analysis::replay::span::Span;
-use recordings::analysis::summary::{InputReport, Summaries, Summary};
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::events::{ContactEvent, HEADER};
-use recordings::input::store::contacts::without_effect;
-use recordings::input::{About, ContactUse, Format, Hints, Stored};
+use recordings::input::{About, ContactUse, Format, Hints, Stored, without_effect};
+use recordings::jobs;
 use recordings::output::TableFeet;
-use recordings::samples::recording::RecordedSample;
+use recordings::replay::{
+    Layout, Observer, ReplayError, Replayed, Span, Table, Wanted, replay, write_tables,
+};
+use recordings::samples::RecordedSample;
+use recordings::summary::{Estimation, InputReport, ParametersReport, Summaries, Summary};
 
 use super::options::{
     self, ESTIMATOR, INPUT, OUTPUT, RecordingArguments, compat_parser, estimator_options,
@@ -392,7 +388,7 @@ impl ReplayArguments {
             let tables = tables.collect();
             let named = if several { TableFeet::Several } else { TableFeet::One };
             if !is_bag(path) {
-                write_file(path, |to| estimates::write(tables, named, to))?;
+                write_file(path, |to| write_tables(tables, named, to))?;
             }
             written.push(path.clone());
         }
@@ -488,7 +484,7 @@ impl Picture {
     /// Creates the picture for the part `span` of a foot, without samples.
     #[must_use]
     pub fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
-        let name = estimate::name(stored);
+        let name = stored.about.title();
         let about = &stored.about;
         let (from_s, to_s) = span.within(about.duration_us);
         let span = plot::span(from_s, to_s - from_s, about.sample_rate);

@@ -13,10 +13,9 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use super::super::error::InputError;
-use super::super::open::Part;
-use super::super::refusal::ContainerError;
-use super::storage::{Channel, Schema, Visitor, Written};
+use crate::input::bag::messages::{Channel, Schema, Visitor, Written};
+use crate::input::error::{ContainerError, InputError};
+use crate::input::open::ContainerFile;
 
 /// Length of the magic bytes at the start of a file.
 const MAGIC: u64 = 8;
@@ -67,7 +66,7 @@ impl Stop {
 
 /// Passes the messages of a file to a visitor; returns the reason why the file ends early, if it does.
 pub(super) fn visit(
-    part: &mut Part,
+    part: &mut ContainerFile,
     file: &str,
     visitor: &mut dyn Visitor,
 ) -> Result<Option<String>, InputError> {

@@ -3,60 +3,43 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | reading the messages of all topics: MCAP, the `SQLite` of a rosbag2 | `visit`; `storage`, `mcap`, `rosbag2` |
-//! | decoding a message | `cdr`, `messages`; of any type `definition` |
-//! | selecting the IMUs that are feet | `reader`; their axes in messages of any type `fields` |
-//! | converting the messages of an IMU into the rows of a foot | `feed` |
-//! | load of a foot, from another topic | `forces`, `force` |
-//! | validities and labels, from topics beside that of the samples | `sidecar` |
-//! | contacts of feet, from topics beside that of the samples | `contacts` |
-//! | names of feet | `feet` |
-//! | all messages as they are stored | `copy` |
-//! | other numbers in the place of those of a message | `replacement` |
+//! | a message, its topic and type as they are stored, and decoded from CDR | `messages` |
+//! | numbers in messages of any type, by the definition of the type | `definition` |
+//! | visiting the messages of all topics; a copy of them | `visit`, over `mcap` and `rosbag2` |
+//! | which topics are feet, and the names of the feet | `selection` |
+//! | loads of the feet, from other topics: the first reading | `loads` |
+//! | samples of the feet: the second reading | `reader`, a `feed` for each IMU |
+//! | contacts of feet, from topics beside that of the samples | `contact_feed` |
 //!
 //! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
 //! memory is that of the longest record and of the loads.
 
-mod cdr;
-mod contacts;
-mod copy;
+mod contact_feed;
 mod definition;
 mod feed;
-mod feet;
-mod fields;
-mod force;
-mod forces;
+mod loads;
 mod mcap;
 mod messages;
 mod reader;
-mod replacement;
 mod rosbag2;
-mod sidecar;
-mod storage;
+mod selection;
 mod visit;
 
-use std::collections::BTreeSet;
-
-use super::error::InputError;
-use super::format::Format;
-use super::loaded::{Hints, is_among};
-use super::open::Container;
-use super::refusal::{ContainerError, ImuTopic, STREAM_ADVICE};
-use super::store::stored::Stored;
-use super::topics::{BagOptions, Topics};
-use crate::ros::Imu;
-use contacts::ContactFeeds;
+use contact_feed::ContactFeeds;
 use feed::Feed;
-use forces::loads;
+use loads::loads;
 use reader::Reader;
+use selection::{names_of, renamed};
 use visit::visit;
 
-pub use copy::copy;
-pub use replacement::Replacement;
-pub use storage::{Channel, Schema, Written};
+use crate::input::error::{ContainerError, ImuTopic, InputError, STREAM_ADVICE};
+use crate::input::format::Format;
+use crate::input::hints::{BagOptions, Hints, Topics};
+use crate::input::open::Container;
+use crate::input::stored::Stored;
 
-/// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
-const MOST_FRAMES: usize = 64;
+pub use messages::{Channel, Schema, Written};
+pub use visit::{Replacement, copy};
 
 /// Reads the recordings of the selected feet.
 ///
@@ -90,7 +73,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         });
     }
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
-    let feet = renamed(&feet::names_of(&topics, &all), &topics, &hints.bag, &file)?;
+    let feet = renamed(&names_of(&topics, &all), &topics, &hints.bag, &file)?;
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
         return Err(ContainerError::LoadCount {
             file,
@@ -175,7 +158,7 @@ fn of_contacts_alone(
         .into());
     }
     let known = all.iter().map(|(topic, _)| topic.clone()).collect();
-    let feet = renamed(&feet::names_of(&named, &known), &named, bag, file)?;
+    let feet = renamed(&names_of(&named, &known), &named, bag, file)?;
     let mut recordings = Vec::new();
     for (topic, foot) in named.into_iter().zip(feet) {
         let of_topic = contacts.of_topic(&topic);
@@ -193,45 +176,6 @@ fn of_contacts_alone(
         recordings.extend(stored);
     }
     Ok(recordings)
-}
-
-/// Returns the names of feet with those that the options give them; a foot is meant by its name, by its topic, or by a part
-/// of that.
-fn renamed(
-    names: &[Option<String>],
-    topics: &[String],
-    bag: &BagOptions,
-    file: &str,
-) -> Result<Vec<Option<String>>, InputError> {
-    let mut new = names.to_vec();
-    for rename in &bag.renames {
-        let is_meant = |at: &usize| {
-            let topic = topics[*at].trim_start_matches('/');
-            let mut parts = topic.split('/');
-            names[*at].as_ref() == Some(&rename.old)
-                || topic == rename.old.trim_start_matches('/')
-                || parts.any(|part| part == rename.old)
-        };
-        let mut meant = (0..names.len()).filter(is_meant);
-        let (Some(at), None) = (meant.next(), meant.next()) else {
-            return Err(ContainerError::NoFootToRename {
-                file: file.to_owned(),
-                name: rename.old.clone(),
-                feet: topics.to_vec(),
-            }
-            .into());
-        };
-        new[at] = Some(rename.new.clone());
-    }
-    for (at, name) in new.iter().enumerate() {
-        if let Some(name) = name.clone()
-            && new != names
-            && is_among(&name, new[..at].iter().flatten())
-        {
-            return Err(ContainerError::TwoFeet { file: file.to_owned(), name }.into());
-        }
-    }
-    Ok(new)
 }
 
 /// Sentences on the contacts in a bag of `feet` feet: those on the topics `used`, and all others where a foot has none.
@@ -256,70 +200,6 @@ fn contact_notices(
         )
     });
     taken.into_iter().chain(ignored)
-}
-
-/// Topic, or part of its messages, and frame of an IMU.
-type ImuKey = (String, String);
-
-/// Key that sorts feet as they are selected: by topic, then by frame; by name where none are named.
-fn order(
-    bag: &BagOptions,
-    topic: &str,
-    frame: &str,
-) -> (Option<usize>, String, Option<usize>, String) {
-    let topic_place = match &bag.topics {
-        Topics::Named(named) => named.iter().position(|name| name == topic),
-        Topics::All | Topics::TheOnly => None,
-    };
-    let frame_place = bag.frames.iter().position(|name| name == frame);
-    (topic_place, topic.to_owned(), frame_place, frame.to_owned())
-}
-
-/// Returns whether the frame of a message is selected.
-fn is_wanted(frame: &str, hints: &Hints) -> bool {
-    let frames = &hints.bag.frames;
-    frames.is_empty() || frames.iter().any(|wanted| wanted == frame)
-}
-
-/// Named IMUs in the messages of a channel, each with the part of the message that it is: `/feet.imu[0]` is the part
-/// `imu[0]` of `/feet`, and `/lowstate` the whole message.
-fn addresses<'a>(
-    bag: &'a BagOptions,
-    channel: &'a Channel,
-) -> impl Iterator<Item = (&'a str, &'a str)> {
-    let named = match &bag.topics {
-        Topics::Named(named) if channel.encoding == "cdr" => &named[..],
-        _ => &[],
-    };
-    named.iter().filter_map(|address| {
-        let part = match address.strip_prefix(&channel.topic)? {
-            "" => "",
-            part => part.strip_prefix('.')?,
-        };
-        Some((address.as_str(), part))
-    })
-}
-
-/// Returns whether a topic has samples of an IMU.
-fn is_imu(channel: &Channel) -> bool {
-    channel.message == Imu::TYPE && channel.encoding == "cdr"
-}
-
-/// Topics with samples of an IMU that the selection excludes.
-fn hidden_imus(channels: &[Channel], bag: &BagOptions) -> BTreeSet<String> {
-    let is_hidden = |channel: &&Channel| is_imu(channel) && bag.excludes(&channel.topic);
-    let hidden = channels.iter().filter(is_hidden);
-    hidden.map(|channel| channel.topic.clone()).collect()
-}
-
-/// A topic with the type of its messages.
-fn described(channel: &Channel) -> String {
-    let topic = &channel.topic;
-    match (channel.message.as_str(), channel.encoding.as_str()) {
-        ("", encoding) => format!("{topic} ({encoding})"),
-        (message, "cdr") => format!("{topic} ({message})"),
-        (message, encoding) => format!("{topic} ({message} in {encoding})"),
-    }
 }
 
 #[cfg(test)]

@@ -1,22 +1,23 @@
-//! Selects the IMUs that are feet, and passes the messages of each to its feed.
+//! Second reading of a bag: selects the IMUs that are feet, and passes the messages of each to its feed. The six axes of an
+//! IMU in messages of another type are found by their names or named by the user.
 
 use std::collections::BTreeSet;
 
-use super::super::error::InputError;
-use super::super::loaded::Hints;
-use super::super::refusal::{ContainerError, ImuTopic};
-use super::super::store::contacts::ContactUse;
-use super::super::table::mapping::Mapping;
-use super::super::topics::Topics;
-use super::cdr::decode;
-use super::contacts::{ContactFeeds, is_contact};
-use super::feed::Feed;
-use super::fields::{Fields, TRUNK};
-use super::forces::Loads;
-use super::sidecar::{Known, Sidecar, is_sidecar};
-use super::storage::{Channel, Visitor, Written};
-use super::{ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order};
-use crate::ros::Imu;
+use estimator_core::Axis;
+
+use crate::input::bag::contact_feed::{ContactFeeds, is_contact};
+use crate::input::bag::definition::{Definition, FieldPath, within};
+use crate::input::bag::feed::{Feed, Known, Sidecar, is_sidecar};
+use crate::input::bag::loads::Loads;
+use crate::input::bag::messages::{Channel, Visitor, Written, decode};
+use crate::input::bag::selection::{
+    ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
+};
+use crate::input::error::{ContainerError, ImuTopic, InputError};
+use crate::input::hints::{ContactUse, Hints, Topics};
+use crate::input::table::names::{Found, Triple, find};
+use crate::input::table::options::{Mapping, is_axis};
+use crate::ros::{Header, Imu, Time};
 
 /// Visitor that reads the samples.
 pub(super) struct Reader<'a> {
@@ -318,4 +319,115 @@ impl<'a> Reader<'a> {
 
 fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError {
     ContainerError::NoMessage { file, topic, topics }.into()
+}
+
+/// End of the types of states of Unitree's robots, whose one IMU is that of the trunk.
+const LOW_STATE: &str = "/LowState";
+
+/// The part of such a state that is this IMU.
+pub(super) const TRUNK: &str = "imu_state";
+
+/// Axes of one IMU in the messages of a topic.
+pub(super) struct Fields {
+    /// Topic of the messages.
+    pub(super) topic: String,
+    definition: Definition,
+    /// In the order of [`Axis::ALL`].
+    axes: [FieldPath; 6],
+    /// Seconds and nanoseconds.
+    stamp: Option<[FieldPath; 2]>,
+    frame: Option<FieldPath>,
+    /// First covariances of rates and accelerations, where axes are those of a `sensor_msgs/msg/Imu`.
+    covariances: Option<[FieldPath; 2]>,
+    /// Which fields were taken, if they were found by their names.
+    pub(super) taken: Option<String>,
+}
+
+impl Fields {
+    /// Axes in a part of the messages of a channel; the error is half a sentence.
+    pub(super) fn of(channel: &Channel, part: &str, mapping: &Mapping) -> Result<Self, String> {
+        let definition = Definition::of_channel(channel)?;
+        let numbers = definition.numbers(part)?;
+        let names: Vec<String> = numbers.iter().map(|(name, _)| name.clone()).collect();
+        let mut taken = None;
+        let axes = if mapping.is_empty() {
+            let axes = recognised(&names).ok_or_else(|| {
+                format!(
+                    "no accelerometer and gyroscope among {}; --map names the six axes, such as \
+                     ax=imu.accelerometer[0]",
+                    definition.listed(part)
+                )
+            })?;
+            if part.is_empty() && channel.message.ends_with(LOW_STATE) {
+                let topic = &channel.topic;
+                return Err(format!(
+                    "{TRUNK} is the IMU of the robot's trunk, not of a foot; --topic {topic}.{TRUNK} reads it all the same"
+                ));
+            }
+            let names = Axis::ALL.iter().zip(axes);
+            let named =
+                names.map(|(axis, index)| format!("{} is {}", axis.name(), numbers[index].0));
+            taken = Some(named.collect::<Vec<_>>().join(", "));
+            axes.map(|index| numbers[index].1.clone())
+        } else {
+            let mut axes: [FieldPath; 6] = Default::default();
+            for (path, axis) in axes.iter_mut().zip(Axis::ALL) {
+                let mut pairs = mapping.pairs();
+                let named = pairs.find(|(ours, _)| *ours == axis.name());
+                let (_, name) =
+                    named.ok_or_else(|| format!("--map does not name {}", axis.name()))?;
+                *path = definition.number(&within(part, name))?;
+            }
+            if let Some((other, _)) = mapping.pairs().find(|(ours, _)| !is_axis(ours)) {
+                return Err(format!(
+                    "--map of a message names its axes alone, not {other}: a load is given as --load-topic"
+                ));
+            }
+            axes
+        };
+        let stamp = definition.stamp(part).or_else(|| definition.stamp(""));
+        let frame = definition.frame(part).or_else(|| definition.frame(""));
+        let covariances = taken.as_ref().and_then(|_| definition.covariances(part));
+        Ok(Self {
+            topic: channel.topic.clone(),
+            definition,
+            axes,
+            stamp,
+            frame,
+            covariances,
+            taken,
+        })
+    }
+
+    /// Sample of a message; the error is half a sentence.
+    pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
+        let beside = self.stamp.iter().chain(&self.covariances).flatten();
+        let paths: Vec<&FieldPath> = self.axes.iter().chain(beside).collect();
+        let (found, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
+        let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
+        let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
+            return Err("it lacks an axis".to_owned());
+        };
+        let (stamp, covariances) =
+            rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));
+        let header = Header { stamp: Time::of_numbers(stamp), frame_id: frame };
+        let covariances = match covariances {
+            [rates, accelerations] => [*rates, *accelerations],
+            _ => [0.0; 2],
+        };
+        let (accelerations, rates) = ([*ax, *ay, *az], [*wx, *wy, *wz]);
+        Ok(Imu::of(header, accelerations, rates, covariances))
+    }
+}
+
+/// Indices of the six axes among names, if there is one sensor of each kind.
+fn recognised(names: &[String]) -> Option<[usize; 6]> {
+    // As in tables, our own names come first.
+    let triple = |triple: Triple| match (triple.own(names), find(triple, names)) {
+        (Some(axes), _) | (None, Found::At(axes)) => Some(axes),
+        (None, Found::Nowhere | Found::Several(..)) => None,
+    };
+    let [ax, ay, az] = triple(Triple::Acceleration)?;
+    let [wx, wy, wz] = triple(Triple::Rate)?;
+    Some([ax, ay, az, wx, wy, wz])
 }

@@ -11,11 +11,10 @@ use rusqlite::types::ValueRef;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::{NamedTempFile, TempPath};
 
-use super::super::error::InputError;
-use super::super::open::Part;
-use super::super::refusal::ContainerError;
-use super::storage::{Channel, Schema, Visitor, Written};
-use crate::samples::foreign::Foreign;
+use crate::file_kind::FileKind;
+use crate::input::bag::messages::{Channel, Schema, Visitor, Written};
+use crate::input::error::{ContainerError, InputError};
+use crate::input::open::ContainerFile;
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";
@@ -29,7 +28,7 @@ const PROPERTIES: [(&str, &str); 2] = [
 
 /// Passes the messages of a file to a visitor; returns the reason why the file ends early, if it does.
 pub(super) fn visit(
-    part: &mut Part,
+    part: &mut ContainerFile,
     file: &str,
     visitor: &mut dyn Visitor,
 ) -> Result<Option<String>, InputError> {
@@ -54,7 +53,7 @@ pub(super) fn visit(
         .map_err(damaged)?;
     for table in ["topics", "messages"] {
         if !has_table(&database, table).map_err(damaged)? {
-            let kind = Foreign::Sqlite;
+            let kind = FileKind::Sqlite;
             let file = file.to_owned();
             return Err(ContainerError::Foreign { file, kind }.into());
         }

@@ -1,14 +1,21 @@
-//! Visit of all messages of a bag, in any storage.
+//! Visit of all messages of a bag, in any storage: for reading, and for a copy with other numbers in some messages.
 
-use super::super::error::InputError;
-use super::super::format::Format;
-use super::super::open::Part;
-use super::storage::Visitor;
-use super::{mcap, rosbag2};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::io;
+use std::path::Path;
+
+use crate::input::bag::definition::{Definition, FieldPath};
+use crate::input::bag::mcap::LONGEST_RECORD;
+use crate::input::bag::messages::{Channel, Visitor, Written, decompressed_message};
+use crate::input::bag::{mcap, rosbag2};
+use crate::input::error::{ContainerError, InputError};
+use crate::input::format::Format;
+use crate::input::open::{ContainerFile, Readable};
 
 /// Passes all messages to a visitor in stored order, and reports each part that ends early.
 pub(super) fn visit(
-    parts: &mut [Part],
+    parts: &mut [ContainerFile],
     file: &str,
     visitor: &mut dyn Visitor,
 ) -> Result<Vec<String>, InputError> {
@@ -28,4 +35,103 @@ pub(super) fn visit(
         }));
     }
     Ok(notices)
+}
+
+/// Receiver of the messages of a bag, decompressed; its error ends the copy.
+type Receiver<'a> = &'a mut dyn FnMut(&Channel, Written, &[u8]) -> io::Result<()>;
+
+/// Passes all messages of a bag in stored order to a receiver; returns a sentence about each part that ends early.
+///
+/// # Errors
+/// Outer: the bag cannot be read. Inner: the first error of the receiver.
+pub fn copy(path: &Path, receiver: Receiver<'_>) -> Result<io::Result<Vec<String>>, InputError> {
+    let Readable::Container(mut container) = Readable::open(path, None, |file, _| Box::new(file))?
+    else {
+        return Ok(Err(io::ErrorKind::InvalidInput.into()));
+    };
+    let mut copier =
+        Copier { receiver, file: container.file.clone(), messages: HashMap::new(), failed: None };
+    let visited = visit(&mut container.parts, &container.file, &mut copier);
+    match (copier.failed, visited) {
+        (Some(error), _) => Ok(Err(error)),
+        (None, visited) => visited.map(Ok),
+    }
+}
+
+struct Copier<'a> {
+    receiver: Receiver<'a>,
+    file: String,
+    /// Number of messages of each topic so far.
+    messages: HashMap<String, u64>,
+    failed: Option<io::Error>,
+}
+
+impl Visitor for Copier<'_> {
+    fn channel(&mut self, _: &Channel) -> bool {
+        true
+    }
+
+    fn message(
+        &mut self,
+        channel: &Channel,
+        written: Written,
+        payload: &[u8],
+    ) -> Result<(), InputError> {
+        let number = self.messages.entry(channel.topic.clone()).or_default();
+        *number += 1;
+        // rosbag2 compresses messages one by one; in others these bytes may be anything.
+        let message = match channel.encoding.as_str() {
+            "cdr" => decompressed_message(payload, LONGEST_RECORD as u64),
+            _ => Ok(Cow::Borrowed(payload)),
+        };
+        let message = message.map_err(|what| ContainerError::Message {
+            file: self.file.clone(),
+            topic: channel.topic.clone(),
+            number: *number,
+            what,
+        })?;
+        let received = (self.receiver)(channel, written, &message);
+        received.map_err(|error| {
+            // The visit ends; the error itself is returned apart.
+            self.failed = Some(error);
+            InputError::empty(&self.file)
+        })
+    }
+}
+
+/// Numbers in the messages of a channel.
+#[derive(Clone, Debug)]
+pub struct Replacement {
+    definition: Definition,
+    paths: Vec<FieldPath>,
+}
+
+impl Replacement {
+    /// Finds numbers by their names, such as `foot_force[0]`, in the definition of a channel.
+    ///
+    /// # Errors
+    /// Half a sentence: there is no definition, or no such number in it.
+    pub fn of(channel: &Channel, names: &[&str]) -> Result<Self, String> {
+        let definition = Definition::of_channel(channel)?;
+        let paths = names.iter().map(|name| definition.number(name));
+        let paths = paths.collect::<Result<_, _>>()?;
+        Ok(Self { definition, paths })
+    }
+
+    /// Returns a message, which is not compressed, with other values: one for each name, in its unit, rounded and limited to
+    /// the type of the number.
+    ///
+    /// # Errors
+    /// Half a sentence: the message is not of its definition.
+    pub fn replaced(&self, message: &[u8], values: &[f64]) -> Result<Vec<u8>, String> {
+        let paths: Vec<&FieldPath> = self.paths.iter().collect();
+        let places = self.definition.places(message, &paths)?;
+        let mut message = message.to_vec();
+        for (place, value) in places.into_iter().zip(values) {
+            place
+                .write(*value, &mut message)
+                .ok_or_else(|| "its bytes end before a number".to_owned())?;
+        }
+        Ok(message)
+    }
 }

@@ -8,21 +8,28 @@
 //! | `wx`, `wy`, `wz` | rad/s | error |
 //! | `force` | N | load unknown |
 //! | `label` | 1 stable, 0 not stable | truth unknown |
-//! | `validity` | a name of [`VALIDITIES`](crate::samples::validity::VALIDITIES): validity at the source | valid |
+//! | `validity` | a name of [`VALIDITIES`](crate::samples::VALIDITIES): validity at the source | valid |
 //!
 //! Other columns are ignored, and named in a notice. The sample rate is the roundest number of Hz compatible with
 //! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 1 %.
 //!
 //! Tables of other origin are read by their names for these columns, listed in `names`, or by a
-//! [`Mapping`](super::mapping::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
+//! [`Mapping`](super::options::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
 //! belongs to another signal: it is left out and counted. Times may be dates with times as in ISO 8601.
 
-use super::intake::Intake;
-use super::layout::Layout;
-use super::reader::Table;
-use crate::input::error::InputError;
-use crate::input::loaded::Hints;
-use crate::input::store::stored::Stored;
+use std::borrow::Cow;
+
+use estimator_core::{Axis, Gravity, Timestamp, Validity};
+
+use crate::input::error::{Cell, InputError, MAX_TIME_S, Suggestion};
+use crate::input::hints::Hints;
+use crate::input::iso8601::micros_since_1970;
+use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored, finite_load, imu_sample};
+use crate::input::table::header::{Blanks, Layout, NANOSECONDS, shortened, suggestion};
+use crate::input::table::names::{FoundTime, find_time, guess};
+use crate::input::table::options::{TimeUnit, is_ours};
+use crate::input::table::reader::{Row, Table};
+use crate::samples::{Label, RecordedSample, validity_of_name};
 
 /// Reads a table with a header.
 ///
@@ -62,17 +69,517 @@ pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, 
     intake.finish(table.recording_name)
 }
 
+/// Title of a column `force`.
+pub(super) const LOAD_TITLE: &str = "force (N)";
+
+/// A table whose rows are being read.
+pub(super) struct Intake<'a> {
+    file: &'a str,
+    hints: &'a Hints,
+    layout: Layout,
+    columns: Columns,
+    rows: Rows,
+    time: Option<TimeColumn>,
+    /// Newest load and its time, µs, of a table in which the load has rows of its own.
+    load: Option<(i64, f64)>,
+    /// Rows with a load alone.
+    load_rows: usize,
+    /// Samples without a load.
+    unloaded: usize,
+    /// Notices about the table other than those about its columns.
+    pub(super) notices: Vec<String>,
+}
+
+impl<'a> Intake<'a> {
+    /// Starts a table whose header must have the columns of a recording.
+    pub(super) fn new(file: &'a str, hints: &'a Hints, layout: Layout) -> Result<Self, InputError> {
+        let columns = Columns::checked(&layout.header)?;
+        Ok(Self {
+            file,
+            hints,
+            layout,
+            columns,
+            rows: Rows::new(hints.table.times),
+            time: None,
+            load: None,
+            load_rows: 0,
+            unloaded: 0,
+            notices: Vec::new(),
+        })
+    }
+
+    /// Indices of all columns that are read.
+    #[cfg(feature = "parquet")]
+    pub(super) fn used(&self) -> Vec<usize> {
+        self.columns.used().collect()
+    }
+
+    /// Number of cells in a row.
+    pub(super) const fn width(&self) -> usize {
+        self.columns.count
+    }
+
+    /// Processes a row, which is left out if all six axes are blank.
+    pub(super) fn take(&mut self, row: &impl Cells) -> Result<(), InputError> {
+        let blanks = self.layout.blanks;
+        let is_foreign = self.columns.t.is_some() && blanks == Blanks::NotANumber;
+        if is_foreign && self.columns.has_no_axis(row) {
+            self.rows.repairs.blank_rows += 1;
+            let has_time = self.columns.t.is_some_and(|index| !row.is_blank(index));
+            if let Some(load) = self.columns.load(row)? {
+                self.load_rows += 1;
+                if has_time {
+                    self.load = self.time_us(row)?.map(|time_us| (time_us, load));
+                }
+            }
+            return Ok(());
+        }
+        let time_us = self.time_us(row)?;
+        let mut sample = self.columns.sample(row, blanks, self.hints)?;
+        if let (Some((newest_us, load)), Some(now_us)) = (&mut self.load, time_us) {
+            if let Some(here) = self.columns.load(row)? {
+                (*newest_us, *load) = (now_us, here);
+            } else if *newest_us <= now_us && now_us.abs_diff(*newest_us) <= OLDEST_LOAD_US {
+                sample.load = finite_load(*load);
+            }
+        }
+        self.unloaded += usize::from(sample.load.is_none());
+        let pushed = self.rows.push(time_us, sample);
+        pushed.map_err(|refused| match (refused, &self.time) {
+            (Refused::Time { previous_us }, Some(column)) => column.order_error(row, previous_us),
+            (refused, _) => refused.into_error(self.file),
+        })
+    }
+
+    /// Time of a row, µs; `None` in a table without times. Their unit is the given one, that of the column's name, or
+    /// the one in which the first time is plausible.
+    fn time_us(&mut self, row: &impl Cells) -> Result<Option<i64>, InputError> {
+        let Some(index) = self.columns.t else {
+            return Ok(None);
+        };
+        let column = self.time.get_or_insert_with(|| TimeColumn {
+            index,
+            nanoseconds: self.columns.nanoseconds,
+            unit: self.hints.table.time_unit.or(self.layout.time_unit).unwrap_or_else(|| {
+                let value = row.optional(index, "t").ok().flatten();
+                unit_since_1970(value.unwrap_or_default())
+            }),
+        });
+        column.micros(row).map(Some)
+    }
+
+    /// Returns the recording.
+    pub(super) fn finish(self, name: String) -> Result<Stored, InputError> {
+        let mut notices = self.notices;
+        notices.extend(self.layout.notice);
+        if self.layout.names_ignored {
+            notices.extend(self.columns.notice(self.file));
+        }
+        if self.load_rows > 0 && self.unloaded > 0 {
+            let samples = match self.unloaded {
+                1 => "1 sample has".to_owned(),
+                count => format!("{count} samples have"),
+            };
+            notices.push(format!(
+                "{}: {samples} no load: none of the {} rows with a load alone stands before and is at most {} ms older",
+                self.file,
+                self.load_rows,
+                OLDEST_LOAD_US / 1000
+            ));
+        }
+        let about = About {
+            name,
+            gravity: Gravity::Included,
+            load_title: LOAD_TITLE.to_owned(),
+            notices,
+            ..About::default()
+        };
+        let stored = self
+            .rows
+            .finish(self.file, about, self.hints)
+            .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
+        let told = self.hints.table.time_unit.or(self.layout.time_unit);
+        if let (Some(time), None) = (self.time, told) {
+            check_guess(self.file, time.unit, stored.about.sample_rate)?;
+        }
+        Ok(stored)
+    }
+}
+
+/// Plausible rates of sensors, Hz.
+const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
+
+/// Checks the rate of times taken for times since 1970 by their size: an error if the rate is plausible only in a
+/// smaller unit. A clock that counts from the start of a computer may show similar values.
+fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> {
+    let is_plausible = |other: &TimeUnit| {
+        let faster = other.per_second() / unit.per_second();
+        PLAUSIBLE_RATES.contains(&(f64::from(rate) * faster))
+    };
+    if unit == TimeUnit::Seconds || is_plausible(&unit) {
+        return Ok(());
+    }
+    let mut smaller = TimeUnit::ALL.into_iter();
+    let meant = smaller.find(|other| other.per_second() > unit.per_second() && is_plausible(other));
+    match meant {
+        Some(meant) => Err(InputError::GuessedUnit { file: file.to_owned(), read_in: unit, meant }),
+        None => Ok(()),
+    }
+}
+
+/// Column of a table of ours that may be intended as `t`.
+fn time_by_another_name(header: &Row) -> Option<String> {
+    let names: Vec<String> = header.cells().map(str::to_owned).collect();
+    match find_time(&names) {
+        Some(FoundTime::Column(index, _)) => Some(names[index].clone()),
+        Some(FoundTime::Stamp(..)) => None,
+        None => guess("t", &names).map(|index| names[index].clone()),
+    }
+}
+
+/// Returns whether a row is a header, even a malformed one: it contains a known name.
+pub(in crate::input) fn has_our_names(row: &Row) -> bool {
+    row.cells()
+        .flat_map(|cell| cell.split(OTHER_SEPARATORS))
+        .any(|name| is_ours(&name.to_lowercase()))
+}
+
+/// Characters mistakenly used to separate the names of a header.
+const OTHER_SEPARATORS: [char; 4] = [';', '\t', ' ', '|'];
+
+/// Position of each known column.
+#[derive(Default)]
+pub(super) struct Columns {
+    /// Number of cells in a row.
+    pub(super) count: usize,
+    /// Index of the column `t`.
+    pub(super) t: Option<usize>,
+    /// Index of the nanoseconds of a stamp whose seconds are `t`.
+    pub(super) nanoseconds: Option<usize>,
+    axes: [Option<usize>; 6],
+    force: Option<usize>,
+    label: Option<usize>,
+    validity: Option<usize>,
+    /// Names that are unknown in a recording.
+    pub(super) ignored: Vec<String>,
+    duplicate: Option<(usize, String)>,
+}
+
+impl Columns {
+    /// Parses a header, in which no column is known if it holds numbers.
+    fn from_header(header: &Row) -> Self {
+        let mut columns = Self::default();
+        if header.cells().any(|name| name.parse::<f64>().is_ok()) {
+            return columns;
+        }
+        columns.count = header.len();
+        for (index, name) in header.cells().enumerate() {
+            let index_of = match name {
+                "t" => &mut columns.t,
+                NANOSECONDS => &mut columns.nanoseconds,
+                "force" => &mut columns.force,
+                "label" => &mut columns.label,
+                "validity" => &mut columns.validity,
+                _ => match Axis::ALL.iter().position(|axis| axis.name() == name) {
+                    Some(axis) => &mut columns.axes[axis],
+                    None => {
+                        columns.ignored.push(name.to_owned());
+                        continue;
+                    }
+                },
+            };
+            if index_of.replace(index).is_some() {
+                columns.duplicate = Some((index, name.to_owned()));
+            }
+        }
+        columns
+    }
+
+    /// Parses a header that must have all required columns.
+    pub(super) fn checked(header: &Row) -> Result<Self, InputError> {
+        let columns = Self::from_header(header);
+        if let Some((index, name)) = &columns.duplicate {
+            return Err(InputError::DuplicateColumn { cell: header.cell(*index, name) });
+        }
+        let axes = Axis::ALL.into_iter().zip(columns.axes);
+        let missing = axes.filter(|(_, index)| index.is_none());
+        let missing: Vec<_> = missing.map(|(axis, _)| axis.name()).collect();
+        if missing.is_empty() {
+            return Ok(columns);
+        }
+        let suggestion = columns.slip().or_else(|| suggestion(header, &missing));
+        Err(InputError::MissingColumns {
+            file: header.file.clone(),
+            place: header.place,
+            columns: missing.join(", "),
+            suggestion,
+        })
+    }
+
+    /// Indices of all columns that are read.
+    #[cfg(feature = "parquet")]
+    pub(super) fn used(&self) -> impl Iterator<Item = usize> {
+        let others = [self.t, self.nanoseconds, self.force, self.label, self.validity];
+        self.axes.into_iter().chain(others).flatten()
+    }
+
+    /// Reason why known names are not recognised, if any.
+    fn slip(&self) -> Option<Suggestion> {
+        let known = |name: &str| is_ours(&name.to_lowercase());
+        self.ignored.iter().find_map(|name| {
+            let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
+            match separator {
+                // A single name is followed by something else, such as a unit.
+                Some(found) => {
+                    let names = name.split(found).map(str::trim).filter(|name| known(name));
+                    (names.count() > 1).then_some(Suggestion::Separator(found))
+                }
+                None => known(name).then_some(Suggestion::UpperCase),
+            }
+        })
+    }
+
+    /// Sentence that lists the ignored columns.
+    pub(super) fn notice(&self, file: &str) -> Option<String> {
+        let names = shortened(&self.ignored);
+        (!self.ignored.is_empty()).then(|| format!("{file}: ignored columns: {names}"))
+    }
+
+    /// Returns whether a row has no value in any axis.
+    pub(super) fn has_no_axis(&self, row: &impl Cells) -> bool {
+        let mut axes = self.axes.iter().flatten();
+        axes.all(|index| row.is_blank(*index))
+    }
+
+    /// Load of a row, N, which may be not a number; `None` if it is blank.
+    pub(super) fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
+        self.force.map_or(Ok(None), |index| row.optional(index, "force"))
+    }
+
+    /// Values of a row; the time is set later.
+    pub(super) fn sample(
+        &self,
+        row: &impl Cells,
+        blanks: Blanks,
+        hints: &Hints,
+    ) -> Result<RecordedSample, InputError> {
+        let mut axes = [0.0; 6];
+        for ((value, index), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
+            if let Some(index) = index {
+                *value = match blanks {
+                    Blanks::Refused => row.number(index, axis.name())?,
+                    Blanks::NotANumber => row.optional(index, axis.name())?.unwrap_or(f64::NAN),
+                };
+            }
+        }
+        let axes = hints.table.to_si(axes);
+        let label = self.label.map(|index| optional_label(row, index));
+        let label = label.transpose()?.flatten();
+        let validity = self.validity.map(|index| validity(row, index));
+        let validity = validity.transpose()?.unwrap_or(Validity::Valid);
+        Ok(RecordedSample {
+            imu: imu_sample(Timestamp::default(), axes, validity),
+            load: self.load(row)?.and_then(finite_load),
+            label,
+        })
+    }
+}
+
+/// A row of a table; columns are indexed from 0.
+pub(in crate::input) trait Cells {
+    /// Returns whether a cell is blank.
+    fn is_blank(&self, index: usize) -> bool;
+
+    /// Content of a cell, as text.
+    fn shown(&self, index: usize) -> Cow<'_, str>;
+
+    /// Number in a cell; `None` if it is blank.
+    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError>;
+
+    /// Number in a cell if it is an integer: nanoseconds have more digits than an f64.
+    fn whole(&self, index: usize) -> Option<i64>;
+
+    /// Time in a cell, µs, if the cell defines its unit.
+    fn moment_us(&self, index: usize) -> Option<i64>;
+
+    /// Position of a cell, for messages.
+    fn cell(&self, index: usize, name: &str) -> Cell;
+
+    /// Number in a cell that must not be blank.
+    fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
+        self.optional(index, name)?
+            .ok_or_else(|| InputError::Blank { cell: self.cell(index, name) })
+    }
+}
+
+impl Cells for Row {
+    fn is_blank(&self, index: usize) -> bool {
+        self.text(index).is_empty()
+    }
+
+    fn shown(&self, index: usize) -> Cow<'_, str> {
+        Cow::Borrowed(self.text(index))
+    }
+
+    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
+        match self.text(index) {
+            "" => Ok(None),
+            text => number(text).map(Some).ok_or_else(|| InputError::NotANumber {
+                cell: self.cell(index, name),
+                text: text.to_owned(),
+            }),
+        }
+    }
+
+    fn whole(&self, index: usize) -> Option<i64> {
+        self.text(index).parse().ok()
+    }
+
+    fn moment_us(&self, index: usize) -> Option<i64> {
+        micros_since_1970(self.text(index))
+    }
+
+    fn cell(&self, index: usize, name: &str) -> Cell {
+        Cell {
+            file: self.file.clone(),
+            place: self.place,
+            column: index + 1,
+            name: name.to_owned(),
+        }
+    }
+}
+
+/// Spellings of "not a number" by R, pandas, SQL, spreadsheets and the C library of Windows that Rust does not
+/// parse.
+const NOT_A_NUMBER: [&str; 10] =
+    ["NA", "N/A", "#N/A", "<NA>", "null", "NULL", "None", "nan(ind)", "-nan(ind)", "-1.#IND"];
+
+/// Parses a number.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let parsed = text.parse().ok();
+    parsed.or_else(|| NOT_A_NUMBER.contains(&text).then_some(f64::NAN))
+}
+
+/// Label in column `index`: 1 stable, 0 not.
+pub(in crate::input) fn label(
+    row: &impl Cells,
+    index: usize,
+    value: f64,
+) -> Result<Label, InputError> {
+    if value == 1.0 {
+        Ok(Label::Stable)
+    } else if value == 0.0 {
+        Ok(Label::NotStable)
+    } else {
+        Err(InputError::Label {
+            cell: row.cell(index, "label"),
+            text: row.shown(index).into_owned(),
+        })
+    }
+}
+
+/// Label in column `index`, which may also be a word, as pandas and R write it, or unknown.
+pub(super) fn optional_label(row: &impl Cells, index: usize) -> Result<Option<Label>, InputError> {
+    let text = row.shown(index);
+    if text.eq_ignore_ascii_case("true") {
+        return Ok(Some(Label::Stable));
+    }
+    if text.eq_ignore_ascii_case("false") {
+        return Ok(Some(Label::NotStable));
+    }
+    match row.optional(index, "label")? {
+        Some(value) if !value.is_nan() => label(row, index, value).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// Validity in column `index`.
+pub(super) fn validity(row: &impl Cells, index: usize) -> Result<Validity, InputError> {
+    if row.is_blank(index) {
+        return Ok(Validity::Valid);
+    }
+    let text = row.shown(index);
+    validity_of_name(&text).ok_or_else(|| InputError::Validity {
+        cell: row.cell(index, "validity"),
+        text: text.into_owned(),
+    })
+}
+
+/// Largest distance from 1970 of times with a known unit, µs; it includes the year 9999.
+const LATEST_US: u64 = 1 << 58;
+
+/// Column of the time and its interpretation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TimeColumn {
+    /// Index of the column.
+    pub(super) index: usize,
+    /// Index of the nanoseconds, if the column holds whole seconds only.
+    pub(super) nanoseconds: Option<usize>,
+    pub(super) unit: TimeUnit,
+}
+
+impl TimeColumn {
+    /// Time of a row, rounded to 1 µs.
+    pub(super) fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
+        let no_time = |unit| InputError::Time {
+            cell: row.cell(self.index, "t"),
+            text: row.shown(self.index).into_owned(),
+            unit,
+        };
+        if let Some(micros) = row.moment_us(self.index) {
+            return match micros.unsigned_abs() {
+                ..=LATEST_US => Ok(micros),
+                _ => Err(no_time(TimeUnit::Microseconds)),
+            };
+        }
+        let value = row.number(self.index, "t")?;
+        let per_second = self.unit.per_second();
+        if !(-MAX_TIME_S * per_second..=MAX_TIME_S * per_second).contains(&value) {
+            return Err(no_time(self.unit));
+        }
+        let fraction = match self.nanoseconds {
+            Some(index) => (row.number(index, "t.nanosec")? / 1.0e3).round() as i64,
+            None => 0,
+        };
+        // Nanoseconds since 1970 have more digits than an f64.
+        let whole = match (self.unit, row.whole(self.index)) {
+            (TimeUnit::Nanoseconds, Some(nanoseconds)) => (nanoseconds + 500).div_euclid(1000),
+            _ => (value * (1.0e6 / per_second)).round() as i64,
+        };
+        Ok(whole.saturating_add(fraction))
+    }
+
+    /// Error about a time that is not after that of the previous row.
+    pub(super) fn order_error(&self, row: &impl Cells, previous_us: i64) -> InputError {
+        InputError::TimeOrder {
+            cell: row.cell(self.index, "t"),
+            text: row.shown(self.index).into_owned(),
+            unit: self.unit,
+            previous: previous_us as f64 / (1.0e6 / self.unit.per_second()),
+        }
+    }
+}
+
+/// Unit in which a number is a plausible time since 1970: from 2001 to 2096 the ranges of the units do not
+/// overlap.
+pub(super) fn unit_since_1970(value: f64) -> TimeUnit {
+    let units = TimeUnit::ALL.into_iter().skip(1);
+    let is_unit = |unit: &TimeUnit| (1.0e9..=MAX_TIME_S).contains(&(value / unit.per_second()));
+    units.into_iter().find(is_unit).unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::{Read, Write};
+
+    use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
+
     use crate::input::Opened;
     use crate::input::error::{Cell, RowPlace};
-    use crate::input::loaded::Loaded;
-    use crate::input::{TimeUnit, Units};
-    use crate::samples::recording::Label;
-    use crate::samples::validity::VALIDITIES;
-    use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
-    use std::io::{Read, Write};
+    use crate::input::stored::Loaded;
+    use crate::input::table::options::{TimeUnit, Units};
+    use crate::samples::{Label, VALIDITIES};
 
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
@@ -126,7 +633,7 @@ mod tests {
     #[test]
     fn unknown_names_error_shows_how_to_map() {
         let missing = ": missing in the header: ax, ay, az, wx, wy, wz; --map says which columns \
-                       stand for them, such as --map ";
+                   stand for them, such as --map ";
         for (header, mapping) in [
             ("a,b,c,d,e,f,g,h", "t=a,ax=b,ay=c,az=d,wx=e,wy=f,wz=g"),
             ("a,b,c,d,e,f", "ax=a,ay=b,az=c,wx=d,wy=e,wz=f"),
@@ -148,7 +655,7 @@ mod tests {
         assert!(
             said.ends_with(
                 "--format pce-atlas, pce-go1, lcd or csv; --map says which columns stand for them, \
-                 such as --map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
+             such as --map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
             ),
             "{said}"
         );
@@ -189,9 +696,9 @@ mod tests {
         }
         let error = read_text(table("maybe"), &Hints::default()).unwrap_err().to_string();
         assert!(
-            error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
-            "{error}"
-        );
+        error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
+        "{error}"
+    );
     }
 
     const WHOLE: &str = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n0.02,1,2,3,4,5,6\n";
@@ -328,17 +835,17 @@ mod tests {
         let text = "t;ax;ay;az;wx;wy;wz\n0;1,5;2;3;4;5;6\n";
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(
-            said.ends_with(
-                "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction, not between thousands, \
-                 is read with --decimal ,"
-            ),
-            "{said}"
-        );
+        said.ends_with(
+            "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction, not between thousands, \
+             is read with --decimal ,"
+        ),
+        "{said}"
+    );
     }
 
     const WITH_UNITS: &str = "Time [ms],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2],\
-                              gyr_x (rad/s),gyr_y (rad/s),gyr_z (rad/s)\n\
-                              0,1,2,3,4,5,6\n10,1,2,3,4,5,6\n";
+                          gyr_x (rad/s),gyr_y (rad/s),gyr_z (rad/s)\n\
+                          0,1,2,3,4,5,6\n10,1,2,3,4,5,6\n";
 
     #[test]
     fn units_in_brackets_are_not_part_of_a_name() {
@@ -364,7 +871,7 @@ mod tests {
         assert!(
             error.ends_with(
                 ", line 1: column \"acc_x [g]\" is in g by its name, but would be read in m/s2: \
-                 --units g,dps"
+             --units g,dps"
             ),
             "{error}"
         );
@@ -420,11 +927,11 @@ mod tests {
         let text = WHOLE.replace("0.01,1", "10000029000,1");
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(
-            said.ends_with(
-                "10000029000 is no time in s: -4e9 to 4e9 is expected; --time-unit says the unit: s, ms, us or ns"
-            ),
-            "{said}"
-        );
+        said.ends_with(
+            "10000029000 is no time in s: -4e9 to 4e9 is expected; --time-unit says the unit: s, ms, us or ns"
+        ),
+        "{said}"
+    );
     }
 
     #[test]
@@ -442,10 +949,10 @@ mod tests {
     #[test]
     fn load_in_rows_of_its_own_is_valid_for_100_ms() {
         let rows = "__time,/ft/z,/imu/linear_acceleration/x,/imu/linear_acceleration/y,\
-            /imu/linear_acceleration/z,/imu/angular_velocity/x,/imu/angular_velocity/y,/imu/angular_velocity/z\n\
-            100.00,,1,2,3,4,5,6\n100.01,70,,,,,,\n100.05,,1,2,3,4,5,6\n100.11,,1,2,3,4,5,6\n\
-            100.12,,1,2,3,4,5,6\n100.13,71,1,2,3,4,5,6\n100.14,,1,2,3,4,5,6\n100.15,nan,,,,,,\n\
-            100.16,,1,2,3,4,5,6\n";
+        /imu/linear_acceleration/z,/imu/angular_velocity/x,/imu/angular_velocity/y,/imu/angular_velocity/z\n\
+        100.00,,1,2,3,4,5,6\n100.01,70,,,,,,\n100.05,,1,2,3,4,5,6\n100.11,,1,2,3,4,5,6\n\
+        100.12,,1,2,3,4,5,6\n100.13,71,1,2,3,4,5,6\n100.14,,1,2,3,4,5,6\n100.15,nan,,,,,,\n\
+        100.16,,1,2,3,4,5,6\n";
         let mut hints = Hints::default();
         hints.table.mapping = "force=/ft/z".parse().unwrap();
         let read = read_text(rows, &hints).unwrap();
@@ -456,12 +963,12 @@ mod tests {
         assert_eq!(read.repairs.blank_rows, 2);
         let said = read.notices.concat();
         assert!(
-            said.contains(
-                ": 3 samples have no load: none of the 2 rows with a load alone stands before and is at most \
-                 100 ms older"
-            ),
-            "{said}"
-        );
+        said.contains(
+            ": 3 samples have no load: none of the 2 rows with a load alone stands before and is at most \
+             100 ms older"
+        ),
+        "{said}"
+    );
     }
 
     #[test]

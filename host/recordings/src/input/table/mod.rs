@@ -2,24 +2,17 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | column separators, rows of cells with their line numbers | `lines`, `head`, `reader` |
-//! | `csv`: a header names the columns | [`csv`]; `columns`, `cells`, `intake`, `clock` |
+//! | options for tables of other origin: mapping, units, scale, times | [`options`] |
+//! | a text into rows of cells, with separator, preamble and line numbers | `reader` |
+//! | names of the columns of an IMU in tables of other origin | `names` |
+//! | a header into one with our names | `header` |
+//! | `csv`: rows of named cells into the rows of a recording | [`csv`] |
 //! | `parquet`: the same columns | `parquet` |
-//! | tables of other origin: options, names, ROS 2 without a header | [`options`], [`mapping`]; `layout`, `names`, `sensors`, `ros2` |
 
-pub(super) mod cells;
-mod clock;
-pub(super) mod columns;
 pub mod csv;
-mod head;
-mod intake;
-pub(super) mod layout;
-mod lines;
-pub mod mapping;
+pub(super) mod header;
 pub(super) mod names;
 pub mod options;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 pub(super) mod reader;
-mod ros2;
-pub(super) mod sensors;

@@ -1,19 +1,19 @@
-//! Rows of cells from a file, with line numbers as in an editor.
+//! Rows of cells from a text, with line numbers as in an editor: the column separator, a header in a comment or below lines
+//! of a logger, rows of limited length.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::io::{self, Chain, Cursor, Read};
 use std::path::Path;
 use std::rc::Rc;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
-use super::head::{COMMENT, Head};
-use super::lines::{LONGEST_ROW, Progress, Watched};
-use super::names;
-use super::options::Decimal;
+use crate::compressed::without_ending;
 use crate::input::error::{InputError, RowPlace};
 use crate::input::iso8601::micros_since_1970;
-use crate::samples::compressed::without_ending;
+use crate::input::table::names::is_header;
+use crate::input::table::options::{Decimal, is_ours};
 
 /// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
@@ -46,7 +46,7 @@ impl Table {
     pub(in crate::input) fn open(path: &Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
         let opened = std::fs::File::open(path)
-            .and_then(|file| crate::samples::compressed::decompressed(Box::new(file)));
+            .and_then(|file| crate::compressed::decompressed(Box::new(file)));
         let table = opened.and_then(|text| Self::of(name.clone(), recording_name(path), text));
         table.map_err(|source| InputError::unreadable(&name, source))
     }
@@ -92,7 +92,7 @@ impl Table {
         let first = self.peek_row().ok().flatten()?;
         let text = first.text(0);
         let is_value = text.parse::<f64>().is_ok() || micros_since_1970(text).is_some();
-        (is_value && names::is_header(&comment.cells)).then_some(comment)
+        (is_value && is_header(&comment.cells)).then_some(comment)
     }
 
     /// Sets the mark before the fractions of all numbers that are not read yet.
@@ -270,5 +270,295 @@ impl Row {
     /// Content of column `index` (from 0).
     pub(super) fn text(&self, index: usize) -> &str {
         self.cells.get(index).unwrap_or_default()
+    }
+}
+
+/// Number of columns of six axes.
+const COLUMNS_OF_A_TABLE: usize = 6;
+
+/// Marks a line as a comment.
+pub(super) const COMMENT: u8 = b'#';
+
+/// Most bytes read to find the first line of the table.
+const LONGEST_HEAD: usize = 1 << 18;
+
+/// Most bytes read to find a header below the first line.
+const LONGEST_PREAMBLE: u64 = 1 << 14;
+
+/// Most lines above a header.
+const LONGEST_PREAMBLE_LINES: usize = 50;
+
+/// Number of commas in the first line from which a table is separated by commas: six axes need them.
+const SURELY_COMMAS: usize = 5;
+
+/// Properties found in the first lines of a file.
+pub(super) struct Head {
+    /// Bytes read to find them.
+    pub(super) bytes: Vec<u8>,
+    /// Column separator: a comma, a semicolon or a tab.
+    pub(super) separator: u8,
+    /// Number of lines above the header that are neither blank nor comments; they are blank in `bytes`.
+    pub(super) preamble: usize,
+    /// Last comment before the first other line, with its line number.
+    pub(super) comment: Option<(u64, StringRecord)>,
+}
+
+impl Head {
+    /// Reads the required part of a file.
+    pub(super) fn of(source: &mut dyn Read) -> io::Result<Self> {
+        let mut bytes = Vec::new();
+        let mut chunk = [0; 4096];
+        while bytes.len() < LONGEST_HEAD && !lines(&bytes).any(|line| line.is_row()) {
+            match source.read(&mut chunk) {
+                Ok(0) => break,
+                Ok(count) => bytes.extend_from_slice(&chunk[..count]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        let preamble = pass_over_preamble(&mut bytes, source)?;
+        // The last line of a file may lack a line end.
+        bytes.push(b'\n');
+        let first = lines(&bytes).find(Line::is_row);
+        let separator = first.as_ref().map_or(b',', |line| separator(line.bytes));
+        let comment = lines(&bytes)
+            .take_while(|line| !line.is_row())
+            .filter_map(|line| line.comment())
+            .last();
+        bytes.pop();
+        Ok(Self { separator, preamble, comment, bytes })
+    }
+}
+
+/// Blanks the lines above the header, so that line numbers are kept: lines that loggers write about themselves
+/// without a comment mark. The first of them is neither a row of numbers nor a header, and a header follows soon.
+/// Returns their number.
+fn pass_over_preamble(bytes: &mut Vec<u8>, source: &mut dyn Read) -> io::Result<usize> {
+    let first = lines(bytes).find(Line::is_row);
+    if first.is_none_or(|line| line.may_begin_a_table()) {
+        return Ok(0);
+    }
+    let mut more = source.take(LONGEST_PREAMBLE);
+    more.read_to_end(bytes)?;
+    let Some(Line { start: header, .. }) = lines(bytes).find(Line::is_header) else {
+        return Ok(0);
+    };
+    let passed = lines(&bytes[..header]).filter(Line::is_row).count();
+    if passed > LONGEST_PREAMBLE_LINES {
+        return Ok(0);
+    }
+    for byte in &mut bytes[..header] {
+        if *byte != b'\n' {
+            *byte = b' ';
+        }
+    }
+    Ok(passed)
+}
+
+struct Line<'a> {
+    /// Start of the line.
+    start: usize,
+    /// The line without surrounding space.
+    bytes: &'a [u8],
+    number: u64,
+}
+
+/// Complete lines of a text.
+fn lines(text: &[u8]) -> impl Iterator<Item = Line<'_>> {
+    let rest = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
+    let mut end = text.len() - rest.len();
+    let lines = rest.split_inclusive(|byte| *byte == b'\n');
+    let complete = lines.take_while(|line| line.ends_with(b"\n"));
+    complete.zip(1..).map(move |(line, number)| {
+        let start = end;
+        end += line.len();
+        let bytes = line.trim_ascii();
+        Line { start, bytes, number }
+    })
+}
+
+impl Line<'_> {
+    fn is_row(&self) -> bool {
+        self.bytes.first().is_some_and(|byte| *byte != COMMENT)
+    }
+
+    /// Cells of a comment, with the line's number.
+    fn comment(&self) -> Option<(u64, StringRecord)> {
+        let text = self.bytes.strip_prefix(&[COMMENT])?;
+        Some((self.number, cells(text)?))
+    }
+
+    /// Returns whether it is a header with six axes.
+    fn is_header(&self) -> bool {
+        self.is_row() && cells(self.bytes).is_some_and(|cells| is_header(&cells))
+    }
+
+    /// Returns whether the first line of a table may look like this: a header, even one that is not understood, or
+    /// numbers. Lines above a table have fewer columns.
+    fn may_begin_a_table(&self) -> bool {
+        cells(self.bytes)
+            .is_none_or(|cells| cells.len() >= COLUMNS_OF_A_TABLE || cells.iter().any(is_ours))
+    }
+}
+
+/// Cells of a line of text.
+fn cells(line: &[u8]) -> Option<StringRecord> {
+    let text = str::from_utf8(line).ok()?;
+    let separator = char::from(separator(line));
+    let cells = text.split(separator).map(|cell| {
+        let cell = cell.trim();
+        let inner = cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"'));
+        inner.unwrap_or(cell)
+    });
+    Some(cells.collect())
+}
+
+/// Column separator of a line.
+fn separator(line: &[u8]) -> u8 {
+    let count = |wanted: u8| line.iter().filter(|byte| **byte == wanted).count();
+    let commas = count(b',');
+    if commas >= SURELY_COMMAS {
+        return b',';
+    }
+    [b';', b'\t'].into_iter().find(|other| count(*other) > commas).unwrap_or(b',')
+}
+
+/// Longest row, bytes: 16 MB. The longest known row of a robot has 0.1 MB.
+pub(super) const LONGEST_ROW: usize = 16 << 20;
+
+/// State of a text that is being read.
+#[derive(Default)]
+pub(super) struct Progress {
+    /// Bytes left for the current row.
+    left: Cell<usize>,
+    /// The last byte.
+    last: Cell<Option<u8>>,
+    has_ended: Cell<bool>,
+    is_too_long: Cell<bool>,
+}
+
+impl Progress {
+    /// Starts a row.
+    pub(super) fn begin_row(&self) {
+        self.left.set(LONGEST_ROW);
+    }
+
+    /// Returns whether the row exceeds [`LONGEST_ROW`].
+    pub(super) const fn is_too_long(&self) -> bool {
+        self.is_too_long.get()
+    }
+
+    /// Returns whether the text has ended within a line.
+    pub(super) fn ended_within_a_line(&self) -> bool {
+        self.has_ended.get() && self.last.get().is_some_and(|byte| byte != b'\n')
+    }
+}
+
+/// A text that records its progress.
+pub(super) struct Watched<R> {
+    text: R,
+    progress: Rc<Progress>,
+}
+
+impl<R> Watched<R> {
+    pub(super) fn new(text: R) -> (Self, Rc<Progress>) {
+        let progress = Rc::new(Progress::default());
+        let watched = Self { text, progress: Rc::clone(&progress) };
+        (watched, progress)
+    }
+}
+
+impl<R: Read> Read for Watched<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let progress = &self.progress;
+        if progress.left.get() == 0 {
+            progress.is_too_long.set(true);
+            return Err(io::Error::other("a row is too long"));
+        }
+        let count = self.text.read(buffer)?;
+        match buffer[..count].last() {
+            Some(last) => progress.last.set(Some(*last)),
+            None => progress.has_ended.set(!buffer.is_empty()),
+        }
+        progress.left.set(progress.left.get().saturating_sub(count));
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head(text: &str) -> Head {
+        Head::of(&mut text.as_bytes()).unwrap()
+    }
+
+    #[test]
+    fn separator_is_the_most_frequent_in_the_first_row() {
+        for (text, separator) in [
+            ("t,ax,ay,az,wx,wy,wz\n", b','),
+            ("t;ax;ay;az;wx;wy;wz\n", b';'),
+            ("t\tax\tay\taz\twx\twy\twz\n", b'\t'),
+            ("\u{feff}\r\n# a, b, c, d, e, f\r\n\r\nt;ax\r\n", b';'),
+            ("t (s, boot);ax;ay;az;wx;wy;wz", b';'),
+            ("t,ax,ay,az,wx,wy,wz,a;b;c;d;e;f;g;h;i\n", b','),
+            ("t", b','),
+            ("", b','),
+        ] {
+            assert_eq!(head(text).separator, separator, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn lines_above_a_header_become_blank() {
+        for header in ["t,ax,ay,az,wx,wy,wz", "a\tAcc_X\tAcc_Y\tAcc_Z\tGyr_X\tGyr_Y\tGyr_Z"] {
+            let above = "Logger 1.2\nDate: 2024-05-01, 12:00\n\n# by hand\n// filter, 3\n";
+            let rows = "1\n".repeat(30_000);
+            let text = format!("{above}{header}\n{rows}");
+            let mut rest = text.as_bytes();
+            let mut head = Head::of(&mut rest).unwrap();
+            assert_eq!(head.preamble, 3);
+            assert_eq!(head.separator, separator(header.as_bytes()));
+            head.bytes.extend_from_slice(rest);
+            let blank = format!(
+                "{}\n{}\n\n{}\n{}\n",
+                " ".repeat(10),
+                " ".repeat(23),
+                " ".repeat(9),
+                " ".repeat(12)
+            );
+            assert_eq!(head.bytes, format!("{blank}{header}\n{rows}").as_bytes());
+        }
+    }
+
+    #[test]
+    fn table_without_lines_above_its_header_is_unchanged() {
+        for text in [
+            "t,ax\nt,ax,ay,az,wx,wy,wz\n",
+            "0,1\n2,3\n",
+            "0.1 0.2\nno header\n",
+            "a,b,c,d,e,f\nt,ax,ay,az,wx,wy,wz\n",
+            &("x\n".repeat(60) + "t,ax,ay,az,wx,wy,wz\n"),
+        ] {
+            let head = head(text);
+            assert_eq!((head.preamble, head.bytes), (0, text.as_bytes().to_vec()));
+        }
+    }
+
+    #[test]
+    fn bytes_read_ahead_are_kept() {
+        let text = "# note\nt;ax\n".to_owned() + &"0;1\n".repeat(9000);
+        let mut rest = text.as_bytes();
+        let mut bytes = Head::of(&mut rest).unwrap().bytes;
+        assert!(bytes.len() < text.len());
+        bytes.extend_from_slice(rest);
+        assert!(bytes == text.as_bytes());
+    }
+
+    #[test]
+    fn comment_above_the_table_may_be_its_header() {
+        let (line, cells) = head("# made by x\n# t, ax\n0,1\n").comment.unwrap();
+        assert_eq!((line, cells), (2, StringRecord::from(vec!["t", "ax"])));
+        assert!(head("t,ax\n# 0,1\n").comment.is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! Hands that hold a foot: they turn it to one of its sides, and tap its sole.
 
 use lsm6dsox::sim::Stimulus;
-use recordings::samples::space::{Rotation, Vector};
+use recordings::space::{Rotation, Vector};
 
 /// Duration of a turn, s.
 const TURN_S: f64 = 1.0;

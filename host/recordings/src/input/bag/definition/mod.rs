@@ -1,23 +1,15 @@
 //! Layout of the messages of a type, from its definition in the bag, and the numbers in a message.
 //!
-//! | part | file |
-//! |---|---|
-//! | parsing a definition (`ros2msg`) | `definition/parse` |
-//! | names of numbers and paths to them | `definition/path` |
-//! | numbers of a message in CDR | `definition/walk` |
-//! | definitions of types that bags often lack | `definition/known` |
+//! A definition (`ros2msg`) is parsed into records of fields. A name such as `imu_state.accelerometer[0]` is a path through
+//! them, and the numbers of a message in CDR are found by walking through all of it.
 //!
 //! Sources: <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>; the concatenation of definitions
 //! is that of <https://mcap.dev/spec/registry#ros2msg>.
 
-mod known;
-mod parse;
-mod path;
-mod walk;
+use std::collections::HashMap;
 
-pub(super) use path::{Path, within};
-
-use super::storage::Channel;
+use crate::input::bag::messages::{Channel, ENCODING, LONGEST_PADDING, Order, content};
+use crate::input::error::first_of;
 
 /// Most types within each other.
 const DEEPEST: usize = 32;
@@ -112,11 +104,567 @@ impl Definition {
     /// # Errors
     /// Half a sentence on what the definition lacks.
     pub(super) fn of(message: &str, text: Option<&str>) -> Result<Self, String> {
-        match text.or_else(|| known::text(message)) {
+        match text.or_else(|| known_text(message)) {
             Some(text) => Self::parse(message, text),
             None => Err("its definition is not in the bag".to_owned()),
         }
     }
+}
+
+// Parser of `ros2msg`: the definition of a type, then those of the types in it, each after a line of `=` and
+// `MSG: package/Name`.
+impl Definition {
+    /// Parses the definition of a type such as `unitree_go/msg/LowState`; the error is half a sentence.
+    fn parse(message: &str, text: &str) -> Result<Self, String> {
+        let name = bare(message);
+        let mut parser =
+            Parser { texts: sections(&name, text), places: HashMap::new(), records: Vec::new() };
+        let message = parser.record(&name, 0)?;
+        Ok(Self { records: parser.records, message })
+    }
+}
+
+struct Parser<'a> {
+    /// Definitions by name.
+    texts: HashMap<String, &'a str>,
+    /// Index of each record; `None` while it is parsed.
+    places: HashMap<String, Option<usize>>,
+    records: Vec<Vec<Field>>,
+}
+
+impl Parser<'_> {
+    /// Index of the record of a type that is `depth` types deep.
+    fn record(&mut self, name: &str, depth: usize) -> Result<usize, String> {
+        if depth > DEEPEST {
+            return Err(format!("its definition has more than {DEEPEST} types within each other"));
+        }
+        match self.places.get(name) {
+            Some(Some(place)) => return Ok(*place),
+            Some(None) => return Err(format!("its definition has {name} within itself")),
+            None => {}
+        }
+        let in_bag = self.texts.get(name).copied();
+        let text = in_bag.or_else(|| known_text(&name.replacen('/', "/msg/", 1)));
+        let text = text.ok_or_else(|| format!("its definition lacks {name}"))?;
+        self.places.insert(name.to_owned(), None);
+        let package = name.split('/').next().unwrap_or_default();
+        let mut fields = Vec::new();
+        for line in text.lines() {
+            fields.extend(self.field(line, package, depth + 1)?);
+        }
+        self.records.push(fields);
+        let place = self.records.len() - 1;
+        self.places.insert(name.to_owned(), Some(place));
+        Ok(place)
+    }
+
+    /// Field of a line; `None` for a constant and for a line without a field.
+    fn field(&mut self, line: &str, package: &str, depth: usize) -> Result<Option<Field>, String> {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if line.is_empty() {
+            return Ok(None);
+        }
+        let unreadable = || format!("its definition has a line that is not a field: {line:?}");
+        let (of_type, rest) = line.split_once(char::is_whitespace).ok_or_else(unreadable)?;
+        let rest = rest.trim_start();
+        let end = rest.find(|letter: char| letter.is_whitespace() || letter == '=');
+        let (name, after) = rest.split_at(end.unwrap_or(rest.len()));
+        if after.trim_start().starts_with('=') {
+            return Ok(None);
+        }
+        let (base, count) = match of_type.split_once('[') {
+            None => (of_type, Count::One),
+            Some((base, dimension)) => {
+                let dimension = dimension.strip_suffix(']').ok_or_else(unreadable)?;
+                let count = if dimension.is_empty() || dimension.starts_with("<=") {
+                    Count::Sequence
+                } else {
+                    Count::Fixed(dimension.parse().map_err(|_| unreadable())?)
+                };
+                (base, count)
+            }
+        };
+        let base = base.split("<=").next().unwrap_or_default();
+        let kind = match (number_type(base), base) {
+            (Some(number), _) => Kind::Number(number),
+            (None, "string") => Kind::Text,
+            (None, "wstring") => Kind::WideText,
+            (None, "Header") => Kind::Record(self.record("std_msgs/Header", depth)?),
+            (None, base) if base.contains('/') => Kind::Record(self.record(&bare(base), depth)?),
+            (None, base) => Kind::Record(self.record(&format!("{package}/{base}"), depth)?),
+        };
+        let name = name.to_owned();
+        Ok(Some(Field { name, kind, count }))
+    }
+}
+
+/// Definitions of a text by the names of their types; the first is that of `message`.
+fn sections<'a>(message: &str, text: &'a str) -> HashMap<String, &'a str> {
+    let mut name = message.to_owned();
+    let mut sections = HashMap::new();
+    let (mut begin, mut at) = (0, 0);
+    let mut lines = text.split_inclusive('\n').peekable();
+    while let Some(line) = lines.next() {
+        let start = at;
+        at += line.len();
+        let is_rule = line.starts_with("===");
+        let header = lines.peek().and_then(|next| next.trim().strip_prefix("MSG:"));
+        if let (true, Some(next)) = (is_rule, header) {
+            sections.entry(name).or_insert(&text[begin..start]);
+            name = bare(next.trim());
+            at += lines.next().map_or(0, str::len);
+            begin = at;
+        }
+    }
+    sections.entry(name).or_insert(&text[begin..]);
+    sections
+}
+
+/// Name of a type without `msg`: `std_msgs/Header`.
+fn bare(name: &str) -> String {
+    name.replacen("/msg/", "/", 1)
+}
+
+fn number_type(name: &str) -> Option<Number> {
+    Some(match name {
+        "bool" => Number::Bool,
+        "byte" | "char" | "uint8" => Number::U8,
+        "int8" => Number::I8,
+        "uint16" => Number::U16,
+        "int16" => Number::I16,
+        "uint32" => Number::U32,
+        "int32" => Number::I32,
+        "uint64" => Number::U64,
+        "int64" => Number::I64,
+        "float32" => Number::F32,
+        "float64" => Number::F64,
+        _ => return None,
+    })
+}
+
+// Definitions of types in bags that have none, as rosbag2's before ROS 2 Iron.
+//
+// Sources: <https://github.com/ros2/common_interfaces>, and `unitree_go` of <https://github.com/unitreerobotics/unitree_ros2>.
+/// Types with their definitions.
+const KNOWN: [(&str, &str); 14] = [
+    ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec"),
+    ("builtin_interfaces/msg/Duration", "int32 sec\nuint32 nanosec"),
+    ("std_msgs/msg/Header", "builtin_interfaces/Time stamp\nstring frame_id"),
+    (
+        "sensor_msgs/msg/JointState",
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
+    ),
+    ("std_msgs/msg/Float32", "float32 data"),
+    ("std_msgs/msg/Float64", "float64 data"),
+    ("std_msgs/msg/Float32MultiArray", "MultiArrayLayout layout\nfloat32[] data"),
+    ("std_msgs/msg/Float64MultiArray", "MultiArrayLayout layout\nfloat64[] data"),
+    ("std_msgs/msg/MultiArrayLayout", "MultiArrayDimension[] dim\nuint32 data_offset"),
+    ("std_msgs/msg/MultiArrayDimension", "string label\nuint32 size\nuint32 stride"),
+    ("geometry_msgs/msg/WrenchStamped", "std_msgs/Header header\nWrench wrench"),
+    ("geometry_msgs/msg/Wrench", "Vector3 force\nVector3 torque"),
+    ("geometry_msgs/msg/Vector3", "float64 x\nfloat64 y\nfloat64 z"),
+    // Of a Go2 and of a GO1 that speaks ROS 2.
+    ("unitree_go/msg/LowState", include_str!("low_state.msg")),
+];
+
+/// Definition of a type, if known.
+fn known_text(message: &str) -> Option<&'static str> {
+    let (_, text) = KNOWN.iter().find(|(name, _)| *name == message)?;
+    Some(text)
+}
+
+/// Largest number of names that are listed.
+const MOST_NAMES: usize = 10_000;
+
+/// Way to a part of a message: a field of each record, and the element where it is an array.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct FieldPath(Vec<Step>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Step {
+    field: usize,
+    /// 0 for a single value.
+    element: u32,
+}
+
+/// Names of numbers and their paths, and the number of fields that were looked at.
+#[derive(Default)]
+struct Listing {
+    numbers: Vec<(String, FieldPath)>,
+    steps: usize,
+}
+
+/// Part of a message at the end of a path.
+enum Target {
+    Number,
+    /// Index of a record.
+    Record(usize),
+    Text,
+    Other,
+}
+
+impl Definition {
+    /// Path to a number; the error is half a sentence that names the fields.
+    pub(super) fn number(&self, name: &str) -> Result<FieldPath, String> {
+        match self.part(name)? {
+            (path, Target::Number) => Ok(path),
+            (_, Target::Record(_)) => Err(format!("{name} has the numbers {}", self.listed(name))),
+            (_, Target::Text | Target::Other) => Err(format!("{name} is not one number")),
+        }
+    }
+
+    /// Names of the numbers in a part of the message, which is all of it for an empty name, and their paths.
+    /// Elements of sequences are not listed, because each message has its own number of them.
+    pub(super) fn numbers(&self, part: &str) -> Result<Vec<(String, FieldPath)>, String> {
+        let (path, record) = match self.part(part)? {
+            (path, Target::Record(record)) => (path, record),
+            _ => return Err(format!("{part} has no fields")),
+        };
+        let mut listing = Listing::default();
+        self.list(record, "", &path, &mut listing);
+        Ok(listing.numbers)
+    }
+
+    /// Paths to the seconds and nanoseconds of the header in a part of the message, if it has one.
+    pub(super) fn stamp(&self, part: &str) -> Option<[FieldPath; 2]> {
+        let number = |name| self.number(&within(part, name)).ok();
+        Some([number("header.stamp.sec")?, number("header.stamp.nanosec")?])
+    }
+
+    /// Path to the frame of the header in a part of the message, if it has one.
+    pub(super) fn frame(&self, part: &str) -> Option<FieldPath> {
+        match self.part(&within(part, "header.frame_id")) {
+            Ok((path, Target::Text)) => Some(path),
+            _ => None,
+        }
+    }
+
+    /// Paths to the first covariances of the rates and the accelerations in a part of the message, if it has them.
+    pub(super) fn covariances(&self, part: &str) -> Option<[FieldPath; 2]> {
+        let number = |name| self.number(&within(part, name)).ok();
+        Some([
+            number("angular_velocity_covariance[0]")?,
+            number("linear_acceleration_covariance[0]")?,
+        ])
+    }
+
+    /// Names of the first numbers in a part of the message, for people.
+    pub(super) fn listed(&self, part: &str) -> String {
+        let numbers = self.numbers(part).unwrap_or_default();
+        first_of(numbers.iter().map(|(name, _)| name), 12)
+    }
+
+    /// Appends the numbers of a record to a list.
+    fn list(&self, record: usize, prefix: &str, path: &FieldPath, to: &mut Listing) {
+        for (index, field) in self.records[record].iter().enumerate() {
+            let elements = match field.count {
+                Count::One => 1,
+                Count::Fixed(elements) => elements,
+                Count::Sequence => 0,
+            };
+            for element in 0..elements {
+                to.steps += 1;
+                if to.numbers.len() >= MOST_NAMES || to.steps > MOST_STEPS {
+                    return;
+                }
+                let index_text = match field.count {
+                    Count::One => String::new(),
+                    _ => format!("[{element}]"),
+                };
+                let name = within(prefix, &format!("{}{index_text}", field.name));
+                let mut path = path.clone();
+                path.0.push(Step { field: index, element });
+                let before = to.numbers.len();
+                match field.kind {
+                    Kind::Number(_) => to.numbers.push((name, path)),
+                    Kind::Record(record) => self.list(record, &name, &path, to),
+                    Kind::Text | Kind::WideText => {}
+                }
+                if to.numbers.len() == before {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Part of the message with a name; the message itself for an empty one.
+    fn part(&self, name: &str) -> Result<(FieldPath, Target), String> {
+        let mut path = FieldPath::default();
+        let mut part = Target::Record(self.message);
+        for word in name.split('.').filter(|_| !name.is_empty()) {
+            let Target::Record(record) = part else {
+                return Err(format!("there is no {name}: what is before .{word} has no fields"));
+            };
+            let (bare, element) = match word.split_once('[') {
+                None => (word, None),
+                Some((bare, index)) => {
+                    let index = index.strip_suffix(']').and_then(|index| index.parse().ok());
+                    let index =
+                        index.ok_or_else(|| format!("{word:?} is not of the form field[INDEX]"))?;
+                    (bare, Some(index))
+                }
+            };
+            let fields = &self.records[record];
+            let Some(index) = fields.iter().position(|field| field.name == bare) else {
+                let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+                return Err(format!("there is no {bare}, but {}", names.join(", ")));
+            };
+            path.0.push(Step { field: index, element: element.unwrap_or(0) });
+            let field = &fields[index];
+            part = match (field.kind, field.count, element) {
+                (_, Count::One, Some(_)) => return Err(format!("{bare} is not an array")),
+                (_, Count::Fixed(length), Some(element)) if element >= length => {
+                    let last = length.saturating_sub(1);
+                    return Err(format!("{bare} has the elements [0] to [{last}]"));
+                }
+                (_, Count::Fixed(_) | Count::Sequence, None) => Target::Other,
+                (Kind::Text, ..) => Target::Text,
+                (Kind::WideText, ..) => Target::Other,
+                (Kind::Number(_), ..) => Target::Number,
+                (Kind::Record(record), ..) => Target::Record(record),
+            };
+        }
+        Ok((path, part))
+    }
+}
+
+/// Name of a field in a part of a message, which is all of it for an empty name.
+pub(super) fn within(part: &str, field: &str) -> String {
+    if part.is_empty() { field.to_owned() } else { format!("{part}.{field}") }
+}
+
+/// Place of a number in a message that is not compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Place {
+    /// First byte, from the beginning of the message.
+    at: usize,
+    number: Number,
+    order: Order,
+}
+
+impl Place {
+    /// Writes a value, rounded and limited to the range of the number; `None` if the message is too short.
+    pub(super) fn write(self, value: f64, message: &mut [u8]) -> Option<()> {
+        let rounded = value.round();
+        let bits = match self.number {
+            Number::Bool => u64::from(rounded != 0.0),
+            Number::U8 => u64::from(rounded as u8),
+            Number::U16 => u64::from(rounded as u16),
+            Number::U32 => u64::from(rounded as u32),
+            Number::U64 => rounded as u64,
+            Number::I8 => u64::from((rounded as i8).cast_unsigned()),
+            Number::I16 => u64::from((rounded as i16).cast_unsigned()),
+            Number::I32 => u64::from((rounded as i32).cast_unsigned()),
+            Number::I64 => (rounded as i64).cast_unsigned(),
+            Number::F32 => u64::from((value as f32).to_bits()),
+            Number::F64 => value.to_bits(),
+        };
+        let size = self.number.size();
+        let mut bytes = bits.to_le_bytes();
+        if self.order == Order::Big {
+            bytes[..size].reverse();
+        }
+        let stored = message.get_mut(self.at..self.at + size)?;
+        stored.copy_from_slice(&bytes[..size]);
+        Some(())
+    }
+}
+
+impl Definition {
+    /// Numbers of a message at these paths; the error is half a sentence.
+    pub(super) fn values(&self, payload: &[u8], paths: &[&FieldPath]) -> Result<Vec<f64>, String> {
+        let (found, _) = self.found(payload, paths, None)?;
+        Ok(found.into_iter().map(|(_, value)| value).collect())
+    }
+
+    /// Places of the numbers of a message at these paths; the error is half a sentence.
+    pub(super) fn places(
+        &self,
+        payload: &[u8],
+        paths: &[&FieldPath],
+    ) -> Result<Vec<Place>, String> {
+        let (found, _) = self.found(payload, paths, None)?;
+        Ok(found.into_iter().map(|(place, _)| place).collect())
+    }
+
+    /// Numbers of a message at these paths with their places, and the text at another, which is empty without a path;
+    /// the error is half a sentence.
+    pub(super) fn found(
+        &self,
+        payload: &[u8],
+        paths: &[&FieldPath],
+        text: Option<&FieldPath>,
+    ) -> Result<(Vec<(Place, f64)>, String), String> {
+        let message = content(payload)?;
+        let ways = paths.iter().copied().chain(text).map(|path| &path.0[..]);
+        let wanted: Vec<(usize, &[Step])> = ways.enumerate().collect();
+        let walk = |unit| {
+            let mut walk = Walk {
+                definition: self,
+                order: message.order,
+                content: &message.bytes,
+                at: 0,
+                steps: 0,
+                unit,
+                found: vec![None; paths.len()],
+                text: String::new(),
+            };
+            walk.record(self.message, &wanted)?;
+            if walk.content.len() - walk.at > LONGEST_PADDING {
+                return Err(format!(
+                    "{} bytes are more than its type has, {}",
+                    walk.content.len(),
+                    walk.at
+                ));
+            }
+            Ok(walk)
+        };
+        let mut fields = self.records.iter().flatten();
+        let walk = if fields.any(|field| field.kind == Kind::WideText) {
+            let fitting = UNITS.into_iter().map(walk).find(Result::is_ok);
+            fitting.unwrap_or_else(|| {
+                Err("its wstrings have neither 1, 2 nor 4 bytes for each unit of length".to_owned())
+            })?
+        } else {
+            walk(1)?
+        };
+        let found = walk.found.into_iter().map(|value| {
+            value.ok_or_else(|| "it has fewer elements than the index says".to_owned())
+        });
+        Ok((found.collect::<Result<_, _>>()?, walk.text))
+    }
+}
+
+/// Bytes for each unit of the length of a `wstring`. Implementations of DDS differ in the size of a character, and in
+/// whether the length counts characters or bytes, which no field of the message says: the right one is that with which
+/// the message is as long as its type.
+const UNITS: [usize; 3] = [4, 2, 1];
+
+struct Walk<'a> {
+    definition: &'a Definition,
+    order: Order,
+    content: &'a [u8],
+    at: usize,
+    steps: usize,
+    /// One of [`UNITS`].
+    unit: usize,
+    found: Vec<Option<(Place, f64)>>,
+    text: String,
+}
+
+impl Walk<'_> {
+    /// Walks through a record; `wanted` has the slots of numbers in it, and the rest of the ways to them.
+    fn record(&mut self, record: usize, wanted: &[(usize, &[Step])]) -> Result<(), String> {
+        let fields = &self.definition.records[record];
+        self.steps += fields.len();
+        if self.steps > MOST_STEPS {
+            return Err(format!("it has more than {MOST_STEPS} fields"));
+        }
+        if fields.is_empty() {
+            // An empty record has a byte, because IDL has none that are empty.
+            return self.skip(1, 1);
+        }
+        for (index, field) in fields.iter().enumerate() {
+            let of_field: Vec<_> = wanted
+                .iter()
+                .filter_map(|(slot, steps)| {
+                    let (step, rest) = steps.split_first()?;
+                    (step.field == index).then_some((*slot, step.element, rest))
+                })
+                .collect();
+            let elements = match field.count {
+                Count::One => 1,
+                Count::Fixed(elements) => elements,
+                Count::Sequence => self.number(Number::U32)? as u32,
+            };
+            match field.kind {
+                Kind::Number(number) if of_field.is_empty() => {
+                    self.skip(number.size(), elements as usize)?;
+                }
+                Kind::Number(number) => {
+                    for element in 0..elements {
+                        let value = self.number(number)?;
+                        let place = Place {
+                            at: ENCODING + self.at - number.size(),
+                            number,
+                            order: self.order,
+                        };
+                        for (slot, _, _) in of_field.iter().filter(|(_, at, _)| *at == element) {
+                            self.found[*slot] = Some((place, value));
+                        }
+                    }
+                }
+                Kind::Text => {
+                    for element in 0..elements {
+                        let length = self.number(Number::U32)? as usize;
+                        self.skip(1, length)?;
+                        if of_field.iter().any(|(_, at, _)| *at == element) {
+                            let text = &self.content[self.at - length..self.at];
+                            let text = text.strip_suffix(&[0]).unwrap_or(text);
+                            self.text = String::from_utf8_lossy(text).into_owned();
+                        }
+                    }
+                }
+                Kind::WideText => {
+                    for _ in 0..elements {
+                        let length = self.number(Number::U32)? as usize;
+                        self.skip(1, length.checked_mul(self.unit).ok_or_else(too_short)?)?;
+                    }
+                }
+                Kind::Record(record) => {
+                    for element in 0..elements {
+                        let within: Vec<_> = of_field
+                            .iter()
+                            .filter(|(_, at, _)| *at == element)
+                            .map(|(slot, _, rest)| (*slot, *rest))
+                            .collect();
+                        let before = self.at;
+                        self.record(record, &within)?;
+                        if self.at == before {
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Advances over `count` values of `size` bytes.
+    fn skip(&mut self, size: usize, count: usize) -> Result<(), String> {
+        if count > 0 {
+            self.at = self.at.next_multiple_of(size);
+        }
+        let end = size.checked_mul(count).and_then(|bytes| self.at.checked_add(bytes));
+        let end = end.filter(|end| *end <= self.content.len()).ok_or_else(too_short)?;
+        self.at = end;
+        Ok(())
+    }
+
+    fn number(&mut self, number: Number) -> Result<f64, String> {
+        let size = number.size();
+        self.skip(size, 1)?;
+        let stored = &self.content[self.at - size..self.at];
+        let mut bytes = [0; 8];
+        bytes[..size].copy_from_slice(stored);
+        if self.order == Order::Big {
+            bytes[..size].reverse();
+        }
+        let bits = u64::from_le_bytes(bytes);
+        Ok(match number {
+            Number::Bool | Number::U8 | Number::U16 | Number::U32 | Number::U64 => bits as f64,
+            Number::I8 => f64::from(bits as i8),
+            Number::I16 => f64::from(bits as i16),
+            Number::I32 => f64::from(bits as i32),
+            Number::I64 => bits.cast_signed() as f64,
+            Number::F32 => f64::from(f32::from_bits(bits as u32)),
+            Number::F64 => f64::from_bits(bits),
+        })
+    }
+}
+
+fn too_short() -> String {
+    "it has fewer bytes than its type".to_owned()
 }
 
 #[cfg(test)]

@@ -51,7 +51,8 @@ fn nested() -> Definition {
 
 fn values(names: &[&str], payload: &[u8]) -> Result<Vec<f64>, String> {
     let definition = nested();
-    let paths: Vec<Path> = (names.iter()).map(|name| definition.number(name).unwrap()).collect();
+    let paths: Vec<FieldPath> =
+        (names.iter()).map(|name| definition.number(name).unwrap()).collect();
     definition.values(payload, &paths.iter().collect::<Vec<_>>())
 }
 
@@ -119,7 +120,7 @@ fn hostile_definitions_are_refused() {
     let twice = of(30, &|k| format!("T{k} a\nT{k} b"));
     let twice = Definition::parse("a/msg/A", &twice).unwrap();
     assert_eq!(twice.listed(""), "");
-    let path = Path::default();
+    let path = FieldPath::default();
     let said = twice.values(&[0, 1, 0, 0], &[&path]).unwrap_err();
     assert!(said.contains("more than 4000000 fields"), "{said}");
     let deep = Definition::parse("a/msg/A", &of(1000, &|k| format!("T{k} a")));
@@ -147,7 +148,7 @@ fn numbers_beside_wide_text_are_found_in_each_encoding() {
         // Alignment counts from the fifth byte.
         message.resize((message.len() - 4).next_multiple_of(8) + 4, 0);
         message.extend(12.5_f64.to_le_bytes());
-        let paths: Vec<&Path> = paths.iter().collect();
+        let paths: Vec<&FieldPath> = paths.iter().collect();
         assert_eq!(definition.values(&message, &paths), Ok(vec![7.0, 12.5]));
         message.extend([0; 32]);
         let said = definition.values(&message, &paths).unwrap_err();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use crate::samples::recording::RecordedSample;
+use crate::samples::RecordedSample;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions};
 use estimator_core::{Load, Validity, Vec3};

@@ -1,0 +1,136 @@
+//! Configuration file written by a calibration, in the form that [`config`](crate::config) reads.
+
+use estimator_core::{Learnt, Mounting};
+use toml::{Table, Value};
+
+use crate::calibrate::learnt::LearntFoot;
+use crate::calibrate::sensor::SensorCalibration;
+use crate::mounting::{MountingReport, axes_text};
+
+/// Configuration file with calibrated values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RobotFile {
+    remarks: Vec<String>,
+    tables: Table,
+    /// Foot whose settings are set; those of all feet if it is `None`.
+    foot: Option<String>,
+}
+
+impl RobotFile {
+    /// Starts from the settings in another file's text, without its comments.
+    ///
+    /// # Errors
+    /// The text is not TOML.
+    pub fn keeping(other: &str) -> Result<Self, toml::de::Error> {
+        Ok(Self { remarks: Vec::new(), tables: other.parse()?, foot: None })
+    }
+
+    /// Sets the settings of one foot, in `[feet.NAME]`, from here on.
+    #[must_use]
+    pub fn of_foot(self, foot: Option<String>) -> Self {
+        Self { foot, ..self }
+    }
+
+    /// The table in which keys are set.
+    fn table(&mut self) -> &mut Table {
+        let Some(foot) = &self.foot else {
+            return &mut self.tables;
+        };
+        let feet = sub_table(&mut self.tables, "feet");
+        let known = feet.keys().find(|name| name.eq_ignore_ascii_case(foot));
+        let name = known.unwrap_or(foot).clone();
+        sub_table(feet, &name)
+    }
+
+    /// Sets the learnt values of a foot.
+    pub fn set_learnt(&mut self, foot: &LearntFoot) {
+        let recordings: Vec<&str> =
+            foot.recordings.iter().map(|from| from.recording.as_str()).collect();
+        self.remarks.push(format!(
+            "learnt from {:.1} s of stance and {:.1} s of swing in {}",
+            foot.stance_s,
+            foot.swing_s,
+            recordings.join(", ")
+        ));
+        // Earlier learnt values are replaced as a whole.
+        self.table().remove("learnt");
+        for (row, value) in Learnt::ROWS.iter().zip(foot.object) {
+            self.set(row.name, value);
+        }
+    }
+
+    /// Sets the mounting; `None` if the sensor's axes are those of the foot.
+    pub fn set_mounting(&mut self, mounting: Option<&MountingReport>) {
+        const KEY: &str = "axes";
+        match mounting {
+            Some(report) => {
+                self.remarks.push(report.remark());
+                let axes = axes_text(&report.axes);
+                self.table().insert(KEY.to_owned(), Value::String(axes));
+            }
+            // Without axes of its own the foot would have those of all.
+            None if self.foot.is_some() && self.tables.contains_key(KEY) => {
+                let axes = axes_text(&Mounting::IDENTITY);
+                self.table().insert(KEY.to_owned(), Value::String(axes));
+            }
+            None => {
+                self.table().remove(KEY);
+            }
+        }
+    }
+
+    /// Sets the correction of the sensor.
+    pub fn set_sensor(&mut self, sensor: &SensorCalibration) {
+        self.remarks.push(format!(
+            "accelerometer and gyroscope from {} rests in {} orientations",
+            sensor.rests.len(),
+            sensor.orientations
+        ));
+        let (force, rate) = (["ax", "ay", "az"], ["wx", "wy", "wz"]);
+        for (key, axes, values) in [
+            ("accelerometer.bias_m_s2", force, sensor.accelerometer_bias),
+            ("accelerometer.scale", force, sensor.accelerometer_scale),
+            ("gyroscope.bias_rad_s", rate, sensor.gyroscope_bias),
+        ] {
+            for (axis, value) in axes.into_iter().zip(values) {
+                self.set(&format!("{key}.{axis}"), value as f32);
+            }
+        }
+    }
+
+    /// Sets a key, given with the tables that it is in, which are added if there are none.
+    fn set(&mut self, path: &str, value: f32) {
+        let mut names: Vec<&str> = path.split('.').collect();
+        let key = names.pop().unwrap_or_default();
+        let table = names.into_iter().fold(self.table(), sub_table);
+        table.insert(key.to_owned(), Value::Float(shortest(value)));
+    }
+
+    /// Returns the text of the file.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let remarks: String = self.remarks.iter().map(|r| format!("# {r}\n")).collect();
+        format!("{remarks}\n{}", self.tables)
+    }
+}
+
+/// The table of a name in another one; it is added if there is none.
+fn sub_table<'a>(within: &'a mut Table, name: &str) -> &'a mut Table {
+    let empty = || Value::Table(Table::new());
+    let value = within.entry(name).or_insert_with(empty);
+    if !value.is_table() {
+        *value = empty();
+    }
+    match value {
+        Value::Table(table) => table,
+        _ => unreachable!("a table was just put here"),
+    }
+}
+
+/// Returns the f64 with the fewest digits that reads back as the same f32.
+fn shortest(value: f32) -> f64 {
+    let exact = f64::from(value);
+    let short: f64 = value.to_string().parse().unwrap_or(exact);
+    // Parsing through f64 rounds twice.
+    if short as f32 == value { short } else { exact }
+}

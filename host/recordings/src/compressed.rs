@@ -1,0 +1,146 @@
+//! Files compressed with gzip or zstd, recognised by their first bytes.
+
+use std::ffi::OsStr;
+use std::io::{self, BufReader, Cursor, Read};
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+use ruzstd::decoding::StreamingDecoder;
+
+/// The first bytes of a gzip member, whose only method is deflate (RFC 1952, section 2.3.1).
+const GZIP: [u8; 3] = [0x1f, 0x8b, 0x08];
+
+/// The first bytes of a zstd frame (RFC 8878, section 3.1.1).
+pub const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// Endings of the names of compressed files.
+const ENDINGS: [&str; 3] = ["gz", "zst", "zstd"];
+
+/// Path without the ending of a compressed file.
+#[must_use]
+pub fn without_ending(path: &Path) -> &Path {
+    let is_ending = |extension: &OsStr| ENDINGS.iter().any(|known| extension == *known);
+    match path.extension().is_some_and(is_ending) {
+        true => Path::new(path.file_stem().unwrap_or_default()),
+        false => path,
+    }
+}
+
+/// Content of a file, decompressed if necessary.
+///
+/// # Errors
+/// The file cannot be read, or the first zstd frame is invalid.
+pub fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
+    let mut first = Vec::new();
+    file.by_ref().take(ZSTD.len() as u64).read_to_end(&mut first)?;
+    let is_gzip = first.starts_with(&GZIP);
+    let is_zstd = first == ZSTD;
+    let whole = Cursor::new(first).chain(file);
+    Ok(if is_gzip {
+        Box::new(MultiGzDecoder::new(BufReader::new(whole)))
+    } else if is_zstd {
+        Box::new(Frames { decoder: Some(decoder(Box::new(BufReader::new(whole)))?) })
+    } else {
+        Box::new(whole)
+    })
+}
+
+type FrameReader = StreamingDecoder<Box<dyn Read>, ruzstd::decoding::FrameDecoder>;
+
+fn decoder(source: Box<dyn Read>) -> io::Result<FrameReader> {
+    StreamingDecoder::new(source).map_err(io::Error::other)
+}
+
+/// The consecutive frames of a zstd file: a file that was appended to has several.
+struct Frames {
+    /// `None` after the last frame.
+    decoder: Option<FrameReader>,
+}
+
+impl Read for Frames {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        if to.is_empty() {
+            return Ok(0);
+        }
+        while let Some(frame) = &mut self.decoder {
+            let count = frame.read(to)?;
+            if count > 0 {
+                return Ok(count);
+            }
+            let Some(finished) = self.decoder.take() else {
+                break;
+            };
+            let (mut source, frame) = finished.into_parts();
+            let sums = (frame.get_checksum_from_data(), frame.get_calculated_checksum());
+            if let (Some(stored), Some(computed)) = sums
+                && stored != computed
+            {
+                let damaged = "the data are damaged: their checksum is wrong";
+                return Err(io::Error::new(io::ErrorKind::InvalidData, damaged));
+            }
+            let mut next = Vec::new();
+            source.by_ref().take(1).read_to_end(&mut next)?;
+            if !next.is_empty() {
+                self.decoder = Some(decoder(Box::new(Cursor::new(next).chain(source)))?);
+            }
+        }
+        Ok(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+
+    /// `t,ax\n` by zstd 1.5.
+    const T_AX: &[u8] = &[
+        0x28, 0xb5, 0x2f, 0xfd, 0x04, 0x58, 0x29, 0x00, 0x00, 0x74, 0x2c, 0x61, 0x78, 0x0a, 0x9d,
+        0x64, 0xb4, 0x32,
+    ];
+
+    fn read(bytes: &[u8]) -> io::Result<String> {
+        let mut text = String::new();
+        decompressed(Box::new(Cursor::new(bytes.to_vec())))?.read_to_string(&mut text)?;
+        Ok(text)
+    }
+
+    fn gzip(text: &str) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(text.as_bytes()).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    #[test]
+    fn plain_text_of_any_length_is_unchanged() {
+        for text in ["", "t", "t,ax,ay\n"] {
+            assert_eq!(read(text.as_bytes()).unwrap(), text);
+        }
+    }
+
+    #[test]
+    fn concatenated_gzip_files_are_read() {
+        assert_eq!(read(&gzip("t,ax\n")).unwrap(), "t,ax\n");
+        let two = [gzip("t,ax\n"), gzip("0,1\n")].concat();
+        assert_eq!(read(&two).unwrap(), "t,ax\n0,1\n");
+    }
+
+    #[test]
+    fn concatenated_zstd_files_are_read() {
+        assert_eq!(read(T_AX).unwrap(), "t,ax\n");
+        assert_eq!(read(&[T_AX, T_AX].concat()).unwrap(), "t,ax\nt,ax\n");
+    }
+
+    #[test]
+    fn truncated_or_damaged_compressed_file_is_an_error() {
+        let gzip = gzip("t,ax\n");
+        assert!(read(&gzip[..gzip.len() - 4]).is_err());
+        assert!(read(&T_AX[..T_AX.len() - 6]).is_err());
+        let mut damaged = T_AX.to_vec();
+        damaged[12] ^= 1;
+        assert!(read(&damaged).is_err_and(|error| error.to_string().contains("checksum")));
+    }
+}

@@ -1,0 +1,262 @@
+//! Kinds of files other than tables: their first bytes, their names, and advice for each. One table serves recordings
+//! and logs of frames.
+
+/// Advice for frames that another program can write as a log.
+const BY_PYTHON_CAN: &str =
+    "convert it with python-can: pip install python-can, then can_logconvert FILE can.log";
+
+const UNPACK: &str = "unpack it";
+
+/// Defines the kinds by name, with its article, advice for a file that should be a recording and cannot be read, and advice
+/// for one that should be a log, with `FILE` for its name: `None` if it is read, or if a recording of the serial line may
+/// have the same first bytes.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:ident = $name:literal, $recording:expr, $log:expr;)+) => {
+        crate::named! {
+            /// A kind of file other than a table.
+            #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+            pub enum FileKind {
+                $($(#[$doc])* $kind = $name),+
+            }
+        }
+
+        impl FileKind {
+            /// Advice for a recording, and for a log.
+            const fn advices(self) -> [Option<&'static str>; 2] {
+                match self {
+                    $(Self::$kind => [$recording, $log]),+
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    /// A bag of ROS 1.
+    Ros1Bag = "a ROS 1 bag",
+        Some("convert it: pip install rosbags, then rosbags-convert --src walk.bag --dst walk"),
+        Some("it holds topics, no frames: see footfall replay and docs/formats.md");
+    /// HDF5, also of pandas.
+    Hdf5 = "an HDF5 file",
+        Some("write a table of it: pandas.read_hdf(…).to_parquet(\"walk.parquet\"), or h5py"),
+        Some("write it as CSV");
+    /// MATLAB's MAT-file, except version 4, which has no magic bytes.
+    Matlab = "a MATLAB file",
+        Some("write a table in MATLAB: writetable(walk, \"walk.csv\"), or parquetwrite"),
+        None;
+    /// One or several `NumPy` arrays.
+    Numpy = "a file of NumPy",
+        Some("write a table: numpy.savetxt(\"walk.csv\", walk, delimiter=\",\", \
+             header=\"t,ax,ay,az,wx,wy,wz\")"),
+        None;
+    /// A sheet of Excel.
+    Excel = "an Excel file", Some("save the sheet as CSV"), Some(UNPACK);
+    /// A ZIP archive.
+    Zip = "a ZIP archive", Some(UNPACK), Some(UNPACK);
+    /// A log of Vector's tools.
+    Blf = "a BLF log of a CAN bus",
+        Some("convert it with python-can: can_logconvert walk.blf walk.log; then footfall decode"),
+        Some(BY_PYTHON_CAN);
+    /// A log of PEAK's tools.
+    Trc = "a PEAK TRC log of a CAN bus",
+        Some("convert it with python-can: can_logconvert walk.trc walk.log; then footfall decode"),
+        Some(BY_PYTHON_CAN);
+    /// Log of `candump -l`.
+    CanLog = "a CAN log", Some("decode it: footfall decode"), None;
+    /// Database of `SQLite`, which is read if it has the tables of a rosbag2.
+    Sqlite = "an SQLite database without the tables of a rosbag2",
+        Some("write a table: sqlite3 -header -csv walk.db \"SELECT …\""),
+        Some(BY_PYTHON_CAN);
+    /// MCAP.
+    Mcap = "a recording in MCAP",
+        None,
+        Some("it holds topics, no frames: see footfall replay and docs/formats.md");
+    /// Parquet.
+    Parquet = "a Parquet table", None, Some("write it as CSV");
+    /// A file compressed with gzip or zstd twice.
+    CompressedTwice = "compressed twice",
+        Some("unpack it once: gzip -d, or zstd -d"),
+        Some("unpack it once: gzip -d, or zstd -d");
+    /// Any other file that is not a table in UTF-8.
+    Other = "no table in UTF-8",
+        Some("write one: pandas.DataFrame(…).to_csv(\"walk.csv\", index=False)"),
+        None;
+}
+
+impl FileKind {
+    /// Advice for a file that should be a recording and cannot be read; `None` if every file of the kind is read.
+    #[must_use]
+    pub const fn advice(self) -> Option<&'static str> {
+        let [recording, _] = self.advices();
+        recording
+    }
+
+    /// Advice for the file of this name that should be a log; `None` if it may be one.
+    #[must_use]
+    pub fn log_advice(self, file: &str) -> Option<String> {
+        let [_, log] = self.advices();
+        log.map(|advice| advice.replace("FILE", file))
+    }
+}
+
+/// Bytes required to recognise a file.
+pub const LENGTH: usize = 512;
+
+/// First bytes of each kind of file.
+const BEGINNINGS: &[(&[u8], FileKind)] = &[
+    // https://mcap.dev/spec#magic
+    (b"\x89MCAP0\r\n", FileKind::Mcap),
+    (b"SQLite format 3\0", FileKind::Sqlite),
+    (b"PAR1", FileKind::Parquet),
+    // Parquet with an encrypted footer.
+    (b"PARE", FileKind::Parquet),
+    (b"#ROSBAG V", FileKind::Ros1Bag),
+    (b"\x89HDF\r\n\x1a\n", FileKind::Hdf5),
+    (b"MATLAB 5.0 MAT-file", FileKind::Matlab),
+    (b"MATLAB 7.3 MAT-file", FileKind::Matlab),
+    (b"\x93NUMPY", FileKind::Numpy),
+    // Old Office format.
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", FileKind::Excel),
+    (b"LOGG", FileKind::Blf),
+    (b";$FILEVERSION", FileKind::Trc),
+    (b";##########", FileKind::Trc),
+    // One compression has already been removed: such a file was compressed twice.
+    (b"\x1f\x8b\x08", FileKind::CompressedTwice),
+    (b"\x28\xb5\x2f\xfd", FileKind::CompressedTwice),
+    // JSON, HTML and XML.
+    (b"{\"", FileKind::Other),
+    (b"{\n", FileKind::Other),
+    (b"[{", FileKind::Other),
+    (b"[[", FileKind::Other),
+    (b"<!", FileKind::Other),
+    (b"<?", FileKind::Other),
+    (b"<html", FileKind::Other),
+];
+
+/// Kind of a file, by its first [`LENGTH`] bytes; `None` if it may be a table.
+#[must_use]
+pub fn known(first: &[u8]) -> Option<FileKind> {
+    BEGINNINGS
+        .iter()
+        .find(|(beginning, _)| first.starts_with(beginning))
+        .map(|(_, kind)| *kind)
+        .or_else(|| zip(first))
+        .or_else(|| other(first))
+}
+
+/// Kind of a file that should be a log of frames, by its first `LENGTH` bytes or more; `None` if it may be one.
+#[must_use]
+pub fn no_log(first: &[u8]) -> Option<FileKind> {
+    known(first).filter(|kind| kind.log_advice("").is_some())
+}
+
+/// Kind of ZIP archive, by the names of its first members.
+fn zip(first: &[u8]) -> Option<FileKind> {
+    let has = |name: &[u8]| first.windows(name.len()).any(|part| part == name);
+    first.starts_with(b"PK\x03\x04").then(|| {
+        if has(b".npy") {
+            FileKind::Numpy
+        } else if has(b"[Content_Types].xml") || has(b"xl/") {
+            FileKind::Excel
+        } else {
+            FileKind::Zip
+        }
+    })
+}
+
+/// Kind of a file by its first line, in which a table has no zero.
+fn other(first: &[u8]) -> Option<FileKind> {
+    let line = first.split(|byte| *byte == b'\n').next()?;
+    match line.contains(&0) {
+        true => Some(FileKind::Other),
+        false => is_can_log(line).then_some(FileKind::CanLog),
+    }
+}
+
+/// Returns whether a line is `(1700000000.123456) can0 191#0011` or a prefix of it.
+fn is_can_log(line: &[u8]) -> bool {
+    let mut words = line.split(|byte| *byte == b' ');
+    let time = words.next().and_then(|word| word.strip_prefix(b"("));
+    let time = time.and_then(|word| word.strip_suffix(b")"));
+    let is_time = time.is_some_and(|time| time.iter().all(|b| b.is_ascii_digit() || *b == b'.'));
+    is_time && words.nth(1).is_some_and(|frame| frame.contains(&b'#'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_is_recognised_in_some_file() {
+        let zip = |name: &str| {
+            let mut zip = b"PK\x03\x04".to_vec();
+            zip.resize(30, 0);
+            zip[26] = name.len() as u8;
+            zip.extend_from_slice(name.as_bytes());
+            zip.extend_from_slice(b"content");
+            zip
+        };
+        let others: [(Vec<u8>, FileKind); 9] = [
+            (b"<!DOCTYPE html>\n<html>".to_vec(), FileKind::Other),
+            (b"{\n \"t\": 0}".to_vec(), FileKind::Other),
+            (b"[[0, 1], [2, 3]]".to_vec(), FileKind::Other),
+            // UTF-16.
+            (b"\xff\xfet\0,\0".to_vec(), FileKind::Other),
+            (zip("arr_0.npy"), FileKind::Numpy),
+            (zip("[Content_Types].xml"), FileKind::Excel),
+            (zip("walk.csv"), FileKind::Zip),
+            (b"(1700000000.123456) can0 191#0011\n".to_vec(), FileKind::CanLog),
+            (b"(0.0) vcan0 191##1".to_vec(), FileKind::CanLog),
+        ];
+        for (first, foreign) in &others {
+            assert_eq!(known(first), Some(*foreign), "{foreign}");
+        }
+        for foreign in FileKind::ALL {
+            let by_beginning = BEGINNINGS.iter().any(|(_, known)| *known == foreign);
+            let by_other = others.iter().any(|(_, known)| *known == foreign);
+            assert!(by_beginning || by_other, "{foreign}");
+        }
+    }
+
+    #[test]
+    fn foreign_logs_are_recognised_only_by_complete_magic() {
+        let kinds: Vec<_> =
+            BEGINNINGS.iter().filter_map(|(first, _)| Some((*first, no_log(first)?))).collect();
+        for (first, kind) in &kinds {
+            assert_eq!(no_log(&[*first, b"more"].concat()), Some(*kind));
+            assert_eq!(no_log(&first[..first.len() - 1]), None, "{kind}");
+        }
+        for kind in
+            [FileKind::Blf, FileKind::Mcap, FileKind::Parquet, FileKind::Sqlite, FileKind::Trc]
+        {
+            assert!(kinds.iter().any(|(_, known)| *known == kind), "{kind}");
+        }
+        // A log, and possible first bytes of a recording of the serial line.
+        for first in [
+            &b"(1609459200.000114) can0 191#FF"[..],
+            b"",
+            b"\x80\x02",
+            b"\xff\xfe\x05\0\x0b\x01",
+            b"\xfe\xff\x41\x02\x7f\0",
+        ] {
+            assert_eq!(no_log(first), None, "{first:?}");
+        }
+    }
+
+    #[test]
+    fn tables_are_not_recognised_as_foreign() {
+        for table in [
+            "",
+            "t,ax,ay,az,wx,wy,wz\n",
+            "# made by x\nt,ax\n",
+            "[t],[ax]\n",
+            "(t),(ax)\n",
+            "{t},ax\n",
+            "0.1 0.2\n",
+            "P",
+            "PK,other\n",
+        ] {
+            assert_eq!(known(table.as_bytes()), None, "{table}");
+        }
+    }
+}

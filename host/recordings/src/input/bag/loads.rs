@@ -1,0 +1,353 @@
+//! Loads of all feet, and the IMUs of their feet in order: the first reading of a bag that has loads. A load is any number of
+//! the messages of a topic.
+
+use std::collections::BTreeSet;
+
+use crate::input::bag::definition::{Definition, FieldPath, within};
+use crate::input::bag::messages::{Channel, Visitor, Written, decode_start, micros};
+use crate::input::bag::reader::Fields;
+use crate::input::bag::selection::{
+    ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, last_word, names_of,
+    order,
+};
+use crate::input::bag::visit::visit;
+use crate::input::error::{ContainerError, InputError};
+use crate::input::hints::{Hints, LoadTopic, Topics};
+use crate::input::open::Container;
+use crate::input::stored::OLDEST_LOAD_US;
+use crate::ros::{Header, Time};
+
+/// Loads, and the IMUs of their feet.
+#[derive(Default)]
+pub(super) struct Loads {
+    /// In the order of the topics that were given.
+    pub(super) series: Vec<LoadSeries>,
+    /// IMUs of the feet, in the order of their loads.
+    pub(super) feet: Vec<ImuKey>,
+    /// Names of the feet in their loads' topics.
+    names: Vec<String>,
+}
+
+/// Reads the loads.
+pub(super) fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, InputError> {
+    match &hints.bag.loads[..] {
+        [] => Ok(Loads::default()),
+        [pattern] if pattern.is_pattern() => {
+            let names = read(container, hints, &[])?.names;
+            let wanted: Vec<_> = names.iter().map(|name| pattern.of_foot(name)).collect();
+            read(container, hints, &wanted)
+        }
+        wanted => read(container, hints, wanted),
+    }
+}
+
+/// Names of feet as recordings have them; that of an only foot is the last part of its topic that does not name a sensor.
+fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> Vec<String> {
+    let is_shared = |topic: &str| all.iter().filter(|(other, _)| other == topic).count() > 1;
+    let address = |(topic, frame): &ImuKey| match is_shared(topic) {
+        true => format!("{topic}/{}", frame.trim_matches('/')),
+        false => topic.clone(),
+    };
+    let selected: Vec<String> = feet.iter().map(address).collect();
+    let all = all.iter().map(address).chain(hidden).collect();
+    let names = names_of(&selected, &all).into_iter().zip(&selected);
+    let or_word = |(name, address): (Option<String>, &String)| {
+        name.or_else(|| last_word(address)).unwrap_or_default()
+    };
+    names.map(or_word).collect()
+}
+
+fn read(
+    container: &mut Container,
+    hints: &Hints,
+    wanted: &[LoadTopic],
+) -> Result<Loads, InputError> {
+    let mut reader = LoadReader {
+        file: &container.file,
+        hints,
+        series: wanted.iter().cloned().map(LoadSeries::new).collect(),
+        feet: BTreeSet::new(),
+        others: Vec::new(),
+        parts: Vec::new(),
+        failed: None,
+    };
+    visit(&mut container.parts, &container.file, &mut reader)?;
+    if let Some(error) = reader.failed {
+        return Err(error);
+    }
+    for series in &mut reader.series {
+        if !series.is_declared() {
+            return Err(ContainerError::NoSuchTopic {
+                file: container.file.clone(),
+                topic: series.topic.topic.clone(),
+                wanted: "numbers",
+                topics: reader.others.iter().map(described).collect(),
+            }
+            .into());
+        }
+        series.sort();
+    }
+    let is_selected = |(_, frame): &&ImuKey| is_wanted(frame, hints);
+    let mut feet: Vec<ImuKey> = reader.feet.iter().filter(is_selected).cloned().collect();
+    if let Topics::Named(named) = &hints.bag.topics {
+        feet.retain(|(topic, _)| named.contains(topic));
+    }
+    feet.sort_by_cached_key(|(topic, frame)| order(&hints.bag, topic, frame));
+    let hidden = hidden_imus(&reader.others, &hints.bag);
+    let names = names(&feet, &reader.feet, hidden);
+    Ok(Loads { series: reader.series, feet, names })
+}
+
+/// Visitor that reads the loads.
+struct LoadReader<'a> {
+    file: &'a str,
+    series: Vec<LoadSeries>,
+    hints: &'a Hints,
+    /// All IMUs, by name.
+    feet: BTreeSet<ImuKey>,
+    /// All topics.
+    others: Vec<Channel>,
+    /// IMUs that are named in messages of another type, by their addresses.
+    parts: Vec<(String, Fields)>,
+    failed: Option<InputError>,
+}
+
+impl LoadReader<'_> {
+    fn is_foot(&self, channel: &Channel) -> bool {
+        is_imu(channel) && !self.hints.bag.excludes(&channel.topic)
+    }
+
+    /// Adds the IMUs that are named in messages of another type. Those that cannot be read are reported when the samples
+    /// are read.
+    fn declare_parts(&mut self, channel: &Channel) -> bool {
+        let mut is_needed = false;
+        for (address, part) in addresses(&self.hints.bag, channel) {
+            if let Ok(fields) = Fields::of(channel, part, &self.hints.table.mapping) {
+                is_needed = true;
+                if !self.parts.iter().any(|(before, _)| before == address) {
+                    self.parts.push((address.to_owned(), fields));
+                }
+            }
+        }
+        is_needed
+    }
+}
+
+/// Adds an IMU.
+fn add(feet: &mut BTreeSet<ImuKey>, topic: &str, frame: String) {
+    let of_topic = |(other, _): &&ImuKey| other == topic;
+    if feet.iter().filter(of_topic).count() < MOST_FRAMES {
+        feet.insert((topic.to_owned(), frame));
+    }
+}
+
+impl Visitor for LoadReader<'_> {
+    fn channel(&mut self, channel: &Channel) -> bool {
+        if !self.others.contains(channel) {
+            self.others.push(channel.clone());
+        }
+        let mut is_needed = self.is_foot(channel) || self.declare_parts(channel);
+        for series in &mut self.series {
+            match series.declare(channel, self.file) {
+                Ok(is_load) => is_needed |= is_load,
+                Err(error) => self.failed = self.failed.take().or(Some(error)),
+            }
+        }
+        is_needed
+    }
+
+    fn message(
+        &mut self,
+        channel: &Channel,
+        Written { log_ns, .. }: Written,
+        payload: &[u8],
+    ) -> Result<(), InputError> {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        // A message that cannot be decoded is reported when the samples are read.
+        if self.is_foot(channel)
+            && let Ok(Header { frame_id, .. }) = decode_start(payload)
+        {
+            add(&mut self.feet, &channel.topic, frame_id);
+        }
+        for (address, fields) in &self.parts {
+            if fields.topic == channel.topic
+                && let Ok(imu) = fields.imu(payload)
+            {
+                add(&mut self.feet, address, imu.header.frame_id);
+            }
+        }
+        let wanted = |series: &&mut LoadSeries| series.topic.topic == channel.topic;
+        for series in self.series.iter_mut().filter(wanted) {
+            series.take(log_ns, payload, self.file)?;
+        }
+        Ok(())
+    }
+}
+
+/// Type whose force is within a field.
+const WRENCH_STAMPED: &str = "geometry_msgs/msg/WrenchStamped";
+
+/// Place of the load in a message.
+struct LoadPlace {
+    definition: Definition,
+    /// A number, or the three axes of a force, whose magnitude is the load.
+    values: Vec<FieldPath>,
+    /// Seconds and nanoseconds.
+    stamp: Option<[FieldPath; 2]>,
+    /// Whether the load is a force, N.
+    is_force: bool,
+}
+
+/// All values of a load: 16 bytes each, 32 with stamps.
+pub(super) struct LoadSeries {
+    pub(super) topic: LoadTopic,
+    place: Option<LoadPlace>,
+    messages: u64,
+    /// Values by log time, µs.
+    by_log: Vec<(i64, f32)>,
+    /// Values by their own stamp, as long as all of them have one.
+    by_stamp: Option<Vec<(i64, f32)>>,
+}
+
+impl LoadSeries {
+    pub(super) const fn new(topic: LoadTopic) -> Self {
+        Self { topic, place: None, messages: 0, by_log: Vec::new(), by_stamp: Some(Vec::new()) }
+    }
+
+    /// Returns whether a channel is this load; an error if it is, but lacks the field.
+    pub(super) fn declare(&mut self, channel: &Channel, file: &str) -> Result<bool, InputError> {
+        if channel.topic != self.topic.topic {
+            return Ok(false);
+        }
+        let found = if channel.encoding == "cdr" {
+            LoadPlace::of(channel, self.topic.field.as_deref())
+        } else {
+            Err(format!("is in {}, not in CDR", channel.encoding))
+        };
+        self.place = Some(found.map_err(|what| ContainerError::LoadField {
+            file: file.to_owned(),
+            load: self.topic.clone(),
+            message: channel.message.clone(),
+            what,
+        })?);
+        Ok(true)
+    }
+
+    /// Returns whether the bag has the topic.
+    pub(super) const fn is_declared(&self) -> bool {
+        self.place.is_some()
+    }
+
+    /// Name of the load in titles.
+    pub(super) fn title(&self) -> String {
+        match &self.place {
+            Some(place) if place.is_force => format!("{} (N)", self.topic),
+            _ => self.topic.to_string(),
+        }
+    }
+
+    /// Processes a message.
+    pub(super) fn take(
+        &mut self,
+        log_ns: i64,
+        payload: &[u8],
+        file: &str,
+    ) -> Result<(), InputError> {
+        let Some(place) = &self.place else {
+            return Ok(());
+        };
+        self.messages += 1;
+        let (value, stamp_us) = place.number(payload).map_err(|what| ContainerError::Message {
+            file: file.to_owned(),
+            topic: self.topic.topic.clone(),
+            number: self.messages,
+            what,
+        })?;
+        self.by_log.push((micros(log_ns), value as f32));
+        match (&mut self.by_stamp, stamp_us) {
+            (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, value as f32)),
+            _ => self.by_stamp = None,
+        }
+        Ok(())
+    }
+
+    /// Sorts the values after the last one has been added.
+    pub(super) fn sort(&mut self) {
+        // Of two values with the same time the later one counts, so the sort must be stable.
+        self.by_log.sort_by_key(|(time, _)| *time);
+        if let Some(by_stamp) = &mut self.by_stamp {
+            by_stamp.sort_by_key(|(time, _)| *time);
+        }
+    }
+
+    /// Last value at or before a sample, by its stamp where the load has stamps, too, else by the time at which it was
+    /// written: not finite if it marks an unknown load; `None` if there is none, or if it is older than
+    /// [`OLDEST_LOAD_US`].
+    pub(super) fn at(&self, stamp_us: Option<i64>, log_us: i64) -> Option<f32> {
+        let (values, time_us) = match (&self.by_stamp, stamp_us) {
+            (Some(by_stamp), Some(stamp_us)) => (by_stamp, stamp_us),
+            _ => (&self.by_log, log_us),
+        };
+        let after = values.partition_point(|(time, _)| *time <= time_us);
+        let (time, value) = values[..after].last()?;
+        (time_us.abs_diff(*time) <= OLDEST_LOAD_US).then_some(*value)
+    }
+}
+
+impl LoadPlace {
+    /// Place of the load in the messages of a channel; the error is half a sentence.
+    fn of(channel: &Channel, field: Option<&str>) -> Result<Self, String> {
+        const FORCES: &str = "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude";
+        const ELEMENTS: &str = "data[0], data[1] and so on";
+        let message = channel.message.as_str();
+        let known = match message {
+            "std_msgs/msg/Float32" | "std_msgs/msg/Float64" => Some((Some("data"), "data")),
+            "geometry_msgs/msg/Wrench" | WRENCH_STAMPED => Some((Some("force.z"), FORCES)),
+            "std_msgs/msg/Float32MultiArray" | "std_msgs/msg/Float64MultiArray" => {
+                Some((None, ELEMENTS))
+            }
+            _ => None,
+        };
+        let definition = match known {
+            Some(_) => Definition::of(message, None),
+            None => Definition::of_channel(channel),
+        };
+        let definition = definition.map_err(|what| format!("cannot be read: {what}"))?;
+        let listed = || match known {
+            Some((_, fields)) => format!("has {fields}"),
+            None => format!("has the numbers {}", definition.listed("")),
+        };
+        let default = known.and_then(|(default, _)| default);
+        let field = field.or(default).ok_or_else(listed)?;
+        let is_force = default == Some("force.z");
+        let bare = field.strip_prefix("wrench.").unwrap_or(field);
+        let part = if message == WRENCH_STAMPED { "wrench" } else { "" };
+        let names = match is_force {
+            true if bare == "force" => ["x", "y", "z"].map(|axis| format!("force.{axis}")).to_vec(),
+            true => vec![bare.to_owned()],
+            false => vec![field.to_owned()],
+        };
+        let paths = names.iter().map(|name| definition.number(&within(part, name)));
+        let paths: Result<_, String> = paths.collect();
+        let values = paths.map_err(|what| match known {
+            Some(_) => listed(),
+            None => format!("has no such number: {what}"),
+        })?;
+        let stamp = definition.stamp("");
+        Ok(Self { definition, values, stamp, is_force })
+    }
+
+    /// The number of a message and its stamp, µs; the error is half a sentence.
+    fn number(&self, payload: &[u8]) -> Result<(f64, Option<i64>), String> {
+        let paths = self.values.iter().chain(self.stamp.iter().flatten());
+        let found = self.definition.values(payload, &paths.collect::<Vec<_>>())?;
+        let (values, stamp) = found.split_at(self.values.len());
+        let number = match values {
+            [value] => *value,
+            axes => axes.iter().map(|part| part * part).sum::<f64>().sqrt(),
+        };
+        Ok((number, Time::of_numbers(stamp).micros()))
+    }
+}

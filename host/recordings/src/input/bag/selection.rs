@@ -1,0 +1,216 @@
+//! Selection of the IMUs that are feet, and the names of the feet.
+
+use std::collections::BTreeSet;
+
+use crate::input::bag::messages::Channel;
+use crate::input::error::{ContainerError, InputError};
+use crate::input::hints::{BagOptions, Hints, Topics, is_among};
+use crate::ros::Imu;
+
+/// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
+pub(super) const MOST_FRAMES: usize = 64;
+
+/// Topic, or part of its messages, and frame of an IMU.
+pub(super) type ImuKey = (String, String);
+
+/// Key that sorts feet as they are selected: by topic, then by frame; by name where none are named.
+pub(super) fn order(
+    bag: &BagOptions,
+    topic: &str,
+    frame: &str,
+) -> (Option<usize>, String, Option<usize>, String) {
+    let topic_place = match &bag.topics {
+        Topics::Named(named) => named.iter().position(|name| name == topic),
+        Topics::All | Topics::TheOnly => None,
+    };
+    let frame_place = bag.frames.iter().position(|name| name == frame);
+    (topic_place, topic.to_owned(), frame_place, frame.to_owned())
+}
+
+/// Returns whether the frame of a message is selected.
+pub(super) fn is_wanted(frame: &str, hints: &Hints) -> bool {
+    let frames = &hints.bag.frames;
+    frames.is_empty() || frames.iter().any(|wanted| wanted == frame)
+}
+
+/// Named IMUs in the messages of a channel, each with the part of the message that it is: `/feet.imu[0]` is the part
+/// `imu[0]` of `/feet`, and `/lowstate` the whole message.
+pub(super) fn addresses<'a>(
+    bag: &'a BagOptions,
+    channel: &'a Channel,
+) -> impl Iterator<Item = (&'a str, &'a str)> {
+    let named = match &bag.topics {
+        Topics::Named(named) if channel.encoding == "cdr" => &named[..],
+        _ => &[],
+    };
+    named.iter().filter_map(|address| {
+        let part = match address.strip_prefix(&channel.topic)? {
+            "" => "",
+            part => part.strip_prefix('.')?,
+        };
+        Some((address.as_str(), part))
+    })
+}
+
+/// Returns whether a topic has samples of an IMU.
+pub(super) fn is_imu(channel: &Channel) -> bool {
+    channel.message == Imu::TYPE && channel.encoding == "cdr"
+}
+
+/// Topics with samples of an IMU that the selection excludes.
+pub(super) fn hidden_imus(channels: &[Channel], bag: &BagOptions) -> BTreeSet<String> {
+    let is_hidden = |channel: &&Channel| is_imu(channel) && bag.excludes(&channel.topic);
+    let hidden = channels.iter().filter(is_hidden);
+    hidden.map(|channel| channel.topic.clone()).collect()
+}
+
+/// A topic with the type of its messages.
+pub(super) fn described(channel: &Channel) -> String {
+    let topic = &channel.topic;
+    match (channel.message.as_str(), channel.encoding.as_str()) {
+        ("", encoding) => format!("{topic} ({encoding})"),
+        (message, "cdr") => format!("{topic} ({message})"),
+        (message, encoding) => format!("{topic} ({message} in {encoding})"),
+    }
+}
+
+/// Returns the names of feet with those that the options give them; a foot is meant by its name, by its topic, or by a part
+/// of that.
+pub(super) fn renamed(
+    names: &[Option<String>],
+    topics: &[String],
+    bag: &BagOptions,
+    file: &str,
+) -> Result<Vec<Option<String>>, InputError> {
+    let mut new = names.to_vec();
+    for rename in &bag.renames {
+        let is_meant = |at: &usize| {
+            let topic = topics[*at].trim_start_matches('/');
+            let mut parts = topic.split('/');
+            names[*at].as_ref() == Some(&rename.old)
+                || topic == rename.old.trim_start_matches('/')
+                || parts.any(|part| part == rename.old)
+        };
+        let mut meant = (0..names.len()).filter(is_meant);
+        let (Some(at), None) = (meant.next(), meant.next()) else {
+            return Err(ContainerError::NoFootToRename {
+                file: file.to_owned(),
+                name: rename.old.clone(),
+                feet: topics.to_vec(),
+            }
+            .into());
+        };
+        new[at] = Some(rename.new.clone());
+    }
+    for (at, name) in new.iter().enumerate() {
+        if let Some(name) = name.clone()
+            && new != names
+            && is_among(&name, new[..at].iter().flatten())
+        {
+            return Err(ContainerError::TwoFeet { file: file.to_owned(), name }.into());
+        }
+    }
+    Ok(new)
+}
+
+/// Words in those parts of addresses that name a sensor and not a foot.
+const SENSORS: [&str; 3] = ["imu", "data", "raw"];
+
+/// Names of the selected IMUs as feet, by the addresses of all IMUs in the bag. An IMU that is selected alone has a name
+/// where the bag has others, so that a foot has one name whichever others are read.
+pub(super) fn names_of(selected: &[String], all: &BTreeSet<String>) -> Vec<Option<String>> {
+    match selected {
+        [only] if all.len() > 1 => vec![of_several(only, all)],
+        [_] => vec![None],
+        several => names(several).into_iter().map(Some).collect(),
+    }
+}
+
+/// Name of an IMU among several: its distinct part, if that is one word and not that of a sensor; else [`last_word`].
+fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
+    let all: Vec<String> = all.iter().cloned().collect();
+    let mut named = all.iter().zip(names(&all));
+    let distinct = named.find(|(address, _)| *address == only);
+    let distinct = distinct.map(|(_, name)| name);
+    let is_word = |name: &String| !name.contains('/') && !SENSORS.contains(&name.as_str());
+    distinct.filter(is_word).or_else(|| last_word(only))
+}
+
+/// Last part of an address that does not name a sensor.
+pub(super) fn last_word(address: &str) -> Option<String> {
+    let mut parts = address.split('/').filter(|part| !part.is_empty());
+    let is_sensor = |part: &&str| SENSORS.iter().any(|word| part.contains(word));
+    parts.rfind(|part| !is_sensor(part)).map(str::to_owned)
+}
+
+/// The distinct parts of several topics: `fl` and `fr` for `/imu/fl` and `/imu/fr`, `fl_foot` and `fr_foot` for
+/// `/fl_foot/imu` and `/fr_foot/imu`.
+fn names(topics: &[String]) -> Vec<String> {
+    let whole: Vec<&str> = topics.iter().map(|topic| topic.trim_matches('/')).collect();
+    let parts: Vec<Vec<&str>> = whole.iter().map(|topic| topic.split('/').collect()).collect();
+    // Each topic keeps a part.
+    let start = common(parts.iter().map(|parts| parts.iter().rev().skip(1).rev()));
+    let end = common(parts.iter().map(|parts| parts.iter().skip(1).rev()));
+    let short = parts.iter().map(|parts| {
+        let own = parts.get(start..parts.len() - end);
+        own.unwrap_or_default().join("/")
+    });
+    let short: Vec<String> = short.collect();
+    if short.iter().any(String::is_empty) {
+        return whole.into_iter().map(str::to_owned).collect();
+    }
+    short
+}
+
+/// Number of the first parts that all topics have in common.
+fn common<'a, P: Iterator<Item = &'a &'a str>>(mut topics: impl Iterator<Item = P>) -> usize {
+    let first: Vec<&&str> = topics.next().into_iter().flatten().collect();
+    let equal = |parts: P| parts.zip(&first).take_while(|(a, b)| a == *b).count();
+    topics.map(equal).min().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(topics: &[&str]) -> Vec<String> {
+        names(&topics.iter().map(|topic| (*topic).to_owned()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn foot_is_named_by_the_distinct_part_of_its_topic() {
+        for (topics, feet) in [
+            (["/imu/fl", "/imu/fr"], ["fl", "fr"]),
+            (["/fl_foot/imu", "/fr_foot/imu"], ["fl_foot", "fr_foot"]),
+            (["/leg_1/imu/data", "/leg_2/imu/data"], ["leg_1", "leg_2"]),
+            (["/imu_left", "/imu_right"], ["imu_left", "imu_right"]),
+            (["/robot/1/imu", "/robot/12/imu"], ["1", "12"]),
+            (["/a/left/imu", "/b/right/imu"], ["a/left", "b/right"]),
+            (["/imu", "/imu/raw"], ["imu", "imu/raw"]),
+            (["/x/fl/imu", "/x/fl/imu2"], ["imu", "imu2"]),
+        ] {
+            assert_eq!(named(&topics), feet, "{topics:?}");
+        }
+    }
+
+    #[test]
+    fn foot_selected_alone_keeps_the_name_that_it_has_among_all() {
+        for (one, others, name) in [
+            ("/imu/fl", &["/imu/fr"][..], Some("fl")),
+            ("/fl_foot/imu", &["/fr_foot/imu"], Some("fl_foot")),
+            ("/leg/fl/imu/front", &["/leg/fr/imu/front"], Some("fl")),
+            ("/foot_imus/rl_foot", &["/foot_imus/fl_foot"], Some("rl_foot")),
+            ("/imu_left", &["/imu_right"], Some("imu_left")),
+            // The trunk has nothing in common with the topics of feet.
+            ("/imu/fl", &["/imu/fr", "/trunk/imu"], Some("fl")),
+            ("/fl/imu", &["/fl/imu2"], Some("fl")),
+            ("/imu", &["/trunk_imu"], None),
+            ("/imu/fl", &[], None),
+        ] {
+            let all = others.iter().copied().chain([one]);
+            let all = all.map(str::to_owned).collect();
+            let names = names_of(&[one.to_owned()], &all);
+            assert_eq!(names, [name.map(str::to_owned)], "{one}, {others:?}");
+        }
+    }
+}

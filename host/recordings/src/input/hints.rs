@@ -1,0 +1,339 @@
+//! Properties of a recording that its format does not carry.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
+
+use estimator_core::{
+    AccelerometerCorrection, AngularRate, Gravity, ImuSample, Mounting, SpecificForce, Vec3,
+};
+
+use crate::input::table::options::TableOptions;
+
+/// Properties of a file that its format does not define.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Hints {
+    /// Sample rate in Hz, above 0, if given.
+    pub sample_rate: Option<f32>,
+    /// Whether the samples contain gravity, if different from the format's default.
+    pub gravity: Option<Gravity>,
+    /// Static calibration and mounting of the sensor.
+    pub correction: Correction,
+    /// Those of single feet in its place, by the name of the foot, or of the recording of one foot.
+    pub foot_corrections: BTreeMap<String, Correction>,
+    /// Interpretation of named columns; units and times also apply to bags.
+    pub table: TableOptions,
+    /// Topics of a bag that are read.
+    pub bag: BagOptions,
+    /// Whether the estimates are the contacts that a bag has of its feet; [`Stored`](super::Stored) then describes those.
+    pub contacts: ContactUse,
+}
+
+impl Hints {
+    /// Correction of a foot with these names: its own, else that of all.
+    #[must_use]
+    pub fn correction_of(&self, names: &[&str]) -> &Correction {
+        let mut own = self.foot_corrections.iter();
+        own.find(|(foot, _)| is_among(foot, names))
+            .map_or(&self.correction, |(_, correction)| correction)
+    }
+}
+
+/// Returns whether a foot is among names, whose letters count alike in upper and lower case.
+pub fn is_among(foot: &str, names: impl IntoIterator<Item = impl AsRef<str>>) -> bool {
+    let mut names = names.into_iter();
+    names.any(|name| name.as_ref().eq_ignore_ascii_case(foot))
+}
+
+/// Errors of a sensor, and its mounting in the foot.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Correction {
+    /// Correction of the accelerometer, in single precision and bit-exact with the foot's.
+    pub accelerometer: AccelerometerCorrection,
+    /// Gyroscope reading at rest, rad/s.
+    pub gyroscope_bias: Vec3,
+    /// Mounting of the sensor in the foot; the errors above are along the sensor's own axes.
+    pub mounting: Mounting,
+}
+
+impl Correction {
+    /// An ideal sensor whose axes are those of the foot.
+    pub const NONE: Self = Self {
+        accelerometer: AccelerometerCorrection::NONE,
+        gyroscope_bias: Vec3::ZERO,
+        mounting: Mounting::IDENTITY,
+    };
+
+    /// Returns the corrected readings in the frame of the foot.
+    #[must_use]
+    pub fn apply(&self, force: SpecificForce, rate: AngularRate) -> (SpecificForce, AngularRate) {
+        let mut force = self.accelerometer.apply(force);
+        let mut rate = AngularRate(rate.0 - self.gyroscope_bias);
+        self.mounting.apply(&mut force, &mut rate);
+        (force, rate)
+    }
+
+    /// Returns a sample with the corrected readings.
+    #[must_use]
+    pub fn corrected(&self, imu: ImuSample) -> ImuSample {
+        let (specific_force, angular_rate) = self.apply(imu.specific_force, imu.angular_rate);
+        ImuSample { specific_force, angular_rate, ..imu }
+    }
+}
+
+/// Source of the estimates of a recording that has contacts of its foot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ContactUse {
+    /// The contacts are ignored.
+    #[default]
+    Ignored,
+    /// The contacts are the estimates.
+    Recorded,
+}
+
+impl ContactUse {
+    /// Returns the use of contacts in a recording whose estimates may be computed again from its samples.
+    #[must_use]
+    pub const fn unless_estimated(again: bool) -> Self {
+        match again {
+            true => Self::Ignored,
+            false => Self::Recorded,
+        }
+    }
+}
+
+/// Returns a sentence about the given options that change an estimate and nothing else, for a file whose estimates are
+/// its contacts; `None` without such an option.
+#[must_use]
+pub fn without_effect(file: &str, options: &[&str]) -> Option<String> {
+    let named = options.join(", ");
+    (!options.is_empty()).then(|| {
+        format!(
+            "{file}: {named} apply to estimates, not to contacts as they were recorded: --estimate-again"
+        )
+    })
+}
+
+/// Selects all topics with samples of an IMU.
+const ALL: &str = "all";
+
+/// Options of a bag of ROS 2. The default reads its only IMU.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BagOptions {
+    /// Topics of the feet.
+    pub topics: Topics,
+    /// Topics that are left out; `*` stands for any text.
+    pub excluded: Vec<String>,
+    /// Frames (`header.frame_id`) of the feet, where one topic has those of several; empty for all.
+    pub frames: Vec<String>,
+    /// Topics of their loads, in the same order: empty, one for each foot, or a single one in which `{foot}` stands for the
+    /// name of each.
+    pub loads: Vec<LoadTopic>,
+    /// Other names of feet.
+    pub renames: Vec<Rename>,
+}
+
+/// Another name of a foot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rename {
+    /// Name of the foot, or a topic of it or a part of that.
+    pub old: String,
+    /// The name that it gets.
+    pub new: String,
+}
+
+impl FromStr for Rename {
+    type Err = String;
+
+    /// Reads `OLD=NEW`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            Some((old, new)) if !old.is_empty() && !new.is_empty() => {
+                Ok(Self { old: old.to_owned(), new: new.to_owned() })
+            }
+            _ => Err(format!("{text:?} is no name: write OLD=NEW, such as leg_1=FL")),
+        }
+    }
+}
+
+impl BagOptions {
+    /// Returns whether a topic is excluded.
+    #[must_use]
+    pub fn excludes(&self, topic: &str) -> bool {
+        self.excluded.iter().any(|pattern| matches(pattern, topic))
+    }
+}
+
+/// Returns whether a pattern in which `*` stands for any text is this name; a leading `/` may be left out.
+fn matches(pattern: &str, name: &str) -> bool {
+    let pattern = absolute(pattern);
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut rest) = name.strip_prefix(first) else {
+        return false;
+    };
+    let mut last = None;
+    for part in parts {
+        if let Some(between) = last.replace(part) {
+            match rest.find(between) {
+                Some(at) => rest = &rest[at + between.len()..],
+                None => return false,
+            }
+        }
+    }
+    last.map_or(rest.is_empty(), |last| rest.ends_with(last))
+}
+
+/// Selection of the topics of feet.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Topics {
+    /// The only topic with samples of an IMU; several are an error.
+    #[default]
+    TheOnly,
+    /// These topics, in this order.
+    Named(Vec<String>),
+    /// All topics with samples of an IMU, by name.
+    All,
+}
+
+impl Topics {
+    /// Topics given in options; `all` selects all.
+    #[must_use]
+    pub fn from_names(names: &[String]) -> Self {
+        if names.is_empty() {
+            Self::TheOnly
+        } else if names.iter().any(|name| name == ALL) {
+            Self::All
+        } else {
+            let mut named: Vec<String> = Vec::new();
+            for name in names.iter().map(|name| absolute(name)) {
+                if !named.contains(&name) {
+                    named.push(name);
+                }
+            }
+            Self::Named(named)
+        }
+    }
+}
+
+/// Topic of the load of a foot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadTopic {
+    /// Name of the topic.
+    pub topic: String,
+    /// Field of its messages, if not the default.
+    pub field: Option<String>,
+}
+
+impl FromStr for LoadTopic {
+    type Err = String;
+
+    /// Reads `TOPIC`, `TOPIC:FIELD` or `TOPIC.FIELD`: topics of ROS have no dot.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let split = text.split_once(':').or_else(|| text.split_once('.'));
+        let (topic, field) = match split {
+            Some((topic, field)) => (topic, Some(field)),
+            None => (text, None),
+        };
+        if topic.is_empty() || field == Some("") {
+            return Err(format!(
+                "{text:?} is no topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z or /lowstate:foot_force[0]"
+            ));
+        }
+        Ok(Self { topic: absolute(topic), field: field.map(str::to_owned) })
+    }
+}
+
+/// Name of each foot in a [`LoadTopic`].
+const FOOT: &str = "{foot}";
+
+impl LoadTopic {
+    /// Returns whether the topic depends on the foot.
+    #[must_use]
+    pub fn is_pattern(&self) -> bool {
+        let field = self.field.as_deref().unwrap_or_default();
+        self.topic.contains(FOOT) || field.contains(FOOT)
+    }
+
+    /// Returns the load of the foot with this name.
+    #[must_use]
+    pub fn of_foot(&self, name: &str) -> Self {
+        let field = self.field.as_ref();
+        Self {
+            topic: self.topic.replace(FOOT, name),
+            field: field.map(|field| field.replace(FOOT, name)),
+        }
+    }
+}
+
+impl fmt::Display for LoadTopic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.field {
+            Some(field) => write!(f, "{}:{field}", self.topic),
+            None => f.write_str(&self.topic),
+        }
+    }
+}
+
+/// Absolute name of a topic, as in a bag.
+fn absolute(name: &str) -> String {
+    if name.starts_with('/') { name.to_owned() } else { format!("/{name}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_are_absolute_and_unique() {
+        let named = |names: &[&str]| {
+            Topics::from_names(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>())
+        };
+        assert_eq!(named(&[]), Topics::TheOnly);
+        assert_eq!(named(&["all"]), Topics::All);
+        let both = Topics::Named(vec!["/imu/fl".to_owned(), "/imu/fr".to_owned()]);
+        assert_eq!(named(&["imu/fl", "/imu/fr", "/imu/fl"]), both);
+    }
+
+    #[test]
+    fn excluded_topics_may_have_stars() {
+        let bag = |pattern: &str| BagOptions {
+            excluded: vec![pattern.to_owned()],
+            ..BagOptions::default()
+        };
+        for (pattern, excluded) in [
+            ("/trunk/imu", [true, false, false]),
+            ("trunk/imu", [true, false, false]),
+            ("/trunk*", [true, true, false]),
+            ("*imu", [true, false, true]),
+            ("*r*n*u*", [true, true, false]),
+            ("/trunk", [false, false, false]),
+            ("*", [true, true, true]),
+        ] {
+            let topics = ["/trunk/imu", "/trunk/imu/raw", "/fl/imu"];
+            assert_eq!(topics.map(|topic| bag(pattern).excludes(topic)), excluded, "{pattern}");
+        }
+        assert!(!bag("/a*a").excludes("/a"));
+    }
+
+    #[test]
+    fn load_topic_may_depend_on_the_foot() {
+        let load: LoadTopic = "/ft/{foot}:force.z".parse().unwrap();
+        assert!(load.is_pattern());
+        assert_eq!(load.of_foot("fl").to_string(), "/ft/fl:force.z");
+        assert!(!load.of_foot("fl").is_pattern());
+    }
+
+    #[test]
+    fn load_topic_may_have_a_field() {
+        let load: LoadTopic = "/ft/fl:force.z".parse().unwrap();
+        assert_eq!((load.topic.as_str(), load.field.as_deref()), ("/ft/fl", Some("force.z")));
+        assert_eq!(load.to_string(), "/ft/fl:force.z");
+        assert_eq!("ft".parse::<LoadTopic>().unwrap().to_string(), "/ft");
+        let dotted: LoadTopic = "/lowstate.foot_force[0]".parse().unwrap();
+        assert_eq!(dotted.to_string(), "/lowstate:foot_force[0]");
+        for wrong in ["", ":force", "/ft:"] {
+            assert!(wrong.parse::<LoadTopic>().is_err(), "{wrong}");
+        }
+    }
+}

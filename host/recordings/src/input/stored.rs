@@ -1,0 +1,617 @@
+//! Result of reading a file: a recording whose samples are in a [`Spool`], and the rows that it is made of as they are read.
+
+use std::io;
+
+use estimator_core::{
+    AngularRate, ContactEstimate, Gravity, ImuSample, LinearAcceleration, Load, SpecificForce,
+    Timestamp, Validity, Vec3,
+};
+
+use crate::input::contacts::{Contacts, SentContact};
+use crate::input::error::InputError;
+use crate::input::hints::{Correction, Hints};
+use crate::input::rate::{Steps, longest_increase, mean_rate, moved, sample_rate};
+use crate::input::table::options::Times;
+use crate::samples::{RecordedSample, Recording};
+use crate::spool::{Samples, Spool};
+
+/// Properties of a recording other than its samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct About {
+    /// Name of the source, for titles and messages.
+    pub name: String,
+    /// Name of the foot, if the file has several or names it.
+    pub foot: Option<String>,
+    /// Topic of the foot in a bag, with its frame if the topic has several.
+    pub address: Option<String>,
+    /// Number of samples.
+    pub samples: usize,
+    /// Duration from the first sample to the last, µs. The first is at time 0.
+    pub duration_us: u64,
+    /// Samples per second.
+    pub sample_rate: f32,
+    /// Whether the accelerations contain gravity.
+    pub gravity: Gravity,
+    /// Name and unit of the load signal, such as `vertical force (N)`.
+    pub load_title: String,
+    /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
+    /// a trigger, or count from 1970.
+    pub start_us: i64,
+    /// One sentence for each thing that was left out or reinterpreted, for people to read.
+    pub notices: Vec<String>,
+    /// Rows that were left out or whose time was changed.
+    pub repairs: Repairs,
+    /// Calibration and mounting of the sensor that are applied to the samples.
+    pub correction: Correction,
+    /// Times of the file's clock and those of writing, µs: some samples of a bag, in order.
+    pub anchors_us: Vec<(i64, i64)>,
+}
+
+impl About {
+    /// Creates the properties of an empty recording without a name.
+    #[must_use]
+    pub fn new(name: String, sample_rate: f32, gravity: Gravity) -> Self {
+        Self { name, sample_rate, gravity, ..Self::default() }
+    }
+
+    /// Time at which a sample was written to its bag, µs; `time_us` is that of the file's clock, and the result where
+    /// no other is known.
+    #[must_use]
+    pub fn written_us(&self, time_us: i64) -> i64 {
+        let after = self.anchors_us.partition_point(|(time, _)| *time <= time_us);
+        let anchor = self.anchors_us.get(after.saturating_sub(1));
+        anchor.map_or(time_us, |(time, written)| time_us.saturating_add(written - time))
+    }
+
+    /// Name of the foot, or that of the recording if it has none.
+    #[must_use]
+    pub fn foot_or_name(&self) -> &str {
+        self.foot.as_deref().unwrap_or(&self.name)
+    }
+
+    /// Name of the foot in tables and plots: that of the recording, then its own if it has one.
+    #[must_use]
+    pub fn title(&self) -> String {
+        match &self.foot {
+            Some(foot) => format!("{} {foot}", self.name),
+            None => self.name.clone(),
+        }
+    }
+
+    /// Names by which settings of single feet apply: [`Self::foot_or_name`], and for the only foot that is read from a
+    /// bag each part of its topic.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        let address = self.address.as_deref().filter(|_| self.foot.is_none());
+        let parts = address.into_iter().flat_map(|address| address.split('/'));
+        let parts = parts.filter(|part| !part.is_empty());
+        [self.foot_or_name()].into_iter().chain(parts).collect()
+    }
+
+    /// The same with `foot`, another name of a foot that has none in its file.
+    #[must_use]
+    pub fn names_with<'a>(&'a self, foot: Option<&'a str>) -> Vec<&'a str> {
+        let other = foot.filter(|_| self.foot.is_none());
+        self.names().into_iter().chain(other).collect()
+    }
+
+    /// Time from the first sample to the last, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.duration_us as f64 / 1.0e6
+    }
+}
+
+/// Source of the time of a sample.
+#[derive(Clone, Debug)]
+pub(super) enum Timing {
+    /// Stored time since the first sample.
+    Stored,
+    /// Computed from the sample's index and the sample rate.
+    Steady,
+    /// Time of the file's clock; samples whose flag is false are left out.
+    Clock { kept: Vec<bool> },
+}
+
+/// A recording that has been read. Its memory does not grow with its length.
+pub struct Stored {
+    /// Properties of the recording.
+    pub about: About,
+    spool: Spool,
+    timing: Timing,
+    /// Contacts that are the estimates.
+    contacts: Option<Used>,
+}
+
+/// Contacts that are described in the place of the samples.
+struct Used {
+    contacts: Contacts,
+    /// Time of the file's clock at the first sample, µs, and samples per second.
+    clock: (i64, f32),
+}
+
+/// Estimate that the foot sent, and that was recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedEstimate {
+    /// The newest sample at that time, with the time of the estimate. Its label is that of a sample of this time, its
+    /// load at most 100 ms old.
+    pub sample: RecordedSample,
+    /// Age of that sample, µs, if no earlier estimate had it.
+    pub new_age_us: Option<u64>,
+    /// Whether the foot sent the estimate as valid, whatever its flags, which may be older.
+    pub is_valid: bool,
+    /// The estimate; numbers that were not recorded with it are NaN.
+    pub estimate: ContactEstimate,
+    /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
+    pub moved: ContactEstimate,
+}
+
+impl Stored {
+    pub(super) const fn new(about: About, spool: Spool, timing: Timing) -> Self {
+        Self { about, spool, timing, contacts: None }
+    }
+
+    /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
+    /// nothing, if they are fewer than two.
+    pub(super) fn use_contacts(&mut self, contacts: Contacts) -> bool {
+        let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
+            return false;
+        };
+        let clock = self.clock_of_samples();
+        let about = &mut self.about;
+        (about.start_us, about.sample_rate) = (first_us, rate);
+        about.samples = contacts.len();
+        about.duration_us = last_us.abs_diff(first_us);
+        self.contacts = Some(Used { contacts, clock });
+        true
+    }
+
+    /// Creates the recording of a foot without samples, of which these contacts are known; `None` of fewer than two.
+    #[must_use]
+    pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
+        let about = About { foot, ..About::new(name, 1.0, Gravity::Included) };
+        let mut stored = Self::new(about, Spool::default(), Timing::Stored);
+        stored.use_contacts(contacts).then_some(stored)
+    }
+
+    /// Returns whether the estimates are recorded contacts.
+    #[must_use]
+    pub const fn has_estimates(&self) -> bool {
+        self.contacts.is_some()
+    }
+
+    /// Returns the recorded estimates, from the first; `None` if they are to be computed from the samples.
+    ///
+    /// # Errors
+    /// A temporary file cannot be written or read.
+    pub fn estimates(
+        &mut self,
+    ) -> io::Result<Option<impl Iterator<Item = io::Result<RecordedEstimate>> + '_>> {
+        let clock = self.clock_of_samples();
+        let Some(Used { contacts, .. }) = &mut self.contacts else {
+            return Ok(None);
+        };
+        Ok(Some(Merged {
+            contacts: contacts.read()?,
+            start_us: self.about.start_us,
+            samples: Timed::new(&mut self.spool, &self.timing, self.about.correction, clock)?,
+            newest: None,
+            is_used: false,
+            next: None,
+        }))
+    }
+
+    /// Stores a recording that is in memory and whose times begin at 0; `file` is the path that it was read from.
+    pub(super) fn from_recording(
+        recording: Recording,
+        notices: Vec<String>,
+        file: &str,
+    ) -> Result<Self, InputError> {
+        let mut spool = Spool::default();
+        let mut samples = recording.samples.iter();
+        samples
+            .try_for_each(|sample| spool.push(sample))
+            .map_err(|source| InputError::spool(file, source))?;
+        let last = recording.samples.last();
+        let about = About {
+            samples: recording.samples.len(),
+            duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
+            load_title: recording.load_title,
+            notices,
+            ..About::new(recording.name, recording.sample_rate, recording.gravity)
+        };
+        Ok(Self::new(about, spool, Timing::Stored))
+    }
+
+    /// Time of the file's clock at the first sample, µs, and samples per second: those of [`Self::samples`], also where
+    /// contacts are described in their place.
+    #[must_use]
+    pub const fn clock_of_samples(&self) -> (i64, f32) {
+        match &self.contacts {
+            Some(used) => used.clock,
+            None => (self.about.start_us, self.about.sample_rate),
+        }
+    }
+
+    /// Returns all samples, from the first.
+    ///
+    /// # Errors
+    /// The temporary file with the samples cannot be written or read.
+    pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
+        let clock = self.clock_of_samples();
+        Timed::new(&mut self.spool, &self.timing, self.about.correction, clock)
+    }
+
+    /// Returns the recording with all samples in memory.
+    ///
+    /// # Errors
+    /// The errors of [`Self::samples`].
+    pub fn into_loaded(mut self) -> io::Result<Loaded> {
+        let samples = self.samples()?.collect::<io::Result<Vec<_>>>()?;
+        let about = self.about;
+        Ok(Loaded {
+            recording: Recording {
+                name: about.name,
+                sample_rate: about.sample_rate,
+                gravity: about.gravity,
+                load_title: about.load_title,
+                samples,
+            },
+            start_us: about.start_us,
+            notices: about.notices,
+            repairs: about.repairs,
+        })
+    }
+}
+
+/// Iterator that corrects samples and adds their times.
+struct Timed<'a> {
+    samples: Samples<'a, RecordedSample>,
+    timing: &'a Timing,
+    correction: Correction,
+    /// Time of the file's clock at the first sample, µs.
+    start_us: i64,
+    sample_rate: f32,
+    /// Index of the next sample.
+    index: usize,
+}
+
+impl<'a> Timed<'a> {
+    /// Starts at the first sample; `clock` is that of [`Stored::clock_of_samples`].
+    fn new(
+        spool: &'a mut Spool,
+        timing: &'a Timing,
+        correction: Correction,
+        clock: (i64, f32),
+    ) -> io::Result<Self> {
+        let (start_us, sample_rate) = clock;
+        Ok(Self { samples: spool.samples()?, timing, correction, start_us, sample_rate, index: 0 })
+    }
+}
+
+impl Iterator for Timed<'_> {
+    type Item = io::Result<RecordedSample>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let mut sample = match self.samples.next()? {
+                Ok(sample) => sample,
+                Err(error) => return Some(Err(error)),
+            };
+            let index = self.index;
+            self.index += 1;
+            let timestamp = &mut sample.imu.timestamp;
+            match self.timing {
+                Timing::Stored => {}
+                Timing::Steady => *timestamp = steady_time(index, self.sample_rate),
+                Timing::Clock { kept } => {
+                    if kept.get(index) == Some(&false) {
+                        continue;
+                    }
+                    let clock_us = timestamp.as_micros().cast_signed();
+                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
+                }
+            }
+            sample.imu = self.correction.corrected(sample.imu);
+            return Some(Ok(sample));
+        }
+    }
+}
+
+/// Iterator over recorded contacts, with the samples beside them.
+struct Merged<'a> {
+    contacts: Samples<'a, SentContact>,
+    /// Time of the file's clock at the first contact, µs.
+    start_us: i64,
+    samples: Timed<'a>,
+    /// Newest sample that is not after the contact, with its time of the file's clock, µs.
+    newest: Option<(i64, RecordedSample)>,
+    /// Whether an estimate has had the newest sample.
+    is_used: bool,
+    /// The sample after it.
+    next: Option<(i64, RecordedSample)>,
+}
+
+impl Merged<'_> {
+    /// Advances to the newest sample at `time_us`.
+    fn advance_to(&mut self, time_us: i64) -> io::Result<()> {
+        loop {
+            if self.next.is_none() {
+                let sample = self.samples.next().transpose()?;
+                self.next = sample.map(|sample| {
+                    let since_us = sample.imu.timestamp.as_micros().cast_signed();
+                    (self.samples.start_us.saturating_add(since_us), sample)
+                });
+            }
+            match self.next {
+                Some((at_us, _)) if at_us <= time_us => {
+                    self.newest = self.next.take();
+                    self.is_used = false;
+                }
+                _ => return Ok(()),
+            }
+        }
+    }
+
+    /// Estimate of the next contact.
+    fn estimate(&mut self, contact: SentContact) -> io::Result<RecordedEstimate> {
+        let now_us = contact.time_us;
+        self.advance_to(now_us)?;
+        let timestamp = Timestamp::from_micros(now_us.abs_diff(self.start_us));
+        let newest = self.newest.map(|(at_us, newest)| (now_us.abs_diff(at_us), newest));
+        let is_used = std::mem::replace(&mut self.is_used, true);
+        let new_age_us = newest.filter(|_| !is_used).map(|(age_us, _)| age_us);
+        let sample = RecordedSample {
+            imu: ImuSample {
+                timestamp,
+                ..newest.map_or_else(ImuSample::default, |(_, newest)| newest.imu)
+            },
+            load: newest
+                .and_then(|(age_us, newest)| newest.load.filter(|_| age_us <= OLDEST_LOAD_US)),
+            label: newest.and_then(|(age_us, newest)| newest.label.filter(|_| age_us == 0)),
+        };
+        let estimate = contact.estimate(timestamp);
+        let moved = ContactEstimate {
+            orientation: contact.orientation,
+            linear_acceleration: LinearAcceleration(contact.acceleration),
+            ..estimate
+        };
+        Ok(RecordedEstimate { sample, new_age_us, is_valid: contact.is_valid, estimate, moved })
+    }
+}
+
+impl Iterator for Merged<'_> {
+    type Item = io::Result<RecordedEstimate>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let contact = self.contacts.next()?;
+        Some(contact.and_then(|contact| self.estimate(contact)))
+    }
+}
+
+/// Rows of a `csv` that were left out or changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repairs {
+    /// Rows left out because all six axes are blank in them.
+    pub blank_rows: usize,
+    /// Rows left out because their times do not advance.
+    pub dropped_rows: usize,
+    /// Rows whose time was changed.
+    pub retimed_rows: usize,
+}
+
+impl Repairs {
+    /// One sentence for each kind of repair that occurred.
+    pub(super) fn notices(self, file: &str) -> Vec<String> {
+        let blank = "left out, in which all six axes are blank";
+        let dropped = "left out, whose times do not advance";
+        let retimed = "moved by more than half a period, to where the sample rate has them";
+        let sentence = |(rows, what)| match rows {
+            0 => None,
+            1 => Some(format!("{file}: 1 row {what}")),
+            _ => Some(format!("{file}: {rows} rows {what}")),
+        };
+        let rows = [self.blank_rows, self.dropped_rows, self.retimed_rows];
+        let counted = rows.into_iter().zip([blank, dropped, retimed]);
+        counted.filter_map(sentence).collect()
+    }
+}
+
+/// Age up to which a load that has a stream of its own is valid, µs: half of the shortest stance of a walking robot.
+/// It must arrive at 10 Hz or more.
+pub(super) const OLDEST_LOAD_US: u64 = 100_000;
+
+/// Load of a number; `None` if it is not finite, which marks an unknown load.
+#[must_use]
+pub fn finite_load(value: f64) -> Option<Load> {
+    value.is_finite().then_some(Load(value as f32))
+}
+
+/// A file that has been read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// Recording. Its first sample is at time 0.
+    pub recording: Recording,
+    /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
+    /// a trigger, or count from 1970.
+    pub start_us: i64,
+    /// One sentence for each thing that was left out or reinterpreted, for people to read.
+    pub notices: Vec<String>,
+    /// Rows that were left out or whose time was changed.
+    pub repairs: Repairs,
+}
+
+/// Time of row `index` at a constant `sample_rate` in Hz.
+#[must_use]
+pub fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
+    let micros = index as f64 * 1.0e6 / f64::from(sample_rate);
+    Timestamp::from_micros(micros.round() as u64)
+}
+
+/// Converts six readings in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL), into a sample in the
+/// frame of the sensor.
+#[must_use]
+pub fn imu_sample(timestamp: Timestamp, readings: [f64; 6], validity: Validity) -> ImuSample {
+    let [ax, ay, az, wx, wy, wz] = readings.map(|value| value as f32);
+    ImuSample {
+        timestamp,
+        specific_force: SpecificForce(Vec3::new(ax, ay, az)),
+        angular_rate: AngularRate(Vec3::new(wx, wy, wz)),
+        validity,
+    }
+}
+
+/// Rows of one recording.
+#[derive(Default)]
+pub(super) struct Rows {
+    times: Times,
+    spool: Spool,
+    clock: Option<Clock>,
+    steps: Steps,
+    /// Times of the clock, µs, if they need not be in order.
+    unordered_us: Vec<i64>,
+    pub(super) repairs: Repairs,
+}
+
+/// First and newest time, µs.
+#[derive(Clone, Copy)]
+struct Clock {
+    start_us: i64,
+    newest_us: i64,
+}
+
+/// Reason why a row was rejected.
+pub(super) enum Refused {
+    /// Its time is not after that of the previous row, µs.
+    Time {
+        previous_us: i64,
+    },
+    Spool(io::Error),
+}
+
+impl Refused {
+    /// Error about times that cannot be attributed to a cell.
+    pub(super) fn into_error(self, file: &str) -> InputError {
+        match self {
+            Self::Time { previous_us } => {
+                InputError::MessageOrder { file: file.to_owned(), previous_us }
+            }
+            Self::Spool(source) => InputError::spool(file, source),
+        }
+    }
+}
+
+impl Clock {
+    const fn at(time_us: i64) -> Self {
+        Self { start_us: time_us, newest_us: time_us }
+    }
+}
+
+impl Rows {
+    pub(super) fn new(times: Times) -> Self {
+        Self { times, ..Self::default() }
+    }
+
+    /// Appends a row; `clock_us` is the time of the file's clock, given for all rows or for none.
+    pub(super) fn push(
+        &mut self,
+        clock_us: Option<i64>,
+        mut sample: RecordedSample,
+    ) -> Result<(), Refused> {
+        if let Some(now_us) = clock_us {
+            let stored = match self.times {
+                Times::Keep => self.advance_to(now_us)?,
+                Times::DropBad | Times::Rate => {
+                    self.unordered_us.push(now_us);
+                    Timestamp::from_micros(now_us.cast_unsigned())
+                }
+            };
+            sample.imu.timestamp = stored;
+        }
+        self.spool.push(&sample).map_err(Refused::Spool)
+    }
+
+    /// Time since the first row.
+    fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, Refused> {
+        let clock = self.clock.get_or_insert(Clock::at(now_us));
+        if !self.spool.is_empty() {
+            let previous_us = clock.newest_us;
+            if now_us <= previous_us {
+                return Err(Refused::Time { previous_us });
+            }
+            self.steps.add(now_us.abs_diff(previous_us));
+            clock.newest_us = now_us;
+        }
+        Ok(Timestamp::from_micros(now_us.abs_diff(clock.start_us)))
+    }
+
+    /// Returns the recording of the file at `file`. Of `about`, samples, duration, rate, units, start and repairs are
+    /// replaced by those of the rows, and gravity by the given one.
+    pub(super) fn finish(
+        mut self,
+        file: &str,
+        mut about: About,
+        hints: &Hints,
+    ) -> Result<Stored, InputError> {
+        if self.spool.is_empty() {
+            return Err(InputError::empty(file));
+        }
+        let mut samples = self.spool.len();
+        let mut even_rate = None;
+        let timing = match self.times {
+            Times::DropBad if !self.unordered_us.is_empty() => {
+                let kept = self.drop_bad();
+                samples -= self.repairs.dropped_rows;
+                Timing::Clock { kept }
+            }
+            Times::Keep if self.clock.is_some() => Timing::Stored,
+            Times::Rate => {
+                even_rate = self.space_evenly(hints.sample_rate);
+                Timing::Steady
+            }
+            Times::Keep | Times::DropBad => Timing::Steady,
+        };
+        let sample_rate = match even_rate {
+            Some(rate) => rate as f32,
+            None => sample_rate(&self.steps, hints.sample_rate, file)?,
+        };
+        let duration_us = match (&timing, self.clock) {
+            (Timing::Steady, _) | (_, None) => steady_time(samples - 1, sample_rate).as_micros(),
+            (_, Some(clock)) => clock.newest_us.abs_diff(clock.start_us),
+        };
+        about.notices.extend(self.repairs.notices(file));
+        let about = About {
+            samples,
+            duration_us,
+            sample_rate,
+            gravity: hints.gravity.unwrap_or(about.gravity),
+            start_us: self.clock.map_or(0, |clock| clock.start_us),
+            repairs: self.repairs,
+            ..about
+        };
+        Ok(Stored::new(about, self.spool, timing))
+    }
+
+    /// Leaves out the rows whose times do not advance; returns the flags of those that are kept.
+    fn drop_bad(&mut self) -> Vec<bool> {
+        let kept = longest_increase(&self.unordered_us);
+        let rows = self.unordered_us.iter().zip(&kept);
+        for (time_us, _) in rows.filter(|(_, kept)| **kept) {
+            let clock = self.clock.get_or_insert(Clock::at(*time_us));
+            if clock.newest_us < *time_us {
+                self.steps.add(time_us.abs_diff(clock.newest_us));
+                clock.newest_us = *time_us;
+            }
+        }
+        self.repairs.dropped_rows = kept.iter().filter(|kept| !**kept).count();
+        kept
+    }
+
+    /// Spaces the rows evenly at the sample rate, which is returned, Hz; `None` if it is unknown.
+    fn space_evenly(&mut self, given: Option<f32>) -> Option<f64> {
+        self.clock = Some(Clock::at(*self.unordered_us.first()?));
+        let rate = given.map(f64::from).or_else(|| mean_rate(&self.unordered_us))?;
+        self.repairs.retimed_rows = moved(&self.unordered_us, rate);
+        Some(rate)
+    }
+}

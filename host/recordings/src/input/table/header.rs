@@ -1,0 +1,391 @@
+//! Header of a table into one with our names for the known columns.
+
+use csv::StringRecord;
+
+use crate::input::error::{InputError, Suggestion, first_of};
+use crate::input::iso8601::micros_since_1970;
+use crate::input::table::csv::Cells;
+use crate::input::table::names::{
+    Found, FoundTime, Triple, choices, find_time, find_with_units, guess, position, split_unit,
+    without_units,
+};
+use crate::input::table::options::{
+    AccelerationUnit, Mapping, RateUnit, TableOptions, TimeUnit, Units, is_axis, is_ours,
+};
+use crate::input::table::reader::{Row, Table};
+
+/// Name of the nanoseconds of a stamp whose seconds are `t`.
+pub(super) const NANOSECONDS: &str = "t.nanosec";
+
+/// Number of words in the first row from which a table has a header, whatever the words.
+const LEAST_WORDS: usize = 6;
+
+/// Number of axes of a recording.
+const AXES: usize = 6;
+
+/// Treatment of blank cells of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Blanks {
+    /// Error: a table of ours has no blank cells.
+    Refused,
+    /// Not a number; a row without any other value belongs to another signal and is left out.
+    NotANumber,
+}
+
+/// Index column that pandas writes before the named columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Index {
+    /// There is no index.
+    None,
+    /// The index is not a time.
+    Other,
+    /// The index is the time, in the column of this index.
+    Time(usize),
+}
+
+/// A header, parsed as far as possible.
+pub(super) struct Layout {
+    /// Header with our names.
+    pub(super) header: Row,
+    pub(super) blanks: Blanks,
+    /// Unit of the time, if the name of its column defines it.
+    pub(super) time_unit: Option<TimeUnit>,
+    /// Columns that were recognised under other names.
+    pub(super) notice: Option<String>,
+    /// Whether unknown columns are to be listed.
+    pub(super) names_ignored: bool,
+}
+
+/// Returns whether a table has a header, with our names or those of others, or has the cells of a known message.
+pub(in crate::input) fn is_table(table: &mut Table) -> Result<bool, InputError> {
+    if table.comment_header().is_some() {
+        return Ok(true);
+    }
+    let Some(first) = table.peek_row()? else {
+        return Ok(false);
+    };
+    let is_word = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
+    let words = first.cells().filter(|cell| is_word(cell)).count();
+    Ok(ros2_header(first).is_some() || (words >= LEAST_WORDS && words + 1 >= first.len()))
+}
+
+impl Layout {
+    /// Reads the header of a table; `None` if the table is empty.
+    pub(super) fn of(
+        table: &mut Table,
+        options: &TableOptions,
+    ) -> Result<Option<Self>, InputError> {
+        let comment = table.comment_header();
+        let first = table.peek_row()?;
+        let message = first.and_then(|first| Some(first.with_cells(ros2_header(first)?)));
+        let names_ignored = message.is_none();
+        let given = message.or(comment);
+        let Some(header) = given.map_or_else(|| table.next_row(), |given| Ok(Some(given)))? else {
+            return Ok(None);
+        };
+        let is_date = |row: &Row| micros_since_1970(row.text(0)).is_some();
+        let index = if header.cells().next() != Some("") {
+            Index::None
+        } else if table.peek_row()?.is_some_and(is_date) {
+            Index::Time(0)
+        } else {
+            Index::Other
+        };
+        let layout = Self::named(&header, options, index)?;
+        Ok(Some(Self { names_ignored, ..layout }))
+    }
+
+    /// Finds our columns among those of a header.
+    pub(super) fn named(
+        header: &Row,
+        options: &TableOptions,
+        index: Index,
+    ) -> Result<Self, InputError> {
+        let mut naming = Naming {
+            names: header.cells().map(str::to_owned).collect(),
+            taken: Vec::new(),
+            mapped: 0,
+            header,
+            time_unit: None,
+        };
+        naming.map(&options.mapping)?;
+        naming.mapped = naming.taken.len();
+        naming.recognise(options.units)?;
+        if let Index::Time(column) = index
+            && !naming.has("t")
+        {
+            naming.take("t", column);
+        }
+        let foreign = !naming.taken.is_empty();
+        let notice = (foreign && options.mapping.is_empty()).then(|| naming.notice());
+        Ok(Self {
+            header: header.with_cells(naming.names.iter().collect()),
+            blanks: if foreign || index != Index::None {
+                Blanks::NotANumber
+            } else {
+                Blanks::Refused
+            },
+            time_unit: naming.time_unit,
+            notice,
+            names_ignored: true,
+        })
+    }
+}
+
+/// Names of a header's columns during their translation into ours.
+struct Naming<'a> {
+    header: &'a Row,
+    names: Vec<String>,
+    /// Our names of columns that had others, with the index.
+    taken: Vec<(&'static str, usize)>,
+    /// Number of columns with an explicit mapping, whose units are not checked.
+    mapped: usize,
+    time_unit: Option<TimeUnit>,
+}
+
+impl Naming<'_> {
+    fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|given| given == name)
+    }
+
+    /// Gives a column our name; another column of that name loses it.
+    fn take(&mut self, ours: &'static str, index: usize) {
+        for name in &mut self.names {
+            if name == ours {
+                *name = format!("{ours} (not used)");
+            }
+        }
+        ours.clone_into(&mut self.names[index]);
+        self.taken.push((ours, index));
+    }
+
+    /// Applies an explicit mapping.
+    fn map(&mut self, mapping: &Mapping) -> Result<(), InputError> {
+        let given = self.names.clone();
+        for (ours, theirs) in mapping.pairs() {
+            match position(theirs, &given)[..] {
+                [index] => self.take(ours, index),
+                [] => {
+                    return Err(InputError::NoSuchColumn {
+                        file: self.header.file.clone(),
+                        place: self.header.place,
+                        name: theirs.to_owned(),
+                        columns: shortened(&given),
+                    });
+                }
+                [one, other, ..] if given[one] == given[other] => {
+                    return Err(InputError::DuplicateColumn {
+                        cell: self.header.cell(other, &given[other]),
+                    });
+                }
+                [one, other, ..] => {
+                    return Err(InputError::AmbiguousColumn {
+                        file: self.header.file.clone(),
+                        place: self.header.place,
+                        name: theirs.to_owned(),
+                        candidates: [given[one].clone(), given[other].clone()],
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Recognises columns with names of others where ours are missing. Units in their names must be those in which
+    /// they are read.
+    fn recognise(&mut self, units: Units) -> Result<(), InputError> {
+        let given = self.names.clone();
+        for triple in [Triple::Acceleration, Triple::Rate] {
+            let ours = triple.ours();
+            if ours.iter().any(|axis| self.has(axis)) {
+                continue;
+            }
+            match find_with_units(triple, &given) {
+                Found::At(indices) => {
+                    for (axis, index) in ours.into_iter().zip(indices) {
+                        self.take(axis, index);
+                    }
+                }
+                Found::Several(several) => {
+                    let first_axes = several.iter().map(|[x, ..]| given[*x].clone());
+                    return Err(InputError::SeveralSensors {
+                        file: self.header.file.clone(),
+                        place: self.header.place,
+                        candidates: first_axes.collect(),
+                        mappings: choices(triple, &several, &given),
+                    });
+                }
+                Found::Nowhere => {}
+            }
+        }
+        self.check_units(units)?;
+        // A table of ours has no column `time`: it may be any time.
+        let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
+        let is_own = |triple: Triple| triple.own(&self.names).is_some();
+        let complete = is_own(Triple::Acceleration) && is_own(Triple::Rate);
+        if foreign && !self.has("force") {
+            let is_force = |index: &usize| split_unit(&given[*index]) == ("force", Some("N"));
+            let mut forces = (0..given.len()).filter(is_force);
+            if let (Some(index), None) = (forces.next(), forces.next()) {
+                self.take("force", index);
+            }
+        }
+        if foreign && complete && !self.has("t") {
+            let bare = || find_time(&without_units(&self.names));
+            match find_time(&self.names).or_else(bare) {
+                Some(FoundTime::Column(index, unit)) => {
+                    let (_, in_brackets) = split_unit(&self.names[index]);
+                    self.time_unit = unit.or(in_brackets.and_then(TimeUnit::written));
+                    self.take("t", index);
+                }
+                Some(FoundTime::Stamp(seconds, nanoseconds)) => {
+                    self.take("t", seconds);
+                    NANOSECONDS.clone_into(&mut self.names[nanoseconds]);
+                    self.time_unit = Some(TimeUnit::Seconds);
+                }
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the unit in the name of each recognised axis is the one in which it would be read.
+    fn check_units(&self, units: Units) -> Result<(), InputError> {
+        let mut named = units;
+        let mut wrong = None;
+        for (ours, index) in &self.taken[self.mapped..] {
+            let (_, Some(written)) = split_unit(self.header.text(*index)) else {
+                continue;
+            };
+            let (unit, read_in) = if Triple::Acceleration.ours().contains(ours) {
+                let unit = AccelerationUnit::written(written);
+                named.acceleration = unit.unwrap_or(named.acceleration);
+                let unit = unit.map(AccelerationUnit::name);
+                (unit, units.acceleration.name())
+            } else {
+                let unit = RateUnit::written(written);
+                named.rate = unit.unwrap_or(named.rate);
+                (unit.map(RateUnit::name), units.rate.name())
+            };
+            if let Some(unit) = unit.filter(|unit| *unit != read_in) {
+                wrong = wrong.or(Some((*index, unit, read_in)));
+            }
+        }
+        wrong.map_or(Ok(()), |(index, unit, read_in)| {
+            Err(InputError::NamedUnit {
+                file: self.header.file.clone(),
+                place: self.header.place,
+                name: self.header.text(index).to_owned(),
+                unit,
+                read_in,
+                units: named,
+            })
+        })
+    }
+
+    /// Sentence that lists the recognised columns.
+    fn notice(&self) -> String {
+        let taken: Vec<_> = self
+            .taken
+            .iter()
+            .map(|(ours, index)| match self.header.text(*index) {
+                "" => format!("{ours} is column {}", index + 1),
+                theirs => format!("{ours} is {theirs}"),
+            })
+            .collect();
+        format!("{}: {}", self.header.file, taken.join(", "))
+    }
+}
+
+/// Suggestion for a header that lacks our names: a mapping if the names allow one, otherwise an example of the
+/// syntax.
+pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Suggestion> {
+    let names: Vec<String> = header.cells().map(str::to_owned).collect();
+    let mut wanted: Vec<&'static str> = missing.to_vec();
+    if !names.iter().any(|name| name == "t") {
+        wanted.insert(0, "t");
+    }
+    let mut columns: Vec<(&'static str, String)> = Vec::new();
+    for ours in &wanted {
+        if let Some(index) = guess(ours, &names)
+            && !is_ours(&names[index])
+            && !columns.iter().any(|(_, theirs)| *theirs == names[index])
+        {
+            columns.push((ours, names[index].clone()));
+        }
+    }
+    if columns.iter().any(|(ours, _)| is_axis(ours)) {
+        return Some(Suggestion::Meant(Mapping { columns }));
+    }
+    // An example of the syntax does not help if a single axis is missing.
+    (missing.len() == AXES).then(|| example(&wanted, &names))?
+}
+
+/// Example of a mapping of the first columns of a file, if they have names.
+pub(in crate::input) fn example(wanted: &[&'static str], names: &[String]) -> Option<Suggestion> {
+    let is_name =
+        |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
+    let mut theirs: Vec<&String> = Vec::new();
+    for name in names.iter().filter(is_name) {
+        if !theirs.contains(&name) {
+            theirs.push(name);
+        }
+    }
+    if theirs.len() < wanted.iter().filter(|ours| is_axis(ours)).count() {
+        return None;
+    }
+    // If there is one name too few, the time is omitted.
+    let wanted = &wanted[wanted.len().saturating_sub(theirs.len())..];
+    let columns = wanted.iter().copied().zip(theirs.into_iter().cloned());
+    let columns = columns.collect();
+    Some(Suggestion::Example(Mapping { columns }))
+}
+
+/// List of names, shortened to the first ones if there are many.
+pub(super) fn shortened(names: &[String]) -> String {
+    let names = names.iter().map(|name| if name.is_empty() { "(no name)" } else { name });
+    first_of(names, 20)
+}
+
+// Tables written by `ros2 topic echo --csv` for `sensor_msgs/msg/Imu`: no header, the fields of the message in
+// order.
+//
+// Source: `message_to_csv` of `rosidl_runtime_py`, and `sensor_msgs/msg/Imu.msg`.
+/// Number of cells of a message: a stamp in two cells, a name, a quaternion and its covariance, two vectors and
+/// their covariances.
+const CELLS: usize = 40;
+
+/// Tolerance of the length of a quaternion about 1.
+const LENGTH_TOLERANCE: f64 = 0.01;
+
+/// Names of the cells.
+fn ros2_names() -> impl Iterator<Item = String> {
+    let stamp = ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"];
+    let field = |field: &'static str, parts: &'static str| {
+        let covariance = (0..9).map(move |k| format!("{field}_covariance[{k}]"));
+        let parts = parts.chars().map(move |part| format!("{field}.{part}"));
+        parts.chain(covariance)
+    };
+    stamp
+        .into_iter()
+        .map(str::to_owned)
+        .chain(field("orientation", "xyzw"))
+        .chain(field("angular_velocity", "xyz"))
+        .chain(field("linear_acceleration", "xyz"))
+}
+
+/// Header for a table of such messages, if `first` is one of them: the number of cells matches, a stamp comes
+/// first, and the orientation is a unit quaternion or marked as unknown.
+pub(super) fn ros2_header(first: &Row) -> Option<StringRecord> {
+    let cells: Vec<&str> = first.cells().collect();
+    if cells.len() != CELLS || cells[..2].iter().any(|cell| cell.parse::<i64>().is_err()) {
+        return None;
+    }
+    let number = |cell: &&str| cell.parse::<f64>().ok();
+    let numbers: Option<Vec<f64>> = cells[3..].iter().map(number).collect();
+    let numbers = numbers?;
+    let length = numbers[..4].iter().map(|part| part * part).sum::<f64>().sqrt();
+    // A first covariance of -1 marks the orientation as unknown.
+    let unknown = length == 0.0 || numbers[4] == -1.0;
+    ((length - 1.0).abs() <= LENGTH_TOLERANCE || unknown).then(|| ros2_names().collect())
+}
