@@ -9,12 +9,10 @@ use wire::sdo::{Objects, Written};
 use wire::value::Value;
 
 use crate::DEVICE_NAME;
-use crate::flash::Flash;
+use crate::flash::{Flash, Slot};
 use crate::image::{BROKEN_OFF, Board, HEADER, Header, Refusal, identification};
 use crate::journal::{Event, Progress, State};
-use crate::layout::Slot;
-use crate::start::{Program, Restart};
-use crate::update::Download;
+use crate::update::{Download, ProgramState};
 use crate::{program, verify};
 
 /// Period of the heartbeat, ms.
@@ -33,6 +31,15 @@ pub enum Action {
     Restart(Restart),
     /// Erase what a refused download has left, so that the next one can begin.
     Clear,
+}
+
+/// Why the bootloader is to restart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Restart {
+    /// A master has asked for it.
+    ByMaster,
+    /// No master has controlled or sent a program for a minute.
+    AfterSilence,
 }
 
 /// Progress of a download.
@@ -87,10 +94,12 @@ impl<F: Flash> Device<F> {
 
     /// Finds the running program, once: its hash takes longer than masters wait for an answer. One that has run until
     /// now is whole.
-    pub fn find_running(&mut self, program: Program) {
+    pub fn find_running(&mut self, program: ProgramState) {
         self.running = match program {
-            Program::CanRun => program::header(&self.flash, Slot::Running),
-            Program::Missing(_) | Program::Unsettled => program::check(&self.flash, Slot::Running),
+            ProgramState::CanRun => program::header(&self.flash, Slot::Running),
+            ProgramState::Missing(_) | ProgramState::Unsettled => {
+                program::check(&self.flash, Slot::Running)
+            }
         }
         .ok();
     }

@@ -18,8 +18,7 @@
 //! Integers are little-endian. The signature covers the hash, and so the program. A program that runs is checked by its
 //! hash, which finds a changed bit of the header, too; bytes 76 to 139 are used before an install alone.
 
-use crate::flash::Flash;
-use crate::layout::{SLOT_SIZE, Slot};
+use crate::flash::{Flash, SLOT_SIZE, Slot};
 
 /// Size of the header, bytes.
 pub const HEADER: usize = 512;

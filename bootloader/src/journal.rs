@@ -10,9 +10,8 @@
 //! interrupted erase leaves behind it does not count. Without a record a program that was sent is on trial: a power cut
 //! in the erase makes no untried program the settled one.
 
-use crate::flash::{Flash, FlashFailed};
+use crate::flash::{Flash, FlashFailed, JOURNAL, JOURNAL_SIZE, Sector, Slot};
 use crate::image::Refusal;
-use crate::layout::{JOURNAL, JOURNAL_SIZE, Sector, Slot};
 
 /// Size of a record, bytes.
 const RECORD: u32 = 8;

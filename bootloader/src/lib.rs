@@ -3,13 +3,14 @@
 //!
 //! | what | module |
 //! |---|---|
-//! | use of the flash | [`layout`] |
+//! | the flash: its use and its operations | [`flash`] |
 //! | the header in front of a program | [`image`] |
 //! | what has been begun and not ended | [`journal`] |
 //! | programs in their slots | [`program`] |
 //! | the steps at a start, and a download | [`update`] |
 //! | the objects that a master sees, and their node | [`device`], [`node`] |
 //! | the serial line to that node | [`adapter`] |
+//! | notes between program and bootloader in RAM | [`note`] |
 //! | the crystal: its start and measurement; a supply too low for the flash; both on the target | `crystal`, `supply` |
 //!
 //! No allocation, no `unsafe`, no panic on any bytes. The other parts that touch the chip are those of the program,
@@ -43,17 +44,25 @@ pub mod device;
 pub mod flash;
 pub mod image;
 pub mod journal;
-pub mod layout;
 #[cfg(feature = "verify")]
 pub mod node;
-pub mod note;
 #[cfg(feature = "verify")]
 pub mod program;
-#[cfg(feature = "verify")]
-pub mod start;
 #[cfg(target_os = "none")]
 pub mod supply;
 #[cfg(feature = "verify")]
 pub mod update;
 #[cfg(feature = "verify")]
 pub mod verify;
+
+/// Notes between the program and the bootloader, which a reset leaves and a power cut erases.
+pub mod note {
+    /// Address of the note, two words: the last of CCM RAM, behind what `memory.x` gives to the linker.
+    pub const ADDRESS: usize = 0x1000_FFF8;
+
+    /// Note of the program, that it is not to be started: another one is to be received.
+    pub const STAY: [u32; 2] = [0xF007_57A9, !0xF007_57A9];
+
+    /// Note of the bootloader, that no master has asked for this start: the program goes on as after power-up.
+    pub const RESUME: [u32; 2] = [0xF007_4E50, !0xF007_4E50];
+}

@@ -8,8 +8,7 @@ mod chip;
 
 use bootloader::adapter::Word;
 use bootloader::node::{Line, Message, Node};
-use bootloader::start::Program;
-use bootloader::update::{Start, settle};
+use bootloader::update::{ProgramState, Start, settle};
 use bootloader::verify::KEY;
 
 use chip::can::Can;
@@ -24,20 +23,20 @@ fn main() -> ! {
     let mut flash = ChipFlash::new();
     // The program has just run: it is not checked again, since a master waits for the answer.
     if note::take_stay() {
-        serve(flash, Program::CanRun)
+        serve(flash, ProgramState::CanRun)
     }
     clock::hurry();
     let settled = settle(&mut flash, KEY);
     clock::calm();
     match settled {
         Ok(Start::Program) => chip::start_program(),
-        Ok(Start::Nothing(why)) => serve(flash, Program::Missing(why)),
-        Err(_) => serve(flash, Program::Unsettled),
+        Ok(Start::Nothing(why)) => serve(flash, ProgramState::Missing(why)),
+        Err(_) => serve(flash, ProgramState::Unsettled),
     }
 }
 
 /// Serves the bus and the serial line until a master asks for a start, or is silent for a minute.
-fn serve(flash: ChipFlash, program: Program) -> ! {
+fn serve(flash: ChipFlash, program: ProgramState) -> ! {
     sleep::prepare();
     let mut ticks = clock::start();
     let (id, bit_rate, baud) = settings::read();
@@ -47,8 +46,8 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
     node.boot(program);
     let mut waiting = Some(Message::BootUp);
     let mut answer = match program {
-        Program::CanRun => Some(Message::Stopped),
-        Program::Missing(_) | Program::Unsettled => None,
+        ProgramState::CanRun => Some(Message::Stopped),
+        ProgramState::Missing(_) | ProgramState::Unsettled => None,
     };
     loop {
         watchdog::feed();

@@ -8,10 +8,10 @@ use wire::domain::DomainServer;
 use wire::foot::{Foot, NodeId, cob_id};
 use wire::sdo::written;
 
-use crate::device::{Action, Device, HEARTBEAT_MS};
+use crate::device::{Action, Device, HEARTBEAT_MS, Restart};
 use crate::flash::Flash;
 use crate::image::{Board, Refusal};
-use crate::start::{Program, Restart};
+use crate::update::ProgramState;
 
 /// Time without a request after which a transfer is given up, ms.
 const GIVE_UP_MS: u32 = 5_000;
@@ -96,16 +96,16 @@ impl<F: Flash> Node<F> {
     }
 
     /// Prepares for a download.
-    pub fn boot(&mut self, program: Program) {
+    pub fn boot(&mut self, program: ProgramState) {
         self.device.find_running(program);
         // The next start may need the new program.
-        if program != Program::Unsettled {
+        if program != ProgramState::Unsettled {
             self.action = Some(Action::Clear);
         }
         match program {
-            Program::Missing(Some(why)) => self.device.explain(why),
-            Program::Unsettled => self.device.explain(Refusal::FlashFailed),
-            Program::CanRun | Program::Missing(None) => {}
+            ProgramState::Missing(Some(why)) => self.device.explain(why),
+            ProgramState::Unsettled => self.device.explain(Refusal::FlashFailed),
+            ProgramState::CanRun | ProgramState::Missing(None) => {}
         }
     }
 
@@ -201,13 +201,13 @@ impl<F: Flash> Node<F> {
     }
 
     /// Advances by one millisecond; returns the heartbeat when it is due.
-    pub fn tick(&mut self, program: Program) -> Option<Message> {
+    pub fn tick(&mut self, program: ProgramState) -> Option<Message> {
         self.idle_ms = self.idle_ms.saturating_add(1);
         if self.idle_ms == GIVE_UP_MS && self.sdo.give_up() {
             self.plan(Action::Clear);
         }
         self.unused_ms = self.unused_ms.saturating_add(1);
-        if self.unused_ms == RETURN_MS && !matches!(program, Program::Missing(_)) {
+        if self.unused_ms == RETURN_MS && !matches!(program, ProgramState::Missing(_)) {
             self.plan(Action::Restart(Restart::AfterSilence));
         }
         self.heartbeat_ms = self.heartbeat_ms.saturating_add(1);

@@ -1,8 +1,7 @@
 //! Programs in their slots: whether one is whole, whether two are equal, copies.
 
-use crate::flash::{Flash, FlashFailed};
+use crate::flash::{Flash, FlashFailed, Sector, Slot};
 use crate::image::{HASHED, HEADER, Header, Kind, LONGEST, Refusal};
-use crate::layout::{Sector, Slot};
 use crate::verify::Hash;
 
 /// Reads the header of a slot.
@@ -39,10 +38,7 @@ pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     let header = header(flash, slot)?;
     if header.kind == Kind::Probed {
         let is_blank = header.hash == [0xFF; 32] && header.signature == [0xFF; 64];
-        return match is_blank {
-            true => Ok(header),
-            false => Err(Refusal::WrongHash),
-        };
+        return if is_blank { Ok(header) } else { Err(Refusal::WrongHash) };
     }
     let mut hash = Hash::new();
     let mut bytes = [0; 64];
@@ -111,5 +107,5 @@ pub fn copy(flash: &mut impl Flash, from: Slot, to: Slot) -> Result<(), FlashFai
 
 /// Returns whether a slot is erased.
 pub fn is_blank(flash: &impl Flash, slot: Slot) -> bool {
-    (0..crate::layout::SLOT_SIZE / 4).all(|k| flash.read(slot.start() + 4 * k) == u32::MAX)
+    (0..crate::flash::SLOT_SIZE / 4).all(|k| flash.read(slot.start() + 4 * k) == u32::MAX)
 }

@@ -11,10 +11,9 @@
 //! At every moment one of the slots holds a whole program that has worked: `Running` until its copy in `Previous` is
 //! complete, then `Previous` until the new program has confirmed itself.
 
-use crate::flash::{Flash, FlashFailed};
+use crate::flash::{Flash, FlashFailed, Slot};
 use crate::image::{HEADER, Header, Kind, Refusal};
 use crate::journal::{Event, MOST_STARTS, Progress, State};
-use crate::layout::Slot;
 use crate::{program, verify};
 
 /// What to do after the start.
@@ -24,6 +23,17 @@ pub enum Start {
     Program,
     /// No program can be started: wait for one. The reason is `None` where there has been none.
     Nothing(Option<Refusal>),
+}
+
+/// Whether there is a program that can be started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProgramState {
+    /// There is one.
+    CanRun,
+    /// There is none, for this reason; `None` where there has been none.
+    Missing(Option<Refusal>),
+    /// The flash has failed in the steps at the start, which the next start does again.
+    Unsettled,
 }
 
 /// Does the steps that the journal asks for, and says what to start.

@@ -1,5 +1,6 @@
-//! The part's buses: SPI, which is any `SpiDevice`, and I²C.
+//! The part's buses: SPI, which is any `SpiDevice`, with its mode and clock; and I²C.
 
+use embedded_hal::spi::{MODE_3, Mode};
 use embedded_hal::{i2c, spi};
 
 use crate::register::Register;
@@ -66,6 +67,59 @@ impl<SPI: embedded_hal_async::spi::SpiDevice> AsyncBus for SPI {
     async fn write(&mut self, address: u8, value: u8) -> Result<(), Self::Error> {
         embedded_hal_async::spi::SpiDevice::write(self, &[address, value]).await
     }
+}
+
+/// SPI mode of the part; mode 0 works as well \[D\].
+pub const SPI_MODE: Mode = MODE_3;
+
+/// Largest clock of the part's SPI, Hz \[D\]. Clock dividers that round up exceed it.
+///
+/// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing,
+/// `tv(SO)`), which is the whole half period: at this clock a slow part leaves no setup time for the
+/// master. [`SpiClock::Full`] leaves 50 ns.
+pub const SPI_MAX_HERTZ: u32 = 10_000_000;
+
+/// Clock of the part's SPI, slowest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SpiClock {
+    /// An eighth of [`SPI_MAX_HERTZ`], for edges of the clock that take 200 ns.
+    Quarter,
+    /// A quarter of [`SPI_MAX_HERTZ`], for a data line that is slower than any part: long wires, level
+    /// shifters.
+    Half,
+    /// Half of [`SPI_MAX_HERTZ`].
+    #[default]
+    Full,
+}
+
+impl SpiClock {
+    /// All clocks, slowest first.
+    pub const ALL: [Self; 3] = [Self::Quarter, Self::Half, Self::Full];
+
+    /// Clock frequency, Hz.
+    #[must_use]
+    pub const fn hertz(self) -> u32 {
+        match self {
+            Self::Full => SPI_MAX_HERTZ / 2,
+            Self::Half => SPI_MAX_HERTZ / 4,
+            Self::Quarter => SPI_MAX_HERTZ / 8,
+        }
+    }
+
+    /// The next slower clock, or the slowest.
+    #[must_use]
+    pub const fn slower(self) -> Self {
+        match self {
+            Self::Full => Self::Half,
+            Self::Half | Self::Quarter => Self::Quarter,
+        }
+    }
+}
+
+/// A bus whose clock can be reduced.
+pub trait SetSpiClock {
+    /// Limits the clock of the following transfers.
+    fn set_spi_clock(&mut self, clock: SpiClock);
 }
 
 /// Level of the part's pin SA0, the last bit of its address on I²C \[P\].

@@ -7,7 +7,6 @@ use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
 use embedded_hal::delay::DelayNs;
-use embedded_hal::spi::{MODE_3, Mode};
 
 use crate::asynch;
 use crate::bus::{AsyncBus, Bus};
@@ -16,59 +15,6 @@ use crate::error::Error;
 use crate::sample::{RawSample, Status};
 use crate::scale::FrequencyFine;
 use crate::self_test::SelfTest;
-
-/// SPI mode of the part; mode 0 works as well \[D\].
-pub const SPI_MODE: Mode = MODE_3;
-
-/// Largest clock of the part's SPI, Hz \[D\]. Clock dividers that round up exceed it.
-///
-/// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing,
-/// `tv(SO)`), which is the whole half period: at this clock a slow part leaves no setup time for the
-/// master. [`SpiClock::Full`] leaves 50 ns.
-pub const SPI_MAX_HERTZ: u32 = 10_000_000;
-
-/// Clock of the part's SPI, slowest first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum SpiClock {
-    /// An eighth of [`SPI_MAX_HERTZ`], for edges of the clock that take 200 ns.
-    Quarter,
-    /// A quarter of [`SPI_MAX_HERTZ`], for a data line that is slower than any part: long wires, level
-    /// shifters.
-    Half,
-    /// Half of [`SPI_MAX_HERTZ`].
-    #[default]
-    Full,
-}
-
-impl SpiClock {
-    /// All clocks, slowest first.
-    pub const ALL: [Self; 3] = [Self::Quarter, Self::Half, Self::Full];
-
-    /// Clock frequency, Hz.
-    #[must_use]
-    pub const fn hertz(self) -> u32 {
-        match self {
-            Self::Full => SPI_MAX_HERTZ / 2,
-            Self::Half => SPI_MAX_HERTZ / 4,
-            Self::Quarter => SPI_MAX_HERTZ / 8,
-        }
-    }
-
-    /// The next slower clock, or the slowest.
-    #[must_use]
-    pub const fn slower(self) -> Self {
-        match self {
-            Self::Full => Self::Half,
-            Self::Half | Self::Quarter => Self::Quarter,
-        }
-    }
-}
-
-/// A bus whose clock can be reduced.
-pub trait SetSpiClock {
-    /// Limits the clock of the following transfers.
-    fn set_spi_clock(&mut self, clock: SpiClock);
-}
 
 /// Adapter from a blocking bus or delay to the asynchronous traits.
 #[derive(Debug)]

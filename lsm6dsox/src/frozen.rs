@@ -123,10 +123,7 @@ impl FrozenDetector {
             *before |= now;
         }
         for (blocks, changed) in self.unchanged.iter_mut().zip(changed) {
-            *blocks = match changed {
-                false => blocks.saturating_add(1),
-                true => 0,
-            };
+            *blocks = if changed { 0 } else { blocks.saturating_add(1) };
         }
         let [accel @ .., wx, wy, wz] = self.unchanged;
         self.frozen = stuck(accel, Self::ACCEL_AXIS_BLOCKS, Self::ACCEL_BLOCKS)

@@ -7,7 +7,7 @@
 //! | the registers: addresses, fields, values after reset | [`register`] |
 //! | data rates, filters, pins | [`setting`] |
 //! | settings, validated, and their register values | [`config`] |
-//! | SPI or I²C | [`bus`] |
+//! | SPI or I²C, and their clocks | [`bus`] |
 //! | init, burst, self-test on the bus | [`driver`] (blocking), [`asynch`] |
 //! | sixteen bytes → codes that carry their scale → SI units | [`sample`], [`scale`] |
 //! | noise of the outputs at a setting | [`noise`] |
@@ -77,9 +77,9 @@ pub mod setting;
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
 
-pub use bus::{AsyncBus, Bus, I2c, Sa0};
+pub use bus::{AsyncBus, Bus, I2c, SPI_MAX_HERTZ, SPI_MODE, Sa0, SetSpiClock, SpiClock};
 pub use config::{AccelParams, Config, DataReady, GyroParams, Params, ParamsError, Write};
-pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE, SetSpiClock, SpiClock};
+pub use driver::Lsm6dsox;
 pub use error::Error;
 pub use frozen::FrozenDetector;
 pub use noise::Noise;

@@ -21,12 +21,12 @@
 //! counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
 
 use core::cmp::Reverse;
+use core::convert::Infallible;
 use core::ops::Range;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage::nor_flash::NorFlash;
-
-use super::{Erase, StoreFailed};
+use wire::AbortCode;
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
@@ -41,6 +41,45 @@ const CHUNK: usize = 64;
 
 /// Attempts to write an item before the flash counts as worn out.
 const ATTEMPTS: usize = 2;
+
+/// Whether a page of flash may be erased. Meanwhile, for half a second at most, the foot does
+/// nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Erase {
+    /// The erase is allowed.
+    Allowed,
+    /// The erase is refused: the foot is streaming.
+    Refused,
+}
+
+/// Reason why the settings, or the brown-out level, could not be written. The previous ones are unchanged.
+/// The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreFailed {
+    /// The flash refused the write, or its contents do not read back.
+    Flash,
+    /// The supply is too low to write flash.
+    SupplyLow,
+    /// A page must be erased first, which was not allowed.
+    NeedsErase,
+}
+
+impl From<Infallible> for StoreFailed {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl StoreFailed {
+    /// Abort code of the request.
+    #[must_use]
+    pub const fn abort_code(self) -> AbortCode {
+        match self {
+            Self::Flash | Self::SupplyLow => AbortCode::Hardware,
+            Self::NeedsErase => AbortCode::DeviceState,
+        }
+    }
+}
 
 /// State of a page, the least current first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -323,7 +362,6 @@ fn padded(length: u16) -> u32 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use core::convert::Infallible;
     use embedded_storage::nor_flash::{ErrorType, ReadNorFlash};
     use std::{vec, vec::Vec};
 

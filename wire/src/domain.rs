@@ -202,10 +202,8 @@ impl DomainServer {
         let bytes = segment.get(..length).unwrap_or(&segment);
         let taken = transfer.take(bytes, objects);
         let is_last = command & LAST != 0;
-        let stored = taken.and_then(|()| match is_last {
-            true => transfer.end(objects),
-            false => objects.flush(),
-        });
+        let stored =
+            taken.and_then(|()| if is_last { transfer.end(objects) } else { objects.flush() });
         if let Err(code) = stored {
             return abort(address, code);
         }

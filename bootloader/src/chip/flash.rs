@@ -1,8 +1,7 @@
 //! The flash by words of 32 bits, which requires a supply of 2.7 to 3.6 V (RM0090, 3.6). Below it nothing is written or
 //! erased. The program writes the option bytes: the bootloader runs while a connector may still bounce.
 
-use bootloader::flash::{Flash, FlashFailed};
-use bootloader::layout::Sector;
+use bootloader::flash::{Flash, FlashFailed, Sector};
 use bootloader::supply;
 use stm32_metapac::FLASH;
 use stm32_metapac::flash::vals::Psize;

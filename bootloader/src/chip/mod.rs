@@ -9,8 +9,8 @@ pub mod settings;
 pub mod sleep;
 pub mod watchdog;
 
+use bootloader::flash::Slot;
 use bootloader::image::{Board, HEADER};
-use bootloader::layout::Slot;
 use bootloader::supply;
 use wire::foot::serial_number;
 

@@ -1,7 +1,7 @@
 //! Access to the note.
 
+use bootloader::device::Restart;
 use bootloader::note::{ADDRESS, RESUME, STAY};
-use bootloader::start::Restart;
 
 const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(ADDRESS);
 

@@ -1,12 +1,11 @@
 //! Attacks with any bytes: headers with one changed bit, random requests, journals that a program has spoilt.
 
-use bootloader::flash::Flash as _;
+use bootloader::flash::{Flash as _, Slot};
 use bootloader::image::{Board, HEADER, Refusal};
 use bootloader::journal::{Event, Progress, State};
-use bootloader::layout::Slot;
 use bootloader::node::Line;
 use bootloader::program;
-use bootloader::start::Program::CanRun;
+use bootloader::update::ProgramState::CanRun;
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 use rand::rngs::SmallRng;
@@ -161,7 +160,7 @@ fn any_journal_starts_a_whole_program() {
         }
         // An invalid record.
         if random.random_range(0..4) == 0 {
-            let at = bootloader::layout::JOURNAL + 4 * random.random_range(0..40);
+            let at = bootloader::flash::JOURNAL + 4 * random.random_range(0..40);
             let word = chip.read(at) & random.random::<u32>();
             let _ = chip.program(at, word);
         }

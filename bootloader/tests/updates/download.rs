@@ -1,12 +1,12 @@
 //! Downloads over SDO into a simulated flash: whole, damaged, refused, given up, and with losses on the bus.
 
 use crate::flash::{Chip, Cut, DEVELOPMENT, header, image, program, sign};
+use bootloader::device::Restart;
+use bootloader::flash::Slot;
 use bootloader::image::{BROKEN_OFF, Board, HEADER, Header, Refusal};
 use bootloader::journal::{Event, Progress, State};
-use bootloader::layout::Slot;
 use bootloader::node::{Line, Message, Node};
-use bootloader::start::Program::{CanRun, Missing, Unsettled};
-use bootloader::start::Restart;
+use bootloader::update::ProgramState::{CanRun, Missing, Unsettled};
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 use crc::{CRC_16_XMODEM, Crc};

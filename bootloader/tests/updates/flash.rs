@@ -2,10 +2,9 @@
 
 use std::cell::Cell;
 
-use bootloader::flash::{Flash, FlashFailed};
+use bootloader::flash::{Flash, FlashFailed, JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Sector, Slot};
 use bootloader::image::{Board, HASHED, HEADER, Header, Kind, SIGNED, Sources};
 use bootloader::journal::{Event, State};
-use bootloader::layout::{JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Sector, Slot};
 use bootloader::update::{Start, settle};
 use bootloader::verify::{Hash, KEY};
 

@@ -1,10 +1,9 @@
 //! Updates whose supply fails in each operation of the flash: the old or the new program is started, whole.
 
 use crate::flash::{CUTS, Chip, Cut, image, probed};
-use bootloader::flash::Flash as _;
+use bootloader::flash::{Flash as _, JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Slot};
 use bootloader::image::{HEADER, Refusal};
 use bootloader::journal::{Event, MOST_STARTS, Progress, State};
-use bootloader::layout::{JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Slot};
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 

@@ -5,10 +5,10 @@ pub mod results;
 
 use std::path::Path;
 
+use bootloader::flash::Slot;
 use bootloader::image::{
     HASHED, HEADER, Header, Kind, LONGEST, Refusal, SHORTEST, SIGNED, Sources,
 };
-use bootloader::layout::Slot;
 use bootloader::verify::Hash;
 use object::Endianness;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};

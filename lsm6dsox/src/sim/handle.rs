@@ -10,7 +10,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 
 use super::fault::PartFault;
 use super::part::Part;
-use crate::driver::{SetSpiClock, SpiClock};
+use crate::bus::{SetSpiClock, SpiClock};
 use crate::setting::Pin;
 
 /// A part with several owners: the buses, the delay, and the observing test.

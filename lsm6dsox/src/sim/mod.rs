@@ -31,18 +31,13 @@
 //! Time is controlled by the caller: nothing happens until [`Part::advance_to`]. The same seed, motion and
 //! calls give the same bits on every machine: arithmetic is + − × ÷ and the `libm` crate.
 
-mod bus;
 mod channel;
 mod clock;
 mod fault;
-mod filter;
 mod handle;
 mod memory;
 mod motion;
-mod outputs;
 mod part;
-mod paths;
-mod pins;
 mod random;
 
 pub use fault::{Axis, PartFault};

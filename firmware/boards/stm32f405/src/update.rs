@@ -1,9 +1,8 @@
 //! What the program and its bootloader tell each other: the journal of updates, and a note in RAM.
 
-use bootloader::flash::{Flash, FlashFailed};
+use bootloader::flash::{Flash, FlashFailed, Sector, Slot};
 use bootloader::image::{Refusal, identification};
 use bootloader::journal::{Event, Progress, State};
-use bootloader::layout::{Sector, Slot};
 use bootloader::note;
 use storage::StoreFailed;
 use wire::node::Program;

@@ -1,7 +1,7 @@
 //! Images of the product for updates.
 
+use bootloader::flash::Slot;
 use bootloader::image::{HEADER, Header, Sources, USED};
-use bootloader::layout::Slot;
 use virtual_board::emulator::elf::ElfImage;
 use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 

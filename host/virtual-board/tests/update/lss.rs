@@ -1,7 +1,7 @@
 //! A foot without a program and without a node id: LSS (`CiA` 305) gives it one, in the bootloader.
 
+use bootloader::flash::Slot;
 use bootloader::image::BROKEN_OFF;
-use bootloader::layout::Slot;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFrame;

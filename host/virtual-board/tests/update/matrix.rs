@@ -1,7 +1,7 @@
 //! What an update does when something goes wrong: each row on the ELFs that are flashed, compared with the stored results.
 
+use bootloader::flash::{SLOT_SIZE, Slot};
 use bootloader::image::{HEADER, Refusal};
-use bootloader::layout::{SLOT_SIZE, Slot};
 use serde_json::Value;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;

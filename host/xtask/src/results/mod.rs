@@ -37,8 +37,8 @@ use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
 use anyhow::{Context, Result, bail};
+use bootloader::flash::Slot;
 use bootloader::image::HEADER;
-use bootloader::layout::Slot;
 use bootloader::verify::Hash;
 use serde_json::{Map, Value};
 
