@@ -3,11 +3,11 @@
 //!
 //! | line, ended by CR | meaning |
 //! |---|---|
-//! | `C`, `S0` … `S8`, `O` | close; the rate of the bus, which there is not; open |
+//! | `C`, `S0` … `S8`, `O` | close; set the bit rate, which has no effect: there is no bus; open |
 //! | `t6118…` | a frame for the node |
 //!
-//! Each is answered by CR, or by BEL where it is not understood, or a frame comes before the line is open. Empty lines are
-//! not answered: masters send them to end what came before. Frames of the node are sent while the line is open.
+//! Each is answered by CR; by BEL if it is unknown, or is a frame before the line was opened. Empty lines are not answered:
+//! masters send them to end an incomplete line. Frames of the node are sent while the line is open.
 
 use heapless::Vec;
 use wire::CanFrame;

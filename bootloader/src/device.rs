@@ -1,4 +1,4 @@
-//! The objects of a foot that runs its bootloader, and what they do: the program control of CiA 302-3.
+//! The objects of a foot in its bootloader, with the program control of CiA 302-3.
 
 use canopen_rs::nmt::NmtState;
 use heapless::Vec;
@@ -33,7 +33,7 @@ pub enum Action {
     Clear,
 }
 
-/// Why the bootloader is to restart.
+/// Cause of a restart of the bootloader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Restart {
     /// A master has asked for it.
@@ -47,7 +47,7 @@ pub enum Restart {
 enum Received {
     /// None, or one that was refused.
     Nothing,
-    /// Begun. No object is read during a transfer: one that is read now finds it broken off.
+    /// A transfer has begun. Objects are not read during a transfer: a read in this state finds it broken off.
     Part,
     /// The slot for a new program holds one that is complete.
     Program,
@@ -92,7 +92,7 @@ impl<F: Flash> Device<F> {
         }
     }
 
-    /// Finds the running program, once: its hash takes longer than masters wait for an answer. One that has run until
+    /// Finds the running program, once: hashing takes longer than masters wait for an answer. A program that has run until
     /// now is whole.
     pub fn find_running(&mut self, program: ProgramState) {
         self.running = match program {

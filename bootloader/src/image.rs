@@ -246,7 +246,7 @@ impl Header {
     /// Header in these bytes.
     ///
     /// # Errors
-    /// The bytes are no header, or one of values outside their ranges.
+    /// The bytes are not a header, or a value is outside its range.
     pub fn decode(bytes: &[u8; HEADER]) -> Result<Self, Refusal> {
         let mut rest = bytes.as_slice();
         if take(&mut rest) != MAGIC {

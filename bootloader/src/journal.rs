@@ -36,8 +36,8 @@ pub const MOST_STARTS: u8 = 3;
 pub enum Event {
     /// The program in [`Slot::New`] is to be copied and started.
     Install,
-    /// The program to return to is whole in [`Slot::Previous`], if there is one: the new
-    /// one takes its place.
+    /// The program to return to, if there is one, is whole in [`Slot::Previous`]: the new program may replace the running
+    /// one.
     Kept,
     /// The new program is started, without having been confirmed.
     Started,

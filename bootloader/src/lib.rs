@@ -5,7 +5,7 @@
 //! |---|---|
 //! | the flash: its use and its operations | [`flash`] |
 //! | the header in front of a program | [`image`] |
-//! | what has been begun and not ended | [`journal`] |
+//! | progress of an update, record by record | [`journal`] |
 //! | programs in their slots | [`program`] |
 //! | the steps at a start, and a download | [`update`] |
 //! | the objects that a master sees, and their node | [`device`], [`node`] |
@@ -60,9 +60,9 @@ pub mod note {
     /// Address of the note, two words: the last of CCM RAM, behind what `memory.x` gives to the linker.
     pub const ADDRESS: usize = 0x1000_FFF8;
 
-    /// Note of the program, that it is not to be started: another one is to be received.
+    /// Written by the program: it is not to be started, because another one is to be received.
     pub const STAY: [u32; 2] = [0xF007_57A9, !0xF007_57A9];
 
-    /// Note of the bootloader, that no master has asked for this start: the program goes on as after power-up.
+    /// Written by the bootloader: no master has asked for this start, so the program goes on as after power-up.
     pub const RESUME: [u32; 2] = [0xF007_4E50, !0xF007_4E50];
 }

@@ -25,22 +25,22 @@ pub enum Start {
     Nothing(Option<Refusal>),
 }
 
-/// Whether there is a program that can be started.
+/// State of the program in [`Slot::Running`] while the bootloader serves its lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProgramState {
-    /// There is one.
+    /// It can be started.
     CanRun,
-    /// There is none, for this reason; `None` where there has been none.
+    /// No program can be started, for this reason; `None` if there has been none.
     Missing(Option<Refusal>),
-    /// The flash has failed in the steps at the start, which the next start does again.
+    /// The flash has failed in the steps at the start, which the next start repeats.
     Unsettled,
 }
 
-/// Does the steps that the journal asks for, and says what to start.
+/// Performs the steps that are due by the journal. Returns what to start.
 ///
 /// # Errors
-/// The flash has failed, takes no record of that, and the running slot may hold a part of a program or one that is to be
-/// tried. The next start tries again.
+/// The flash has failed and takes no record of it, and the running slot may hold part of a program, or one that has not
+/// been tried. The next start repeats the steps.
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
     let mut state = State::read(flash);
     let settled = state.tidy(flash).and_then(|()| proceed(&mut state, flash, key));

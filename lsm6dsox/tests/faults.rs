@@ -135,10 +135,7 @@ fn slow_data_line_is_one_bit_late_until_the_clock_is_halved() {
         spi.set_spi_clock(SpiClock::Full);
         let mut sensor = Lsm6dsox::new(spi, PRESET);
         let read = sensor.init(&mut part.delay());
-        let expected = match late {
-            true => Err(Error::Identity { read: 0x6C >> 1 }),
-            false => Ok(()),
-        };
+        let expected = if late { Err(Error::Identity { read: 0x6C >> 1 }) } else { Ok(()) };
         assert_eq!(read, expected, "{ns} ns");
         part.spi().set_spi_clock(SpiClock::Half);
         assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{ns} ns");

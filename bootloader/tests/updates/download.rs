@@ -154,10 +154,7 @@ fn downloaded_program_is_installed_by_start() {
     let new = image(3, 300);
     for by_block in [false, true] {
         let mut master = Master::of(chip());
-        let sent = match by_block {
-            true => master.block(&new),
-            false => master.segmented(&new),
-        };
+        let sent = if by_block { master.block(&new) } else { master.segmented(&new) };
         assert_eq!(sent, Ok(()));
         assert_eq!(master.status(), None);
         assert_eq!(master.node.take_restart(), None);
@@ -225,10 +222,7 @@ fn unsuitable_images_are_refused_before_they_are_installed() {
     ] {
         for by_block in [false, true] {
             let mut master = Master::of(chip());
-            let sent = match by_block {
-                true => master.block(&bytes),
-                false => master.segmented(&bytes),
-            };
+            let sent = if by_block { master.block(&bytes) } else { master.segmented(&bytes) };
             assert_eq!(sent, Err(AbortCode::CannotStore), "{refusal:?}");
             assert_eq!(master.status(), Some(refusal));
             // Nothing to install, and the next attempt succeeds.

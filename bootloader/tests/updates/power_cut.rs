@@ -192,7 +192,7 @@ fn full_journal_keeps_its_state_over_a_cut() {
     let (old, new) = (image(2, 2), image(3, 3));
     let mut chip = received(&old, None, &new);
     let mut state = State::read(&chip);
-    // What an interrupted erase leaves, 64 records of 8 bytes, ends with an install.
+    // An interrupted erase leaves 64 records of 8 bytes, the last of which is an install.
     for k in 1..=8_170 {
         let event = match k % 64 {
             63 => Event::Install,

@@ -215,7 +215,7 @@ impl Device {
                 self.event = Some(Event::StopProgram);
                 return Ok(Written::Pending);
             }
-            // It has started.
+            // Start: the program runs already.
             1 => {}
             2 => self.event = Some(Event::ResetNode),
             // Only the bootloader clears, where the program does not run.
