@@ -1,4 +1,4 @@
-//! What an update does when something goes wrong: each row on the ELFs that are flashed, compared with the stored results.
+//! Disturbances of an update: each row on the ELFs that are flashed, compared with the stored results.
 
 use bootloader::flash::{SLOT_SIZE, Slot};
 use bootloader::image::{HEADER, Refusal};

@@ -20,7 +20,7 @@
 //!    ```
 //!
 //! 2. A document gets the lines `<!-- begin NAME -->` and `<!-- end NAME -->`, and [`tables`] the function that renders
-//!    what is between them.
+//!    the text between them.
 //! 3. `FOOTFALL_UPDATE=1` in the environment of the test writes the file and the block.
 //!
 //! [`Measurement::assert_current`] is for tests of the default run, whose figures are compared on every program;
@@ -603,7 +603,7 @@ pub fn refuse_older() -> Result<()> {
     let older = older()?;
     if !older.is_empty() {
         bail!(
-            "measured on other programs:\n  {}\n`FOOTFALL_UPDATE=1 .ci/full` measures again",
+            "measured on other programs:\n  {}\n`.ci/test` and `.ci/full` with FOOTFALL_UPDATE=1 in the environment measure them again",
             older.join("\n  ")
         );
     }

@@ -12,7 +12,7 @@ pub struct Block {
     pub page: &'static str,
     /// Name of the block.
     pub name: &'static str,
-    /// What is between its lines.
+    /// Text between its lines.
     pub text: String,
 }
 
@@ -33,6 +33,7 @@ const TEMPLATES: &[Template] = &[
     (EVALUATION, "odometry", "odometry", odometry),
     (EVALUATION, "attitude", "attitude", attitude),
     (EVALUATION, "attitude-peers", "attitude-peers", attitude_peers),
+    (EVALUATION, "instructions", "instructions", instructions),
     (BOARD, "updates", "updates", updates),
     (BOARD, "updates-others", "updates-others", updates_others),
     (BOARD, "update-corners", "update-corners", update_corners),
@@ -299,6 +300,18 @@ fn attitude_peers(result: &Stored) -> Result<String> {
     for row in result.rows() {
         let cells = [row.text("filter")?.to_owned(), angle(&row, "mean_deg")?];
         table.row(cells.into_iter().chain([angle(&row, "worst_deg")?]));
+    }
+    Ok(table.0)
+}
+
+fn instructions(result: &Stored) -> Result<String> {
+    let mut table = Table::new(&["part", "instructions a sample", "budget"]);
+    for row in result.rows() {
+        table.row([
+            row.text("part")?.to_owned(),
+            count(&row, "instructions_per_sample")?,
+            count(&row, "budget")?,
+        ]);
     }
     Ok(table.0)
 }
