@@ -132,7 +132,7 @@ pub fn path_of_foot(path: &Path, foot: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Returns the path, with a number before the extension if it is already taken.
+/// Returns the path, with a number before the extension if the path is already taken.
 #[must_use]
 pub fn unused_path(path: PathBuf, taken: &[PathBuf]) -> PathBuf {
     let numbered = (2..).map(|number: u32| path_of_foot(&path, &number.to_string()));
@@ -173,7 +173,7 @@ pub fn write_file(
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
     check_directory_of(path)?;
-    written(path, content).map_err(OutputError::unwritable(path))
+    write(path, content).map_err(OutputError::unwritable(path))
 }
 
 /// Checks that the directory of a file exists.
@@ -190,18 +190,28 @@ pub fn check_directory_of(path: &Path) -> Result<(), OutputError> {
     }
 }
 
+/// Creates a directory of results if it does not exist.
+///
+/// # Errors
+/// A file has its name, or it cannot be created.
+pub fn create_directory(path: &Path) -> Result<(), OutputError> {
+    check_can_be_directory(path)?;
+    fs::create_dir_all(path).map_err(OutputError::unwritable(path))
+}
+
 /// Checks that a directory exists or can be created, i.e. that no file has its name.
 ///
 /// # Errors
 /// A file has this name.
 pub fn check_can_be_directory(path: &Path) -> Result<(), OutputError> {
-    match path.exists() && !path.is_dir() {
-        true => Err(OutputError::NotADirectory(path.display().to_string())),
-        false => Ok(()),
+    if path.exists() && !path.is_dir() {
+        Err(OutputError::NotADirectory(path.display().to_string()))
+    } else {
+        Ok(())
     }
 }
 
-/// Ignores an error caused by a closed reader, such as `head`; remaining work continues.
+/// Ignores the error of a closed reader, such as `head`, so that remaining work continues.
 ///
 /// # Errors
 /// Any other error in `written`.
@@ -243,7 +253,7 @@ pub enum OutputError {
     /// There are options for a copy of a bag, and none is written.
     #[error("{0} is for a copy of a bag: --output copy.mcap")]
     NoCopy(&'static str),
-    /// Two options write one topic.
+    /// Two options would write one topic.
     #[error("--compat unitree and --lowstate both write /footfall/lowstate: give one of them")]
     LowStateTwice,
     /// Contacts go into a copy of a bag, and the input is not a file on disk.
@@ -317,7 +327,7 @@ fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
     Err(OutputError::Extension { file: named(path), kind, expected: extensions.join(" or .") })
 }
 
-/// Returns whether two paths refer to one file, which may not exist yet.
+/// Returns whether two paths refer to the same file, which may not exist yet.
 fn same_file(a: &Path, b: &Path) -> bool {
     if a == Path::new(STANDARD) || b == Path::new(STANDARD) {
         return false;
@@ -325,6 +335,7 @@ fn same_file(a: &Path, b: &Path) -> bool {
     resolved(a).is_some_and(|a| Some(a) == resolved(b))
 }
 
+/// Returns the absolute path without symbolic links; of a file that does not exist, by its directory.
 fn resolved(path: &Path) -> Option<PathBuf> {
     if let Ok(resolved) = fs::canonicalize(path) {
         return Some(resolved);
@@ -337,7 +348,7 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     if path == Path::new(STANDARD) {
         return to_stdout(content);
     }
@@ -375,14 +386,5 @@ mod tests {
         assert!(result.is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "before");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn missing_directory_is_named() {
-        let error = write_file(Path::new("no/such/place/out.csv"), |_| Ok(())).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "no/such/place/out.csv cannot be written: there is no directory no/such/place"
-        );
     }
 }

@@ -32,32 +32,33 @@ pub fn set_verbosity(verbosity: Verbosity) {
 
 /// Prints the error that ended a command.
 pub fn error(message: impl Display) {
-    say(Kind::Error, &message);
+    print(Kind::Error, &message);
 }
 
 /// Prints a warning about omitted, reinterpreted or suspicious data.
 pub fn warn(message: impl Display) {
-    if is_said(Verbosity::Normal) {
-        say(Kind::Warning, &message);
+    if is_shown(Verbosity::Normal) {
+        print(Kind::Warning, &message);
     }
 }
 
 /// Prints a detail, shown with `--verbose` only.
 pub fn detail(message: impl Display) {
-    if is_said(Verbosity::Verbose) {
-        say(Kind::Detail, &message);
+    if is_shown(Verbosity::Verbose) {
+        print(Kind::Detail, &message);
     }
 }
 
 /// Prints a report unchanged on standard error, for use when standard output holds a result.
 pub fn aside(report: impl Display) {
-    if is_said(Verbosity::Normal) {
+    if is_shown(Verbosity::Normal) {
         let line = format!("{report}\n");
         let _ = io::stderr().lock().write_all(line.as_bytes());
     }
 }
 
-fn is_said(from: Verbosity) -> bool {
+/// Returns whether messages are shown that need at least this verbosity.
+fn is_shown(from: Verbosity) -> bool {
     VERBOSITY.load(Ordering::Relaxed) >= from as u8
 }
 
@@ -87,7 +88,7 @@ enum Look {
     Coloured,
 }
 
-fn say(kind: Kind, message: &dyn Display) {
+fn print(kind: Kind, message: &dyn Display) {
     let stderr = io::stderr();
     let look = match AutoStream::choice(&stderr) {
         ColorChoice::Never if stderr.is_terminal() => Look::Terminal,
@@ -104,23 +105,5 @@ fn line(kind: Kind, look: Look, message: &dyn Display) -> String {
         Look::Plain => format!("footfall: {message}\n"),
         Look::Terminal => format!("{label} {message}\n"),
         Look::Coloured => format!("{style}{label}{style:#} {message}\n"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn prefix_is_the_program_or_on_a_terminal_the_kind() {
-        assert_eq!(
-            line(Kind::Warning, Look::Plain, &"x.csv: no time"),
-            "footfall: x.csv: no time\n"
-        );
-        assert_eq!(line(Kind::Error, Look::Terminal, &"no file"), "error: no file\n");
-        assert_eq!(
-            line(Kind::Error, Look::Coloured, &"no file"),
-            "\u{1b}[1m\u{1b}[31merror:\u{1b}[0m no file\n"
-        );
     }
 }

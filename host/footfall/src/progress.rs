@@ -27,7 +27,7 @@ impl Bars {
         self.0.add(bar("estimating", samples, LONG_RECORDING))
     }
 
-    /// Returns a bar over the bytes that are sent to a foot, %.
+    /// Returns a bar over the bytes that are sent to a foot, from 0 to 100 %.
     #[must_use]
     pub fn sending(&self) -> ProgressBar {
         self.0.add(bar("sending", 100, 0))
@@ -49,9 +49,10 @@ pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, 
 /// Returns a bar over `length`, hidden if it is below `shown_from`.
 fn bar(activity: &'static str, length: u64, shown_from: u64) -> ProgressBar {
     // A stderr target is hidden unless stderr is a terminal.
-    let target = match length >= shown_from {
-        true => ProgressDrawTarget::stderr(),
-        false => ProgressDrawTarget::hidden(),
+    let target = if length >= shown_from {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
     };
     let style = ProgressStyle::with_template("{msg:>10} {wide_bar} {percent:>3} %, {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar());

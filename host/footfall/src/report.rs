@@ -23,7 +23,7 @@ pub enum SummaryStyle {
     Text,
     /// One JSON object with the program version and the id of its schema, as the only output on stdout.
     Json,
-    /// None: stdout holds the table.
+    /// None: standard output holds the table.
     Silent,
 }
 
@@ -108,8 +108,8 @@ impl<'a, R: Described> Document<'a, R> {
         Self { schema: R::SCHEMA, version: Some(env!("CARGO_PKG_VERSION")), report }
     }
 
-    /// Wraps the state of a foot for printing: without the version of the program, which would stand in every line, or
-    /// beside that of a foot.
+    /// Wraps the state of a foot for printing, without the version of the program: it would be repeated in every line, and
+    /// could be mistaken for the version of the foot.
     pub const fn line(report: &'a R) -> Self {
         Self { version: None, ..Self::of(report) }
     }

@@ -20,7 +20,10 @@ use crate::messages::warn;
 const QUIET: Duration = Duration::from_millis(200);
 
 /// Time without arrivals after which feet are checked for silence.
-const LOOK: Duration = Duration::from_millis(20);
+const SILENCE_CHECK: Duration = Duration::from_millis(20);
+
+/// Maximum duration of a stream, s: about thirty years.
+const LONGEST_S: f64 = 1.0e9;
 
 /// Destination of messages.
 pub trait Sink {
@@ -39,50 +42,6 @@ pub trait Sink {
     }
 }
 
-/// Maximum duration of a stream, s: about thirty years.
-const LONGEST_S: f64 = 1.0e9;
-
-/// Parses the duration of a stream, s.
-///
-/// # Errors
-/// A sentence that states the accepted values.
-pub fn parse_seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok();
-    let seconds = seconds.filter(|seconds| (0.0..=LONGEST_S).contains(seconds));
-    seconds.ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
-}
-
-/// Returns the deadline of a stream on the clock of its line; an interruption always ends it.
-#[must_use]
-pub fn deadline(clock: &LineClock, seconds: Option<f64>) -> Option<Duration> {
-    let time = Duration::try_from_secs_f64(seconds?).ok()?;
-    clock.now().checked_add(time)
-}
-
-/// Returns whether the deadline has passed or an interruption was requested.
-#[must_use]
-pub fn is_over(clock: &LineClock, deadline: Option<Duration>) -> bool {
-    is_interrupted() || deadline.is_some_and(|deadline| clock.now() >= deadline)
-}
-
-/// Returns the time after `period`, or the end if it comes first.
-#[must_use]
-pub fn next(clock: &LineClock, period: Duration, end: Option<Duration>) -> Duration {
-    let due = clock.now() + period;
-    end.map_or(due, |end| due.min(end))
-}
-
-/// Returns the error that has ended a source, unless its playback has ended.
-///
-/// # Errors
-/// That error.
-pub fn unless_ended(ended: Option<LinkError>) -> Result<(), Error> {
-    match ended {
-        None | Some(LinkError::Ended(_)) => Ok(()),
-        Some(error) => Err(error.into()),
-    }
-}
-
 /// A stream of messages from the feet.
 pub struct Stream {
     feed: Feed,
@@ -90,17 +49,17 @@ pub struct Stream {
     bridge: Bridge,
     /// Feet whose id is used by several boards, as last reported.
     shared: BTreeSet<usize>,
-    /// Feet that messages of all feet do not have, as reported.
+    /// Reported feet that have no place in messages of all feet.
     without_place: BTreeSet<String>,
-    /// Whether feet that messages of all feet lack were reported.
+    /// Whether feet without contacts in messages of all feet were reported.
     warned_of_absent: bool,
     /// Whether any id was shared; sequence numbers then do not show losses.
     was_shared: bool,
 }
 
 impl Stream {
-    /// Opens a source with the given feet, whose messages `bridge` makes. Waits until it is open or is being waited for;
-    /// recorded sources can be read from then on.
+    /// Opens a source with the given feet, whose messages `bridge` creates. Returns once the source is open, or is being
+    /// waited for.
     ///
     /// # Errors
     /// The source cannot be opened.
@@ -146,11 +105,11 @@ impl Stream {
     ) -> Result<Option<LinkError>, Error> {
         let mut ended = None;
         while ended.is_none() && !is_over(self.clock(), deadline) {
-            self.session.listen(&self.feed, LOOK);
-            ended = self.hand_on(sink)?;
+            self.session.listen(&self.feed, SILENCE_CHECK);
+            ended = self.publish_updates(sink)?;
         }
         self.session.finish();
-        self.hand_on(sink)?;
+        self.publish_updates(sink)?;
         Ok(ended)
     }
 
@@ -163,8 +122,8 @@ impl Stream {
         last.try_for_each(|published| sink.publish(published))
     }
 
-    /// Publishes the messages of all updates; returns the error that has ended the source, if it has.
-    fn hand_on(&mut self, sink: &mut impl Sink) -> Result<Option<LinkError>, Error> {
+    /// Publishes the messages of all pending updates; returns the error that has ended the source, if any.
+    fn publish_updates(&mut self, sink: &mut impl Sink) -> Result<Option<LinkError>, Error> {
         while let Some(update) = self.session.next_update() {
             for published in self.bridge.messages(&self.session, &update) {
                 sink.publish(published)?;
@@ -184,7 +143,7 @@ impl Stream {
         Ok(None)
     }
 
-    /// Warns about feet that messages of all feet do not have, once each.
+    /// Warns once about each foot without a place in messages of all feet.
     fn warn_of_feet_without_place(&mut self) {
         for name in self.bridge.without_place() {
             if self.without_place.insert(name.to_owned()) {
@@ -196,7 +155,7 @@ impl Stream {
         }
     }
 
-    /// Warns once about feet of the messages of all feet that have sent nothing.
+    /// Warns once about feet that have a place in messages of all feet and have sent nothing.
     fn warn_of_absent_feet(&mut self) {
         if self.warned_of_absent {
             return;
@@ -211,7 +170,7 @@ impl Stream {
         }
     }
 
-    /// Warns about an id used by several boards, once each time it begins.
+    /// Warns about an id used by several boards, each time this begins.
     fn warn_of_shared_id(&mut self, index: usize) {
         let foot = &self.session.feet()[index];
         if !foot.is_of_several_boards() {
@@ -248,6 +207,47 @@ impl Stream {
             warn(format!("{unreadable} lines unreadable; {problems}"));
         }
         warn_of_lost(&self.feed);
+    }
+}
+
+/// Parses the duration of a stream, s.
+///
+/// # Errors
+/// A sentence that states the accepted values.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|seconds| (0.0..=LONGEST_S).contains(seconds));
+    seconds.ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
+}
+
+/// Returns the deadline of a stream on the clock of its line; an interruption always ends it.
+#[must_use]
+pub fn deadline(clock: &LineClock, seconds: Option<f64>) -> Option<Duration> {
+    let time = Duration::try_from_secs_f64(seconds?).ok()?;
+    clock.now().checked_add(time)
+}
+
+/// Returns whether the deadline has passed or an interruption was requested.
+#[must_use]
+pub fn is_over(clock: &LineClock, deadline: Option<Duration>) -> bool {
+    is_interrupted() || deadline.is_some_and(|deadline| clock.now() >= deadline)
+}
+
+/// Returns the time after `period`, or the end if it comes first.
+#[must_use]
+pub fn next(clock: &LineClock, period: Duration, end: Option<Duration>) -> Duration {
+    let due = clock.now() + period;
+    end.map_or(due, |end| due.min(end))
+}
+
+/// Returns the error that has ended a source, unless its playback has ended.
+///
+/// # Errors
+/// That error.
+pub fn unless_ended(ended: Option<LinkError>) -> Result<(), Error> {
+    match ended {
+        None | Some(LinkError::Ended(_)) => Ok(()),
+        Some(error) => Err(error.into()),
     }
 }
 

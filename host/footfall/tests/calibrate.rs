@@ -174,7 +174,11 @@ fn insufficient_rests_are_rejected() {
 #[test]
 fn results_never_overwrite_a_recording() {
     let bench = Bench::with("one.csv", lying(6, 9.81));
-    bench.refuses("calibrate --rests one.csv --output one.csv", "it is the recording itself");
+    fs::write(bench.path("two.csv"), lying(6, 9.81)).expect("a file");
+    bench.refuses(
+        "calibrate --rests one.csv two.csv --output two.csv",
+        "it is the recording itself",
+    );
 }
 
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! Tests of the command line: messages, pipes, interruption, configuration, shells and manual pages.
+//! Tests of the command line: messages, pipes, interruption, configuration, help and completions.
 
 use std::fs;
 use std::thread::sleep;

@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::domain::Domain;
-use footfall::ros::node::{FootNode, Options, Reliability};
+use footfall::ros::node::{FootNode, FootNodeOptions, Reliability};
 use futures::executor::block_on;
 use ros2_client::parameters::raw;
 use ros2_client::qos::History;
@@ -20,8 +20,8 @@ use ros2_client::{
 /// Requests after which a service that does not answer ends the test as hung.
 const REQUESTS: u32 = 600;
 
-fn options(domain_id: u16) -> Options {
-    Options {
+fn options(domain_id: u16) -> FootNodeOptions {
+    FootNodeOptions {
         domain_id,
         networks: vec![IpAddr::V4(Ipv4Addr::LOCALHOST)],
         namespace: "/robot".to_owned(),

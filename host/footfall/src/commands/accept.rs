@@ -22,16 +22,16 @@ use crate::report::{Described, Document, print_text};
 /// Arguments of `footfall accept`.
 #[derive(Debug, Args)]
 pub struct AcceptArguments {
-    /// Where the foot is.
+    /// Source of the foot.
     #[arg(help = SOURCES)]
     pub source: Source,
-    /// Which node of a CAN bus, 1 to 127; may be left out where there is only one foot
+    /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node)]
     pub node: Option<NodeId>,
-    /// Do these steps alone, such as still,sides: board, self-test, still, sides, taps, steps, load, unplug
+    /// Run only these steps, such as still,sides: board, self-test, still, sides, taps, steps, load, unplug
     #[arg(long, value_name = "STEPS", value_delimiter = ',', value_parser = parse_step)]
     pub only: Vec<AcceptStep>,
-    /// How long each step waits for you, s
+    /// Timeout of each step, s
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(1..=3600))]
     pub seconds: u16,
     /// Print JSON
@@ -49,12 +49,10 @@ impl AcceptArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let link = link::open_for_requests(&self.source)?;
         let mut client = Client::new(link, self.node).map_err(FootError::from)?;
-        // The self-test changes a setting meanwhile, and so do the streams of a serial line.
+        // Some steps change settings of the foot, and restore them at their end.
         finish_when_interrupted();
-        let mut steps = match self.only.is_empty() {
-            true => AcceptStep::ALL.to_vec(),
-            false => self.only.clone(),
-        };
+        let mut steps =
+            if self.only.is_empty() { AcceptStep::ALL.to_vec() } else { self.only.clone() };
         steps.sort_unstable();
         steps.dedup();
         let mut report = AcceptReport::of(&mut client, &steps)?;
@@ -81,7 +79,7 @@ impl AcceptArguments {
             Some(_) => End::Early,
             None => End::Complete,
         };
-        report.take(&figures, end);
+        report.finish(&figures, end);
         let text = if self.json { report.to_json() } else { report.summary() };
         print_text(&text).map_err(Error::Print)?;
         done.map_err(FootError::from)?;
@@ -133,20 +131,20 @@ pub struct AcceptReport {
     hardware: String,
     /// The version of its program (object 0x100A).
     version: String,
-    /// The number of its program (object 0x1F56), hexadecimal; null where no image and no commit names it.
+    /// The number of its program (object 0x1F56), hexadecimal; null if neither an image nor a commit identifies it.
     program: Option<String>,
     /// The figures, in the order in which they were measured.
-    figures: Vec<Judged>,
+    figures: Vec<JudgedFigure>,
 }
 
-/// A figure with its limits and the judgement.
+/// A figure with its limits and its verdict.
 #[derive(Debug, Serialize)]
-struct Judged {
+struct JudgedFigure {
     /// Step in which it was measured.
     step: &'static str,
     /// Name of the quantity.
     name: &'static str,
-    /// The value; null where nothing was measured, or where it is not finite.
+    /// The value; null if nothing was measured, or if it is not finite.
     value: Option<f64>,
     /// Unit; empty for counts and codes.
     unit: &'static str,
@@ -156,13 +154,13 @@ struct Judged {
     highest: Option<f64>,
     /// Origin of the limits.
     source: &'static str,
-    /// Value on the virtual board; null where it has none.
+    /// Value on the virtual board; null if it has none.
     predicted: Option<f64>,
     /// pass, OUT or not tested.
     verdict: &'static str,
-    /// Parts of the value, such as the names of faults, or why nothing was measured.
+    /// Parts of the value, such as the names of faults, or the reason nothing was measured.
     detail: String,
-    /// What to do; empty where the value is within its limits, or where there is none.
+    /// Remedy; empty if the value is within its limits or was not measured.
     remedy: &'static str,
 }
 
@@ -186,8 +184,8 @@ impl AcceptReport {
         })
     }
 
-    /// Takes the figures of all steps, and judges.
-    fn take(&mut self, figures: &[Figure], end: End) {
+    /// Adds the figures of all steps, and decides whether the board is accepted.
+    fn finish(&mut self, figures: &[Figure], end: End) {
         let count = |verdict| {
             let judged = figures.iter();
             judged.filter(|figure| figure.verdict() == verdict).count()
@@ -196,14 +194,14 @@ impl AcceptReport {
         self.out = count(Verdict::Out);
         self.not_tested = count(Verdict::NotTested);
         self.accepted = end == End::Complete && self.out == 0 && self.passed > 0;
-        self.figures = figures.iter().map(Judged::of).collect();
+        self.figures = figures.iter().map(JudgedFigure::of).collect();
     }
 
     fn to_json(&self) -> String {
         to_json(&Document::line(self))
     }
 
-    /// The values that are out, with their remedies; steps that failed; and the counts.
+    /// Returns the values out of their limits with their remedies, the steps that failed, and the counts.
     fn summary(&self) -> String {
         let out = self.figures.iter().filter(|figure| figure.is_out());
         let mut lines: Vec<String> = out
@@ -219,9 +217,10 @@ impl AcceptReport {
 
     fn counts(&self) -> String {
         let not = if self.accepted { "" } else { "not " };
-        let of = match self.steps.len() == AcceptStep::ALL.len() {
-            true => String::new(),
-            false => format!(" in {}", self.steps.join(", ")),
+        let of = if self.steps.len() == AcceptStep::ALL.len() {
+            String::new()
+        } else {
+            format!(" in {}", self.steps.join(", "))
         };
         format!(
             "{not}accepted{of}: {} passed, {} out, {} not tested",
@@ -230,7 +229,7 @@ impl AcceptReport {
     }
 }
 
-impl Judged {
+impl JudgedFigure {
     fn is_out(&self) -> bool {
         self.verdict == Verdict::Out.name()
     }

@@ -36,21 +36,21 @@ Examples:
 /// Arguments of `footfall calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Recordings of one foot that walks; or with --rests of one sensor that lies still on each of
-    /// its six sides. Neither labels nor the load are used. Of a bag with several feet (--topic all), each is
-    /// calibrated by itself, and has its table [feet.NAME] in the output
+    /// Recordings of one walking foot; or, with --rests, of one sensor lying still on each of its six sides.
+    /// Labels and load are not used. Several feet of a bag (--topic all) are calibrated separately, each with
+    /// a table [feet.NAME] in the output
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
-    /// Find accelerometer bias and scale and gyroscope bias instead
+    /// Find the bias and scale of the accelerometer and the bias of the gyroscope instead
     #[arg(long, conflicts_with = "axes", help_heading = ESTIMATOR)]
     pub rests: bool,
-    /// Write what is found as settings of this foot: the table [feet.NAME]
+    /// Write the result as settings of this foot: the table [feet.NAME]
     #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new(), requires = "output", help_heading = OUTPUT)]
     pub foot: Option<String>,
     /// How they are read, and with which parameters.
     #[command(flatten)]
     pub recording: RecordingArguments,
-    /// Write a file for --config: what --config set before, with what was found in its place
+    /// Write a file for --config: the settings of the given --config, updated with the result
     #[arg(long, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
     /// Print the report as one JSON object

@@ -19,10 +19,10 @@ Examples:
 /// Arguments of `footfall config`.
 #[derive(Debug, Args)]
 pub struct ConfigArguments {
-    /// Say whether a file can be used with the preset, or what is wrong with it and where
+    /// Check that a file is valid with the preset, and report each error with its place
     #[arg(long, value_name = "FILE.toml")]
     check: Option<PathBuf>,
-    /// Where the parameters start from
+    /// Parameters to start from
     #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name())]
     pub preset: Preset,
 }

@@ -55,23 +55,23 @@ pub struct ConvertArguments {
     /// How it is read.
     #[command(flatten)]
     pub reading: ReadingArguments,
-    /// Leave out what comes before this time since the first sample
+    /// Start at this time since the first sample
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub from: Option<f64>,
     /// Stop at this time since the first sample
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub to: Option<f64>,
-    /// Format of the output, where its name does not say it
+    /// Format of the output, if its name does not show it
     #[arg(long = "as", value_name = "FORMAT", help_heading = OUTPUT)]
     pub form: Option<ConvertFormat>,
-    /// Replace a file of this name
+    /// Replace an existing file
     #[arg(long, help_heading = OUTPUT)]
     pub overwrite: bool,
 }
 
 /// Properties of a foot found by scanning its samples.
 #[derive(Default)]
-struct Looked {
+struct Scan {
     samples: u64,
     has_load: bool,
     /// Options required to read the output identically.
@@ -102,21 +102,21 @@ impl ConvertArguments {
             let feet = feet.into_iter().map(|foot| foot.name).collect();
             return Err(Error::OneFootOnly { file, feet });
         }
-        let mut looked = Vec::new();
+        let mut scans = Vec::new();
         for foot in &mut feet {
-            let (looked_at, findings) = look(foot, span)
+            let (scan, findings) = scan(foot, span)
                 .map_err(|source| InputError::Spool { file: file.clone(), source })?;
             let place = options::place(&file, foot.stored.about.foot.as_deref());
             self.reading.report(&place, &findings)?;
-            looked.push(looked_at);
+            scans.push(scan);
         }
-        if looked.iter().all(|looked| looked.samples == 0) {
+        if scans.iter().all(|scan| scan.samples == 0) {
             return Err(Error::NothingInSpan(file));
         }
-        let bag = self.write(form, &mut feet, &looked, span)?;
-        let has_loads = looked.iter().any(|looked| looked.has_load);
+        let bag = self.write(form, &mut feet, &scans, span)?;
+        let has_loads = scans.iter().any(|scan| scan.has_load);
         let thresholds = thresholds(format).filter(|_| has_loads);
-        self.say(&feet, &looked, bag.as_ref(), thresholds)
+        self.print_summary(&feet, &scans, bag.as_ref(), thresholds)
     }
 
     /// Returns the output format if it can be written.
@@ -134,9 +134,10 @@ impl ConvertArguments {
         }
         let target = Target::Samples(output);
         files::check(std::slice::from_ref(&self.input), &[target])?;
-        match output.is_file() && !self.overwrite {
-            true => Err(OutputError::Exists(named())),
-            false => Ok(form),
+        if output.is_file() && !self.overwrite {
+            Err(OutputError::Exists(named()))
+        } else {
+            Ok(form)
         }
     }
 
@@ -144,7 +145,7 @@ impl ConvertArguments {
         &self,
         form: ConvertFormat,
         feet: &mut [ConvertedFoot],
-        looked: &[Looked],
+        scans: &[Scan],
         span: Span,
     ) -> Result<Option<Bag>, Error> {
         let path = self.output.as_path();
@@ -154,7 +155,7 @@ impl ConvertArguments {
             }
             return Ok(None);
         }
-        let has_loads = looked.iter().any(|looked| looked.has_load);
+        let has_loads = scans.iter().any(|scan| scan.has_load);
         let bag = Bag::new(feet, has_loads)
             .ok_or_else(|| OutputError::TooLate(path.display().to_string()))?;
         #[cfg(feature = "bags")]
@@ -170,17 +171,18 @@ impl ConvertArguments {
         Ok(Some(bag))
     }
 
-    /// Prints the output files and the options to read them.
-    fn say(
+    /// Prints the output file, and the options with which it is read.
+    fn print_summary(
         &self,
         feet: &[ConvertedFoot],
-        looked: &[Looked],
+        scans: &[Scan],
         bag: Option<&Bag>,
         thresholds: Option<LoadParams>,
     ) -> Result<(), Error> {
         let output = self.output.display();
-        let counts = feet.iter().zip(looked);
-        let counts = counts.map(|(foot, of)| format!("{} samples of {}", of.samples, foot.name));
+        let counts = feet.iter().zip(scans);
+        let counts =
+            counts.map(|(foot, scan)| format!("{} samples of {}", scan.samples, foot.name));
         let counts: Vec<String> = counts.collect();
         let mut options: Vec<String> = Vec::new();
         if feet.len() > 1 {
@@ -193,7 +195,7 @@ impl ConvertArguments {
             let topics = topics.into_iter();
             options.extend(topics.map(|topics| format!("--load-topic {}", topics.load)));
         }
-        for option in looked.iter().flat_map(|looked| &looked.options) {
+        for option in scans.iter().flat_map(|scan| &scan.options) {
             if !options.contains(option) {
                 options.push(option.clone());
             }
@@ -224,28 +226,28 @@ fn thresholds(format: Format) -> Option<LoadParams> {
 }
 
 /// Scans the samples to be converted for findings and for the options the output needs.
-fn look(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Looked, Vec<Finding>)> {
+fn scan(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Scan, Vec<Finding>)> {
     let about = foot.stored.about.clone();
     let mut check = Check::new(about.sample_rate, about.gravity);
     let mut times = TimesSoFar::default();
-    let mut looked = Looked::default();
+    let mut found = Scan::default();
     for sample in samples(&mut foot.stored, span)? {
         let sample = sample?;
         check.add(&sample);
         let micros = i64::try_from(sample.imu.timestamp.as_micros());
         times.add(micros.unwrap_or(i64::MAX));
-        looked.samples += 1;
-        looked.has_load |= sample.load.is_some();
+        found.samples += 1;
+        found.has_load |= sample.load.is_some();
     }
     if about.gravity == Gravity::Removed {
-        looked.options.push("--gravity removed".to_owned());
+        found.options.push("--gravity removed".to_owned());
     }
     if times.rate(None).ok() != Some(about.sample_rate) {
         let rate = about.sample_rate;
-        looked.options.push(format!("--sample-rate {rate}"));
+        found.options.push(format!("--sample-rate {rate}"));
     }
     let mounting = &foot.stored.about.correction.mounting;
-    Ok((looked, with_mounting(check.findings(), mounting)))
+    Ok((found, with_mounting(check.findings(), mounting)))
 }
 
 /// Output formats of a conversion.
@@ -387,9 +389,10 @@ impl Bag {
         let mut streams = Vec::new();
         for foot in feet {
             let offset_us = foot.stored.about.start_us + self.shift_us;
+            let messages = SampleMessages::new(&foot.name);
             streams.push(SampleStream {
                 offset_us,
-                messages: SampleMessages::new(&foot.name, self.has_loads),
+                messages: if self.has_loads { messages.with_load() } else { messages },
                 samples: samples(&mut foot.stored, span)?.peekable(),
             });
         }

@@ -16,10 +16,10 @@ use crate::report::{SummaryStyle, print};
 /// Arguments of `footfall decode`.
 #[derive(Debug, Args)]
 pub struct DecodeArguments {
-    /// The log of candump (with -l, or as it prints) or the bytes of a serial line, or - for standard
-    /// input; may be compressed with gzip or zstd. Other logs are converted with python-can
+    /// Log of candump (with -l, or as it prints) or bytes of a serial line; - is standard input. It may be
+    /// compressed with gzip or zstd. Convert other logs with python-can
     pub input: PathBuf,
-    /// Which nodes are feet.
+    /// Nodes that are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
     /// Write the rows, one per contact frame, as CSV; - writes them to standard output, and the report to
@@ -73,10 +73,7 @@ impl DecodeArguments {
                 DecodeError::Rows(error) => error,
                 error => io::Error::other(Error::from(error)),
             })?);
-            match is_begun {
-                true => Ok(()),
-                false => writeln!(to, "{HEADER}"),
-            }
+            if is_begun { Ok(()) } else { writeln!(to, "{HEADER}") }
         })?;
         Ok(result)
     }

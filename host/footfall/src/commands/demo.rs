@@ -1,6 +1,5 @@
 //! `footfall demo`: estimates a simulated walk, without input files.
 
-use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -11,7 +10,7 @@ use recordings::output::write_samples;
 use recordings::summary::{Summaries, Summary};
 
 use crate::error::Error;
-use crate::files::{OutputError, check_can_be_directory, write_file};
+use crate::files::{check_can_be_directory, create_directory, write_file};
 use crate::plot;
 use crate::report::{SummaryStyle, print};
 
@@ -21,10 +20,10 @@ pub const DIRECTORY: &str = "footfall-demo";
 /// Arguments of `footfall demo`.
 #[derive(Debug, Args)]
 pub struct DemoArguments {
-    /// Where samples.csv, plot.svg, can.log and uart.bin go; made where it does not exist
+    /// Directory for samples.csv, plot.svg, can.log and uart.bin; created if it does not exist
     #[arg(long, value_name = "DIR", default_value = DIRECTORY)]
     pub out: PathBuf,
-    /// Seed of the sensor's noise and the foot's slips: the same seed, the same walk
+    /// Seed of the sensor's noise and the foot's slips; the same seed gives the same walk
     #[arg(long, default_value_t = DEMO_SEED)]
     pub seed: u64,
 }
@@ -39,12 +38,13 @@ impl DemoArguments {
     /// Simulates a walk, estimates it, and writes the samples, the picture and the output of the foot.
     pub(super) fn run(&self) -> Result<(), Error> {
         let directory = &self.out;
+        // An unusable directory is reported before the simulation, which takes some seconds.
         check_can_be_directory(directory)?;
         let plan = Plan::demo(self.seed);
         let simulation = gait::simulate(&plan, &SensorParams::LSM6DSOX, self.seed);
         let sent = walk::walk(&simulation)?;
 
-        fs::create_dir_all(directory).map_err(OutputError::unwritable(directory))?;
+        create_directory(directory)?;
         let (recording, estimates) = (&simulation.recording, &sent.estimates);
         let files =
             ["samples.csv", "plot.svg", "can.log", "uart.bin"].map(|name| directory.join(name));

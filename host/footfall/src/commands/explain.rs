@@ -11,7 +11,7 @@ use crate::report::print_text;
 /// Arguments of `footfall explain`.
 #[derive(Debug, Args)]
 pub struct ExplainArguments {
-    /// A code such as 0x7007, or a name such as settling or "sensor frozen"; all names are listed where none is given
+    /// Code such as 0x7007, or name such as settling or "sensor frozen"; without one, all are listed
     pub what: Vec<String>,
 }
 

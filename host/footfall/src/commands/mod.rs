@@ -52,9 +52,9 @@ Examples:
 /// Meaning of the exit codes.
 pub const EXIT_CODES: &str = "\
 Exit codes:
-  0    done; also where the reader of standard output has gone (| head)
-  1    not done: standard error says why
-  2    the command line is not understood
+  0    success, even if the reader of standard output has closed it (| head)
+  1    failure; standard error gives the reason
+  2    invalid command line
   130  interrupted; no unfinished file is left";
 
 /// Examples of `footfall completions`.
@@ -73,11 +73,11 @@ Examples:
     after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}")
 )]
 pub struct Arguments {
-    /// Say nothing on standard error but errors
+    /// Print nothing but errors on standard error
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Say on standard error what was recognised, which parameters differ from the preset, and how long
-    /// it took
+    /// Print details on standard error: the recognised format, parameters that differ from the preset, and
+    /// timings
     #[arg(short, long, global = true, action = ArgAction::SetTrue)]
     pub verbose: bool,
     /// Command; `demo` by default.
@@ -88,45 +88,46 @@ pub struct Arguments {
 /// Commands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Replay a recording: probabilities to a table, a picture and a summary
+    /// Estimate stable contact from recordings: a table of probabilities, a plot and a summary
     #[command(after_help = replay::EXAMPLES)]
     Replay(replay::ReplayArguments),
-    /// Convert a recording: any format that replay reads to CSV, Parquet or MCAP
+    /// Convert a recording from any format that replay reads to CSV, Parquet or MCAP
     #[command(after_help = convert::EXAMPLES)]
     Convert(convert::ConvertArguments),
     /// Simulate a walking foot with an LSM6DSOX, and write its samples, plot, CAN log and serial bytes;
     /// needs no input
     Demo(demo::DemoArguments),
-    /// Turn what a foot has sent, a log of its CAN frames or a recording of its serial line, into
-    /// rows, and report what is missing or damaged
+    /// Decode the output of feet, a log of CAN frames or the bytes of a serial line, to rows, and report
+    /// missing and damaged frames
     Decode(decode::DecodeArguments),
-    /// Watch feet that stream: probability, state, faults, rate and losses of each
+    /// Show streaming feet: probability, state, faults, rate and losses of each
     Monitor(monitor::MonitorArguments),
-    /// Record feet that stream as MCAP for ROS 2: contacts, IMU, diagnostics
+    /// Record streaming feet as MCAP for ROS 2: contacts, IMU, diagnostics
     Record(record::RecordArguments),
-    /// Show feet that stream in viewers of others.
+    /// Show streaming feet in viewers.
     #[command(
-        about = "Show feet that stream in Foxglove and PlotJuggler, and print layouts for them",
+        about = "Show streaming feet in Foxglove and PlotJuggler, or print a layout for one of them",
         after_help = view::EXAMPLES
     )]
     View(view::ViewArguments),
-    /// Publish feet that stream as a node of ROS 2, without ROS: contacts, IMU, diagnostics
+    /// Publish streaming feet as a ROS 2 node, without a ROS installation: contacts, IMU, diagnostics
     Ros2(ros2::Ros2Arguments),
-    /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
-    /// wrong with the sensor
+    /// Learn a foot from recordings, so that the estimator starts warm; or, with --rests, find the errors of
+    /// the sensor
     #[command(after_help = calibrate::EXAMPLES)]
     Calibrate(calibrate::CalibrateArguments),
-    /// Print a configuration file with every key: its meaning, unit, range and the preset's value; or check one
+    /// Print a configuration file with the meaning, unit, range and preset value of every key; or check a
+    /// file
     #[command(after_help = config::EXAMPLES)]
     Config(config::ConfigArguments),
     /// Query, configure, calibrate and update feet: scan, info, get, set, save, restore, diff, export, import, reset,
     /// id, calibrate, selftest, update
     Foot(foot::FootArguments),
-    /// Measure a board with your help, step by step, and judge each figure by its limits
+    /// Measure a board step by step, with your help, and check each figure against its limits
     Accept(accept::AcceptArguments),
-    /// Say what a fault, a flag, a refusal, a state or a finding means, and what to do about it
+    /// Explain a fault, flag, refusal, state or finding, and what to do about it
     Explain(explain::ExplainArguments),
-    /// Print a script that completes commands and options in a shell
+    /// Print a completion script for a shell
     #[command(after_help = COMPLETIONS_EXAMPLES)]
     Completions(CompletionsArguments),
 }
@@ -187,11 +188,11 @@ mod ros2 {
     use crate::error::Error;
     use crate::feature::Feature;
 
-    /// Whatever `footfall ros2` takes.
+    /// Any arguments of `footfall ros2`: the error is that the feature is missing.
     #[derive(Debug, Args)]
     #[command(disable_help_flag = true)]
     pub struct Ros2Arguments {
-        /// Taken as it is.
+        /// Arguments, which are ignored.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
         pub all: Vec<OsString>,
     }
@@ -210,11 +211,5 @@ mod tests {
     #[test]
     fn command_line_definition_is_consistent() {
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn demo_is_the_default_command() {
-        let arguments = Arguments::parse_from(["footfall"]);
-        assert!(arguments.command.is_none());
     }
 }

@@ -30,7 +30,7 @@ const EVENT_DELAY: Duration = Duration::from_millis(50);
 /// Arguments of `footfall monitor`.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
-    /// Feet that stream.
+    /// Feet that stream, and their source.
     #[command(flatten)]
     pub listen: ListenArguments,
     /// Print a JSON object for each foot once a second, and one for each event
@@ -68,16 +68,18 @@ fn watch(
         while clock.now() < due && !robot.has_ended() {
             robot.listen(feed, due.min(clock.now() + EVENT_DELAY));
             for event in robot.take_events() {
-                match json {
-                    true => write_event_json(&event, &mut to)?,
-                    false => write_event(&event, &mut to)?,
+                if json {
+                    write_event_json(&event, &mut to)?;
+                } else {
+                    write_event(&event, &mut to)?;
                 }
             }
             to.flush()?;
         }
-        match json {
-            true => write_json(robot, &mut to)?,
-            false => write_text(robot, &mut to)?,
+        if json {
+            write_json(robot, &mut to)?;
+        } else {
+            write_text(robot, &mut to)?;
         }
         if robot.has_ended() || is_over(clock, end) {
             return Ok(());
@@ -87,100 +89,98 @@ fn watch(
 
 /// State of all feet on all lines.
 #[derive(Default)]
-pub struct MonitorState {
+struct MonitorState {
     session: Session,
     /// Reported faults of each foot of the session.
     known: Vec<Faults>,
     /// Events that have not been taken.
     events: Vec<MonitorEvent>,
-    /// Whether the line waits for something, as it is not open.
+    /// Whether the source is not open and is being waited for.
     waits: bool,
     /// Reason the source has ended.
-    pub(crate) ended: Option<LinkError>,
+    ended: Option<LinkError>,
 }
 
 impl MonitorState {
     /// Creates the state before the first arrival.
-    #[must_use]
-    pub fn new(feet: Feet) -> Self {
+    fn new(feet: Feet) -> Self {
         Self { session: Session::new(feet), ..Self::default() }
     }
 
     /// Receives from a feed until `due` on its clock.
-    pub fn listen(&mut self, feed: &Feed, due: Duration) {
+    fn listen(&mut self, feed: &Feed, due: Duration) {
         while self.ended.is_none() {
             let left = feed.clock().until(due);
             if left.is_zero() {
                 return;
             }
             self.session.listen(feed, left);
-            self.follow();
+            self.process_updates();
         }
     }
 
     /// Processes all updates of the session.
-    fn follow(&mut self) {
+    fn process_updates(&mut self) {
         while let Some(update) = self.session.next_update() {
             match update {
-                Update::Message(foot, heard) => self.hear(foot, &heard.said),
+                Update::Message(foot, heard) => self.process_message(foot, &heard.said),
                 Update::Quiet(_) | Update::Line(Fed::Arrived(_)) => {}
-                Update::Line(Fed::Remark(text)) => self.say(None, text),
+                Update::Line(Fed::Remark(text)) => self.add_event(None, text),
                 Update::Line(Fed::Opened) => {
                     if mem::take(&mut self.waits) {
-                        self.say(None, "the line is open again".to_owned());
+                        self.add_event(None, "the line is open again".to_owned());
                     }
                 }
                 Update::Line(Fed::WaitsFor(error)) => {
-                    self.say(None, format!("{error}; waiting for it"));
+                    self.add_event(None, format!("{error}; waiting for it"));
                     self.waits = true;
                 }
-                Update::Line(Fed::NotSent(error)) => self.say(None, format!("not sent: {error}")),
+                Update::Line(Fed::NotSent(error)) => {
+                    self.add_event(None, format!("not sent: {error}"))
+                }
                 Update::Line(Fed::Ended(error)) => {
-                    self.say(None, error.to_string());
+                    self.add_event(None, error.to_string());
                     self.ended = Some(error);
                 }
             }
         }
     }
 
-    fn hear(&mut self, index: usize, said: &Said) {
+    fn process_message(&mut self, index: usize, said: &Said) {
         let feet = self.session.feet();
         self.known.resize(feet.len(), Faults::NONE);
         let foot = &feet[index];
         let known = mem::replace(&mut self.known[index], foot.faults);
         if let Some(text) = event_text(said, known) {
             let name = foot.name_or("node ").into_owned();
-            self.say(Some(name), text);
+            self.add_event(Some(name), text);
         }
     }
 
-    fn say(&mut self, foot: Option<String>, text: String) {
+    fn add_event(&mut self, foot: Option<String>, text: String) {
         let t = self.session.elapsed_s();
         self.events.push(MonitorEvent { t, foot, text });
     }
 
     /// Returns the state of the feet and of their lines.
-    #[must_use]
-    pub const fn session(&self) -> &Session {
+    const fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Returns the feet that have been heard, by line and id.
-    #[must_use]
-    pub fn feet(&self) -> Vec<&LiveFoot> {
+    /// Returns the feet that have sent a message, in order of line and id.
+    fn feet(&self) -> Vec<&LiveFoot> {
         let mut feet: Vec<_> = self.session.feet()[..self.known.len()].iter().collect();
         feet.sort_by_key(|foot| &foot.key);
         feet
     }
 
     /// Takes the events since the last call, newest last.
-    pub fn take_events(&mut self) -> Vec<MonitorEvent> {
+    fn take_events(&mut self) -> Vec<MonitorEvent> {
         mem::take(&mut self.events)
     }
 
     /// Returns whether the source has ended.
-    #[must_use]
-    pub const fn has_ended(&self) -> bool {
+    const fn has_ended(&self) -> bool {
         self.ended.is_some()
     }
 }
@@ -215,16 +215,16 @@ fn emergency_text(emergency: Emergency) -> String {
     }
 }
 
-/// A foot as it is, for programs.
+/// Current state of a foot.
 #[derive(Debug, Serialize)]
-pub struct FootLine<'a> {
+struct FootLine<'a> {
     /// Since the first arrival, s.
     t: f64,
     /// The foot's name, such as FL.
     foot: Cow<'a, str>,
-    /// The line that it is heard on, such as can0.
+    /// The line on which it is received, such as can0.
     line: &'a str,
-    /// Its node id, 1 to 127; null on a serial line where it has not said it.
+    /// Its node id, 1 to 127; null on a serial line until the foot has sent it.
     node: Option<u8>,
     /// Probability of stable contact, 0 to 1; null before the first contact, and where the foot is silent or
     /// several boards have its id.
@@ -239,7 +239,7 @@ pub struct FootLine<'a> {
     decision: Option<u8>,
     /// The estimator's reasons for doubt, by name.
     flags: Vec<&'static str>,
-    /// Faults of the board that last, by name.
+    /// Present faults of the board, by name.
     faults: Vec<&'static str>,
     /// Contacts in the newest second of the foot's clock, Hz.
     rate_hz: Option<f32>,
@@ -247,7 +247,7 @@ pub struct FootLine<'a> {
     jitter_ms: Option<f32>,
     /// Contacts that did not arrive, by the foot's clock.
     missing: u64,
-    /// Frames that the foot says it could not send.
+    /// Frames that the foot could not send, as reported by it.
     dropped: u64,
     /// Last load sent to the foot, N.
     load_n: Option<f32>,
@@ -257,9 +257,9 @@ pub struct FootLine<'a> {
     pitch_deg: Option<f32>,
     /// Temperature of the sensor, degrees Celsius.
     temperature_c: Option<f32>,
-    /// Whether no contact has come for half a second: what else there is, came last.
+    /// Whether no contact has arrived for half a second; the other values are then the last ones received.
     silent: bool,
-    /// Whether contacts come that one board alone does not send: several have its id. There is no P then.
+    /// Whether several boards send contacts with this id; there is no probability then.
     several_boards: bool,
 }
 
@@ -269,14 +269,14 @@ impl Described for FootLine<'_> {
 
 /// Event that is printed as text or JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MonitorEvent {
+struct MonitorEvent {
     /// Since the first arrival, s.
-    pub t: f64,
+    t: f64,
     /// The foot's name; null where it is of none.
-    pub foot: Option<String>,
+    foot: Option<String>,
     /// Event in words.
     #[serde(rename = "event")]
-    pub text: String,
+    text: String,
 }
 
 impl Described for MonitorEvent {
@@ -315,10 +315,7 @@ fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
 }
 
 /// Writes each foot as a JSON object.
-///
-/// # Errors
-/// Errors of the writer.
-pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
+fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
         serde_json::to_writer(&mut *to, &Document::line(&foot_line(robot, foot)))?;
         writeln!(to)?;
@@ -327,19 +324,13 @@ pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
 }
 
 /// Writes an event as a JSON object.
-///
-/// # Errors
-/// Errors of the writer.
-pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
+fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
     serde_json::to_writer(&mut *to, &Document::line(event))?;
     writeln!(to)
 }
 
 /// Writes each foot as a line of text.
-///
-/// # Errors
-/// Errors of the writer.
-pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
+fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
         let line = foot_line(robot, foot);
         write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
@@ -371,10 +362,7 @@ pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
 }
 
 /// Writes an event as a line of text.
-///
-/// # Errors
-/// Errors of the writer.
-pub fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
+fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
     let MonitorEvent { t, foot, text } = event;
     let foot = foot.as_deref().unwrap_or("");
     writeln!(to, "{t:9.3} s  {foot:<4}  {text}")
@@ -382,23 +370,27 @@ pub fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use estimator_core::Timestamp;
+    use estimator_core::{ContactEstimate, Timestamp};
     use feet::Arrival;
+    use serde_json::Value;
     use wire::CanFrame;
+    use wire::pdo::{ClockReading, Contact, Health, ShortTime};
+
+    use super::*;
 
     impl MonitorState {
         fn take(&mut self, fed: Fed) {
             self.session.take(fed);
-            self.follow();
+            self.process_updates();
         }
 
         fn idle(&mut self, since: Duration) {
             self.session.idle(since);
-            self.follow();
+            self.process_updates();
         }
     }
 
+    /// Plays a source to its end.
     fn watched(source: &str) -> MonitorState {
         let feed = Feed::open(source.parse().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
@@ -416,35 +408,54 @@ mod tests {
         robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
     }
 
+    /// Returns the JSON objects of all feet.
+    fn lines(robot: &MonitorState) -> Vec<Value> {
+        let mut json = Vec::new();
+        write_json(robot, &mut json).expect("memory");
+        let lines = json.split(|byte| *byte == b'\n').filter(|line| !line.is_empty());
+        lines.map(|line| serde_json::from_slice(line).expect("JSON")).collect()
+    }
+
+    /// Returns the JSON object of the only foot.
+    fn line(robot: &MonitorState) -> Value {
+        let mut lines = lines(robot);
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        lines.remove(0)
+    }
+
     #[test]
     fn four_feet_at_1_khz_lose_no_contact() {
-        let robot = watched("demo:feet=4,speed=max,seconds=6");
-        let names: Vec<_> = robot.feet().iter().map(|foot| foot.name_or("node ")).collect();
+        let mut robot = watched("demo:feet=4,speed=max,seconds=6");
+        let lines = lines(&robot);
+        let names: Vec<_> = lines.iter().map(|line| &line["foot"]).collect();
         assert_eq!(names, ["FL", "FR", "RL", "RR"]);
-        for foot in robot.feet() {
-            assert_eq!((foot.missing, foot.dropped), (0, 0), "{:?}", foot.name);
-            let rate = foot.second.rate_hz().expect("a rate");
-            assert!((995.0..1005.0).contains(&rate), "{rate}");
-            assert!(foot.second.jitter_ms().expect("a jitter") < 1.0);
-            assert!(foot.load.is_some() && foot.tilt_deg().is_some() && foot.temperature.is_some());
-            assert_eq!(foot.state, Some(wire::node::State::Operational));
+        for line in &lines {
+            assert_eq!((&line["missing"], &line["dropped"]), (&0.into(), &0.into()), "{line}");
+            let rate_hz = line["rate_hz"].as_f64().expect("a rate");
+            assert!((995.0..1005.0).contains(&rate_hz), "{line}");
+            assert!(line["jitter_ms"].as_f64().expect("a jitter") < 1.0, "{line}");
+            for name in ["load_n", "roll_deg", "pitch_deg", "temperature_c"] {
+                assert!(line[name].is_number(), "{name}: {line}");
+            }
+            assert!((5.9..6.1).contains(&line["t"].as_f64().expect("a time")), "{line}");
         }
-        assert!((5.9..6.1).contains(&robot.session().elapsed_s()));
-        assert!(robot.events.iter().any(|event| event.text == "has started"));
+        assert!(robot.take_events().iter().any(|event| event.text == "has started"));
     }
 
     #[test]
     fn foot_without_contacts_is_silent_despite_other_frames() {
         let mut robot = watched("demo:speed=max,seconds=2");
         let now = robot.session().now();
-        assert!(!robot.feet()[0].is_silent(now));
+        assert_eq!(line(&robot)["silent"], false);
         // Loads and heartbeats continue to arrive.
         for ms in 0..600 {
             for (id, data) in [(0x211, &[0; 4][..]), (0x711, &[127])] {
                 receive(&mut robot, now.as_micros() + ms * 1000, id, data);
             }
         }
-        assert!(robot.feet()[0].is_silent(robot.session().now()));
+        let line = line(&robot);
+        assert_eq!(line["silent"], true);
+        assert!(line["p_stable"].is_null(), "{line}");
     }
 
     #[test]
@@ -461,21 +472,16 @@ mod tests {
             }
             robot.take(fed);
         }
-        assert_eq!(robot.feet().len(), 1);
-        assert!(robot.feet()[0].second.is_of_several_boards(robot.session().now()));
-        let mut json = Vec::new();
-        write_json(&robot, &mut json).expect("memory");
-        let line: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        let line = line(&robot);
         assert_eq!(line["several_boards"], true);
-        assert!(line["p_stable"].is_null() && line["decision"].is_null());
+        assert!(line["p_stable"].is_null() && line["decision"].is_null(), "{line}");
     }
 
     #[test]
     fn single_board_is_not_reported_as_several() {
         for source in ["demo:speed=max,seconds=5", "demo:feet=2,speed=max,seconds=5,line=uart"] {
-            let robot = watched(source);
-            for foot in robot.feet() {
-                assert!(!foot.second.is_of_several_boards(robot.session().now()), "{source}");
+            for line in lines(&watched(source)) {
+                assert_eq!(line["several_boards"], false, "{source}");
             }
         }
     }
@@ -483,22 +489,22 @@ mod tests {
     #[test]
     fn foot_is_silent_on_a_silent_line() {
         let mut robot = watched("demo:speed=max,seconds=2");
-        robot.idle(Duration::from_millis(400));
-        assert!(!robot.feet()[0].is_silent(robot.session().now()));
-        robot.idle(Duration::from_millis(600));
-        assert!(robot.feet()[0].is_silent(robot.session().now()));
+        for (idle_ms, silent) in [(400, false), (600, true)] {
+            robot.idle(Duration::from_millis(idle_ms));
+            assert_eq!(line(&robot)["silent"], silent, "{idle_ms} ms");
+        }
     }
 
     #[test]
     fn serial_foot_is_named_by_its_first_health_message() {
-        let robot = watched("demo:feet=2,speed=max,seconds=2,line=uart");
-        let names: Vec<_> = robot.feet().iter().map(|foot| foot.name_or("node ")).collect();
+        let lines = lines(&watched("demo:feet=2,speed=max,seconds=2,line=uart"));
+        let names: Vec<_> = lines.iter().map(|line| &line["foot"]).collect();
         assert_eq!(names, ["L", "R"]);
-        assert!(robot.feet().iter().all(|foot| foot.missing == 0));
+        assert!(lines.iter().all(|line| line["missing"] == 0), "{lines:?}");
     }
 
     #[test]
-    fn faults_are_tracked_and_explain_a_restart() {
+    fn start_and_faults_are_events() {
         let mut robot = MonitorState::new(Feet::default());
         let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
         let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
@@ -507,42 +513,37 @@ mod tests {
         receive(10, 0x091, &raised);
         receive(500, 0x711, &[5]);
         receive(900, 0x091, &cleared);
-        let reason = |robot: &MonitorState| robot.feet()[0].started.and_then(|(_, reason)| reason);
-        assert_eq!(reason(&robot), Some(Fault::WatchdogReset));
-        assert_eq!(robot.feet()[0].faults, Faults::NONE);
-        let texts: Vec<_> = robot.events.iter().map(|e| (e.t, e.text.as_str())).collect();
-        assert_eq!(texts[0], (0.0, "has started"));
-        assert!(texts[1].1.starts_with("fault 0x"), "{texts:?}");
-        assert!(texts[2].1.starts_with("cleared: 0x") && texts[2].0 == 0.9, "{texts:?}");
+        assert_eq!(line(&robot)["faults"], serde_json::json!([]));
+        let events = robot.take_events();
+        let [started, raised, cleared] = &events[..] else { panic!("{events:?}") };
+        assert_eq!((started.t, started.text.as_str()), (0.0, "has started"));
+        assert!(raised.t == 0.01 && raised.text.starts_with("fault 0x"), "{raised:?}");
+        assert!(cleared.t == 0.9 && cleared.text.starts_with("cleared: 0x"), "{cleared:?}");
     }
 
     #[test]
-    fn fault_just_before_boot_up_belongs_to_the_new_start() {
+    fn boot_up_ends_the_faults_of_the_previous_run() {
         let mut robot = MonitorState::new(Feet::default());
         let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
         let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
         let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         receive(0, 0x091, &frozen);
+        // The cause of a restart is sent just before its boot-up message.
         receive(900, 0x091, &watchdog);
         receive(901, 0x711, &[0]);
-        let foot = robot.feet()[0];
-        assert_eq!(foot.started.and_then(|(_, reason)| reason), Some(Fault::WatchdogReset));
-        assert_eq!(foot.faults, Faults::NONE.with(Fault::WatchdogReset));
+        assert_eq!(line(&robot)["faults"], serde_json::json!([Fault::WatchdogReset.name()]));
     }
 
     #[test]
     fn health_flags_apply_to_following_contacts() {
         for source in ["demo:speed=max,seconds=3", "demo:speed=max,seconds=3,line=uart"] {
-            let robot = watched(source);
-            let row = robot.feet()[0].row.as_ref().expect("a contact");
-            assert_eq!(row.flag_names(), ["settling"], "{source}");
+            let line = line(&watched(source));
+            assert_eq!(line["flags"], serde_json::json!(["settling"]), "{source}");
         }
     }
 
     #[test]
     fn missing_contacts_are_counted() {
-        use estimator_core::ContactEstimate;
-        use wire::pdo::Contact;
         let mut robot = MonitorState::new(Feet::default());
         for ms in (0..300_u64).filter(|ms| !(100..105).contains(ms) && *ms != 200) {
             let estimate = ContactEstimate {
@@ -552,12 +553,11 @@ mod tests {
             let bytes = Contact::new(&estimate, ms as u8, Faults::NONE).encode();
             receive(&mut robot, 5_000_000 + ms * 1000, 0x191, &bytes);
         }
-        assert_eq!(robot.feet()[0].missing, 6);
+        assert_eq!(line(&robot)["missing"], 6);
     }
 
     #[test]
     fn contacts_lost_in_a_stall_are_counted() {
-        use wire::pdo::{ClockReading, Contact, Health, ShortTime};
         let mut robot = MonitorState::new(Feet::default());
         for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
             // Edges have 10 % jitter; nothing is read from 2 s to 5 s.
@@ -581,6 +581,6 @@ mod tests {
                 receive(&mut robot, 7_000_300 + read_us, id, &bytes);
             }
         }
-        assert_eq!(robot.feet()[0].missing, 2700);
+        assert_eq!(line(&robot)["missing"], 2700);
     }
 }

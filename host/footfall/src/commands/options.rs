@@ -45,45 +45,64 @@ pub const ESTIMATOR: &str = "Estimator";
 /// Heading of the options for the output.
 pub const OUTPUT: &str = "Output";
 
-/// How recordings are read and which parameters they are estimated with. Later wins: preset,
-/// configuration file, options.
+/// How recordings are read, and the parameters of their estimates. Options override the configuration file, which
+/// overrides the preset.
 #[derive(Debug, Args)]
 pub struct RecordingArguments {
     /// How they are read.
     #[command(flatten)]
     pub reading: ReadingArguments,
-    /// Where the parameters start from
+    /// Parameters to start from
     #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
     pub preset: Preset,
-    /// A TOML file with parameters that differ from the preset
+    /// TOML file with parameters that differ from the preset
     #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
     pub config: Option<PathBuf>,
+}
+
+impl RecordingArguments {
+    /// Merges preset, configuration file and options.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has an error.
+    pub(crate) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
+        let resolved = self.reading.resolved(self.preset, self.config.as_deref())?;
+        Ok(Resolved { window, ..resolved })
+    }
+
+    /// Returns the preset and the parameters that differ from it, in one line.
+    pub(crate) fn parameters_text(&self, params: &Params, format: Format) -> String {
+        let preset = self.preset.name();
+        match differences(params, self.preset, format).as_str() {
+            "" => format!("all parameters are those of the preset {preset}"),
+            differences => format!("preset {preset}, but {differences}"),
+        }
+    }
 }
 
 /// How recordings are read.
 #[derive(Debug, Args)]
 pub struct ReadingArguments {
-    /// How the input is laid out; may be left out where a header names the columns (csv) or the first
-    /// bytes show it (parquet, mcap, rosbag2)
+    /// Format of the input; not needed if a header names the columns (csv) or the first bytes show it
+    /// (parquet, mcap, rosbag2)
     #[arg(long, value_parser = name_parser(Format::ALL, Format::name, Format::help), help_heading = INPUT)]
     pub format: Option<Format>,
-    /// Sample rate, where the input does not tell or its nominal rate is wrong
+    /// Sample rate, if the input does not state it or its nominal rate is wrong
     #[arg(long, value_name = "HZ", value_parser = parse_sample_rate, help_heading = INPUT)]
     pub sample_rate: Option<f32>,
     /// Whether the accelerations contain gravity
     #[arg(long, value_parser = word_parser(GRAVITIES.map(|(word, _)| word), parse_gravity), help_heading = INPUT)]
     pub gravity: Option<Gravity>,
-    /// How the sensor lies.
+    /// How the sensor is mounted.
     #[command(flatten)]
     pub mounting: MountingArguments,
-    /// How tables of others are read.
+    /// How tables are read.
     #[command(flatten)]
     pub table: TableArguments,
-    /// Which topics of a bag are read.
+    /// Topics of a bag that are read.
     #[command(flatten)]
     pub bag: BagArguments,
-    /// Fail where a recording is not plausible: wrong units, gravity that is there or not, a clock
-    /// that jumps
+    /// Fail if a recording is implausible: wrong units, gravity missing or unexpected, a clock that jumps
     #[arg(long, help_heading = INPUT)]
     pub strict: bool,
 }
@@ -133,68 +152,48 @@ impl ReadingArguments {
     }
 }
 
-impl RecordingArguments {
-    /// Merges preset, configuration file and options.
-    ///
-    /// # Errors
-    /// The file cannot be read, or has an error.
-    pub(crate) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
-        let resolved = self.reading.resolved(self.preset, self.config.as_deref())?;
-        Ok(Resolved { window, ..resolved })
-    }
-
-    /// Returns the preset and the parameters that differ from it, in one line.
-    pub(crate) fn parameters_text(&self, params: &Params, format: Format) -> String {
-        let preset = self.preset.name();
-        match differences(params, self.preset, format).as_str() {
-            "" => format!("all parameters are those of the preset {preset}"),
-            differences => format!("preset {preset}, but {differences}"),
-        }
-    }
-}
-
-/// How the sensor lies in the foot.
+/// How the sensor is mounted in the foot.
 #[derive(Clone, Debug, Default, Args)]
 pub struct MountingArguments {
-    /// The mounting, where it was given.
+    /// Mounting, if given.
     #[arg(
         long,
         value_name = "[FOOT=]x,-z,y|w,x,y,z",
         help_heading = INPUT,
         allow_hyphen_values = true,
-        help = "The sensor's axes along the foot's x, y and z, which is up; or a unit quaternion from \
-                the sensor's frame to the foot's; or one for each foot: FL=x,y,z,FR=-x,-y,z. footfall \
-                calibrate finds it"
+        help = "Mounting of the sensor: its axes along the foot's x, y and z (up), or a unit \
+                quaternion from the sensor's frame to the foot's; or one of these for each foot: \
+                FL=x,y,z,FR=-x,-y,z. footfall calibrate finds it"
     )]
     pub axes: Option<FootAxes>,
 }
 
-/// How tables of others are read; docs/formats.md lists what is recognised without.
+/// How tables are read whose layout is not recognised; docs/formats.md lists the layouts that are.
 #[derive(Clone, Debug, Default, Args)]
 pub struct TableArguments {
-    /// Which columns stand for ours.
+    /// Columns of the table by the names that they have here.
     #[arg(
         long,
         value_name = "OURS=THEIRS,...",
         help_heading = INPUT,
-        help = "Columns that stand for ours, by their name or its last parts, such as \
-                t=stamp,ax=linear_acceleration.x; those of ROS, PlotJuggler and Unitree are known"
+        help = "Columns to read, by their names or the last parts of these, such as \
+                t=stamp,ax=linear_acceleration.x; the names of ROS, PlotJuggler and Unitree are known"
     )]
     pub map: Option<Mapping>,
-    /// Units of the six axes where they are not m/s2,rad/s: g or mg, dps or mdps
+    /// Units of the six axes if they are not m/s2,rad/s: g or mg, dps or mdps
     #[arg(long, value_name = "g,dps", help_heading = INPUT)]
     pub units: Option<Units>,
-    /// Factors of the readings of accelerometer and gyroscope, which --units then apply to, such as
-    /// 0.000122,0.07 for counts
+    /// Factors that convert the readings of accelerometer and gyroscope to --units, such as 0.000122,0.07 for
+    /// counts
     #[arg(long, value_name = "A,W", help_heading = INPUT, allow_hyphen_values = true)]
     pub scale: Option<Scale>,
-    /// Mark before the fractions of a table's numbers: a comma as in 1,5
+    /// Decimal mark of a table's numbers, such as the comma in 1,5
     #[arg(long, value_name = "MARK", value_parser = word_parser([".", ","], str::parse::<Decimal>), hide_possible_values = true, help_heading = INPUT)]
     pub decimal: Option<Decimal>,
-    /// Unit of the times, where it is not that of the column's name or s
+    /// Unit of the times, if it is neither in the column's name nor s
     #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
     pub time_unit: Option<TimeUnit>,
-    /// Times that are not in order: keep (an error), drop-bad (leave those rows out) or rate (space
+    /// Treatment of times that do not increase: keep (an error), drop-bad (omit those rows) or rate (space
     /// all rows by the sample rate)
     #[arg(long, value_parser = word_parser(["keep", "drop-bad", "rate"], str::parse::<Times>), hide_possible_values = true, help_heading = INPUT)]
     pub times: Option<Times>,
@@ -213,43 +212,44 @@ impl TableArguments {
     }
 }
 
-/// Which topics of a bag of ROS 2 are read.
+/// Topics of a ROS 2 bag that are read.
 #[derive(Clone, Debug, Default, Args)]
 pub struct BagArguments {
-    /// The topics of the feet.
+    /// Topics of the feet.
     #[arg(
         long,
         value_name = "TOPIC|all",
         help_heading = INPUT,
-        help = "The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be \
-                left out where there is only one foot, by its topic and frame"
+        help = "Topic of a foot, of sensor_msgs/msg/Imu; repeat it for several feet, or write all. Not \
+                needed if topics and frames show only one foot"
     )]
     pub topic: Vec<String>,
-    /// Topics that are left out.
+    /// Topics that are omitted.
     #[arg(
         long,
         value_name = "TOPIC",
         help_heading = INPUT,
-        help = "A topic to leave out, such as /trunk/imu with --topic all; * stands for any text"
+        help = "Topic to omit, such as /trunk/imu with --topic all; * matches any text"
     )]
     pub not_topic: Vec<String>,
-    /// The frames of the feet.
+    /// Frames of the feet.
     #[arg(
         long,
         value_name = "FRAME",
         help_heading = INPUT,
-        help = "Frame (header.frame_id) of a foot, where one topic has those of several; may be \
-                repeated. By default each frame is a foot"
+        help = "Frame (header.frame_id) of a foot, if one topic has several; may be repeated. By \
+                default each frame is a foot"
     )]
     pub frame: Vec<String>,
-    /// The topics of the loads.
+    /// Topics of the loads.
     #[arg(
         long,
         value_name = "TOPIC[:FIELD]",
         help_heading = INPUT,
-        help = "The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or \
-                WrenchStamped, such as /foot/wrench:force.z, or a number of any message, such as \
-                /lowstate:foot_force[0]; once for each foot, in their order, or once with {foot} in the place of its name"
+        help = "Load of a foot: Float32, Float64, one of their MultiArrays, Wrench or WrenchStamped, \
+                such as /foot/wrench:force.z, or a number in any message, such as \
+                /lowstate:foot_force[0]; once for each foot, in their order, or once with {foot} in \
+                place of its name"
     )]
     pub load_topic: Vec<LoadTopic>,
     /// Other names of feet.
@@ -257,7 +257,8 @@ pub struct BagArguments {
         long,
         value_name = "OLD=NEW",
         help_heading = INPUT,
-        help = "Call a foot of a bag by another name, such as leg_1=FL; OLD is its name, or its topic or a part of that"
+        help = "Rename a foot of a bag, such as leg_1=FL; OLD is its name, its topic or a part of its \
+                topic"
     )]
     pub rename: Vec<Rename>,
 }
@@ -281,7 +282,7 @@ impl BagArguments {
     }
 }
 
-/// Adjusts findings of a recording that was read with this mounting: suggested axes replace it.
+/// Adjusts findings of a recording that was read with this mounting, so that suggested axes replace it.
 pub(crate) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
     let adjusted = |finding: Finding| finding.with_mounting(mounting);
     findings.into_iter().map(adjusted).collect()
@@ -339,20 +340,19 @@ pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Res
 }
 
 /// Help text on the syntax of a source.
-pub(crate) const SOURCES: &str = "Where the feet stream from: usb, uart:/dev/ttyACM0[@BAUD], can:can0, \
-                       slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
-                       simulated feet";
+pub(crate) const SOURCES: &str = "Source of the feet: usb, uart:/dev/ttyACM0[@BAUD], can:can0, \
+        slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for simulated feet";
 
-/// Feet that stream.
+/// Feet that stream, and their source.
 #[derive(Debug, Args)]
 pub struct ListenArguments {
-    /// Where the feet stream from.
+    /// Source of the feet.
     #[arg(help = SOURCES, default_value = "usb")]
     pub source: Source,
-    /// Which nodes are feet.
+    /// Nodes that are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
-    /// How a recording of an IMU is read.
+    /// How a played recording of an IMU is read.
     #[command(flatten)]
     pub played: PlayedArguments,
 }
@@ -361,20 +361,20 @@ impl ListenArguments {
     /// Returns the source and the feet.
     ///
     /// # Errors
-    /// Names of feet contradict each other, or there are options of reading for a source that is not a file.
+    /// Names of feet contradict each other, or options for reading a file are given and the source is none.
     pub(crate) fn listen(self) -> Result<(Source, Feet), Error> {
         let feet = self.feet.feet()?;
         Ok((self.played.read(self.source)?, feet))
     }
 }
 
-/// Feet beside those that have the ids of their places.
+/// Feet with other ids or names than the default ones.
 #[derive(Clone, Debug, Default, Args)]
 pub struct FeetArguments {
-    /// On CAN, a node that is a foot beside those of the ids 0x11 to 0x16; may be repeated
+    /// On CAN, a node that is a foot in addition to ids 0x11 to 0x16; may be repeated
     #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
     pub nodes: Vec<NodeId>,
-    /// Names of feet by node id, for the column foot, such as 1=FL,2=FR; these nodes are feet
+    /// Names of feet by node id, such as 1=FL,2=FR; these nodes count as feet
     #[arg(long, value_name = "ID=NAME,...", value_delimiter = ',', value_parser = parse_name)]
     pub names: Vec<(NodeId, Name)>,
 }
@@ -392,35 +392,35 @@ impl FeetArguments {
     }
 }
 
-/// How the recording of an IMU is read and estimated that is played.
+/// How a recording of an IMU is read and estimated when it is played as a source.
 #[derive(Clone, Debug, Default, Args)]
 pub struct PlayedArguments {
-    /// Which topics of a bag are read.
+    /// Topics of a bag that are read.
     #[command(flatten)]
     pub bag: BagArguments,
-    /// How tables of others are read.
+    /// How tables are read.
     #[command(flatten)]
     pub table: TableArguments,
-    /// How the sensor lies.
+    /// How the sensor is mounted.
     #[command(flatten)]
     pub mounting: MountingArguments,
-    /// Preset of the parameters with which the recording of an IMU is estimated
+    /// Parameters to start from when a recording of an IMU is played
     #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
     pub preset: Preset,
-    /// A TOML file with parameters that differ from the preset, of all feet or of single ones
+    /// TOML file with parameters that differ from the preset, for all feet or for single ones
     #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
     pub config: Option<PathBuf>,
-    /// Estimate from the samples of a bag again; otherwise the contacts that its feet sent and that were recorded
-    /// with the samples are the estimates, and no parameter applies
+    /// Estimate again from the samples of a bag. By default the contacts recorded with the samples are the
+    /// estimates, and parameters have no effect
     #[arg(long, help_heading = ESTIMATOR)]
     pub estimate_again: bool,
 }
 
 impl PlayedArguments {
-    /// Returns the source, read and estimated as the options say.
+    /// Returns the source with these options.
     ///
     /// # Errors
-    /// There are options, and the source is not a file; or the configuration file cannot be read, or has an error.
+    /// Options are given and the source is not a file, or the configuration file cannot be read or has an error.
     pub(crate) fn read(&self, source: Source) -> Result<Source, Error> {
         let config = self.config.as_deref();
         let settings = Resolved {
@@ -464,11 +464,10 @@ pub(crate) fn estimator_options(
 /// Frames of messages, and messages of other programs.
 #[derive(Clone, Debug, Args)]
 pub struct PublishedArguments {
-    /// Publish the decisions of all four feet in messages of other programs, too; several are separated
-    /// by commas
+    /// Also publish the decisions of all four feet in messages of other programs, separated by commas
     #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser())]
     pub compat: Vec<Compat>,
-    /// Frames of the messages; {foot} stands for the foot's name
+    /// Frame of the messages; {foot} is replaced by the foot's name
     #[arg(long, value_name = "FRAME", default_value = crate::ros::topics::FRAME)]
     pub frame_id: String,
     /// Prefix of the frames of all messages, such as spot/

@@ -25,19 +25,19 @@ use {
 /// Arguments of `footfall record`.
 #[derive(Debug, Args)]
 pub struct RecordArguments {
-    /// Feet that stream.
+    /// Feet that stream, and their source.
     #[command(flatten)]
     pub listen: ListenArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
-    /// Where they are recorded. Whatever ends the recording, what came a second before is in it
+    /// File to write. However the recording ends, the file holds all that arrived up to a second before
     #[arg(long, short, value_name = "OUT.mcap")]
     pub output: PathBuf,
-    /// Stop after this time; Ctrl-C stops it, too
+    /// Stop after this time, or on Ctrl-C
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub seconds: Option<f64>,
-    /// Replace a file of this name
+    /// Replace an existing file
     #[arg(long)]
     pub overwrite: bool,
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::net::{IpAddr, Ipv4Addr};
 
 use crate::ros::Published;
-use crate::ros::node::{FootNode, Options, Reliability};
+use crate::ros::node::{FootNode, FootNodeOptions, Reliability};
 use clap::Args;
 
 use super::options::{ListenArguments, PublishedArguments};
@@ -18,20 +18,20 @@ use crate::stream::{Sink, Stream, deadline, unless_ended};
 /// Arguments of `footfall ros2`.
 #[derive(Debug, Args)]
 pub struct Ros2Arguments {
-    /// Feet that stream.
+    /// Feet that stream, and their source.
     #[command(flatten)]
     pub listen: ListenArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
-    /// Whether messages that are lost on the network are sent again; subscribers that ask for reliable
-    /// messages get no others
+    /// Whether messages lost on the network are sent again; subscribers that request reliable messages
+    /// receive no others
     #[arg(long, value_name = "QOS", default_value = "reliable")]
     pub reliability: Reliability,
-    /// Messages of a topic that are kept for a subscriber
+    /// Number of messages of a topic to keep for each subscriber
     #[arg(long, value_name = "MESSAGES", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     pub depth: u16,
-    /// Before the names of the node and of all topics but /diagnostics
+    /// Namespace of the node and of all topics except /diagnostics
     #[arg(long, value_name = "NAMESPACE", default_value = "/")]
     pub namespace: String,
     /// Name of the node
@@ -42,18 +42,18 @@ pub struct Ros2Arguments {
         long,
         value_name = "ID",
         value_parser = parse_domain,
-        help = "Domain of DDS, 0 to 232; that of the variable ROS_DOMAIN_ID where it is not given, or 0"
+        help = "DDS domain, 0 to 232; by default that of the variable ROS_DOMAIN_ID, or 0"
     )]
     pub domain_id: Option<u16>,
     /// The addresses of the interfaces that are used.
     #[arg(
         long,
         value_name = "ADDRESS",
-        help = "Use the interface with this address alone, such as 127.0.0.1; may be given several times. \
+        help = "Use only the interface with this address, such as 127.0.0.1; may be repeated. \
                 ROS_LOCALHOST_ONLY=1 and ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST mean 127.0.0.1"
     )]
     pub network: Vec<IpAddr>,
-    /// Stop after this time; Ctrl-C stops it, too
+    /// Stop after this time, or on Ctrl-C
     #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
     pub seconds: Option<f64>,
 }
@@ -99,7 +99,7 @@ fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
 impl Ros2Arguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let bridge = self.published.bridge();
-        let options = Options {
+        let options = FootNodeOptions {
             domain_id: domain(self.domain_id)?,
             networks: networks(self.network),
             namespace: self.namespace,

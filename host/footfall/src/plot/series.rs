@@ -78,9 +78,10 @@ impl Collector {
         let load = self.load.finish();
         Series {
             span: self.width.span,
-            phases: match self.has_state || self.load_range.is_some() {
-                true => self.phases.finish(),
-                false => Vec::new(),
+            phases: if self.has_state || self.load_range.is_some() {
+                self.phases.finish()
+            } else {
+                Vec::new()
             },
             load: self.load_range.map(|range| (load, range)),
             probabilities: self.probabilities.map(Polyline::finish),

@@ -43,9 +43,9 @@ recordings::named! {
     }
 }
 
-/// Options of a node.
+/// Options of a node, fixed while it runs.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct FootNodeOptions {
     /// Domain id, 0 to 232, as in `ROS_DOMAIN_ID`; other domains do not receive the messages.
     pub domain_id: u16,
     /// Addresses of the interfaces to use; empty uses all.
@@ -66,7 +66,7 @@ pub struct Options {
     pub compat: Vec<Compat>,
 }
 
-impl Options {
+impl FootNodeOptions {
     /// Parameters of the node. They are read-only; the settings of a foot are changed with `footfall foot`.
     pub(crate) fn parameters(&self) -> Vec<(&'static str, ParameterValue)> {
         let text = |text: &str| ParameterValue::String(text.to_owned());
@@ -119,7 +119,7 @@ impl Options {
     }
 }
 
-/// Reason why a node or a topic cannot be created.
+/// Reason a node or a topic cannot be created.
 #[derive(Debug, Error)]
 pub enum NodeError {
     /// A name is not valid in ROS.
@@ -194,7 +194,7 @@ fn first_absent(networks: &[IpAddr]) -> Option<(IpAddr, io::Error)> {
 
 /// A node that publishes.
 pub struct FootNode {
-    options: Options,
+    options: FootNodeOptions,
     topics: BTreeMap<Arc<str>, Topic>,
     node: Node,
     /// Thread that answers requests for parameters and tracks subscribers.
@@ -213,7 +213,7 @@ impl FootNode {
     ///
     /// # Errors
     /// A name is invalid in ROS, or ports or interfaces cannot be used.
-    pub fn new(options: Options) -> Result<Self, NodeError> {
+    pub fn new(options: FootNodeOptions) -> Result<Self, NodeError> {
         if options.topic("/x").is_none() {
             return Err(bad_name("namespace", &options.namespace));
         }
@@ -340,7 +340,7 @@ fn share_a_name(own: &ParticipantEntitiesInfo, other: &ParticipantEntitiesInfo) 
 }
 
 /// Declares the parameters of a node as read-only.
-fn parameters(options: &Options) -> NodeOptions {
+fn parameters(options: &FootNodeOptions) -> NodeOptions {
     let declared = options.parameters();
     let mut parameters = NodeOptions::new();
     for (name, value) in &declared {
@@ -348,9 +348,10 @@ fn parameters(options: &Options) -> NodeOptions {
     }
     parameters.parameter_validator(Box::new(move |name: &str, value: &ParameterValue| {
         let is = declared.iter().find(|(declared, _)| *declared == name);
-        match is.is_none_or(|(_, declared)| declared == value) {
-            true => Ok(()),
-            false => Err(format!("{name} is read-only: start footfall ros2 with another")),
+        if is.is_none_or(|(_, declared)| declared == value) {
+            Ok(())
+        } else {
+            Err(format!("{name} is read-only: start footfall ros2 with another"))
         }
     }))
 }
@@ -368,7 +369,7 @@ mod tests {
             ("/", "/footfall/FL"),
             ("", "/footfall/FL"),
         ] {
-            let options = Options {
+            let options = FootNodeOptions {
                 domain_id: 0,
                 networks: Vec::new(),
                 namespace: namespace.to_owned(),

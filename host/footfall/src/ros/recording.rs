@@ -31,21 +31,28 @@ pub struct SampleMessages {
     topics: FootTopics,
     validity: Arc<str>,
     label: Arc<str>,
+    /// Whether the previous sample had a load, whose end is published.
     has_load: bool,
 }
 
 impl SampleMessages {
-    /// Creates a converter for the foot `name`; the first sample of one that `has_load` publishes a load even without one,
-    /// so that of several feet either all have the topic or none.
+    /// Creates a converter for the foot `name`.
     #[must_use]
-    pub fn new(name: &str, has_load: bool) -> Self {
+    pub fn new(name: &str) -> Self {
         let topics = FootTopics::of(name);
         Self {
             validity: format!("{}/validity", topics.imu).into(),
             label: format!("{}/label", topics.imu).into(),
             topics,
-            has_load,
+            has_load: false,
         }
+    }
+
+    /// Publishes the load topic even if the first sample has no load, so that of several feet either all have the topic or
+    /// none.
+    #[must_use]
+    pub fn with_load(self) -> Self {
+        Self { has_load: true, ..self }
     }
 
     /// Returns the messages of a sample acquired at `at` since 1970.
@@ -187,7 +194,7 @@ mod tests {
 
     #[test]
     fn end_of_the_load_is_published_once() {
-        let mut samples = SampleMessages::new("FL", false);
+        let mut samples = SampleMessages::new("FL");
         let mut loads = |load: Option<f32>| -> Vec<f64> {
             let sample =
                 RecordedSample { imu: ImuSample::default(), load: load.map(Load), label: None };

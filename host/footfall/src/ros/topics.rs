@@ -9,7 +9,7 @@ use crate::ros::message::{Definition, Header, RosMessage, Time};
 /// Topic of the diagnostics of all feet.
 pub const DIAGNOSTICS: &str = "/diagnostics";
 
-/// Prefix of the id in the name of a node that has no other.
+/// Prefix of the id in the name of a node without a name.
 pub const NODE: &str = "node_";
 
 /// Default pattern of frame names; `{foot}` is replaced by the foot's name.
@@ -137,7 +137,8 @@ mod tests {
             ("2", "foot_2"),
             ("", "foot_"),
         ] {
-            assert_eq!(topic_part(name), part);
+            let topic = format!("/footfall/{part}/contact");
+            assert_eq!(*FootTopics::of(name).contact, topic, "{name}");
         }
     }
 

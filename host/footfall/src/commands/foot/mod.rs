@@ -36,10 +36,10 @@ use update::{ImageFile, Which};
 /// Arguments of `footfall foot`.
 #[derive(Debug, Args)]
 pub struct FootArguments {
-    /// Where the foot is.
+    /// Source of the foot.
     #[arg(help = SOURCES)]
     pub source: Source,
-    /// Which node of a CAN bus, 1 to 127; may be left out where there is only one foot
+    /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node, global = true)]
     pub node: Option<NodeId>,
     /// Print JSON
@@ -53,18 +53,18 @@ pub struct FootArguments {
 /// Actions on a foot.
 #[derive(Debug, Subcommand)]
 pub enum FootAction {
-    /// List the feet that are heard
+    /// List the feet on the line
     Scan,
-    /// Show which foot it is, its program, its stage and its faults
+    /// Show the foot's identity, program, stage and faults
     Info,
-    /// Show objects by name or by address, such as 0x2012:1; all settings where none is named
+    /// Show objects by name or by address, such as 0x2012:1; without one, all settings
     Get {
         /// The objects
         #[arg(value_name = "decision.threshold")]
         names: Vec<String>,
     },
-    /// Change settings, such as decision.threshold=0.6, all or none; they are lost at a reset unless
-    /// they are saved. The foot does not stream meanwhile
+    /// Change settings, such as decision.threshold=0.6, all or none. They are lost at a reset unless they are
+    /// saved. The foot does not stream meanwhile
     Set {
         /// The settings
         #[arg(required = true, value_name = "NAME=VALUE")]
@@ -73,9 +73,9 @@ pub enum FootAction {
         #[arg(long)]
         save: bool,
     },
-    /// Store all settings, so that they outlast power-off
+    /// Store all settings, so that they survive a power-off
     Save,
-    /// Erase the stored settings and reset the foot: it is then FL, with all defaults
+    /// Erase the stored settings and reset the foot, which is then FL with all defaults
     Restore,
     /// Show how the settings differ from the defaults, or from those in a file
     Diff {
@@ -92,27 +92,27 @@ pub enum FootAction {
         /// The file, or - for standard input
         file: PathBuf,
     },
-    /// Make the board this foot, such as FL, with that foot's node id, and store it. Connect one new
-    /// board at a time: all of them are FL
+    /// Assign the board to a foot, such as FL, with that foot's node id, and store the assignment. Connect
+    /// new boards one at a time: each of them is FL
     Id {
         /// The foot: FL, FR, RL, RR, L or R
         #[arg(value_parser = parse_position)]
         foot: wire::Foot,
     },
-    /// Let the foot walk until it has learnt its limits of stillness, show them, and have it keep them
+    /// Wait until the walking foot has learnt its limits of stillness, show them, and store them on the foot
     Calibrate {
-        /// How long it may take, s
+        /// Timeout, s
         #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = parse_seconds, conflicts_with = "forget")]
         seconds: f64,
-        /// Forget what was learnt instead: the foot starts as if it had learnt nothing
+        /// Erase what the foot has learnt instead, so that it starts cold
         #[arg(long)]
         forget: bool,
     },
-    /// Run the sensor's self-test, for which the foot is reset and must not move: settings that are not
-    /// stored are lost
+    /// Run the sensor's self-test, which resets the foot: settings that are not stored are lost. The foot
+    /// must not move
     Selftest,
-    /// Replace the foot's program over CAN or the serial line, check that it runs, and wait until it has confirmed itself; the foot is
-    /// silent for some seconds
+    /// Replace the foot's program over CAN or the serial line, check that it runs, and wait until it has
+    /// confirmed itself. The foot is silent for some seconds
     Update {
         /// The image, .img; for a foot on USB its .uf2, which is copied to its drive
         image: PathBuf,
@@ -123,7 +123,7 @@ pub enum FootAction {
         #[arg(long, value_name = "NUMBER", value_parser = parse_serial, value_delimiter = ',', conflicts_with_all = ["node", "all"])]
         serial: Vec<u32>,
     },
-    /// Reset the foot, as if it were switched on again: it streams then, also where it did not before
+    /// Reset the foot, as if it were switched on again. It then streams, even if it did not before
     Reset,
 }
 
@@ -157,12 +157,13 @@ impl FootArguments {
                     (false, numbers) => Which::Numbered(numbers),
                 };
                 if file.is_for_usb() {
-                    return print_text(&self.copy(&file, which)?).map_err(Error::Print);
+                    return print_text(&update::copy_over_usb(&self, &file, which)?)
+                        .map_err(Error::Print);
                 }
                 let link = open()?;
                 // A foot that is left in its bootloader is silent.
                 finish_when_interrupted();
-                self.update(link, file, which)?
+                update::send(&self, link, file, which)?
             }
             action => self.act(action, open()?)?,
         };
@@ -178,26 +179,12 @@ impl FootArguments {
             finish_when_interrupted();
         }
         Ok(match action {
-            // These are on all feet.
+            // `run` performs them, on all feet of the line.
             FootAction::Scan | FootAction::Update { .. } => String::new(),
             FootAction::Info => self.info(client)?,
             FootAction::Get { names } => self.get(client, names)?,
             FootAction::Set { settings, save } => {
-                let mut values = SettingValues::new();
-                for setting in settings {
-                    let (name, value) = setting
-                        .split_once('=')
-                        .filter(|(name, _)| !name.trim().is_empty())
-                        .ok_or_else(|| FootError::NoSetting(setting.clone()))?;
-                    let named = Named::find(name)?;
-                    if !named.entry.is_setting() {
-                        return Err(FootError::NotWritable(named.name()));
-                    }
-                    let value = named.parse(value, node)?;
-                    if values.insert(named.address, value).is_some() {
-                        return Err(FootError::NamedTwice(named.name()));
-                    }
-                }
+                let values = parse_settings(settings, node)?;
                 let lasting = if *save { Lasting::Stored } else { Lasting::UntilReset };
                 self.write(client, &values, lasting)?
             }
@@ -384,9 +371,9 @@ impl FootArguments {
                     return Err(FootError::NotSettled { seconds, seen });
                 }
                 messages::aside(format!("let the foot walk: {seen}\n"));
-                next_line = clock.now() + LINE;
+                next_line = clock.now() + PROGRESS;
             }
-            client.wait(LOOK)?;
+            client.wait(POLL)?;
         }
         // An interruption while storing would leave the foot not streaming.
         finish_when_interrupted();
@@ -395,27 +382,28 @@ impl FootArguments {
         let learnt = calibration::numbers(client, index::LEARNT)?;
         let correction = calibration::numbers(client, index::ACCELEROMETER)?;
         let gyroscope_bias_rad_s = calibration::gyroscope_bias_rad_s(client)?;
-        Ok(match self.json {
-            true => to_json(&json!({
+        Ok(if self.json {
+            to_json(&json!({
                 "learnt": by_name(&learnt),
                 "accelerometer_correction": by_name(&correction),
                 "gyroscope_bias_rad_s": gyroscope_bias_rad_s,
-            })),
-            false => calibration_text(&learnt, gyroscope_bias_rad_s, &correction),
+            }))
+        } else {
+            calibration_text(&learnt, gyroscope_bias_rad_s, &correction)
         })
     }
 }
 
-/// Which foot it is, its program, its stage and its faults.
+/// Identity, program, stage and faults of a foot.
 #[derive(Debug, Serialize)]
 pub struct FootInfo {
     #[serde(flatten)]
     identity: Identity,
-    /// Its NMT state: operational, pre-operational, stopped or initialising; null where it says none.
+    /// Its NMT state: operational, pre-operational, stopped or initialising; null if it reports none.
     state: Option<&'static str>,
     /// Stage of the board's operation, by name.
     stage: &'static str,
-    /// Faults that last, by name.
+    /// Present faults, by name.
     faults: Vec<&'static str>,
 }
 
@@ -459,12 +447,12 @@ pub(super) struct Identity {
     device: String,
     /// The version of its program (object 0x100A).
     pub(super) version: String,
-    /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; of one that a probe has
-    /// written the first digits of its commit, or null where no commit has its sources.
+    /// The number of its program (object 0x1F56), hexadecimal: that of the image it was updated with. For a program written
+    /// by a probe, the first digits of its commit, or null if no commit has its sources.
     pub(super) program: Option<String>,
-    /// The same of the program before the last update, of which the foot keeps a copy; null without one.
+    /// The number of the program before the last update, of which the foot keeps a copy; null without one.
     previous: Option<String>,
-    /// Reason why the last image was refused, or the previous program is back; null without one.
+    /// Reason the last image was refused or the previous program was restored; null without one.
     refused: Option<&'static str>,
     /// Its hardware (object 0x1009).
     pub(super) hardware: String,
@@ -501,24 +489,24 @@ impl Identity {
     }
 }
 
-/// A foot that is heard.
+/// A foot on a line.
 #[derive(Debug, Serialize)]
 struct Scanned {
-    /// The line that it is heard on: a CAN interface or a serial port.
+    /// Its line: a CAN interface or a serial port.
     line: String,
     /// Its node id, 1 to 127; null on a serial line.
     node: Option<u8>,
-    /// Its name, such as FL; null where nothing says it.
+    /// Its name, such as FL; null if it is unknown.
     name: Option<String>,
 }
 
 /// Polling interval of the foot.
-const LOOK: Duration = Duration::from_millis(200);
+const POLL: Duration = Duration::from_millis(200);
 
 /// Interval of the progress lines.
-const LINE: Duration = Duration::from_secs(2);
+const PROGRESS: Duration = Duration::from_secs(2);
 
-/// Returns how much stillness and motion the foot has observed.
+/// Returns how much stillness and motion the foot has observed, as text.
 fn seen(learnt: &[(Named, f32)]) -> String {
     let seconds = |name: &str| {
         let of_name = learnt.iter().find(|(named, _)| named.name() == name);
@@ -531,7 +519,7 @@ fn seen(learnt: &[(Named, f32)]) -> String {
     )
 }
 
-/// Returns the name without the table that it is in.
+/// Returns the name without its table.
 fn last_parts(named: &Named) -> String {
     let name = named.name();
     let parts = name.split_once('.').map(|(_, parts)| parts.to_owned());
@@ -577,6 +565,26 @@ fn calibration_line(name: &str, value: f32, unit: &str) -> String {
     line.trim_end().to_owned() + "\n"
 }
 
+/// Parses settings, each as `NAME=VALUE`.
+fn parse_settings(settings: &[String], node: Option<NodeId>) -> Result<SettingValues, FootError> {
+    let mut values = SettingValues::new();
+    for setting in settings {
+        let (name, value) = setting
+            .split_once('=')
+            .filter(|(name, _)| !name.trim().is_empty())
+            .ok_or_else(|| FootError::NoSetting(setting.clone()))?;
+        let named = Named::find(name)?;
+        if !named.entry.is_setting() {
+            return Err(FootError::NotWritable(named.name()));
+        }
+        let value = named.parse(value, node)?;
+        if values.insert(named.address, value).is_some() {
+            return Err(FootError::NamedTwice(named.name()));
+        }
+    }
+    Ok(values)
+}
+
 /// Maximum size of a settings file, bytes; an export has 5 kB.
 const MOST_BYTES: u64 = 1 << 20;
 
@@ -584,9 +592,10 @@ const MOST_BYTES: u64 = 1 << 20;
 fn read_file(path: &Path, node: Option<NodeId>) -> Result<SettingValues, FootError> {
     let error = |message: String| FootError::File { file: path.display().to_string(), message };
     // Up to one byte beyond the maximum size.
-    let text = match path == Path::new(STANDARD) {
-        true => io::read_to_string(io::stdin().take(MOST_BYTES + 1)),
-        false => File::open(path).and_then(|file| io::read_to_string(file.take(MOST_BYTES + 1))),
+    let text = if path == Path::new(STANDARD) {
+        io::read_to_string(io::stdin().take(MOST_BYTES + 1))
+    } else {
+        File::open(path).and_then(|file| io::read_to_string(file.take(MOST_BYTES + 1)))
     };
     let text = text.map_err(|e| error(e.to_string()))?;
     if text.len() as u64 > MOST_BYTES {
@@ -599,7 +608,7 @@ fn read_file(path: &Path, node: Option<NodeId>) -> Result<SettingValues, FootErr
     Ok(values)
 }
 
-/// Longest time accepted, s: one hour.
+/// Longest accepted timeout, s: one hour.
 const MOST_SECONDS: f64 = 3600.0;
 
 fn parse_seconds(text: &str) -> Result<f64, String> {

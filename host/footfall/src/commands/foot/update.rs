@@ -1,4 +1,4 @@
-//! `footfall foot … update`: sends the image of a program to one foot or to all on a line.
+//! `footfall foot … update`: sends the image of a program to one foot or to several on a line.
 
 use std::fs;
 use std::mem::discriminant;
@@ -19,6 +19,7 @@ use super::{FootArguments, hex, to_json};
 use crate::foot_error::FootError;
 use crate::messages;
 use crate::progress::Bars;
+use crate::report::print_text;
 
 /// Feet that are to be updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +42,7 @@ impl<'a> ImageFile<'a> {
         Ok(Self { name, bytes })
     }
 
-    /// Returns whether a foot on USB takes it as a copy; all others are sent theirs.
+    /// Returns whether the file is copied to the drive of a foot on USB; images are sent over a line.
     pub(super) fn is_for_usb(&self) -> bool {
         usb::is_program(&self.bytes)
     }
@@ -51,84 +52,91 @@ fn refused(file: &Path, message: &str) -> FootError {
     FootError::File { file: file.display().to_string(), message: message.to_owned() }
 }
 
-impl FootArguments {
-    /// Copies a program for a foot on USB, and says so.
-    pub(super) fn copy(&self, file: &ImageFile<'_>, which: Which<'_>) -> Result<String, FootError> {
-        if self.json || self.node.is_some() || which != Which::One {
-            return Err(refused(
-                file.name,
-                "a program for the one foot on a USB port: no --all, --node, --serial or --json",
-            ));
-        }
-        let Source::Uart { port, .. } = &self.source else {
-            return Err(refused(
-                file.name,
-                "a program for a foot on USB: name it as usb or uart:PORT",
-            ));
-        };
-        usb::update(port, &file.bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;
-        Ok(format!("{port}: the program is copied and runs\n"))
+/// Copies a program to the drive of a foot on USB, and returns a report.
+pub(super) fn copy_over_usb(
+    arguments: &FootArguments,
+    file: &ImageFile<'_>,
+    which: Which<'_>,
+) -> Result<String, FootError> {
+    if arguments.json || arguments.node.is_some() || which != Which::One {
+        return Err(refused(
+            file.name,
+            "a program for the one foot on a USB port: no --all, --node, --serial or --json",
+        ));
     }
-
-    /// Updates the feet, and returns what changed.
-    pub(super) fn update(
-        &self,
-        mut link: Box<dyn Link>,
-        ImageFile { name, bytes }: ImageFile<'_>,
-        which: Which<'_>,
-    ) -> Result<String, FootError> {
-        let image = Image::new(bytes).map_err(|why| refused(name, why.words()))?;
-        let (mut client, mut feet) = match which {
-            // There is one foot on a serial line.
-            Which::All | Which::Numbered(_) if link.as_serial_line().is_none() => {
-                let heard = scan::feet(link.as_mut(), &mut Listener::default(), scan::SCAN)?;
-                let nodes = heard.iter().map(|foot| foot.node.and_then(NodeId::new));
-                let nodes: Vec<_> = nodes.collect();
-                let first = *nodes.first().ok_or(RequestError::NoFoot)?;
-                (Client::new(link, first)?, nodes)
-            }
-            Which::One | Which::All | Which::Numbered(_) => {
-                let client = Client::new(link, self.node)?;
-                let foot = client.node();
-                (client, vec![foot])
-            }
-        };
-        if let Which::Numbered(numbers) = which {
-            feet = client.with_serial_numbers(&feet, numbers)?;
-        }
-        let mut shown = Progress::default();
-        let results = update::update(&mut client, &feet, &image, &mut |foot, step| {
-            shown.show(foot, step);
-        });
-        shown.end_bar();
-        let failed = results.iter().filter_map(|result| result.as_ref().err());
-        let failed: Vec<String> = failed.map(ToString::to_string).collect();
-        let text = if self.json {
-            let updates = feet.iter().zip(&results);
-            let updates = updates.map(|(node, result)| as_json(*node, result));
-            to_json(&updates.collect::<Vec<_>>())
-        } else {
-            results.iter().flatten().map(line).collect()
-        };
-        if failed.is_empty() {
-            return Ok(text);
-        }
-        let is_silent = |error: &UpdateError| {
-            matches!(error, UpdateError::NotStarted { .. } | UpdateError::Request(_))
-        };
-        let mut errors = results.iter().filter_map(|result| result.as_ref().err());
-        if matches!(self.source, Source::Demo(_)) && errors.any(is_silent) {
-            return Err(FootError::NoBootloader);
-        }
-        // What was done is printed as well.
-        crate::report::print_text(&text).map_err(FootError::Print)?;
-        Err(FootError::NotUpdated(failed.join("\n")))
-    }
+    let Source::Uart { port, .. } = &arguments.source else {
+        return Err(refused(file.name, "a program for a foot on USB: name it as usb or uart:PORT"));
+    };
+    usb::update(port, &file.bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;
+    Ok(format!("{port}: the program is copied and runs\n"))
 }
 
-/// The result for a foot. Null are the node on a serial line, serial number and programs where the update failed, the
-/// version before where the bootloader ran, the new program where nothing was sent, and the error of an updated foot. The
-/// program 00000000 is one that no image and no commit names.
+/// Sends the image to the feet, and returns a report.
+pub(super) fn send(
+    arguments: &FootArguments,
+    mut link: Box<dyn Link>,
+    ImageFile { name, bytes }: ImageFile<'_>,
+    which: Which<'_>,
+) -> Result<String, FootError> {
+    let image = Image::new(bytes).map_err(|why| refused(name, why.words()))?;
+    let (mut client, mut feet) = match which {
+        // There is one foot on a serial line.
+        Which::All | Which::Numbered(_) if link.as_serial_line().is_none() => {
+            let heard = scan::feet(link.as_mut(), &mut Listener::default(), scan::SCAN)?;
+            let nodes = heard.iter().map(|foot| foot.node.and_then(NodeId::new));
+            let nodes: Vec<_> = nodes.collect();
+            let first = *nodes.first().ok_or(RequestError::NoFoot)?;
+            (Client::new(link, first)?, nodes)
+        }
+        Which::One | Which::All | Which::Numbered(_) => {
+            let client = Client::new(link, arguments.node)?;
+            let foot = client.node();
+            (client, vec![foot])
+        }
+    };
+    if let Which::Numbered(numbers) = which {
+        feet = client.with_serial_numbers(&feet, numbers)?;
+    }
+    let mut progress = Progress::default();
+    let results = update::update(&mut client, &feet, &image, &mut |foot, step| {
+        progress.show(foot, step);
+    });
+    progress.end_bar();
+    let failed = results.iter().filter_map(|result| result.as_ref().err());
+    let failed: Vec<String> = failed.map(ToString::to_string).collect();
+    let text = if arguments.json {
+        let updates = feet.iter().zip(&results);
+        let updates = updates.map(|(node, result)| as_json(*node, result));
+        to_json(&updates.collect::<Vec<_>>())
+    } else {
+        results.iter().flatten().map(line).collect()
+    };
+    if failed.is_empty() {
+        return Ok(text);
+    }
+    let is_silent = |error: &UpdateError| {
+        matches!(error, UpdateError::NotStarted { .. } | UpdateError::Request(_))
+    };
+    let mut errors = results.iter().filter_map(|result| result.as_ref().err());
+    if matches!(arguments.source, Source::Demo(_)) && errors.any(is_silent) {
+        return Err(FootError::NoBootloader);
+    }
+    // The successful updates are printed as well.
+    print_text(&text).map_err(FootError::Print)?;
+    Err(FootError::NotUpdated(failed.join("\n")))
+}
+
+/// Returns the result for a foot as JSON.
+///
+/// | field | null |
+/// |---|---|
+/// | `node` | on a serial line |
+/// | `serial`, `from_program` | the update failed |
+/// | `from_version` | the update failed, or the foot ran its bootloader |
+/// | `to_version`, `to_program` | the update failed, or nothing was sent |
+/// | `error` | the foot was updated |
+///
+/// The program 00000000 is one that neither an image nor a commit identifies.
 fn as_json(node: Option<NodeId>, result: &Result<Updated, UpdateError>) -> Json {
     let number = |program: &FootProgram| hex(program.identification);
     let done = result.as_ref().ok();

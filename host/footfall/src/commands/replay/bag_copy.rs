@@ -25,11 +25,11 @@ use crate::ros::{AllFeet, Compat, EstimateMessages, McapFile, Published, RosMess
 
 /// Messages of all feet in the copy.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OfAllFeet {
+pub(super) struct OfAllFeet {
     /// Programs whose messages are written.
-    pub compats: Vec<Compat>,
+    pub(super) compats: Vec<Compat>,
     /// States of the robot that are written again with the forces of the estimates.
-    pub low_states: Option<LowStateSource>,
+    pub(super) low_states: Option<LowStateSource>,
 }
 
 impl OfAllFeet {
@@ -74,11 +74,11 @@ impl OfAllFeet {
 
 /// Source of the states, and unit of their forces.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LowStateSource {
+pub(super) struct LowStateSource {
     /// Topic of the robot's states.
-    pub topic: String,
+    pub(super) topic: String,
     /// Factor of the loads; `None` for decisions, [`STANDS`] or 0.
-    pub scale: Option<f64>,
+    pub(super) scale: Option<f64>,
 }
 
 /// Copies the messages of the bag `input`, with the contacts and events of its feet, to the MCAP file `path`. A contact is
@@ -88,7 +88,7 @@ pub struct LowStateSource {
 ///
 /// # Errors
 /// The bag has a topic of the copy, lacks the robot's states, or cannot be read or written.
-pub fn write(
+pub(super) fn write(
     input: &Path,
     feet: &mut [CopiedFoot],
     of_all_feet: &OfAllFeet,

@@ -61,42 +61,41 @@ pub struct ReplayArguments {
     /// only, as with --preset paper
     #[arg(long, value_name = "LENGTH", value_parser = parse_window, help_heading = ESTIMATOR)]
     pub window: Option<WindowLength>,
-    /// Estimate from the samples of a bag again; otherwise the contacts that its feet sent and that were recorded
-    /// with the samples are the estimates, and no parameter applies
+    /// Estimate again from the samples of a bag. By default the contacts recorded with the samples are the
+    /// estimates, and parameters have no effect
     #[arg(long, help_heading = ESTIMATOR)]
     pub estimate_again: bool,
-    /// Leave out what comes before this time since the first sample; the estimator sees it all the
-    /// same
+    /// Omit results before this time since the first sample; the estimator still uses the samples
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub from: Option<f64>,
     /// Stop at this time since the first sample
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub to: Option<f64>,
-    /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output; as .mcap a
-    /// copy of the bag that is replayed, with the contacts of its feet
+    /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output. As .mcap, write a
+    /// copy of the replayed bag with the contacts of its feet
     #[arg(long, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
     /// Messages of all feet in a copy of a bag.
     #[command(flatten)]
     pub copied: CopiedArguments,
-    /// Write the events: touch-downs, lift-offs, starts and ends of slips, with their distance, and of
-    /// stances that are never stable; `-` is standard output
+    /// Write the events: touch-downs, lift-offs, starts and ends of slips with their distance, and starts and
+    /// ends of stances that are never stable; `-` is standard output
     #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
     pub events: Option<PathBuf>,
-    /// Draw it: as .html a page of all feet to zoom into, which needs no network; as .svg a
-    /// figure, of several feet one each, with the foot in its name
+    /// Draw the estimates: as .html, one page of all feet with zoom, which needs no network; as .svg, a
+    /// figure per foot, whose file name contains the foot if there are several
     #[arg(long, value_name = "OUT.html|svg", help_heading = OUTPUT)]
     pub plot: Option<PathBuf>,
     /// Print the summary as one JSON object
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
-    /// Estimate N recordings at once; by default as many as there are cores
+    /// Number of recordings to estimate at once; by default the number of cores
     #[arg(long, value_name = "N", help_heading = OUTPUT)]
     pub jobs: Option<NonZeroUsize>,
 }
 
 /// A recording with estimates of all its feet.
-struct Done {
+struct ReplayedRecording {
     file: String,
     /// Notices about reading the recording.
     notices: Vec<String>,
@@ -112,12 +111,12 @@ struct Done {
 /// Messages of all feet in a copy of a bag.
 #[derive(Clone, Debug, Default, Args)]
 pub struct CopiedArguments {
-    /// In a copy of a bag, write the decisions of all four feet in messages of other programs, too; several are
-    /// separated by commas
+    /// In a copy of a bag, also write the decisions of all four feet in messages of other programs, separated
+    /// by commas
     #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser(), help_heading = OUTPUT)]
     pub compat: Vec<Compat>,
-    /// In a copy of a bag, write the messages of a Unitree robot on this topic again, on /footfall/lowstate, with 100
-    /// as the `foot_force` of a foot that stands and 0 of others
+    /// In a copy of a bag, repeat the messages of a Unitree robot on this topic as /footfall/lowstate, with a
+    /// `foot_force` of 100 for each standing foot and 0 for the others
     #[arg(long, value_name = "TOPIC", help_heading = OUTPUT)]
     pub lowstate: Option<String>,
     /// Factor of the loads that are the forces instead of decisions.
@@ -127,34 +126,34 @@ pub struct CopiedArguments {
         requires = "lowstate",
         allow_negative_numbers = true,
         value_parser = parse_scale,
-        help = "With --lowstate, the forces are the loads times this factor, rounded",
+        help = "With --lowstate, write the loads times this factor, rounded, as forces",
         help_heading = OUTPUT
     )]
     pub lowstate_scale: Option<f64>,
 }
 
 /// A foot with its estimates.
-pub struct ReplayedFoot {
-    /// Results of the foot.
-    pub foot: Replayed,
+struct ReplayedFoot {
+    results: Replayed,
     /// Picture of the foot, if drawn.
-    pub picture: Option<Picture>,
+    picture: Option<Picture>,
 }
 
 /// A foot whose contacts go into a copy of its bag.
-pub struct CopiedFoot {
+#[cfg_attr(not(feature = "bags"), expect(dead_code, reason = "only a copy of a bag reads it"))]
+struct CopiedFoot {
     /// Name of the foot, in the topics of its contacts.
-    pub name: String,
+    name: String,
     /// Its place in messages of all feet, if its names have one.
-    pub place: Option<usize>,
+    place: Option<usize>,
     /// Its samples.
-    pub stored: Stored,
+    stored: Stored,
     /// Parameters of its estimate.
-    pub params: Params,
+    params: Params,
     /// Part of the recording whose contacts are written.
-    pub span: Span,
+    span: Span,
     /// Events in that part.
-    pub events: Vec<ContactEvent>,
+    events: Vec<ContactEvent>,
 }
 
 impl ReplayArguments {
@@ -165,24 +164,25 @@ impl ReplayArguments {
         self.check_targets()?;
         let jobs = self.jobs.unwrap_or_else(jobs::all_cores);
         let bars = Bars::default();
-        let done =
-            jobs::run(&self.inputs, jobs, |input| self.replay(&resolved, input, span, jobs, &bars));
-        let done: Vec<Done> = done.into_iter().collect::<Result<_, _>>()?;
-        let names = done.iter().flat_map(|done| done.names.iter().flatten());
+        let replayed = jobs::run(&self.inputs, jobs, |input| {
+            self.estimate_recording(&resolved, input, span, jobs, &bars)
+        });
+        let replayed: Vec<ReplayedRecording> = replayed.into_iter().collect::<Result<_, _>>()?;
+        let names = replayed.iter().flat_map(|recording| recording.names.iter().flatten());
         let names: Vec<&str> = names.map(String::as_str).collect();
         resolved.check_axes(&names)?;
         resolved.unused_feet(&names).into_iter().for_each(warn);
         let mut feet = Vec::new();
         let mut copied = Vec::new();
-        for done in done {
-            copied.extend(done.copied);
-            done.details.iter().for_each(detail);
-            done.notices.iter().for_each(warn);
-            for ReplayedFoot { foot, .. } in &done.feet {
-                let place = options::place(&done.file, foot.summary.foot.as_deref());
-                self.recording.reading.report(&place, &foot.findings)?;
+        for recording in replayed {
+            copied.extend(recording.copied);
+            recording.details.iter().for_each(detail);
+            recording.notices.iter().for_each(warn);
+            for ReplayedFoot { results, .. } in &recording.feet {
+                let place = options::place(&recording.file, results.summary.foot.as_deref());
+                self.recording.reading.report(&place, &results.findings)?;
             }
-            feet.extend(done.feet);
+            feet.extend(recording.feet);
         }
         #[cfg(feature = "bags")]
         if let Some(bag) = self.bag() {
@@ -193,10 +193,9 @@ impl ReplayArguments {
 
     /// Checks that all results can be written before computing them.
     fn check_targets(&self) -> Result<(), OutputError> {
-        let table = self.output.as_deref().map(|path| match is_bag(path) {
-            true => Target::Bag(path),
-            false => Target::Estimates(path),
-        });
+        let table_or_bag =
+            |path| if is_bag(path) { Target::Bag(path) } else { Target::Estimates(path) };
+        let table = self.output.as_deref().map(table_or_bag);
         let events = self.events.as_deref().map(Target::Events);
         let picture = self.plot.as_deref().map(Target::Drawing);
         let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
@@ -207,8 +206,8 @@ impl ReplayArguments {
             let [input] = &self.inputs[..] else {
                 return Err(OutputError::OneBagOnly(file));
             };
-            if input.exists() && !input.is_file() && !input.is_dir() || input == Path::new(STANDARD)
-            {
+            let is_pipe = input.exists() && !input.is_file() && !input.is_dir();
+            if is_pipe || input == Path::new(STANDARD) {
                 return Err(OutputError::ReadTwice(file));
             }
             let folder = bag.parent().filter(|folder| *folder != Path::new(""));
@@ -239,14 +238,14 @@ impl ReplayArguments {
     }
 
     /// Reads a recording and estimates all its feet.
-    fn replay(
+    fn estimate_recording(
         &self,
         resolved: &Resolved,
         input: &Path,
         span: Span,
         jobs: NonZeroUsize,
         bars: &Bars,
-    ) -> Result<Done, Error> {
+    ) -> Result<ReplayedRecording, Error> {
         let started = Instant::now();
         let opened = progress::open(input, self.recording.reading.format, bars)?;
         let format = opened.format();
@@ -256,9 +255,7 @@ impl ReplayArguments {
             let file = bag.display().to_string();
             return Err(OutputError::OneBagOnly(file).into());
         }
-        let params = resolved.params(format);
         let file = input.display().to_string();
-        let origins = resolved.origins(&file);
         let hints = Hints {
             contacts: ContactUse::unless_estimated(self.estimate_again),
             ..self.recording.reading.hints(resolved)
@@ -276,99 +273,39 @@ impl ReplayArguments {
             }
         }
         let read = Instant::now();
-        origins.check_effects(&params)?;
-        let preset = self.recording.preset;
-        let mut notices = Vec::new();
-        let recorded = stored.iter().filter(|stored| stored.has_estimates());
-        let recorded = recorded.count();
-        if recorded > 0 {
-            let RecordingArguments { config, reading, .. } = &self.recording;
-            let config = config.as_deref();
-            let ineffective = estimator_options(preset, config, self.window, &reading.mounting);
-            notices.extend(without_effect(&file, &ineffective));
-        }
-        for Stored { about, .. } in &stored {
-            notices.extend(about.notices.iter().cloned());
-        }
-        for stored in stored.iter().filter(|stored| !stored.has_estimates()) {
-            let about = &stored.about;
-            notices.extend(preset.window_notice(format, &params, &about.name, about.sample_rate));
-        }
-        let table = |path: &Option<PathBuf>| match path {
-            None => Table::None,
-            Some(_) if self.inputs.len() > 1 => Table::SeveralRecordings,
-            Some(_) if stored.len() > 1 => Table::SeveralFeet,
-            Some(_) => Table::OneFoot,
-        };
-        let wanted = Wanted {
-            span,
-            table: self.bag().map_or(table(&self.output), |_| Table::None),
-            layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
-            events: table(&self.events),
-        };
+        let params = resolved.params(format);
+        resolved.origins(&file).check_effects(&params)?;
+        let notices = self.notices(&file, format, &params, &stored);
+        let has_recorded_contacts_only = stored.iter().all(Stored::has_estimates);
+        let wanted = self.wanted(span, stored.len());
         // Each foot is estimated once, on any thread.
         let stored = stored.into_iter().map(Mutex::new);
         let stored: Vec<_> = names.iter().zip(stored).collect();
-        let jobs = match self.inputs.len() {
-            1 => jobs,
-            _ => NonZeroUsize::MIN,
-        };
-        let drawing = self.plot.as_deref().map(Drawing::of);
-        let params_of = |names: &[String]| {
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            resolved.params_of(&names, format)
-        };
+        // Several recordings already keep all cores busy.
+        let jobs = if self.inputs.len() == 1 { jobs } else { NonZeroUsize::MIN };
         let replayed = jobs::run(&stored, jobs, |(names, stored)| {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
-            let mut watched = Watched {
-                bar: bars.estimating(stored.about.samples as u64),
-                picture: drawing.map(|drawing| Picture::new(drawing, &stored, span)),
-                events: self.bag().map(|_| Vec::new()),
-            };
-            let params = params_of(names);
-            let replayed = replay(&mut stored, &params, &wanted, &mut watched);
-            watched.bar.finish_and_clear();
-            let mut foot = replayed.map_err(|error| match error {
-                ReplayError::Params(error) => origins.explain(&error).into(),
-                other => Error::Replay(other),
-            })?;
-            let about = &stored.about;
-            foot.findings = with_mounting(foot.findings, &about.correction.mounting);
-            let (notices, findings) = (&about.notices, &foot.findings);
-            let report = InputReport::new(&file, format, notices, about.repairs, findings);
-            foot.summary.input = Some(report);
-            foot.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
-                preset: preset.name(),
-                parameters: ParametersReport::of(&Params {
-                    sample_rate: about.sample_rate,
-                    gravity: about.gravity,
-                    ..params
-                }),
-                correction: (&about.correction).into(),
-                learnt: foot.learnt.into(),
-            });
-            let recognised = recognised(about, &foot.summary);
-            let (picture, events) = (watched.picture, watched.events);
-            Ok::<_, Error>((ReplayedFoot { foot, picture }, events, recognised))
+            self.estimate_foot(resolved, (&file, format), names, &mut stored, &wanted, bars)
         });
         let (mut feet, mut copied, mut details) = (Vec::new(), Vec::new(), Vec::new());
         for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
-            let (foot, events, recognised) = replayed?;
+            let (foot, events) = replayed?;
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
+            details.push(recognised(&stored.about, &foot.results.summary));
             copied.extend(events.map(|events| CopiedFoot {
                 name: names.first().cloned().unwrap_or_default(),
                 place: names.iter().find_map(|name| crate::ros::compat::place(name)),
                 stored,
-                params: params_of(names),
+                params: params_of(resolved, names, format),
                 span,
                 events,
             }));
             feet.push(foot);
-            details.push(recognised);
         }
-        let parameters = match recorded < feet.len() {
-            true => self.recording.parameters_text(&params, format),
-            false => "the estimates are recorded contacts".to_owned(),
+        let parameters = if has_recorded_contacts_only {
+            "the estimates are recorded contacts".to_owned()
+        } else {
+            self.recording.parameters_text(&params, format)
         };
         details.push(format!("{file}: format {}; {parameters}", format.name()));
         details.push(format!(
@@ -376,15 +313,98 @@ impl ReplayArguments {
             (read - started).as_secs_f64(),
             read.elapsed().as_secs_f64()
         ));
-        Ok(Done { feet, names, copied, file, notices, details })
+        Ok(ReplayedRecording { feet, names, copied, file, notices, details })
     }
 
-    /// Writes the requested results.
+    /// Returns the notices about a recording, before it is estimated.
+    fn notices(
+        &self,
+        file: &str,
+        format: Format,
+        params: &Params,
+        stored: &[Stored],
+    ) -> Vec<String> {
+        let preset = self.recording.preset;
+        let mut notices = Vec::new();
+        if stored.iter().any(Stored::has_estimates) {
+            let RecordingArguments { config, reading, .. } = &self.recording;
+            let config = config.as_deref();
+            let ineffective = estimator_options(preset, config, self.window, &reading.mounting);
+            notices.extend(without_effect(file, &ineffective));
+        }
+        for Stored { about, .. } in stored {
+            notices.extend(about.notices.iter().cloned());
+        }
+        for stored in stored.iter().filter(|stored| !stored.has_estimates()) {
+            let about = &stored.about;
+            notices.extend(preset.window_notice(format, params, &about.name, about.sample_rate));
+        }
+        notices
+    }
+
+    /// Returns the results that are wanted of each foot of a recording with this number of feet.
+    fn wanted(&self, span: Span, feet: usize) -> Wanted {
+        let table = |path: &Option<PathBuf>| match path {
+            None => Table::None,
+            Some(_) if self.inputs.len() > 1 => Table::SeveralRecordings,
+            Some(_) if feet > 1 => Table::SeveralFeet,
+            Some(_) => Table::OneFoot,
+        };
+        Wanted {
+            span,
+            table: self.bag().map_or(table(&self.output), |_| Table::None),
+            layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
+            events: table(&self.events),
+        }
+    }
+
+    /// Estimates a foot of a file; returns its events as well if they go into a copy of the bag.
+    fn estimate_foot(
+        &self,
+        resolved: &Resolved,
+        (file, format): (&str, Format),
+        names: &[String],
+        stored: &mut Stored,
+        wanted: &Wanted,
+        bars: &Bars,
+    ) -> Result<(ReplayedFoot, Option<Vec<ContactEvent>>), Error> {
+        let drawing = self.plot.as_deref().map(Drawing::of);
+        let mut observer = FootObserver {
+            bar: bars.estimating(stored.about.samples as u64),
+            picture: drawing.map(|drawing| Picture::new(drawing, stored, wanted.span)),
+            events: self.bag().map(|_| Vec::new()),
+        };
+        let params = params_of(resolved, names, format);
+        let replayed = replay(stored, &params, wanted, &mut observer);
+        observer.bar.finish_and_clear();
+        let mut results = replayed.map_err(|error| match error {
+            ReplayError::Params(error) => resolved.origins(file).explain(&error).into(),
+            other => Error::Replay(other),
+        })?;
+        let about = &stored.about;
+        results.findings = with_mounting(results.findings, &about.correction.mounting);
+        let (notices, findings) = (&about.notices, &results.findings);
+        let report = InputReport::new(file, format, notices, about.repairs, findings);
+        results.summary.input = Some(report);
+        results.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
+            preset: self.recording.preset.name(),
+            parameters: ParametersReport::of(&Params {
+                sample_rate: about.sample_rate,
+                gravity: about.gravity,
+                ..params
+            }),
+            correction: (&about.correction).into(),
+            learnt: results.learnt.into(),
+        });
+        Ok((ReplayedFoot { results, picture: observer.picture }, observer.events))
+    }
+
+    /// Writes the results, and prints the summary.
     fn write(&self, mut feet: Vec<ReplayedFoot>) -> Result<(), Error> {
         let mut written = Vec::new();
         let several = self.inputs.len() > 1 || feet.len() > 1;
         if let Some(path) = &self.output {
-            let tables = feet.iter_mut().filter_map(|foot| foot.foot.table.take());
+            let tables = feet.iter_mut().filter_map(|foot| foot.results.table.take());
             let tables = tables.collect();
             let named = if several { TableFeet::Several } else { TableFeet::One };
             if !is_bag(path) {
@@ -393,15 +413,19 @@ impl ReplayArguments {
             written.push(path.clone());
         }
         let (events, plot) = (self.events.as_deref(), self.plot.as_deref());
-        written.extend(write_shown(events, plot, &mut feet, several)?);
-        let style = match self.fills_stdout() {
-            true => SummaryStyle::Silent,
-            false => SummaryStyle::of(self.json),
-        };
+        written.extend(write_events_and_pictures(events, plot, &mut feet, several)?);
+        let style =
+            if self.fills_stdout() { SummaryStyle::Silent } else { SummaryStyle::of(self.json) };
         let summaries =
-            Summaries { recordings: feet.into_iter().map(|foot| foot.foot.summary).collect() };
+            Summaries { recordings: feet.into_iter().map(|foot| foot.results.summary).collect() };
         print(&summaries, style, &written).map_err(Error::Print)
     }
+}
+
+/// Returns the parameters of the foot with these names.
+fn params_of(resolved: &Resolved, names: &[String], format: Format) -> Params {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    resolved.params_of(&names, format)
 }
 
 /// Returns whether the file is a bag by its name.
@@ -425,7 +449,7 @@ fn recognised(about: &About, summary: &Summary) -> String {
 
 impl CopiedArguments {
     /// Checks that the options apply: there is a copy, or none of them is given.
-    pub(crate) fn check(&self, bag: Option<&Path>) -> Result<(), OutputError> {
+    fn check(&self, bag: Option<&Path>) -> Result<(), OutputError> {
         let option = match (&self.compat[..], &self.lowstate) {
             ([], None) => return Ok(()),
             (_, Some(_)) => "--lowstate",
@@ -442,7 +466,7 @@ impl CopiedArguments {
 
     /// Copies the only bag of `inputs` with the contacts and events of feet.
     #[cfg(feature = "bags")]
-    pub(crate) fn copy(
+    fn copy(
         &self,
         inputs: &[PathBuf],
         to: &Path,
@@ -473,7 +497,7 @@ fn parse_scale(text: &str) -> Result<f64, &'static str> {
 }
 
 /// Picture of a foot.
-pub enum Picture {
+enum Picture {
     /// A figure of its own.
     Figure(RecordingPlot),
     /// Its part of a page.
@@ -482,8 +506,7 @@ pub enum Picture {
 
 impl Picture {
     /// Creates the picture for the part `span` of a foot, without samples.
-    #[must_use]
-    pub fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
+    fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
         let name = stored.about.title();
         let about = &stored.about;
         let (from_s, to_s) = span.within(about.duration_us);
@@ -498,17 +521,16 @@ impl Picture {
     }
 }
 
-/// Observer of a foot for the progress bar and its picture.
-pub struct Watched {
-    /// Progress bar.
-    pub bar: ProgressBar,
+/// Observer of the estimation of a foot: progress bar, picture and events.
+struct FootObserver {
+    bar: ProgressBar,
     /// Picture of the foot, if drawn.
-    pub picture: Option<Picture>,
-    /// Events of the foot, if kept.
-    pub events: Option<Vec<ContactEvent>>,
+    picture: Option<Picture>,
+    /// Events of the foot, if they go into a copy of the bag.
+    events: Option<Vec<ContactEvent>>,
 }
 
-impl Observer for Watched {
+impl Observer for FootObserver {
     fn estimated(&mut self) {
         self.bar.inc(1);
     }
@@ -531,11 +553,9 @@ impl Observer for Watched {
     }
 }
 
-/// Writes the events and the pictures of all feet, which tables name where there are `several`, and returns the paths.
-///
-/// # Errors
-/// A file cannot be written.
-pub fn write_shown(
+/// Writes the events and the pictures of all feet, and returns the paths. The table of `several` feet names the foot of
+/// each event.
+fn write_events_and_pictures(
     events: Option<&Path>,
     pictures: Option<&Path>,
     feet: &mut [ReplayedFoot],
@@ -546,7 +566,7 @@ pub fn write_shown(
         write_file(path, |to| {
             let foot = if several { "foot," } else { "" };
             writeln!(to, "{foot}{HEADER}")?;
-            let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
+            let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
             parts.try_for_each(|part| part.write(to))
         })?;
         written.push(path.to_owned());
@@ -562,14 +582,15 @@ fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<PathBuf>
     let one = feet.len() == 1;
     let mut page = Vec::new();
     let mut written = Vec::new();
-    for ReplayedFoot { foot, picture } in feet {
+    for ReplayedFoot { results, picture } in feet {
         match picture.take() {
             None => {}
             Some(Picture::Page(foot)) => page.push(foot),
             Some(Picture::Figure(figure)) => {
-                let path = match one {
-                    true => path.to_owned(),
-                    false => files::path_of_foot(path, &foot.summary.recording),
+                let path = if one {
+                    path.to_owned()
+                } else {
+                    files::path_of_foot(path, &results.summary.recording)
                 };
                 // Foot names may differ only in characters that file names cannot hold.
                 let path = files::unused_path(path, &written);

@@ -23,34 +23,34 @@ Examples:
 /// Arguments of `footfall view`.
 #[derive(Debug, Args)]
 pub struct ViewArguments {
-    /// Where the feet stream from.
+    /// Source of the feet.
     #[arg(help = SOURCES, required_unless_present = "layout")]
     pub source: Option<Source>,
-    /// Which nodes are feet.
+    /// Nodes that are feet.
     #[command(flatten)]
     pub nodes: FeetArguments,
-    /// How a recording of an IMU is read.
+    /// How a played recording of an IMU is read.
     #[command(flatten)]
     pub played: PlayedArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
-    /// The address or name of this machine at which viewers connect: 0.0.0.0 or :: for those of other
-    /// machines, too. Whoever can connect sees all
+    /// Address or name of this machine to listen on; with 0.0.0.0 or ::, viewers on other machines can
+    /// connect, too. Anyone who can connect sees everything
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     pub host: String,
-    /// The port at which viewers connect; 0 takes one that is free
+    /// Port to listen on; 0 takes any free one
     #[arg(long, default_value_t = 8765)]
     pub port: u16,
-    /// Stop after this time; Ctrl-C stops it, too. The end of a played file does not
+    /// Stop after this time, or on Ctrl-C. The end of a played file does not stop it
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub seconds: Option<f64>,
-    /// Print a layout of the feet FL, FR, RL and RR that the viewer opens, and serve nothing
+    /// Print a layout of the feet FL, FR, RL and RR for this viewer, and serve nothing
     #[arg(long, value_name = "VIEWER", conflicts_with = "source")]
     pub layout: Option<Viewer>,
 }
 
-/// A program that shows what is served.
+/// Viewer program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Viewer {
     /// Foxglove: JSON.

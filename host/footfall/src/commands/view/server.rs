@@ -29,10 +29,10 @@ use crate::stream::{Sink, Stream, deadline, is_over, unless_ended};
 const QUEUE: usize = 1 << 16;
 
 /// Timeout for closing client connections at the end.
-const GOODBYE: Duration = Duration::from_secs(1);
+const CLOSING: Duration = Duration::from_secs(1);
 
 /// Polling interval for the deadline after the source has ended.
-const LOOK: Duration = Duration::from_millis(50);
+const DEADLINE_CHECK: Duration = Duration::from_millis(50);
 
 /// Serves the messages of the feet for some seconds, or until an interruption.
 ///
@@ -51,9 +51,10 @@ pub fn serve(
     let mut server = Server::start(host, port, &name)?;
     let url = server.url();
     let app_url = server.app_url();
-    let also = match server.address.ip().is_unspecified() {
-        true => ", and at all other addresses of this machine",
-        false => "",
+    let also = if server.address.ip().is_unspecified() {
+        ", and at all other addresses of this machine"
+    } else {
+        ""
     };
     aside(format!(
         "serving {source} at {url}{also}\n\
@@ -68,7 +69,7 @@ pub fn serve(
     let ended = ended.and_then(unless_ended);
     // Played messages may still be queued for viewers, which show them while connected.
     while ended.is_ok() && !is_over(stream.clock(), end) {
-        thread::sleep(LOOK);
+        thread::sleep(DEADLINE_CHECK);
     }
     server.stop();
     ended
@@ -78,7 +79,7 @@ pub fn serve(
 pub struct Server {
     context: Arc<Context>,
     handle: WebSocketServerHandle,
-    /// Address that it listens on; where it is unspecified, all those of this machine, and others can connect.
+    /// Address to which the server is bound. If it is unspecified, the server listens on all addresses of this machine.
     address: SocketAddr,
     channels: HashMap<Arc<str>, Arc<RawChannel>>,
 }
@@ -147,7 +148,7 @@ impl Server {
             let _ = done.send(());
         });
         // A client that does not read must not delay the exit.
-        let _ = is_done.recv_timeout(GOODBYE);
+        let _ = is_done.recv_timeout(CLOSING);
     }
 
     /// Returns the channel of a topic, announcing it on first use.
