@@ -1,6 +1,6 @@
-//! Arrays in, as they lie in memory: f32 or f64, of any layout.
+//! Arrays: arguments as they lie in memory, f32 or f64 of any layout, and tables that Python then owns.
 
-use numpy::ndarray::{ArrayView, Dimension, Ix1, Ix2};
+use numpy::ndarray::{Array2, ArrayView, Dimension, Ix1, Ix2};
 use numpy::{PyReadonlyArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ pub(crate) enum Numbers<'py, D: Dimension> {
     Double(PyReadonlyArray<'py, f64, D>),
 }
 
-/// The same while no Python code runs.
+/// View of such an array, for use without the interpreter lock.
 pub(crate) enum View<'a, D: Dimension> {
     Single(ArrayView<'a, f32, D>),
     Double(ArrayView<'a, f64, D>),
@@ -35,7 +35,7 @@ impl<'py, D: Dimension> Numbers<'py, D> {
         }
     }
 
-    /// The number of samples.
+    /// Returns the number of samples.
     pub(crate) fn len(&self) -> usize {
         self.shape().first().copied().unwrap_or(0)
     }
@@ -49,7 +49,7 @@ impl<'py, D: Dimension> Numbers<'py, D> {
 }
 
 impl<'py> Numbers<'py, Ix2> {
-    /// An argument of three readings per sample.
+    /// Reads an argument of three readings per sample.
     pub(crate) fn triples(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
         let readings = Self::read(name, value, "(samples, 3)")?;
         match readings.shape() {
@@ -62,7 +62,7 @@ impl<'py> Numbers<'py, Ix2> {
 }
 
 impl<'py> Numbers<'py, Ix1> {
-    /// An argument of one number per sample.
+    /// Reads an argument of one number per sample.
     pub(crate) fn column(name: &str, value: &Bound<'py, PyAny>, samples: usize) -> PyResult<Self> {
         let numbers = Self::read(name, value, "(samples,)")?;
         match numbers.len() {
@@ -91,4 +91,11 @@ impl View<'_, Ix1> {
             Self::Double(array) => array[sample],
         }
     }
+}
+
+/// Returns a table with rows of `width` numbers.
+pub(crate) fn table<T: Default>(numbers: Vec<T>, width: usize) -> Array2<T> {
+    let rows = numbers.len() / width;
+    // Numbers are appended by rows, so none are left over.
+    Array2::from_shape_vec((rows, width), numbers).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! The default estimate with other constants, for the research that chooses them.
+//! Default method with other constants, for the research that selects them.
 
 use estimator_core::{
     AngularRate, Constants, Gravity, ImuSample, Params, SpecificForce, Timestamp, Vec3,
@@ -34,13 +34,13 @@ by_name! {
     rest_rate_change landing leftover evidence
 }
 
-/// The constants of the default by their names.
+/// Returns the constants of the default method by their names.
 #[pyfunction]
 pub(crate) fn constants() -> Vec<(&'static str, f32)> {
     all(&Constants::DEFAULT)
 }
 
-/// Probabilities of stable contact of a recording, with these constants in place of the default's.
+/// Returns the probabilities of stable contact of a recording, with these constants in place of the default ones.
 #[pyfunction]
 pub(crate) fn p_stable<'py>(
     py: Python<'py>,

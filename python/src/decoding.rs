@@ -1,4 +1,4 @@
-//! Decoded logs of feet: rows as arrays, and the report.
+//! Decoded output of feet: rows as arrays, and the report.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -13,18 +13,18 @@ use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
-
 use wire::NodeId;
 
-use crate::outputs::CommonColumns;
 use crate::parameters::value_error;
+use crate::result::CommonColumns;
 
-/// Flags that only what was sent has, after those of the estimator.
+/// Flags of frames, which follow those of the estimator.
 const OF_FRAMES: [&str; 4] = ["starting", "fault", "doubtful", "time_not_known"];
 
+/// Number of the estimator's flags.
 const ESTIMATORS: usize = Flag::ALL.len();
 
-/// The names of all flags of a row, by their bits.
+/// Returns the names of all flags of a row, in the order of their bits.
 pub(crate) fn flag_names() -> [&'static str; ESTIMATORS + OF_FRAMES.len()] {
     std::array::from_fn(|k| match Flag::ALL.get(k) {
         Some(flag) => flag.name(),
@@ -32,12 +32,12 @@ pub(crate) fn flag_names() -> [&'static str; ESTIMATORS + OF_FRAMES.len()] {
     })
 }
 
-/// Texts of a column, each once.
+/// Column of texts, each of which is kept once.
 #[derive(Default)]
 struct Names {
     places: BTreeMap<Arc<str>, i16>,
     names: Vec<String>,
-    /// A place in `names` per row; -1 where there is none.
+    /// Index into `names` for each row; -1 without a text.
     column: Vec<i16>,
 }
 
@@ -55,9 +55,9 @@ impl Names {
     }
 }
 
-/// Columns of rows while no Python code runs.
+/// Columns of rows, filled without the interpreter lock.
 #[derive(Default)]
-struct Columns {
+struct RowColumns {
     time_s: Vec<f64>,
     received_s: Vec<f64>,
     common_s: Vec<f64>,
@@ -72,7 +72,7 @@ struct Columns {
     flags: Vec<u16>,
 }
 
-impl Columns {
+impl RowColumns {
     fn push(&mut self, row: &ContactRow, flags: &[&str]) {
         let time = |time| seconds(time, 0);
         self.time_s.push(time(row.timestamp));
@@ -97,7 +97,7 @@ impl Columns {
         self.flags.push(bits.sum());
     }
 
-    /// The arrays by the names of `footfall.Decoded`.
+    /// Returns the arrays by the names of `footfall.Decoded`.
     fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let dict = PyDict::new(py);
         dict.set_item("t", self.time_s.into_pyarray(py))?;
@@ -124,7 +124,7 @@ fn node(id: i64) -> PyResult<NodeId> {
     node.ok_or_else(expected)
 }
 
-/// Decodes what feet have sent; see `footfall.decode`. Returns the arrays, and the report as JSON.
+/// Decodes the output of feet; see `footfall.decode`. Returns the arrays, and the report as JSON.
 #[pyfunction]
 pub(crate) fn decode_file<'py>(
     py: Python<'py>,
@@ -142,7 +142,7 @@ pub(crate) fn decode_file<'py>(
         named.push((node(id)?, Name::new(&name).map_err(refused)?));
     }
     feet.call(&named).map_err(value_error)?;
-    let mut columns = Columns::default();
+    let mut columns = RowColumns::default();
     let flags = flag_names();
     let decoded = py.detach(|| {
         feet::decode::read(&path, &feet, &mut |row| {

@@ -1,4 +1,4 @@
-//! A whole recording that is in arrays.
+//! Estimate and calibration of whole recordings in arrays.
 
 use estimator_core::{Timestamp, Validity};
 use numpy::PyReadonlyArray1;
@@ -13,16 +13,16 @@ use recordings::samples::{RecordedSample, Recording, VALIDITIES};
 
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};
-use crate::run::run;
+use crate::result::run;
 
-/// The arrays of a recording while no Python code runs.
+/// Arrays of a recording, for use without the interpreter lock.
 struct Recorded<'a> {
     acc: View<'a, Ix2>,
     gyr: View<'a, Ix2>,
     load: Option<View<'a, Ix1>>,
-    /// The place of each sample's validity in [`VALIDITIES`]; `None` where all are valid.
+    /// Index of each sample's validity in [`VALIDITIES`]; `None` if all are valid.
     validity: Option<&'a [u8]>,
-    /// The time of each sample, µs since the first; `None` where they are a period apart.
+    /// Time of each sample, µs since the first; `None` if samples are one period apart.
     times_us: Option<Vec<u64>>,
     rate: f32,
     samples: usize,
@@ -56,21 +56,22 @@ pub(crate) const fn readings([ax, ay, az]: [f64; 3], [wx, wy, wz]: [f64; 3]) -> 
     [ax, ay, az, wx, wy, wz]
 }
 
-/// The validity of this number: its place in [`VALIDITIES`].
+/// Returns the validity with this index in [`VALIDITIES`].
 pub(crate) fn validity_at(place: u8) -> Option<Validity> {
     let known = VALIDITIES.get(usize::from(place));
     known.map(|(_, validity)| *validity)
 }
 
-/// A time in µs, rounded as the program rounds those of a file; `name` is that of the argument.
+/// Converts a time in s to µs, rounded as the program rounds the times of a file; `name` is the argument.
 pub(crate) fn micros(name: impl std::fmt::Display, time: f64) -> PyResult<i64> {
-    match (-9.0e12..=9.0e12).contains(&time) {
-        true => Ok((time * 1.0e6).round() as i64),
-        false => Err(value_error(format!("{name} is {time}, but a time in s is expected"))),
+    if (-9.0e12..=9.0e12).contains(&time) {
+        Ok((time * 1.0e6).round() as i64)
+    } else {
+        Err(value_error(format!("{name} is {time}, but a time in s is expected")))
     }
 }
 
-/// The times in µs, which advance.
+/// Converts times in s to µs, and checks that they increase.
 fn all_micros(times: &View<'_, Ix1>, samples: usize) -> PyResult<Vec<i64>> {
     let mut all = Vec::with_capacity(samples);
     for sample in 0..samples {
@@ -89,7 +90,7 @@ fn all_micros(times: &View<'_, Ix1>, samples: usize) -> PyResult<Vec<i64>> {
     Ok(all)
 }
 
-/// Checks the validities of `samples` samples, each its place in [`VALIDITIES`].
+/// Checks the validities of `samples` samples, each an index into [`VALIDITIES`].
 fn check_validity(places: &[u8], samples: usize) -> PyResult<()> {
     let values = places.len();
     if values != samples {
@@ -109,19 +110,19 @@ fn check_validity(places: &[u8], samples: usize) -> PyResult<()> {
     })
 }
 
-/// The arguments that hold a recording.
+/// Recording as an argument.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Arguments<'py> {
+pub(crate) struct RecordingArguments<'py> {
     acc: Bound<'py, PyAny>,
     gyr: Bound<'py, PyAny>,
     t: Option<Bound<'py, PyAny>>,
     load: Option<Bound<'py, PyAny>>,
-    /// The place of each sample's validity in [`VALIDITIES`].
+    /// Index of each sample's validity in [`VALIDITIES`].
     validity: Option<PyReadonlyArray1<'py, u8>>,
 }
 
-/// The arrays of a recording, which fit together.
+/// Arrays of a recording, checked to be of one length.
 struct Arrays<'py> {
     acc: Numbers<'py, Ix2>,
     gyr: Numbers<'py, Ix2>,
@@ -132,7 +133,7 @@ struct Arrays<'py> {
 }
 
 impl<'py> Arrays<'py> {
-    fn of(arguments: Arguments<'py>, settings: &Settings) -> PyResult<Self> {
+    fn of(arguments: RecordingArguments<'py>, settings: &Settings) -> PyResult<Self> {
         let acc = Numbers::triples("acc", &arguments.acc)?;
         let gyr = Numbers::triples("gyr", &arguments.gyr)?;
         let samples = acc.len();
@@ -189,7 +190,7 @@ impl<'py> Arrays<'py> {
 #[pyfunction]
 pub(crate) fn estimate<'py>(
     py: Python<'py>,
-    recording: Arguments<'py>,
+    recording: RecordingArguments<'py>,
     settings: SettingsArguments,
 ) -> PyResult<Bound<'py, PyDict>> {
     let settings = settings.read()?.of_unnamed_foot()?;
@@ -210,12 +211,12 @@ pub(crate) fn estimate<'py>(
     estimated?.into_dict(py)
 }
 
-/// Learns a foot from recordings; see `footfall.calibrate`. Returns the keys of a configuration and
-/// a report, both as JSON.
+/// Learns a foot from recordings; see `footfall.calibrate`. Returns the keys of a configuration and a report, both as
+/// JSON.
 #[pyfunction]
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
-    recordings: Vec<Arguments<'py>>,
+    recordings: Vec<RecordingArguments<'py>>,
     settings: SettingsArguments,
 ) -> PyResult<(String, String)> {
     let settings = settings.read()?.of_unnamed_foot()?;
@@ -244,7 +245,7 @@ pub(crate) fn calibrate<'py>(
     Ok((keys, report))
 }
 
-/// The sample rate in Hz, which times and argument agree on.
+/// Returns the sample rate, Hz, on which times and argument must agree.
 fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
     let rate = settings.hints.sample_rate;
     match times_us {

@@ -1,17 +1,17 @@
-//! The part of the Python package `footfall` that is in Rust: the program's libraries on numpy
-//! arrays. What a user sees of it is in `footfall/*.py`, with the documentation.
+//! Rust part of the Python package `footfall`: the program's libraries on numpy arrays. The Python part, `footfall/*.py`,
+//! is the interface for users, with its documentation.
 //!
-//! | what | file |
+//! | content | module |
 //! |---|---|
-//! | arrays in, without a copy | [`arrays`] |
-//! | preset and configuration become parameters | [`parameters`] |
-//! | a foot through the estimator, and all that is made of it | [`run`], [`outputs`] |
-//! | a recording that is in arrays, and what it teaches | [`estimate`] |
-//! | sample by sample | [`stream`] |
-//! | files become arrays or estimates | [`reading`] |
-//! | what feet have sent | [`decoding`] |
-//! | a simulated foot | [`simulation`] |
-//! | the default with other constants, for research | [`constants`] |
+//! | arrays as arguments, without a copy | [`arrays`] |
+//! | parameters from preset, configuration and arguments | [`parameters`] |
+//! | estimates of a foot, and their result as arrays | [`result`] |
+//! | estimate and calibration of recordings in arrays | [`estimate`] |
+//! | estimate sample by sample | [`stream`] |
+//! | files as arrays or estimates | [`reading`] |
+//! | decoded output of feet | [`decoding`] |
+//! | simulated foot | [`simulation`] |
+//! | default method with other constants, for research | [`constants`] |
 
 // Arguments from Python are owned values even where a reference would do.
 #![allow(clippy::needless_pass_by_value)]
@@ -20,10 +20,9 @@ mod arrays;
 mod constants;
 mod decoding;
 mod estimate;
-mod outputs;
 mod parameters;
 mod reading;
-mod run;
+mod result;
 mod simulation;
 mod stream;
 
@@ -51,7 +50,7 @@ mod _footfall {
     use pyo3::prelude::*;
     use recordings::samples::VALIDITIES;
 
-    /// Names that Python code needs in the order of their numbers.
+    /// Adds the names that Python code needs, in the order of their codes.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;

@@ -1,5 +1,5 @@
-//! Preset and configuration become parameters, as those of the program do; the load trigger of a preset
-//! depends on the format of the recording, as its load does.
+//! Parameters from preset, configuration and arguments, with the rules of the program. The load thresholds of a preset
+//! depend on the format of the recording, because the unit of its load does.
 
 use std::fmt::Display;
 
@@ -14,29 +14,29 @@ use recordings::input::{BagOptions, Format, Hints, TableOptions};
 pub(crate) struct Settings {
     /// Settings of preset, configuration and arguments.
     pub(crate) resolved: Resolved,
-    /// Format of the recording that is in arrays.
+    /// Format from which the arrays of a recording were read.
     pub(crate) format: Format,
-    /// Properties of a recording that is in arrays: sample rate, gravity and corrections.
+    /// Properties of a recording in arrays: sample rate, gravity and corrections.
     pub(crate) hints: Hints,
 }
 
-/// The arguments that set the estimator.
+/// Arguments with settings of the estimator.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SettingsArguments {
     preset: String,
-    /// The name of a configuration file, and its text.
+    /// Name and text of a configuration file.
     config: Option<(String, String)>,
     gravity: Option<String>,
     rate: Option<f64>,
-    /// How the sensor lies, as `--axes` has it; wins over the configuration.
+    /// Mounting of the sensor in the form of `--axes`; overrides the configuration.
     axes: Option<String>,
-    /// The format of the recording, as `--format` has it.
+    /// Format of the recording in the form of `--format`.
     format: Option<String>,
 }
 
 impl SettingsArguments {
-    /// Reads and checks them.
+    /// Parses and checks the arguments.
     pub(crate) fn read(&self) -> PyResult<Settings> {
         let preset: Preset = self.preset.parse().map_err(value_error)?;
         let file = self.config.clone();
@@ -72,7 +72,7 @@ impl SettingsArguments {
 }
 
 impl Settings {
-    /// Checks that nothing is set for single feet: samples in arrays do not name theirs.
+    /// Checks that there are no settings of single feet: arrays do not name their foot.
     pub(crate) fn of_unnamed_foot(self) -> PyResult<Self> {
         let mut feet = self.hints.foot_corrections.keys();
         match feet.next() {
@@ -100,7 +100,7 @@ impl Settings {
         self.hints.gravity.unwrap_or(Gravity::Included)
     }
 
-    /// Returns the parameters for the recording that is in arrays.
+    /// Returns the parameters for a recording in arrays.
     pub(crate) fn params(&self) -> Params {
         self.resolved.params(self.format)
     }
@@ -123,7 +123,7 @@ pub(crate) fn named<E: Display>(name: &str) -> impl Fn(E) -> PyErr {
     move |error| value_error(format!("{name}: {error}"))
 }
 
-/// Reads whether accelerations contain gravity.
+/// Parses whether accelerations contain gravity.
 pub(crate) fn gravity(name: Option<&str>) -> PyResult<Option<Gravity>> {
     match name {
         None => Ok(None),
@@ -135,7 +135,7 @@ pub(crate) fn gravity(name: Option<&str>) -> PyResult<Option<Gravity>> {
     }
 }
 
-/// The TOML of a dict that Python gave as JSON.
+/// Converts a dict, given as JSON, to TOML.
 #[pyfunction]
 pub(crate) fn toml_of(json: &str) -> PyResult<String> {
     let value: toml::Value = serde_json::from_str(json).map_err(named("config cannot be read"))?;

@@ -1,4 +1,4 @@
-//! Files become arrays: every format that `footfall replay` reads.
+//! Files as arrays or estimates, in every format that `footfall replay` reads.
 
 use std::fmt::Display;
 use std::io;
@@ -21,14 +21,13 @@ use recordings::output::seconds;
 use recordings::samples::{Label, RecordedSample, VALIDITIES};
 use recordings::space::components;
 
-use crate::outputs::table;
-
+use crate::arrays::table;
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
-use crate::run::{Estimated, Failure, run, run_recorded};
+use crate::result::{Estimated, Failure, run, run_recorded};
 
-/// Columns of a recording while no Python code runs.
+/// Columns of a recording, filled without the interpreter lock.
 #[derive(Default)]
-pub(crate) struct Columns {
+pub(crate) struct RecordingColumns {
     time_s: Vec<f64>,
     acc: Vec<f32>,
     gyr: Vec<f32>,
@@ -42,7 +41,7 @@ pub(crate) struct Columns {
 /// Options of reading, as those of `footfall replay` of the same names.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Options {
+pub(crate) struct ReadOptions {
     format: Option<String>,
     rate: Option<f64>,
     gravity: Option<String>,
@@ -68,8 +67,8 @@ where
     parsed.transpose()
 }
 
-impl Options {
-    /// Returns how tables and bags are read, and the format of the file where that is given.
+impl ReadOptions {
+    /// Returns how tables and bags are read, and the format of the file if given.
     fn read(&self) -> PyResult<(TableOptions, BagOptions, Option<Format>)> {
         let table = TableOptions {
             mapping: parsed("map", self.map.as_ref())?.unwrap_or_default(),
@@ -91,7 +90,7 @@ impl Options {
         Ok((table, bag, parsed("format", self.format.as_ref())?))
     }
 
-    /// Returns the properties of files whose feet are estimated, and the format where that is given.
+    /// Returns the properties of files to estimate, and their format if given.
     pub(crate) fn hints(&self, resolved: &Resolved) -> PyResult<(Hints, Option<Format>)> {
         let (table, bag, format) = self.read()?;
         let hints = Hints {
@@ -102,7 +101,8 @@ impl Options {
     }
 }
 
-/// Files that cannot be read are one kind of error, what is wrong with them is another.
+/// Returns the Python exception of an error: a subclass of `OSError` if the file cannot be read, `ImportError` if a feature
+/// or a program is missing, `ValueError` if the content is wrong.
 pub(crate) fn input_error(error: InputError) -> PyErr {
     match error {
         InputError::Unreadable { ref source, .. } | InputError::Spool { ref source, .. } => {
@@ -120,7 +120,7 @@ pub(crate) fn input_error(error: InputError) -> PyErr {
                  pip install ./python --config-settings build-args='--features {feature}'"
             ))
         }
-        // A program is missing, and not the fault of the file.
+        // A program is missing on this machine; the file is not at fault.
         InputError::Container(ref cause) if cause.is_of_this_machine() => {
             PyImportError::new_err(error.to_string())
         }
@@ -133,7 +133,7 @@ pub(crate) fn input_error(error: InputError) -> PyErr {
 pub(crate) fn read<'py>(
     py: Python<'py>,
     path: PathBuf,
-    options: Options,
+    options: ReadOptions,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let (table, bag, format) = options.read()?;
     let hints = Hints {
@@ -153,7 +153,7 @@ pub(crate) fn read<'py>(
         Ok((format, columns))
     });
     let (format, recordings) = read.map_err(input_error)?;
-    let dict = |(about, columns): (About, Columns)| columns.into_dict(py, about, format);
+    let dict = |(about, columns): (About, RecordingColumns)| columns.into_dict(py, about, format);
     recordings.into_iter().map(dict).collect()
 }
 
@@ -162,7 +162,7 @@ pub(crate) fn read<'py>(
 pub(crate) fn estimate_file<'py>(
     py: Python<'py>,
     path: PathBuf,
-    options: Options,
+    options: ReadOptions,
     settings: SettingsArguments,
     foot: Option<String>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
@@ -176,7 +176,7 @@ pub(crate) fn estimate_file<'py>(
         let foot = foot.as_deref();
         let feet = opened.store_as(&hints, foot).map_err(input_error)?;
         let names = feet.iter().flat_map(|stored| stored.about.names());
-        // A foot that is named from outside is one of several, each with a file of its own.
+        // A foot named by the caller is one of several in separate files, so axes may name the others.
         if foot.is_none() {
             settings.check_feet(&names.collect::<Vec<_>>())?;
         }
@@ -211,22 +211,22 @@ fn estimate_stored(
     run(stored.samples()?, about, &params)
 }
 
-fn columns(mut stored: Stored) -> io::Result<(About, Columns)> {
+fn columns(mut stored: Stored) -> io::Result<(About, RecordingColumns)> {
     let about = stored.about.clone();
-    let mut columns = Columns::with_capacity(about.samples);
+    let mut columns = RecordingColumns::with_capacity(about.samples);
     for sample in stored.samples()? {
         columns.push(&sample?, about.start_us);
     }
     Ok((about, columns))
 }
 
-/// The number of a validity: its place in [`VALIDITIES`].
+/// Returns the index of a validity in [`VALIDITIES`].
 fn validity_place(validity: Validity) -> u8 {
     let place = VALIDITIES.iter().position(|(_, known)| *known == validity);
     place.unwrap_or(0) as u8
 }
 
-impl Columns {
+impl RecordingColumns {
     pub(crate) fn with_capacity(samples: usize) -> Self {
         Self {
             time_s: Vec::with_capacity(samples),
@@ -256,7 +256,7 @@ impl Columns {
         self.validity.push(validity_place(sample.imu.validity));
     }
 
-    /// The arrays by the names of `footfall.Recording`.
+    /// Returns the arrays by the names of `footfall.Recording`.
     pub(crate) fn into_dict(
         self,
         py: Python<'_>,

@@ -1,8 +1,12 @@
-//! One foot through the estimator, and all that is made of it.
+//! Estimates of one foot, and their result as arrays: one allocation each, which Python then owns.
 
 use std::io;
 
-use estimator_core::{AngularRate, Method, Params, ParamsError};
+use estimator_core::{
+    AngularRate, ContactEstimate, Decision, Method, Params, ParamsError, PerAxis, Phase,
+    Quaternion, Vec3,
+};
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,20 +16,20 @@ use recordings::input::{About, Stored};
 use recordings::output::seconds;
 use recordings::plausible::{Check, Finding};
 use recordings::replay::{Span, check_samples, findings_beside_contacts};
-use recordings::samples::RecordedSample;
+use recordings::samples::{RecordedSample, phase_code};
 use recordings::space::components;
 use thiserror::Error;
 
-use crate::outputs::Columns;
+use crate::arrays::table;
 
 /// Estimate of a recording.
 pub(crate) struct Estimated {
-    columns: Columns,
+    columns: EstimateColumns,
     events: Vec<ContactEvent>,
-    /// Names, and sentences for people.
+    /// Names of findings, and their sentences.
     findings: Vec<(&'static str, String)>,
     learnt: Vec<f32>,
-    /// Upper end of stillness that was learnt, m/s²; not a number where none is.
+    /// Learnt acceleration below which the foot is still, m/s²; NaN if none was learnt.
     edge: f32,
     /// Gyroscope bias when it was first known, rad/s; empty if the foot was never at rest.
     first_gyro_bias: Vec<f32>,
@@ -33,13 +37,13 @@ pub(crate) struct Estimated {
     pub(crate) about: About,
 }
 
-/// Why a foot cannot be estimated.
+/// Reason a foot cannot be estimated.
 #[derive(Debug, Error)]
 pub(crate) enum Failure {
     /// A parameter is out of its range.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
-    /// Samples that wait in a temporary file cannot be read.
+    /// The temporary file with the samples cannot be read.
     #[error("the samples in the temporary folder cannot be read: {0}")]
     Samples(#[from] io::Error),
 }
@@ -61,7 +65,7 @@ pub(crate) fn run(
 ) -> Result<Estimated, Failure> {
     let mut replay = Estimator::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity);
-    let mut columns = Columns::with_capacity(about.samples);
+    let mut columns = EstimateColumns::with_capacity(about.samples);
     let mut events = Events::default();
     let mut first_gyro_bias = None;
     for sample in samples {
@@ -91,11 +95,11 @@ pub(crate) fn run(
     })
 }
 
-/// Takes the contacts that a foot sent as its estimates; nothing is learnt.
+/// Returns the contacts that a foot sent as its estimates; nothing is learnt.
 pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
     let about = stored.about.clone();
     let check = check_samples(stored, Span::default())?;
-    let mut columns = Columns::with_capacity(about.samples);
+    let mut columns = EstimateColumns::with_capacity(about.samples);
     let mut events = Events::default();
     for contact in stored.estimates()?.into_iter().flatten() {
         let contact = contact?;
@@ -131,7 +135,7 @@ pub(crate) fn event_row(event: &ContactEvent, start_us: i64) -> EventRow {
 }
 
 impl Estimated {
-    /// The arrays and lists by the names of `footfall.Result`.
+    /// Returns the arrays and lists by the names of `footfall.Result`.
     pub(crate) fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let dict: Bound<'_, PyDict> = self.columns.into_dict(py)?;
         let about = self.about;
@@ -144,5 +148,126 @@ impl Estimated {
         dict.set_item("edge", self.edge)?;
         dict.set_item("first_gyro_bias", self.first_gyro_bias)?;
         Ok(dict)
+    }
+}
+
+/// Columns of estimates while no Python code runs.
+#[derive(Default)]
+struct EstimateColumns {
+    time_s: Vec<f64>,
+    common: CommonColumns,
+    sigma_v: Vec<f32>,
+    flags: Vec<u8>,
+}
+
+impl EstimateColumns {
+    fn with_capacity(samples: usize) -> Self {
+        Self {
+            time_s: Vec::with_capacity(samples),
+            common: CommonColumns::with_capacity(samples),
+            sigma_v: Vec::with_capacity(samples),
+            flags: Vec::with_capacity(samples),
+        }
+    }
+
+    /// Appends an estimate, whose time is `start_us` later on the caller's clock, µs.
+    fn push(&mut self, estimate: &ContactEstimate, start_us: i64) {
+        self.time_s.push(seconds(estimate.timestamp, start_us));
+        let p = estimate.probabilities;
+        let (acceleration, rate) = (estimate.linear_acceleration.0, estimate.angular_rate.0);
+        let vectors = [acceleration, rate, estimate.gyro_bias.0].map(Some);
+        let values = [p.stable, p.tangential, p.vertical];
+        self.common.push(values, estimate.phase, estimate.decision);
+        let orientation = Some(estimate.orientation);
+        self.common.push_vectors(Some(p.axes), orientation, vectors);
+        self.sigma_v.push(estimate.velocity_sigma.0);
+        self.flags.push(estimate.flags.bits());
+    }
+
+    /// The arrays by the names of `footfall.Result`.
+    fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("t", self.time_s.into_pyarray(py))?;
+        self.common.add_to(&dict)?;
+        dict.set_item("sigma_v", self.sigma_v.into_pyarray(py))?;
+        dict.set_item("flags", self.flags.into_pyarray(py))?;
+        Ok(dict)
+    }
+}
+
+/// Columns that estimates and decoded rows have, while no Python code runs.
+#[derive(Default)]
+pub(crate) struct CommonColumns {
+    stable: Vec<f32>,
+    tangential: Vec<f32>,
+    vertical: Vec<f32>,
+    axes: Vec<f32>,
+    quaternion: Vec<f32>,
+    linear_acceleration: Vec<f32>,
+    angular_rate: Vec<f32>,
+    gyro_bias: Vec<f32>,
+    state: Vec<u8>,
+    decision: Vec<bool>,
+}
+
+impl CommonColumns {
+    pub(crate) fn with_capacity(samples: usize) -> Self {
+        Self {
+            stable: Vec::with_capacity(samples),
+            tangential: Vec::with_capacity(samples),
+            vertical: Vec::with_capacity(samples),
+            axes: Vec::with_capacity(6 * samples),
+            quaternion: Vec::with_capacity(4 * samples),
+            linear_acceleration: Vec::with_capacity(3 * samples),
+            angular_rate: Vec::with_capacity(3 * samples),
+            gyro_bias: Vec::with_capacity(3 * samples),
+            state: Vec::with_capacity(samples),
+            decision: Vec::with_capacity(samples),
+        }
+    }
+
+    /// Appends the probabilities (stable, tangential, vertical), phase and decision of a row.
+    pub(crate) fn push(&mut self, [p, pt, pv]: [f32; 3], phase: Phase, decision: Decision) {
+        self.stable.push(p);
+        self.tangential.push(pt);
+        self.vertical.push(pv);
+        self.state.push(phase_code(phase));
+        self.decision.push(decision == Decision::Stable);
+    }
+
+    /// Appends the vectors of that row; a missing one as NaN.
+    pub(crate) fn push_vectors(
+        &mut self,
+        axes: Option<PerAxis<f32>>,
+        orientation: Option<Quaternion>,
+        [acceleration, rate, bias]: [Option<Vec3>; 3],
+    ) {
+        let axes = axes.unwrap_or(PerAxis::splat(f32::NAN));
+        self.axes.extend(axes.to_array());
+        let quaternion = orientation.map(|q| [q.w, q.x, q.y, q.z]);
+        self.quaternion.extend(quaternion.unwrap_or([f32::NAN; 4]));
+        let vector = |of: Option<Vec3>| of.map_or([f32::NAN; 3], components);
+        self.linear_acceleration.extend(vector(acceleration));
+        self.angular_rate.extend(vector(rate));
+        self.gyro_bias.extend(vector(bias));
+    }
+
+    /// Adds the arrays by the names of `footfall.Result` and `footfall.Decoded`.
+    pub(crate) fn add_to(self, dict: &Bound<'_, PyDict>) -> PyResult<()> {
+        let py = dict.py();
+        dict.set_item("p_stable", self.stable.into_pyarray(py))?;
+        dict.set_item("p_tangential", self.tangential.into_pyarray(py))?;
+        dict.set_item("p_vertical", self.vertical.into_pyarray(py))?;
+        for (name, numbers, width) in [
+            ("p_axes", self.axes, 6),
+            ("quaternion", self.quaternion, 4),
+            ("linear_acceleration", self.linear_acceleration, 3),
+            ("angular_rate", self.angular_rate, 3),
+            ("gyro_bias", self.gyro_bias, 3),
+        ] {
+            dict.set_item(name, table(numbers, width).into_pyarray(py))?;
+        }
+        dict.set_item("state", self.state.into_pyarray(py))?;
+        dict.set_item("decision", PyArray1::from_vec(py, self.decision))
     }
 }

@@ -9,14 +9,14 @@ use pyo3::types::PyDict;
 use recordings::input::{About, Format};
 use recordings::samples::RecordedSample;
 
-use crate::outputs::table;
+use crate::arrays::table;
 use crate::parameters::value_error;
-use crate::reading::Columns;
+use crate::reading::RecordingColumns;
 
 /// The longest walk, s.
 const LONGEST_S: f64 = 86_400.0;
 
-/// Time in which a sensor warms up but for 1/e, s.
+/// Time constant of the warming of a sensor, s.
 const WARMING_S: f64 = 180.0;
 
 /// Name of the walk of `footfall demo`, which has its own duration and ground.
@@ -33,7 +33,7 @@ pub(crate) struct Walk {
     greased: f64,
     step_length: f64,
     shaking: f64,
-    /// How long it walks and how long it stands by turns, s.
+    /// Durations of walking and of standing, by turns, s.
     rests: Option<(f64, f64)>,
     /// °C.
     warming: f64,
@@ -41,7 +41,7 @@ pub(crate) struct Walk {
     gyro_drift: [f64; 3],
 }
 
-/// An error about an argument whose value is not in a range.
+/// Checks that the value of an argument is in its range.
 fn within(name: &str, value: f64, range: RangeInclusive<f64>) -> PyResult<f64> {
     if range.contains(&value) {
         return Ok(value);
@@ -114,7 +114,7 @@ pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, 
         let truth = truth(&simulation);
         (simulation.recording, truth)
     });
-    let mut columns = Columns::with_capacity(recording.samples.len());
+    let mut columns = RecordingColumns::with_capacity(recording.samples.len());
     for sample in &recording.samples {
         columns.push(sample, 0);
     }
@@ -125,7 +125,7 @@ pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, 
     Ok(dict)
 }
 
-/// Times of the touch-downs of a simulated walk, s, and beginnings and ends of those of its slips that began.
+/// Returns the times of the touch-downs of a simulated walk, and the starts and ends of its slips, s.
 fn truth(simulation: &Simulation) -> (Vec<f64>, Vec<f64>) {
     let times_s = simulation.recording.samples.iter().map(RecordedSample::time_s);
     let activities = simulation.truth.iter().map(|state| state.activity);

@@ -1,4 +1,4 @@
-//! Sample by sample, as a robot has them.
+//! Estimate sample by sample, for streams.
 
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3,
@@ -12,7 +12,7 @@ use recordings::space::components;
 
 use crate::estimate::{micros, readings, validity_at};
 use crate::parameters::{Settings, SettingsArguments, value_error};
-use crate::run::{EventRow, event_row};
+use crate::result::{EventRow, event_row};
 
 /// The estimator of one foot; see `footfall.Estimator`.
 #[derive(Clone)]
@@ -22,20 +22,20 @@ pub(crate) struct Estimator {
     state: State,
 }
 
-/// All that changes with the samples.
+/// State that changes with each sample.
 #[derive(Clone)]
 struct State {
     replay: Estimator,
     events: Events,
     /// Time of the first sample on the caller's clock, µs.
     start_us: Option<i64>,
-    /// The newest time, µs on the caller's clock.
+    /// Time of the newest sample on the caller's clock, µs.
     newest_us: i64,
     samples: usize,
     rate: f32,
 }
 
-/// One estimate; the names are those of `footfall.Estimate`.
+/// One estimate, with the fields of `footfall.Estimate` in order.
 type Row = (
     f64,
     (f32, f32, f32),
@@ -66,7 +66,7 @@ impl Estimator {
         Ok(Self { settings, state })
     }
 
-    /// The estimate of the next sample.
+    /// Returns the estimate of the next sample.
     #[pyo3(signature = (acc, gyr, t, load, validity))]
     fn update(
         &mut self,
@@ -108,7 +108,7 @@ impl Estimator {
         Ok(row(&estimate, now_us))
     }
 
-    /// Events that are complete and were not returned before; at the end of the stream all others, too.
+    /// Returns events that are complete and were not returned before; all remaining ones if the stream has ended.
     fn events(&mut self, ended: bool) -> Vec<EventRow> {
         let start_us = self.state.start_us.unwrap_or(0);
         let mut found: Vec<ContactEvent> = std::iter::from_fn(|| self.state.events.pop()).collect();
@@ -119,7 +119,7 @@ impl Estimator {
         found.map(|event| event_row(event, start_us)).collect()
     }
 
-    /// Another estimator in the same state.
+    /// Returns another estimator in the same state.
     fn copy(&self) -> Self {
         self.clone()
     }

@@ -1,6 +1,6 @@
-"""How probable it is that a robot's foot stands firmly, from the IMU on it.
+"""Estimates the probability that a robot's foot is in stable contact with the ground, from the IMU on it.
 
-The estimator is that of the firmware and of the program ``footfall``, to the bit.
+The estimator gives the same bits as that of the firmware and of the program ``footfall``.
 
 >>> import footfall
 >>> walk = footfall.simulate("walk", seconds=10.0, seed=1)
@@ -9,13 +9,13 @@ The estimator is that of the firmware and of the program ``footfall``, to the bi
 (10000,)
 
 ==========================  ==================================================================
-:func:`estimate`            probabilities of a whole recording that is in arrays
-:func:`estimate_file`       the same of each foot in a file of every format that the program reads
-:class:`Estimator`          the same, sample by sample
-:func:`read`                the recordings of such a file, as arrays
-:func:`decode`              what feet have sent over CAN or a serial line, as arrays
-:func:`simulate`            a recording of a simulated foot, with the truth about it
-:func:`calibrate`           what a foot teaches, for a warm start
+:func:`estimate`            probabilities of a whole recording in arrays
+:func:`estimate_file`       probabilities of each foot in a file, in every format that the program reads
+:class:`Estimator`          probabilities sample by sample
+:func:`read`                the recordings in such a file, as arrays
+:func:`decode`              output of feet over CAN or a serial line, as arrays
+:func:`simulate`            a recording of a simulated foot, with its ground truth
+:func:`calibrate`           learns a foot in advance, for a warm start
 :func:`score`               RMSE, ROC-AUC and calibration error against labels
 :func:`select`              parameters that fit the labels of recordings best
 :mod:`footfall.fleet`       all recordings of a tree, on one machine or many

@@ -1,4 +1,4 @@
-"""Arrays as the Rust part reads them: float32 or float64, in native byte order."""
+"""Arrays in the form that the Rust part reads: float32 or float64, in native byte order."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 
 def floats(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
-    """An array of floats: itself where it can be read in place, else a copy. Missing values are not a
-    number."""
+    """Returns an array of floats: the given one if it can be read in place, otherwise a copy. Missing values
+    become NaN."""
     missing = np.ma.getmaskarray(values) if np.ma.isMaskedArray(values) else None
     array = np.asarray(values)
     if array.dtype == object:
@@ -25,7 +25,7 @@ def floats(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
 
 
 def times(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
-    """Times in s: floats as they are, ``datetime64`` of any unit and time zone since 1970."""
+    """Returns times in s: floats unchanged, ``datetime64`` of any unit and time zone as s since 1970."""
     if str(getattr(values, "dtype", "")).startswith("datetime64"):
         nanoseconds = np.asarray(values, dtype="datetime64[ns]")
         seconds = nanoseconds.astype(np.int64) / 1.0e9
@@ -34,6 +34,6 @@ def times(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
 
 
 def _float(value: Any) -> float:
-    """The number that an object is; not a number for a missing one."""
+    """Converts an object to a number; a missing value becomes NaN."""
     is_missing = value is None or type(value).__name__ in ("NAType", "NaTType")
     return float("nan") if is_missing else float(value)

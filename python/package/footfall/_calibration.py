@@ -1,4 +1,4 @@
-"""What a foot teaches, for a warm start."""
+"""Calibration of a foot from recordings, for a warm start."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ._words import arguments_in_errors
 
 @dataclass(frozen=True)
 class Calibration:
-    """What recordings of a foot teach."""
+    """Result of a calibration."""
 
     config: dict[str, Any]
-    """The keys of a configuration that starts warm: give it as `config` to an estimate."""
+    """Keys of a configuration for a warm start: pass it as `config` to an estimate."""
     report: dict[str, Any]
-    """What it rests on: amplitudes at rest and in motion, time in stance and swing."""
+    """Basis of the result: amplitudes at rest and in motion, time in stance and swing."""
 
 
 def calibrate(
@@ -29,21 +29,19 @@ def calibrate(
     preset: Preset = "default",
     config: Config | None = None,
 ) -> Calibration:
-    """Lets the estimator learn a foot in advance, as ``footfall calibrate`` does.
-
-    Neither labels nor the load are used.
+    """Learns a foot in advance, as ``footfall calibrate`` does. Labels and load are not used.
 
     Parameters
     ----------
     recordings : Recording or several
-        Of one foot that walks.
+        Recordings of one walking foot.
     preset, config
-        As of :func:`footfall.estimate`.
+        As in :func:`footfall.estimate`.
 
     Raises
     ------
     ValueError
-        The recordings show too little, or rest and motion do not differ in them.
+        The recordings hold too little stance or swing, or rest and motion do not differ in them.
     """
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not several:

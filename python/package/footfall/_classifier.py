@@ -1,4 +1,4 @@
-"""The estimator in the form of a classifier of scikit-learn, which is not needed for it."""
+"""The estimator with the interface of a scikit-learn classifier; scikit-learn is not required."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from ._settings import Config, Gravity, Preset
 class ContactClassifier:
     """Classifies the samples of one foot: 1 stable contact, 0 not.
 
-    A matrix X has one recording: rows in the order of time, with the specific force in m/s² and the angular
-    rate in rad/s in its six columns. Samples are not independent, so X is never to be shuffled.
+    A matrix X holds one recording: rows in order of time, with the specific force in m/s² and the angular rate in
+    rad/s in six columns. Samples are not independent, so X must never be shuffled.
 
     Parameters
     ----------
     rate : float, Hz
         The sample rate, 20 to 10 000 Hz.
     preset, config, gravity, axes
-        As of :func:`footfall.estimate`.
+        As in :func:`footfall.estimate`.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class ContactClassifier:
         return f"ContactClassifier({', '.join(f'{name}={value!r}' for name, value in self.get_params().items())})"
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """The arguments of the constructor, as they are now."""
+        """Returns the present arguments of the constructor."""
         return {name: getattr(self, name) for name in self._NAMES}
 
     def set_params(self, **params: Any) -> ContactClassifier:
@@ -76,12 +76,12 @@ class ContactClassifier:
         return self
 
     def fit(self, X: npt.ArrayLike, y: npt.ArrayLike | None = None) -> ContactClassifier:
-        """Learns a foot in advance, as :func:`footfall.calibrate`. Labels are not used.
+        """Learns a foot in advance, as :func:`footfall.calibrate` does. Labels are not used.
 
         Raises
         ------
         ValueError
-            The recording shows too little, or rest and motion do not differ in it.
+            The recording holds too little stance or swing, or rest and motion do not differ in it.
         """
         acc, gyr = _halves(X)
         recording = Recording(
@@ -104,7 +104,7 @@ class ContactClassifier:
         return self
 
     def predict_proba(self, X: npt.ArrayLike) -> npt.NDArray[np.float32]:
-        """The probabilities of 0 and of 1, shape (N, 2); from a cold start before :meth:`fit`."""
+        """Returns the probabilities of 0 and of 1, shape (N, 2); without :meth:`fit`, from a cold start."""
         acc, gyr = _halves(X)
         calibration = getattr(self, "calibration_", None)
         config = self.config if calibration is None else calibration.config
@@ -114,11 +114,11 @@ class ContactClassifier:
         return np.column_stack([1.0 - stable, stable])
 
     def predict(self, X: npt.ArrayLike) -> npt.NDArray[np.int64]:
-        """1 where stable contact is more probable than not, else 0, shape (N,)."""
+        """Returns 1 where stable contact is more probable than not, otherwise 0, shape (N,)."""
         return np.asarray(self.predict_proba(X)[:, 1] > 0.5, dtype=np.int64)
 
     def score(self, X: npt.ArrayLike, y: npt.ArrayLike) -> float:
-        """The share of samples that :meth:`predict` has right, of those with a label 0 or 1."""
+        """Returns the share of samples with a label 0 or 1 that :meth:`predict` classifies correctly."""
         label = floats(y)
         is_known = (label == 0.0) | (label == 1.0)
         return float(np.mean(self.predict(X)[is_known] == label[is_known]))

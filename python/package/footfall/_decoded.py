@@ -1,4 +1,4 @@
-"""What feet have sent, as arrays."""
+"""Decoded output of feet, as arrays."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ from ._footfall import SENT_FLAGS, STATES
 
 @dataclass(frozen=True, eq=False)
 class Decoded:
-    """One row for each of N contacts that feet have sent, in the order of the file.
+    """One row for each of N contacts sent by feet, in the order of the file.
 
-    Not a number stands where nothing was sent with that sample.
+    Values that were not sent with a contact are NaN.
     """
 
     t: npt.NDArray[np.float64]
-    """Time of the sample, s: on the serial line as the foot says it; on CAN in steps of 10 µs, from the
-    start of the turn of the 16-bit clock in which the log begins. Shape (N,)."""
+    """Time of the sample, s: on a serial line the foot's own time; on CAN in steps of 10 µs, counted from the
+    last overflow of the foot's 16-bit clock before the log begins. Shape (N,)."""
     t_received: npt.NDArray[np.float64]
-    """On CAN, when the log received the frame, s on the log's own clock. Shape (N,)."""
+    """On CAN, time of reception of the frame on the log's clock, s. Shape (N,)."""
     t_common: npt.NDArray[np.float64]
-    """On CAN, one clock for all feet, that of the log, s. Shape (N,)."""
+    """On CAN, time on the log's clock, which all feet share, s. Shape (N,)."""
     by_sync: npt.NDArray[np.bool_]
     """Whether `t_common` is the time of the sample, by a SYNC; else it is `t_received`. Shape (N,)."""
     interface: npt.NDArray[np.int16]
-    """The CAN interface that received it: index into `interfaces`, -1 without one. Shape (N,)."""
+    """CAN interface that received the frame: index into `interfaces`, -1 without one. Shape (N,)."""
     interfaces: tuple[str, ...]
     """The interfaces of the log."""
     foot: npt.NDArray[np.int16]
-    """The foot: index into `feet`, -1 where it has no name. Shape (N,)."""
+    """Foot: index into `feet`, -1 if it has no name. Shape (N,)."""
     feet: tuple[str, ...]
     """The names of feet."""
     node: npt.NDArray[np.uint8]
-    """The foot's node id, 1 to 127; 0 where it is not known. Shape (N,)."""
+    """Node id of the foot, 1 to 127; 0 if unknown. Shape (N,)."""
     segment: npt.NDArray[np.uint32]
-    """How often the foot has started again before, which sets `t` and `sequence` back. Shape (N,)."""
+    """Number of restarts of the foot so far; a restart resets `t` and `sequence`. Shape (N,)."""
     sequence: npt.NDArray[np.uint16]
     """The frame's sequence number, modulo 2⁸ on CAN, 2¹⁶ on the serial line. Shape (N,)."""
     p_stable: npt.NDArray[np.float32]
@@ -70,10 +70,10 @@ class Decoded:
     flags: npt.NDArray[np.uint16]
     """Reasons to doubt: bit k stands for :data:`footfall.SENT_FLAGS` k. Shape (N,)."""
     report: dict[str, Any]
-    """What came, what is missing and what could not be understood, as ``footfall decode --json`` says it;
-    ``footfall schema decode`` describes it."""
+    """Counts of frames, missing frames and problems, as in ``footfall decode --json``; ``docs/formats.md``
+    describes the fields."""
     notices: tuple[str, ...]
-    """One sentence on each thing that was passed over or assumed."""
+    """One sentence on everything that was skipped or assumed."""
 
     def __len__(self) -> int:
         return len(self.t)
@@ -83,19 +83,19 @@ class Decoded:
         return f"<footfall.Decoded: {len(self)} rows of {feet}, {self.report['missing']} missing>"
 
     def of(self, foot: str) -> npt.NDArray[np.bool_]:
-        """Which rows are of a foot, shape (N,).
+        """Returns a mask of the rows of a foot, shape (N,).
 
         Raises
         ------
         ValueError
-            No row is of a foot of this name; the message lists those that are.
+            No row is of a foot of this name; the message lists the names that occur.
         """
         if foot not in self.feet:
             raise ValueError(f"foot is {foot!r}, but one of {', '.join(self.feet)} is expected")
         return np.asarray(self.foot == self.feet.index(foot), dtype=np.bool_)
 
     def has_flag(self, name: str) -> npt.NDArray[np.bool_]:
-        """Where a flag of :data:`footfall.SENT_FLAGS` is raised, shape (N,).
+        """Returns a mask of the rows in which a flag of :data:`footfall.SENT_FLAGS` is raised, shape (N,).
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Decoded:
         return np.asarray((self.flags >> SENT_FLAGS.index(name)) & 1, dtype=np.bool_)
 
     def state_names(self) -> npt.NDArray[np.str_]:
-        """The state of each row by its name, shape (N,)."""
+        """Returns the name of the state of each row, shape (N,)."""
         return np.asarray(STATES)[self.state]
 
 
@@ -117,26 +117,26 @@ def decode(
     nodes: Iterable[int] = (),
     names: Mapping[int, str] | None = None,
 ) -> Decoded:
-    """Decodes what feet have sent, as ``footfall decode`` does.
+    """Decodes the output of feet, as ``footfall decode`` does.
 
     Parameters
     ----------
     path : path
-        A log of candump or the bytes of a serial line, plain
-        or compressed with gzip or zstd; its contents tell which.
+        A log of candump or the bytes of a serial line, plain or compressed with gzip or zstd; the format is
+        recognised by the contents.
     nodes : several int, 1 to 127
-        On CAN, nodes that are feet beside those of the ids 0x11 to 0x16.
+        On CAN, nodes that are feet in addition to ids 0x11 to 0x16.
     names : mapping from int to str
         Names of feet by node id, of 1 to 32 letters, digits, hyphens and underscores, such as
-        ``{1: "FL"}``; these nodes are feet.
+        ``{1: "FL"}``; these nodes count as feet.
 
     Raises
     ------
     ValueError
-        The file is neither of the two, or an argument is out of its range. Damage within either is
-        counted in the report and is no error.
+        The file has neither format, or an argument is out of its range. Damage within a file is counted in
+        the report and is not an error.
     OSError
-        It cannot be read.
+        The file cannot be read.
     """
     arrays, report = _footfall.decode_file(os.fspath(path), list(nodes), dict(names or {}))
     for name in ("interfaces", "feet", "notices"):

@@ -1,4 +1,4 @@
-"""Probabilities of a whole recording: one that is in arrays, or those of a file."""
+"""Probabilities of whole recordings, in arrays or in files."""
 
 from __future__ import annotations
 
@@ -37,12 +37,11 @@ def estimate(
     axes: str | None = None,
     validity: npt.ArrayLike | None = None,
 ) -> Result:
-    """Estimates the probability of stable contact for every sample, from the past alone.
+    """Estimates the probability of stable contact for every sample, from past samples only.
 
-    Arrays of float32 and float64 are read where they lie, whatever their strides, unless they are
-    fields of packed records or in another byte order: those are copied. A missing value (``None``,
-    ``pandas.NA``, masked) is not a number. The global interpreter lock is released meanwhile, so
-    threads estimate several feet at once.
+    Arrays of float32 and float64 are read in place, whatever their strides. Fields of packed records and arrays in
+    another byte order are copied. A missing value (``None``, ``pandas.NA``, masked) counts as NaN. The global
+    interpreter lock is released during the estimate, so that threads can estimate several feet at once.
 
     Parameters
     ----------
@@ -51,27 +50,25 @@ def estimate(
     gyr : array_like, shape (N, 3), rad/s
         Angular rate in the same frame.
     t : array_like, shape (N,), s, optional
-        The time of each sample, from any start, advancing by 1 µs at least; or of ``datetime64``, as
-        a ``DatetimeIndex`` has it: then the result's times are s since 1970.
+        Time of each sample, from any start, increasing by at least 1 µs; or ``datetime64``, as in a
+        ``DatetimeIndex``: the times of the result are then s since 1970.
     rate : float, Hz, optional
-        The sample rate, 20 to 10 000 Hz. Needed without `t`; with it, they agree within 1 %.
+        Sample rate, 20 to 10 000 Hz. Required without `t`; with `t`, both must agree within 1 %.
     load : array_like, shape (N,), optional
-        Load on the foot in the unit of the load's thresholds, N by default; not a number where it
-        is not known. Without it the state is ``unknown``, and nothing else changes.
+        Load on the foot in the unit of the load's thresholds, N by default; NaN where unknown. Without it the state is
+        ``unknown``, and nothing else changes.
     preset : {"default", "paper"}
-        Where the parameters start from: the estimate that finds its own limits, or the half-widths
-        of the paper.
+        Parameters to start from: the method that finds its own limits, or the half-widths of the paper.
     config : mapping or path, optional
-        Parameters that differ from the preset: the keys of the program's configuration file, or the
-        file.
+        Parameters that differ from the preset: the keys of the program's configuration file, or its path.
     gravity : {"included", "removed"}, optional
-        Whether `acc` contains gravity. The configuration's where it is not given, else included.
+        Whether `acc` contains gravity; by default as in the configuration, or included.
     axes : str, optional
-        How the sensor lies in the foot: the sensor's axes along the foot's x, y and z, such as
-        ``"x,-z,y"``, or a unit quaternion ``"w,x,y,z"`` from the sensor's frame to the foot's. The
-        configuration's where it is not given, else the two frames are one.
+        Mounting of the sensor in the foot: the sensor's axes along the foot's x, y and z, such as ``"x,-z,y"``, or a
+        unit quaternion ``"w,x,y,z"`` from the sensor's frame to the foot's. By default as in the configuration, or no
+        rotation.
     validity : array_like of uint8, shape (N,), optional
-        What the source knows about each sample, as :attr:`Recording.validity` has it.
+        Validity of each sample according to its source, as in :attr:`Recording.validity`.
 
     Returns
     -------
@@ -83,7 +80,7 @@ def estimate(
     ValueError
         An argument is out of its range; the message names it, its value and the range.
     TypeError
-        An argument is no array of numbers.
+        An argument is not an array of numbers.
     """
     recording: RecordingDict = {
         "acc": floats(acc),
@@ -121,37 +118,35 @@ def estimate_file(
 ) -> list[Result]:
     """Estimates each foot in a file, as ``footfall replay`` does.
 
-    Samples go from the file to the estimator one by one; only the estimates are in memory.
+    Samples are read one by one; only the estimates are kept in memory.
 
     Parameters
     ----------
     path : path
         A recording in any of the formats of ``docs/formats.md``.
     preset, config, gravity, axes
-        As of :func:`estimate`.
+        As in :func:`estimate`.
     format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,
     times
-        As of :func:`read`. A `rate`, `gravity` or `axes` that is given wins over that of `config`.
+        As in :func:`read`. A given `rate`, `gravity` or `axes` overrides that of `config`.
     estimate_again : bool
-        Whether to estimate from the samples of a bag that has the contacts of its feet, as ``footfall record``
-        writes them. Otherwise these contacts are the estimates, with their times and rate: no setting applies,
-        numbers that a contact lacks are not a number, and :attr:`Result.learnt` is empty.
+        Whether to estimate again from the samples of a bag that holds the contacts of its feet, as written by
+        ``footfall record``. By default these contacts are the estimates, with their times and rate: settings have no
+        effect, values that a contact lacks are NaN, and :attr:`Result.learnt` is empty.
     foot : str, optional
-        The name of the only foot, where the file has none: settings of single feet apply by it.
+        Name of the only foot, if the file has none, for settings of single feet.
 
     Returns
     -------
     list of Result
-        One for each foot: in the order of `topic`, by name with ``"all"``, and just one where the
-        file is of one foot. :attr:`Result.foot` has its name.
+        One for each foot, in the order of `topic`, or by name with ``"all"``. :attr:`Result.foot` holds its name.
 
     Raises
     ------
     ValueError
-        The file is not understood, or an argument is out of its range; the message names the place,
-        and what to do.
+        The file is not understood, or an argument is out of its range; the message names the place and the remedy.
     OSError
-        It cannot be read.
+        The file cannot be read.
     """
     options = read_options(
         format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,

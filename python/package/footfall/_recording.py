@@ -37,11 +37,11 @@ class Recording:
     """N samples of one foot, in SI units."""
 
     name: str
-    """What it is called."""
+    """Name of the recording."""
     foot: str | None
-    """The foot, where the file names it."""
+    """Foot, if the file names it."""
     format: str
-    """The format of the file, which the thresholds of the load depend on."""
+    """Format of the file, on which the thresholds of the load depend."""
     rate: float
     """Sample rate, Hz."""
     gravity: Gravity
@@ -53,17 +53,17 @@ class Recording:
     gyr: npt.NDArray[np.float32]
     """Angular rate, rad/s, shape (N, 3)."""
     load: npt.NDArray[np.float64] | None
-    """Load on the foot; not a number where it is not known. Shape (N,)."""
+    """Load on the foot; NaN where unknown. Shape (N,)."""
     label: npt.NDArray[np.int8] | None
-    """The truth: 1 stable, 0 not, -1 not known. Shape (N,)."""
+    """Ground truth: 1 stable, 0 not, -1 unknown. Shape (N,)."""
     validity: npt.NDArray[np.uint8]
-    """What the source knew: 0 valid, 1 accelerometer saturated, 2 gyroscope saturated, 3 both,
+    """Validity according to the source: 0 valid, 1 accelerometer saturated, 2 gyroscope saturated, 3 both saturated,
     4 stale, 5 invalid. Shape (N,)."""
     notices: tuple[str, ...]
-    """One sentence on each thing that was left out or reinterpreted."""
+    """One sentence on everything that was omitted or reinterpreted."""
     axes: str | None = None
-    """Mounting of the sensor in the foot, as given to :func:`read`; `acc` and `gyr` are in the frame of
-    the sensor all the same."""
+    """Mounting of the sensor in the foot, as given to :func:`read`; `acc` and `gyr` remain in the frame of the
+    sensor."""
 
     @classmethod
     def _of(cls: type[R], arrays: dict[str, Any]) -> R:
@@ -85,8 +85,8 @@ class Recording:
         }
 
     def to_arrow(self) -> pyarrow.Table:
-        """A table of Arrow with the columns that :func:`read` and the program read from Parquet; needs
-        ``footfall[arrow]``. A label that is not known is null."""
+        """Returns an Arrow table with the columns that :func:`read` and the program read from Parquet; needs
+        ``footfall[arrow]``. An unknown label is null."""
         import pyarrow
 
         columns: dict[str, Any] = {"t": self.t}
@@ -105,7 +105,7 @@ class Recording:
         Parameters
         ----------
         preset, config
-            As of :func:`footfall.estimate`.
+            As in :func:`footfall.estimate`.
         """
         chosen = settings(preset, config, self.gravity, self.rate, self.axes, self.format)
         with arguments_in_errors():
@@ -116,12 +116,12 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Simulation(Recording):
-    """The recording of a simulated foot, and what really happened."""
+    """Recording of a simulated foot, with its ground truth."""
 
     touch_downs: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    """When the foot touched down, s, shape (M,)."""
+    """Times of touch-downs, s, shape (M,)."""
     slips: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
-    """When it began and ended to slide, s, shape (K, 2)."""
+    """Starts and ends of slips, s, shape (K, 2)."""
 
 
 def read(
@@ -144,56 +144,55 @@ def read(
 ) -> list[Recording]:
     """Reads the recording of each foot in a file, in every format that ``footfall replay`` reads.
 
-    ``docs/formats.md`` describes the formats and options: those of the program have the same names.
+    ``docs/formats.md`` describes the formats and options, which have the same names in the program.
 
     Parameters
     ----------
     path : path
         The file, or the folder of a rosbag2.
     format : str, optional
-        How the file is laid out, where its first bytes do not show it: ``"csv"``, ``"pce-atlas"``, ...
+        Format of the file, if its first bytes do not show it: ``"csv"``, ``"pce-atlas"``, ...
     rate : float, Hz, optional
-        Sample rate, 20 to 10 000 Hz, where the file does not tell or its nominal rate is wrong.
+        Sample rate, 20 to 10 000 Hz, if the file does not state it or its nominal rate is wrong.
     gravity : {"included", "removed"}, optional
-        Whether the accelerations contain gravity; what is usual for the format where it is not given.
+        Whether the accelerations contain gravity; by default as usual for the format.
     axes : str, optional
-        How the sensor lies in the foot, as of :func:`footfall.estimate`. It is kept for
-        :meth:`Recording.estimate`, and turns no sample.
+        Mounting of the sensor, as in :func:`footfall.estimate`. It is kept for :meth:`Recording.estimate`, and does
+        not rotate the samples.
     topic : str or several, optional
-        Of a bag of ROS 2: the topic of each foot, or ``"all"``. May be left out where there is one.
+        For a ROS 2 bag: topic of each foot, or ``"all"``. Not needed if there is one foot.
     not_topic : str or several, optional
-        Of a bag: topics to leave out, such as ``"/trunk/*"`` with ``topic="all"``; ``*`` stands for any text.
+        For a bag: topics to omit, such as ``"/trunk/*"`` with ``topic="all"``; ``*`` matches any text.
     frame : str or several, optional
-        Of a bag: the frame of each foot, where one topic has messages of several.
+        For a bag: frame of each foot, if one topic has messages of several.
     load_topic : str or several, optional
-        Of a bag: the load of each foot, in the order of `topic`, as ``"/topic"`` or ``"/topic:field"``, or one
-        with ``{foot}`` in the place of the foot's name.
+        For a bag: load of each foot, in the order of `topic`, as ``"/topic"`` or ``"/topic:field"``, or one with
+        ``{foot}`` in place of the foot's name.
     map : str or mapping, optional
-        Which columns of a table stand for ours: ``{"t": "stamp"}`` or ``"t=stamp"``.
+        Columns of a table by the names used here: ``{"t": "stamp"}`` or ``"t=stamp"``.
     units : str, optional
-        Units of the six axes where they are not ``"m/s2,rad/s"``: ``"g"``, ``"dps"``, ``"g,dps"``,
+        Units of the six axes if they are not ``"m/s2,rad/s"``: ``"g"``, ``"dps"``, ``"g,dps"``,
         ``"mg,mdps"``.
     scale : two floats, optional
-        Factors of accelerometer and gyroscope, before `units` apply: the values of a count.
+        Factors that convert the readings of accelerometer and gyroscope to `units`, such as the values of a count.
     decimal : {".", ","}, optional
-        Mark before the fractions of a table's numbers.
+        Decimal mark of a table's numbers.
     time_unit : {"s", "ms", "us", "ns"}, optional
-        Unit of the times, where it is not that of the column's name or s.
+        Unit of the times, if it is neither in the column's name nor s.
     times : {"keep", "drop-bad", "rate"}, optional
-        Times that are not in order: an error, leave those rows out, or space all rows by the rate.
+        Treatment of times that do not increase: an error, omit those rows, or space all rows by the rate.
 
     Returns
     -------
     list of Recording
-        One for each foot: in the order of `topic`, by name with ``"all"``, and just one where the file
-        is of one foot. :attr:`Recording.foot` has its name.
+        One for each foot, in the order of `topic`, or by name with ``"all"``. :attr:`Recording.foot` holds its name.
 
     Raises
     ------
     ValueError
         The file is not understood; the message names the place and what to do.
     OSError
-        It cannot be read.
+        The file cannot be read.
     """
     options = read_options(
         format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,
@@ -219,7 +218,7 @@ def simulate(
 ) -> Simulation:
     """Simulates a foot with an LSM6DSOX of its own at 1 kHz, with load and labels.
 
-    The truth is kinematic: a score that is reached here is no score on a robot. The same arguments
+    The ground truth is kinematic: a score on a simulation does not predict the score on a robot. The same arguments
     give the same bits on every machine.
 
     Parameters
@@ -228,23 +227,23 @@ def simulate(
         The gait; an error lists all of them. ``"demo"`` is the walk of ``footfall demo``, which has its own
         duration and ground: of the other arguments, only `seed`, `warming` and `gyro_drift` apply to it.
     seconds : float, s
-        How long, 0.001 to 86 400 s, with two seconds of standing at the beginning.
+        Duration, 0.001 to 86 400 s, which begins with two seconds of standing.
     seed : int
-        What the steps, the specimen of the sensor (its biases, its clock) and its noise are drawn from.
+        Seed of the steps, of the specimen of the sensor (its biases, its clock) and of its noise.
     ground : {"hard", "greased", "soft"}
-        What is under the foot.
+        Ground under the foot.
     greased : float, 0 to 1
-        The share of steps that meet a greased patch, where the foot slips once.
+        Share of steps on a greased patch, on which the foot slips once.
     step_length : float, 0.1 to 3
-        How long the steps are, as a factor of those of the gait.
+        Length of the steps, as a factor of that of the gait.
     shaking : float, 0 to 10
-        How much the robot shakes the standing foot, as a factor of what is usual.
+        Shaking of the standing foot by the robot, as a factor of the usual amplitude.
     rests : two floats, s, optional
-        For how long it walks, 0.1 s at least, and for how long it then stands still, by turns.
+        Durations of walking, at least 0.1 s, and of standing still, by turns.
     warming : float, 0 to 60 °C
-        By how much the sensor warms up, with a time constant of three minutes; its biases change with it.
+        Warming of the sensor, with a time constant of three minutes; its biases change with the temperature.
     gyro_drift : three floats, -1 to 1 rad/s²
-        By how much the gyroscope's bias grows in each second: a sensor that fails.
+        Growth of the gyroscope's bias per second, as in a failing sensor.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the estimator says of a recording."""
+"""Estimates of a recording."""
 
 from __future__ import annotations
 
@@ -20,34 +20,35 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing about a recording that is not plausible, such as wrong units."""
+    """An implausible property of a recording, such as wrong units."""
 
     name: str
-    """Its name, for programs: one of the list in ``docs/formats.md``."""
+    """Name for programs, from the list in ``docs/formats.md``."""
     message: str
-    """The sentence for people."""
+    """Sentence for people."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """A touch-down, a lift-off, or where a slip or a stance that is never stable begins or ends, as ``footfall replay --events`` has it."""
+    """A touch-down, a lift-off, or the start or end of a slip or of a stance that is never stable, as listed by
+    ``footfall replay --events``."""
 
     kind: Literal["touch_down", "lift_off", "slip_start", "slip_end", "unstable_start", "unstable_end"]
-    """What it was."""
+    """Kind of the event."""
     t: float
-    """When it was, s."""
+    """Time of the event, s."""
     duration: float | None
-    """Of the stance or slip that begins or ends here, s; ``None`` where its other end is not known."""
+    """Duration of the stance or slip that begins or ends here, s; ``None`` if its other end is unknown."""
     p_peak: float
-    """The largest probability in that stance or slip, in [0, 1]."""
+    """Largest probability in that stance or slip, in [0, 1]."""
     distance: float | None
-    """Of the slip, along the ground, m; ``None`` for stances, where the slip has not ended, and where a
-    sample in it was missing or in doubt."""
+    """Distance of the slip along the ground, m; ``None`` for stances, if the slip has not ended, and if a sample in it
+    was missing or doubtful."""
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """One estimate for each of N samples. All arrays belong to the caller."""
+    """One estimate for each of N samples. The caller owns all arrays."""
 
     t: npt.NDArray[np.float64]
     """Time of the sample, s, shape (N,)."""
@@ -79,21 +80,21 @@ class Result:
     rate: float
     """Sample rate, Hz."""
     findings: tuple[Finding, ...]
-    """What is not plausible about the recording."""
+    """Implausible properties of the recording."""
     learnt: npt.NDArray[np.float32]
-    """What the estimator has learnt by the end; see :func:`calibrate` for a warm start. Empty where the
-    estimates are recorded contacts."""
+    """State learnt by the end; see :func:`calibrate` for a warm start. Empty if the estimates are recorded
+    contacts."""
     edge: float
-    """Acceleration below which this foot is still by the end, as learnt, m/s². Not a number where half-widths are
-    set, or nothing is learnt."""
+    """Learnt acceleration below which the foot is still, at the end, m/s². NaN if half-widths are set, or nothing is
+    learnt."""
     first_gyro_bias: npt.NDArray[np.float32]
-    """Bias of the gyroscope when it was first known, rad/s, shape (3,); empty where the foot never was at rest."""
+    """Bias of the gyroscope when it was first known, rad/s, shape (3,); empty if the foot was never at rest."""
     recording: str | None = None
-    """The name of the recording, where it has one."""
+    """Name of the recording, if any."""
     foot: str | None = None
-    """The foot, where the file names it."""
+    """Foot, if the file names it."""
     notices: tuple[str, ...] = ()
-    """One sentence on each thing of the file that was left out or reinterpreted."""
+    """One sentence on everything in the file that was omitted or reinterpreted."""
     _events: tuple[Event, ...] = field(default=(), repr=False)
 
     @classmethod
@@ -115,18 +116,18 @@ class Result:
         return f"<footfall.Result: {len(self)} samples at {self.rate:g} Hz, {stable:.1f} % stable>"
 
     def has_flag(self, name: str) -> npt.NDArray[np.bool_]:
-        """Where a flag of :data:`FLAGS` is raised, shape (N,)."""
+        """Returns a mask of the samples with a flag of :data:`FLAGS`, shape (N,)."""
         if name not in FLAGS:
             raise ValueError(f"flag is {name!r}, but one of {', '.join(FLAGS)} is expected")
         return np.asarray((self.flags >> FLAGS.index(name)) & 1, dtype=np.bool_)
 
     def state_names(self) -> npt.NDArray[np.str_]:
-        """The state of each sample by its name, shape (N,)."""
+        """Returns the name of the state of each sample, shape (N,)."""
         return np.array(STATES)[self.state]
 
     def _columns(self) -> dict[str, npt.NDArray[Any]]:
-        """The columns of the program's table of estimates, by their names there, but for the
-        last: flags are bits here, and `flags` is an attribute of every table of pandas."""
+        """Returns the columns of the program's table of estimates by their names there. The last one differs: flags are
+        bits, and are named `flag_bits` because `flags` is an attribute of every pandas table."""
         columns: dict[str, npt.NDArray[Any]] = {
             "t": self.t,
             "p_stable": self.p_stable,
@@ -144,7 +145,7 @@ class Result:
         return columns | {"state": self.state, "decision": self.decision, "flag_bits": self.flags}
 
     def to_structured(self) -> npt.NDArray[np.void]:
-        """One structured array with the columns of the program's table, shape (N,)."""
+        """Returns one structured array with the columns of the program's table, shape (N,)."""
         columns = self._columns()
         dtype = [(name, column.dtype) for name, column in columns.items()]
         structured = np.empty(len(self), dtype=dtype)
@@ -153,7 +154,7 @@ class Result:
         return structured
 
     def to_arrow(self) -> pyarrow.Table:
-        """A table of Arrow with the columns of the program's table; needs ``footfall[arrow]``."""
+        """Returns an Arrow table with the columns of the program's table; needs ``footfall[arrow]``."""
         import pyarrow
 
         columns: dict[str, Any] = dict(self._columns())
@@ -161,7 +162,7 @@ class Result:
         return pyarrow.table(columns)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A table of pandas with the columns of :meth:`to_arrow`; needs ``pandas``."""
+        """Returns a pandas table with the columns of :meth:`to_arrow`; needs ``pandas``."""
         import pandas
 
         columns: dict[str, Any] = dict(self._columns())
@@ -169,7 +170,7 @@ class Result:
         return pandas.DataFrame(columns)
 
     def to_polars(self) -> polars.DataFrame:
-        """A table of Polars with the columns of :meth:`to_arrow`; needs ``polars``."""
+        """Returns a Polars table with the columns of :meth:`to_arrow`; needs ``polars``."""
         import polars
 
         columns: dict[str, Any] = dict(self._columns())
@@ -182,7 +183,7 @@ class Result:
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Where to draw; else a new figure.
+            Axes to draw in; by default those of a new figure.
         """
         if ax is None:
             from matplotlib import pyplot
@@ -195,5 +196,5 @@ class Result:
         return ax
 
     def events(self) -> tuple[Event, ...]:
-        """Touch-downs, lift-offs, and where slips begin and end, in order of time."""
+        """Returns touch-downs, lift-offs, and starts and ends of slips and unstable stances, in order of time."""
         return self._events

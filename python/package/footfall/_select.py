@@ -44,7 +44,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Selection:
-    """Parameters that fit labels best, and their worth on recordings that did not select them."""
+    """Parameters that fit labels best, and their score on recordings that did not take part in their selection."""
 
     by: Figure
     """Figure that selects."""
@@ -57,7 +57,7 @@ class Selection:
     left_out: tuple[LeftOut, ...]
     """Each recording with parameters selected on the others; empty for a single recording."""
     left_out_mean: float | None
-    """Mean of the figure over them: that to be expected of a recording that is not among these. ``None`` for a single
+    """Mean of the figure over them: an estimate for recordings that are not among these. ``None`` for a single
     recording."""
 
 
@@ -73,8 +73,8 @@ def select(
     """Selects parameters by a figure of :func:`score` against the labels of recordings.
 
     Every combination of the grid estimates every recording. Each recording is then left out once: the parameters that
-    are the best of the others are scored on it. A mean that is much better than that of the recordings left out is
-    owed to the choice, not to the parameters.
+    are the best of the others are scored on it. If the mean is much better than that of the recordings left out, the
+    parameters fit these recordings only.
 
     The figures are those of `p_stable`: keys that change the decision, the state or `sigma_v` alone have no effect on
     them.
@@ -89,9 +89,9 @@ def select(
     by
         Figure that selects: ``"rmse"`` or ``"calibration_error"``, the less the better, or ``"roc_auc"``.
     preset, config
-        As of :func:`footfall.estimate`: where the grid does not say otherwise.
+        As in :func:`footfall.estimate`; the grid overrides them.
     workers
-        Number of threads; by default as Python's ``ThreadPoolExecutor`` has it.
+        Number of threads; by default that of Python's ``ThreadPoolExecutor``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The arguments that set the estimator, in the form that the Rust part takes."""
+"""Arguments in the form that the Rust part reads."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Config = Union[Mapping[str, Any], str, "os.PathLike[str]"]
 
 
 class SettingsDict(TypedDict):
-    """The arguments that set the estimator."""
+    """Settings of the estimator."""
 
     preset: str
     config: tuple[str, str] | None
@@ -31,7 +31,7 @@ class SettingsDict(TypedDict):
 
 
 class RecordingDict(TypedDict):
-    """The arrays of a recording."""
+    """Arrays of a recording."""
 
     acc: npt.NDArray[np.floating]
     gyr: npt.NDArray[np.floating]
@@ -41,7 +41,7 @@ class RecordingDict(TypedDict):
 
 
 class ReadDict(TypedDict):
-    """The options of reading a file."""
+    """Options of reading a file."""
 
     format: str | None
     rate: float | None
@@ -60,7 +60,7 @@ class ReadDict(TypedDict):
 
 
 class WalkDict(TypedDict):
-    """What is simulated."""
+    """Simulated walk."""
 
     gait: str
     seconds: float
@@ -137,7 +137,7 @@ def _several(names: str | Sequence[str] | None) -> list[str]:
 
 
 def _text(config: Config | tuple[str, str] | None) -> tuple[str, str] | None:
-    """The name of a configuration and its text; what has been read before is returned as it is."""
+    """Returns the name of a configuration and its text; a configuration that was read before is returned unchanged."""
     if config is None or isinstance(config, tuple):
         return config
     if isinstance(config, Mapping):

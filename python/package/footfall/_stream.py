@@ -1,4 +1,4 @@
-"""Sample by sample, as a robot has them."""
+"""Estimate sample by sample, for streams."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ._settings import Config, Gravity, Preset, settings
 
 
 class Estimate(NamedTuple):
-    """What the estimator says after one sample."""
+    """Estimate after one sample."""
 
     t: float
     """Time of the sample, s."""
@@ -49,12 +49,12 @@ class Estimator:
     rate : float, Hz
         The sample rate, 20 to 10 000 Hz.
     preset, config, gravity, axes
-        As of :func:`footfall.estimate`.
+        As in :func:`footfall.estimate`.
     format : str, optional
         The format of the recording that the samples come from, :attr:`footfall.Recording.format`: the
         thresholds of the load depend on it. Without it they are in N.
 
-    Copies go on separately from the same state, with the same bits. There is no pickle: keep the samples, or
+    A copy continues from the same state with the same bits. An estimator cannot be pickled: keep the samples, or
     :attr:`learnt` for a warm start.
 
     Raises
@@ -98,14 +98,14 @@ class Estimator:
 
     @property
     def learnt(self) -> npt.NDArray[np.float32]:
-        """What has been learnt of the foot up to the newest sample, as :attr:`footfall.Result.learnt`."""
+        """State learnt up to the newest sample, as in :attr:`footfall.Result.learnt`."""
         return np.array(self._estimator.learnt(), dtype=np.float32)
 
     def events(self, ended: bool = False) -> tuple[Event, ...]:
-        """Touch-downs, lift-offs and slips since the last call, as of :meth:`footfall.Result.events`.
+        """Returns touch-downs, lift-offs and slips since the last call, as in :meth:`footfall.Result.events`.
 
-        An event is known when its stance is: those since the last touch-down are held back until the foot has left the
-        ground, or the stream has `ended`.
+        An event is complete when its stance is: events since the last touch-down are held back until the foot has left
+        the ground, or the stream has `ended`.
         """
         return tuple(Event(*event) for event in self._estimator.events(ended))  # type: ignore[arg-type]
 
@@ -120,26 +120,26 @@ class Estimator:
         load: float | None = None,
         validity: str | int = "valid",
     ) -> Estimate:
-        """Takes in the next sample.
+        """Processes the next sample.
 
         Parameters
         ----------
         acc : three floats, m/s²
         gyr : three floats, rad/s
         t : float, s, optional
-            Its time on any clock, after that of the sample before; one period later where it is
-            not given. Time that was lost is seen by it: give it where samples can be.
+            Its time on any clock, later than that of the previous sample; by default one period later. Pass it if
+            samples may be lost: only the time shows the gap.
         load : float, optional
-            The load on the foot, where it is known.
+            Load on the foot, if known.
         validity : str or int
-            What the source knows about the sample: a name, or its number as in
+            Validity of the sample according to its source: a name, or a number as in
             :attr:`footfall.Recording.validity`.
 
         Raises
         ------
         ValueError
-            `t` does not come after the time before, `acc` or `gyr` is not of three numbers, or
-            `validity` is not known. The sample is not taken in.
+            `t` is not later than the previous time, `acc` or `gyr` does not have three numbers, or `validity` is
+            unknown. The sample is then ignored.
         """
         row = self._estimator.update(
             _three("acc", acc), _three("gyr", gyr), t, load, _place(validity)
