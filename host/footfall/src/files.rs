@@ -181,13 +181,15 @@ pub fn write_file(
 /// # Errors
 /// It does not.
 pub fn check_directory_of(path: &Path) -> Result<(), OutputError> {
-    match directory_of(path).filter(|directory| !directory.is_dir()) {
-        Some(directory) => Err(OutputError::NoDirectory {
+    if let Some(directory) = directory_of(path)
+        && !directory.is_dir()
+    {
+        return Err(OutputError::NoDirectory {
             file: path.display().to_string(),
             directory: directory.display().to_string(),
-        }),
-        None => Ok(()),
+        });
     }
+    Ok(())
 }
 
 /// Creates a directory of results if it does not exist.

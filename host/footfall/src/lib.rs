@@ -1,23 +1,22 @@
 //! The `footfall` program: estimates from recordings as tables, numbers and pictures.
 //!
-//! Processing steps of a recording, one module per step; some steps are crates.
+//! Each command is a file of [`commands`], from its arguments to its output. The other modules are what commands share:
 //!
 //! | step | module or crate |
 //! |---|---|
-//! | command line, one file per command | [`commands`] |
-//! | parameters from preset, file and options | [`recordings::config`] |
+//! | options, and the parameters from preset, file and options | [`commands::options`], [`recordings::config`] |
 //! | reading a recording | [`recordings::input`], with a bar from [`progress`] |
-//! | or simulating a walk | [`gait`] |
-//! | checking the output files | [`files`] |
-//! | running the estimator, sample by sample | [`recordings::replay`], drawn and written by [`commands::replay`] |
-//! | or calibrating: learning a foot in advance, or finding sensor errors | [`recordings::calibrate`] |
-//! | or converting to another format | [`commands::convert`] |
+//! | running the estimator, sample by sample | [`recordings::replay`] |
+//! | learning a foot in advance, or finding sensor errors | [`recordings::calibrate`] |
 //! | scoring the estimates | [`recordings::scoring`] |
-//! | simulating and decoding the output of a foot | [`feet::robot::walk`], [`feet::decode`] |
-//! | streaming feet | [`feet`], [`commands::monitor`]; as messages [`stream`], [`mod@ros`], in viewers [`commands::view`] |
-//! | writing the results | [`recordings::output`], [`plot`], [`recordings::summary`], combined by [`report`], which prints them as text or JSON |
-//! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
-//! //! | messages on standard error | [`messages`] |
+//! | receiving streaming feet, and decoding their output | [`feet`] |
+//! | streaming feet as messages of ROS 2 | [`stream`], [`mod@ros`] |
+//! | simulating a walk, and the output of a foot | [`gait`], [`feet::robot::walk`] |
+//! | tables, pictures and summaries | [`recordings::output`], [`plot`], [`recordings::summary`] |
+//! | summaries on standard output, as text or JSON | [`report`] |
+//! | checking and writing output files | [`files`] |
+//! | removing unfinished files on interruption | [`interruption`] |
+//! | messages on standard error | [`messages`] |
 //! | optional features | [`feature`] |
 
 pub mod commands;

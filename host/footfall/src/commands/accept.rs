@@ -86,11 +86,15 @@ impl AcceptArguments {
         let is_out = |figure: &&Figure| figure.verdict() == Verdict::Out;
         let out = figures.iter().filter(is_out);
         let names: Vec<_> = out.map(|figure| figure.limit.name).collect();
-        let why = match (report.accepted, names.is_empty(), end) {
-            (true, ..) => return Ok(()),
-            (false, false, _) => names.join(", "),
-            (false, true, End::Early) => "interrupted".to_owned(),
-            (false, true, End::Complete) => "nothing was measured".to_owned(),
+        if report.accepted {
+            return Ok(());
+        }
+        let why = if !names.is_empty() {
+            names.join(", ")
+        } else if end == End::Early {
+            "interrupted".to_owned()
+        } else {
+            "nothing was measured".to_owned()
         };
         Err(FootError::NotAccepted(why).into())
     }

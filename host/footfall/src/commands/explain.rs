@@ -18,15 +18,16 @@ pub struct ExplainArguments {
 impl ExplainArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let wanted = self.what.join(" ");
-        let explained = match Trouble::find(&wanted) {
-            _ if self.what.is_empty() => {
-                Trouble::all().map(line).chain(words().map(word_line)).collect()
-            }
-            Some(trouble) => text(trouble),
-            None => words()
-                .find(|(_, name, _)| *name == wanted.to_lowercase().replace([' ', '-'], "_"))
-                .map(|(kind, name, meaning)| format!("{kind} {name}\n  {meaning}\n"))
-                .ok_or(Error::NothingToExplain(wanted))?,
+        let explained = if self.what.is_empty() {
+            Trouble::all().map(line).chain(words().map(word_line)).collect()
+        } else if let Some(trouble) = Trouble::find(&wanted) {
+            text(trouble)
+        } else {
+            let name = wanted.to_lowercase().replace([' ', '-'], "_");
+            words()
+                .find(|(_, word, _)| *word == name)
+                .map(|(kind, word, meaning)| format!("{kind} {word}\n  {meaning}\n"))
+                .ok_or(Error::NothingToExplain(wanted))?
         };
         print_text(&explained).map_err(Error::Print)
     }

@@ -138,10 +138,12 @@ impl Arguments {
     /// # Errors
     /// The first error.
     pub fn run(self) -> Result<(), Error> {
-        set_verbosity(match (self.quiet, self.verbose) {
-            (true, _) => Verbosity::Quiet,
-            (false, true) => Verbosity::Verbose,
-            (false, false) => Verbosity::Normal,
+        set_verbosity(if self.quiet {
+            Verbosity::Quiet
+        } else if self.verbose {
+            Verbosity::Verbose
+        } else {
+            Verbosity::Normal
         });
         match self.command.unwrap_or(Command::Demo(demo::DemoArguments::default())) {
             Command::Replay(arguments) => arguments.run(),

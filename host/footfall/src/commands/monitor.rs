@@ -334,15 +334,16 @@ fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
         let line = foot_line(robot, foot);
         write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
-        match (line.p_stable, line.silent) {
-            _ if line.several_boards => write!(to, "  {SEVERAL_BOARDS}")?,
-            (_, true) => write!(to, "  silent")?,
-            (None, _) => write!(to, "  no contact yet")?,
-            (Some(p), _) => {
-                let state = line.state.unwrap_or_default();
-                let not = if line.decision == Some(1) { "" } else { "not " };
-                write!(to, "  P {p:.3}  {state:<7}  {not}stable")?;
-            }
+        if line.several_boards {
+            write!(to, "  {SEVERAL_BOARDS}")?;
+        } else if line.silent {
+            write!(to, "  silent")?;
+        } else if let Some(p) = line.p_stable {
+            let state = line.state.unwrap_or_default();
+            let not = if line.decision == Some(1) { "" } else { "not " };
+            write!(to, "  P {p:.3}  {state:<7}  {not}stable")?;
+        } else {
+            write!(to, "  no contact yet")?;
         }
         if let (Some(rate), Some(jitter)) = (line.rate_hz, line.jitter_ms) {
             write!(to, "  {rate:.0} Hz, jitter {jitter:.1} ms")?;

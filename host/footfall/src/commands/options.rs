@@ -331,12 +331,12 @@ pub(crate) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
 pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), Error> {
     let durations_s = feet.iter().map(|foot| foot.about.duration_s());
     let duration = durations_s.fold(0.0, f64::max);
-    match from {
-        Some(from) if from > duration => {
-            Err(Error::BeyondTheEnd { file: file.to_owned(), from, duration })
-        }
-        _ => Ok(()),
+    if let Some(from) = from
+        && from > duration
+    {
+        return Err(Error::BeyondTheEnd { file: file.to_owned(), from, duration });
     }
+    Ok(())
 }
 
 /// Help text on the syntax of a source.
@@ -361,7 +361,7 @@ impl ListenArguments {
     /// Returns the source and the feet.
     ///
     /// # Errors
-    /// Names of feet contradict each other, or options for reading a file are given and the source is none.
+    /// Names of feet contradict each other, or options for reading a file are given for another source.
     pub(crate) fn listen(self) -> Result<(Source, Feet), Error> {
         let feet = self.feet.feet()?;
         Ok((self.played.read(self.source)?, feet))

@@ -63,8 +63,10 @@ const LAST_DOMAIN: u16 = 232;
 
 /// Parses a domain. Scripts set `ROS_DOMAIN_ID` to an empty text for the default.
 fn parse_domain(text: &str) -> Result<u16, String> {
+    if text.is_empty() {
+        return Ok(0);
+    }
     match text.parse() {
-        _ if text.is_empty() => Ok(0),
         Ok(domain @ 0..=LAST_DOMAIN) => Ok(domain),
         _ => Err(format!("{text} is not in 0..={LAST_DOMAIN}")),
     }

@@ -160,13 +160,13 @@ struct Panel {
 }
 
 /// Time intervals to be shaded.
-struct Stretches {
+struct ShadedIntervals {
     name: &'static str,
     colour: RGBColor,
     times: Vec<Range<f64>>,
 }
 
-impl Stretches {
+impl ShadedIntervals {
     /// Returns blocks between two values.
     fn blocks(&self, between: Range<f64>) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
         let style = self.colour.filled();
@@ -186,7 +186,7 @@ fn draw(
 ) -> Drawn {
     let time = &series.span;
     let shades = shades(series);
-    let labels = series.labels.as_ref().map(|labels| Stretches {
+    let labels = series.labels.as_ref().map(|labels| ShadedIntervals {
         name: "label: stable",
         colour: LABEL_COLOUR,
         times: times_of(labels, Some(Label::Stable)),
@@ -195,7 +195,7 @@ fn draw(
         total.range.end = TRACK.end + 0.06;
     }
     let panels_height = panels.len() as u32 * PANEL_HEIGHT + TIME_AXIS_HEIGHT + BOTTOM_MARGIN;
-    let blocks: Vec<&Stretches> = labels.iter().chain(&shades).collect();
+    let blocks: Vec<&ShadedIntervals> = labels.iter().chain(&shades).collect();
     let legend_rows = if blocks.is_empty() { 1 } else { 2 };
     let legend_height = legend_rows * LEGEND_HEIGHT;
     let height = TITLE_HEIGHT + legend_height + panels_height;
@@ -265,30 +265,30 @@ fn padded(Range { start, end }: &Range<f64>) -> Range<f64> {
 }
 
 /// Returns the shaded states that occur.
-fn shades(series: &Series) -> Vec<Stretches> {
+fn shades(series: &Series) -> Vec<ShadedIntervals> {
     let shades = [
         ("state: swing", SWING_SHADE, Phase::Swing),
         ("state: quiet swing", QUIET_SWING_SHADE, Phase::QuietSwing),
         ("state: slip", SLIP_SHADE, Phase::Slip),
         ("state: unknown", UNKNOWN_SHADE, Phase::Unknown),
     ];
-    let shades = shades.map(|(name, colour, phase)| Stretches {
+    let shades = shades.map(|(name, colour, phase)| ShadedIntervals {
         name,
         colour,
         times: times_of(&series.phases, phase),
     });
-    let occurs = |shade: &Stretches| !shade.times.is_empty();
+    let occurs = |shade: &ShadedIntervals| !shade.times.is_empty();
     shades.into_iter().filter(occurs).collect()
 }
 
-/// Returns the intervals of `stretches` with this value.
-fn times_of<T: Copy + PartialEq>(stretches: &[(Range<f64>, T)], of: T) -> Vec<Range<f64>> {
-    let holding = stretches.iter().filter(|(_, value)| *value == of);
+/// Returns the intervals of `intervals` with this value.
+fn times_of<T: Copy + PartialEq>(intervals: &[(Range<f64>, T)], of: T) -> Vec<Range<f64>> {
+    let holding = intervals.iter().filter(|(_, value)| *value == of);
     holding.map(|(times, _)| times.clone()).collect()
 }
 
 /// Draws the legend in a strip of its own, so that it never covers data.
-fn draw_legend(area: &Area<'_>, panels: &[Panel], blocks: &[&Stretches]) -> Drawn {
+fn draw_legend(area: &Area<'_>, panels: &[Panel], blocks: &[&ShadedIntervals]) -> Drawn {
     const SWATCH: i32 = 44;
     const SPACE: i32 = 10;
     /// Approximate width of a character; no font metrics are available.
@@ -319,8 +319,8 @@ fn draw_legend(area: &Area<'_>, panels: &[Panel], blocks: &[&Stretches]) -> Draw
 fn draw_panel(
     area: &Area<'_>,
     panel: &Panel,
-    shades: &[Stretches],
-    track: Option<&Stretches>,
+    shades: &[ShadedIntervals],
+    track: Option<&ShadedIntervals>,
     time: &Range<f64>,
     time_title: Option<&str>,
 ) -> Drawn {

@@ -13,7 +13,7 @@ use recordings::events::{ContactEvent, EventKind};
 use recordings::input::About;
 use recordings::samples::{Label, RecordedSample};
 
-use super::series::{Collector, Stretching, Trace, Width};
+use super::series::{Collector, IntervalCollector, Trace, Width};
 use super::time_title;
 
 /// Number of columns in the envelope of each line.
@@ -47,7 +47,7 @@ pub struct PageFoot {
     span: Range<f64>,
     samples: usize,
     collector: Collector,
-    decisions: Stretching<Decision>,
+    decisions: IntervalCollector<Decision>,
     events: Vec<ContactEvent>,
     /// Number of events per kind, in the order of [`EventKind::ALL`].
     counts: [usize; EventKind::ALL.len()],
@@ -66,7 +66,7 @@ impl PageFoot {
             span,
             samples: 0,
             collector: Collector::new(width.clone(), 1),
-            decisions: Stretching::new(width),
+            decisions: IntervalCollector::new(width),
             events: Vec::new(),
             counts: [0; EventKind::ALL.len()],
         }
@@ -125,12 +125,12 @@ impl PageFoot {
         to.push(',');
         write_line("total", "P stable", total, 0.0..1.0, to)?;
         to.push_str("],\"states\":");
-        write_stretches(&series.phases, &Phase::ALL, to)?;
+        write_intervals(&series.phases, &Phase::ALL, to)?;
         to.push_str(",\"decisions\":");
-        write_stretches(&self.decisions.finish(), &DECISIONS, to)?;
+        write_intervals(&self.decisions.finish(), &DECISIONS, to)?;
         to.push_str(",\"labels\":");
         match &series.labels {
-            Some(labels) => write_stretches(labels, &LABELS, to)?,
+            Some(labels) => write_intervals(labels, &LABELS, to)?,
             None => to.push_str("null"),
         }
         to.push_str(",\"events\":");
@@ -324,18 +324,18 @@ fn pieces(
 
 /// Appends consecutive intervals: for each, the step to its start and the index of its value in `all`; then the
 /// step to the end of the last.
-fn write_stretches<T: PartialEq>(
-    stretches: &[(Range<f64>, T)],
+fn write_intervals<T: PartialEq>(
+    intervals: &[(Range<f64>, T)],
     all: &[T],
     to: &mut String,
 ) -> fmt::Result {
     let mut steps = Steps::default();
     to.push('[');
-    for (time, value) in stretches {
+    for (time, value) in intervals {
         let code = all.iter().position(|known| known == value).unwrap_or(0);
         write!(to, "{},{code},", steps.to(time.start))?;
     }
-    if let Some((time, _)) = stretches.last() {
+    if let Some((time, _)) = intervals.last() {
         write!(to, "{}", steps.to(time.end))?;
     }
     to.push(']');

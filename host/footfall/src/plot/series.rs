@@ -15,8 +15,8 @@ pub struct Collector {
     load: Polyline,
     /// Tangential, vertical and total.
     probabilities: [Polyline; 3],
-    phases: Stretching<Phase>,
-    labels: Stretching<Option<Label>>,
+    phases: IntervalCollector<Phase>,
+    labels: IntervalCollector<Option<Label>>,
     load_range: Option<Range<f64>>,
     has_state: bool,
     is_labelled: bool,
@@ -44,8 +44,8 @@ impl Collector {
         Self {
             load: line(),
             probabilities: [line(), line(), line()],
-            phases: Stretching::new(shades),
-            labels: Stretching::new(width.clone()),
+            phases: IntervalCollector::new(shades),
+            labels: IntervalCollector::new(width.clone()),
             load_range: None,
             has_state: false,
             is_labelled: false,
@@ -145,14 +145,14 @@ impl Polyline {
 
 /// Intervals of constant value, rounded to whole columns. Each column takes the value of most of its samples, so
 /// areas are true and no interval is narrower than a column. A column without samples repeats the previous one.
-pub(super) struct Stretching<T> {
+pub(super) struct IntervalCollector<T> {
     width: Width,
     winners: Vec<(u32, T)>,
     votes: Vec<(T, usize)>,
     column: u32,
 }
 
-impl<T: Copy + PartialEq> Stretching<T> {
+impl<T: Copy + PartialEq> IntervalCollector<T> {
     pub(super) const fn new(width: Width) -> Self {
         Self { width, winners: Vec::new(), votes: Vec::new(), column: 0 }
     }
@@ -251,17 +251,17 @@ mod tests {
         line.finish()
     }
 
-    fn stretches<T: Copy + PartialEq>(
+    fn intervals<T: Copy + PartialEq>(
         values: impl Iterator<Item = (f64, T)>,
         span: &Range<f64>,
         columns: u32,
     ) -> Vec<(Range<f64>, T)> {
         let span = span.clone();
-        let mut stretching = Stretching::new(Width { span, columns });
+        let mut collector = IntervalCollector::new(Width { span, columns });
         for (time, value) in values {
-            stretching.add(time, value);
+            collector.add(time, value);
         }
-        stretching.finish()
+        collector.finish()
     }
 
     #[test]
@@ -296,14 +296,14 @@ mod tests {
         let values = ["a", "a", "a", "a", "b", "a", "b", "a", "b", "b", "b", "b"];
         let timed = (0..).map(f64::from).zip(values);
         // Columns of three samples: aaa, aba, bab, bbb.
-        assert_eq!(stretches(timed, &(0.0..12.0), 4), [(0.0..6.0, "a"), (6.0..12.0, "b")]);
+        assert_eq!(intervals(timed, &(0.0..12.0), 4), [(0.0..6.0, "a"), (6.0..12.0, "b")]);
     }
 
     #[test]
     fn empty_column_repeats_the_previous_one() {
         let timed = [(0.0, 'a'), (5.0, 'b'), (9.0, 'c')];
         assert_eq!(
-            stretches(timed.into_iter(), &(0.0..10.0), 10),
+            intervals(timed.into_iter(), &(0.0..10.0), 10),
             [(0.0..5.0, 'a'), (5.0..9.0, 'b'), (9.0..10.0, 'c')]
         );
     }

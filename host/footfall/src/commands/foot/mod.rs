@@ -151,10 +151,12 @@ impl FootArguments {
             FootAction::Scan => self.scan(open()?.as_mut())?,
             FootAction::Update { image, all, serial } => {
                 let file = ImageFile::read(image)?;
-                let which = match (all, serial.as_slice()) {
-                    (true, _) => Which::All,
-                    (false, []) => Which::One,
-                    (false, numbers) => Which::Numbered(numbers),
+                let which = if *all {
+                    Which::All
+                } else if serial.is_empty() {
+                    Which::One
+                } else {
+                    Which::Numbered(serial)
                 };
                 if file.is_for_usb() {
                     return print_text(&update::copy_over_usb(&self, &file, which)?)
@@ -261,6 +263,7 @@ impl FootArguments {
         Ok(text)
     }
 
+    /// Lists the feet on a line.
     fn scan(&self, link: &mut dyn Link) -> Result<String, FootError> {
         let mut listener = Listener::default();
         let feet = scan::feet(link, &mut listener, scan::SCAN)?;
@@ -284,6 +287,7 @@ impl FootArguments {
         Ok(feet.map(line).collect())
     }
 
+    /// Returns the names of values that differ, with both values.
     fn changes(&self, changes: &[(Named, Value, Value)]) -> String {
         if self.json {
             // With diff, from the default or the file's value to the foot's own.
@@ -305,6 +309,7 @@ impl FootArguments {
         changes.iter().map(line).collect()
     }
 
+    /// Reads the objects with these names, or all settings.
     fn get(&self, client: &mut Client, names: &[String]) -> Result<String, FootError> {
         let found = names.iter().map(|name| Named::find(name));
         let all: Vec<Named> = match names {
@@ -335,6 +340,7 @@ impl FootArguments {
         Ok(if self.json { to_json(&object) } else { text })
     }
 
+    /// Reads identity, program, stage and faults.
     fn info(&self, client: &mut Client) -> Result<String, FootError> {
         let identity = Identity::read(client)?;
         let stage = wire::Stage::ALL.get(client.read_number(index::STAGE, 0)? as usize);

@@ -23,16 +23,16 @@ use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
 use crate::ros::{AllFeet, Compat, EstimateMessages, McapFile, Published, RosMessage};
 
-/// Messages of all feet in the copy.
+/// Messages of all feet that the copy contains in addition.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct OfAllFeet {
+pub(super) struct AllFeetOptions {
     /// Programs whose messages are written.
     pub(super) compats: Vec<Compat>,
     /// States of the robot that are written again with the forces of the estimates.
     pub(super) low_states: Option<LowStateSource>,
 }
 
-impl OfAllFeet {
+impl AllFeetOptions {
     /// Topics of the messages.
     fn topics(&self) -> impl Iterator<Item = String> {
         let compats = self.compats.iter().flat_map(|compat| compat.topics());
@@ -40,7 +40,7 @@ impl OfAllFeet {
         compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
     }
 
-    /// Option that wants the messages, if any are wanted.
+    /// Returns the option that requests messages of all feet, if any.
     fn option(&self) -> Option<&'static str> {
         match (&self.low_states, &self.compats[..]) {
             (Some(_), _) => Some("--lowstate"),
@@ -81,27 +81,28 @@ pub(super) struct LowStateSource {
     pub(super) scale: Option<f64>,
 }
 
-/// Copies the messages of the bag `input`, with the contacts and events of its feet, to the MCAP file `path`. A contact is
-/// written when its sample was, to a millisecond, and an event at its time; stamps are those of the samples. Recorded
-/// contacts are copied like other messages, and left out where the estimate is made `again`. Returns a sentence about each
-/// part that ends early.
+/// Copies the messages of the bag `input`, with the contacts and events of its feet, to the MCAP file `path`.
+///
+/// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those of the
+/// samples. Recorded contacts are copied like other messages, but omitted if the estimate is made `again`. Returns a
+/// sentence about each part that ends early.
 ///
 /// # Errors
 /// The bag has a topic of the copy, lacks the robot's states, or cannot be read or written.
 pub(super) fn write(
     input: &Path,
     feet: &mut [CopiedFoot],
-    of_all_feet: &OfAllFeet,
+    options: &AllFeetOptions,
     again: bool,
     path: &Path,
 ) -> Result<Vec<String>, Error> {
     let mut notices = Vec::new();
     let file = input.display().to_string();
-    if let Some(option) = of_all_feet.option() {
+    if let Some(option) = options.option() {
         if feet.iter().any(|foot| foot.stored.has_estimates()) {
             return Err(Error::CopiedContacts { file, option });
         }
-        OfAllFeet::check_places(feet)?;
+        AllFeetOptions::check_places(feet)?;
     }
     write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to))?;
@@ -115,9 +116,9 @@ pub(super) fn write(
             names.push(name);
         }
         let topics = streams.iter().flat_map(EstimateStream::topics);
-        let topics = topics.chain(of_all_feet.topics()).collect();
-        let compats = &of_all_feet.compats;
-        let mut merging = Merging {
+        let topics = topics.chain(options.topics()).collect();
+        let compats = &options.compats;
+        let mut merger = Merger {
             file: &file,
             bag: &mut bag,
             streams: &mut streams,
@@ -125,15 +126,14 @@ pub(super) fn write(
             places,
             again,
             all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
-            low_state: of_all_feet.low_states.as_ref().map(LowStateForces::new),
+            low_state: options.low_states.as_ref().map(LowStateForces::new),
         };
-        let copied = copy(input, &mut |channel, written, payload| {
-            merging.message(channel, written, payload)
-        });
-        notices = copied.map_err(|error| carried(error.into()))??;
-        merging.messages_until(i64::MAX)?;
-        if let Some(states) = &of_all_feet.low_states
-            && merging.low_state.is_some_and(|state| !state.is_found)
+        let copied =
+            copy(input, &mut |channel, written, payload| merger.message(channel, written, payload));
+        notices = copied.map_err(|error| wrapped(error.into()))??;
+        merger.messages_until(i64::MAX)?;
+        if let Some(states) = &options.low_states
+            && merger.low_state.is_some_and(|state| !state.is_found)
         {
             let what = "the bag has no message on it".to_owned();
             return Err(no_forces(&file, &states.topic, what));
@@ -143,18 +143,18 @@ pub(super) fn write(
     Ok(notices)
 }
 
-/// Carries an error out of a writer.
-fn carried(error: Error) -> io::Error {
+/// Wraps an error to return it from a writer; `write_file` unwraps it.
+fn wrapped(error: Error) -> io::Error {
     io::Error::other(error)
 }
 
 fn no_forces(file: &str, topic: &str, what: String) -> io::Error {
     let [file, topic] = [file, topic].map(str::to_owned);
-    carried(Error::NoForces { file, topic, what })
+    wrapped(Error::NoForces { file, topic, what })
 }
 
-/// Receiver that puts messages of the feet between those of others.
-struct Merging<'a, 'b, W: Write + io::Seek> {
+/// Merges messages of the feet into the copied messages, in order of their times of writing.
+struct Merger<'a, 'b, W: Write + io::Seek> {
     /// Name of the bag in messages.
     file: &'a str,
     bag: &'a mut McapFile<W>,
@@ -169,7 +169,7 @@ struct Merging<'a, 'b, W: Write + io::Seek> {
     low_state: Option<LowStateForces>,
 }
 
-impl<W: Write + io::Seek> Merging<'_, '_, W> {
+impl<W: Write + io::Seek> Merger<'_, '_, W> {
     /// Writes the messages of the feet up to a time of writing, µs.
     fn messages_until(&mut self, until_us: i64) -> io::Result<()> {
         while let Some((due, index)) = earliest(self.streams, |stream| {
@@ -207,7 +207,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
                 return Ok(());
             }
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());
-            return Err(carried(Error::TopicTaken { file, topic }));
+            return Err(wrapped(Error::TopicTaken { file, topic }));
         }
         // A contact follows its sample, whose log time is rounded to µs.
         self.messages_until((written.log_ns.saturating_sub(1000)).div_euclid(1000))?;
@@ -410,8 +410,8 @@ mod tests {
             }
         };
         let mut feet = ["front left", "front_left"].map(foot);
-        let of_all_feet = OfAllFeet::default();
-        write(&path("walk.mcap"), &mut feet, &of_all_feet, false, &path("contacts.mcap")).unwrap();
+        let options = AllFeetOptions::default();
+        write(&path("walk.mcap"), &mut feet, &options, false, &path("contacts.mcap")).unwrap();
         let bytes = std::fs::read(path("contacts.mcap")).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let counts = summary.stats.unwrap().channel_message_counts;

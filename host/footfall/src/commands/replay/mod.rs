@@ -36,7 +36,7 @@ use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
 use crate::ros::Compat;
 #[cfg(feature = "bags")]
-use bag_copy::{LowStateSource, OfAllFeet};
+use bag_copy::{AllFeetOptions, LowStateSource};
 
 /// Examples of `footfall replay`.
 pub const EXAMPLES: &str = "\
@@ -473,7 +473,7 @@ impl CopiedArguments {
         feet: &mut [CopiedFoot],
         again: bool,
     ) -> Result<(), Error> {
-        let of_all_feet = OfAllFeet {
+        let options = AllFeetOptions {
             compats: self.compat.clone(),
             low_states: self
                 .lowstate
@@ -482,7 +482,7 @@ impl CopiedArguments {
         };
         for input in inputs {
             // Parts that end early were reported when the samples were read.
-            bag_copy::write(input, feet, &of_all_feet, again, to)?;
+            bag_copy::write(input, feet, &options, again, to)?;
         }
         Ok(())
     }
