@@ -123,25 +123,16 @@ mod tests {
     }
 
     #[test]
-    fn the_presets_are_valid() {
+    fn presets_are_valid() {
         for preset in [Params::DEFAULT, Params::PAPER, Params::PAPER_GO1] {
             assert_eq!(preset.validate::<256>().map(|config| config.window_length()), Ok(50));
         }
     }
 
     #[test]
-    fn a_window_is_a_duration_times_the_sample_rate() {
+    fn window_length_is_its_duration_times_the_sample_rate() {
         let params = Params { sample_rate: 200.0, ..Params::DEFAULT };
         assert_eq!(params.validate::<256>().map(|c| c.window_length()), Ok(10));
-    }
-
-    #[test]
-    fn paper_presets_use_half_widths_and_default_self_calibrates() {
-        for preset in [Params::PAPER, Params::PAPER_GO1] {
-            assert_eq!(preset.method, Method::HalfWidths);
-        }
-        assert_eq!(Params::DEFAULT.method, Method::SelfCalibrating);
-        assert_eq!(Params::DEFAULT.learnt, None);
     }
 
     #[test]

@@ -482,7 +482,7 @@ mod tests {
     }
 
     #[test]
-    fn foot_without_evidence_that_plainly_moves_is_not_unproven() {
+    fn moving_foot_without_evidence_is_not_unproven() {
         let mut estimator = rested(&GRAVITY_FREE, 600);
         for ms in 600..10_000 {
             let force = if ms < 3_000 { SWAY } else { 20.0 };
@@ -541,7 +541,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_in_time_raises_its_flag_and_jitter_does_not() {
+    fn gap_in_time_raises_its_flag_and_jitter_does_not() {
         for (elapsed, flags) in [
             (1_000, Flags::NONE),
             (1_749, Flags::NONE),
@@ -600,7 +600,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_sample_now_and_then_leaves_a_resting_foot_stable() {
+    fn resting_foot_stays_stable_with_a_sample_lost_now_and_then() {
         let mut estimator = rested(&GRAVITY_FREE, 600);
         for ms in (600..1_500).filter(|ms| ms % 15 != 0) {
             let estimate = estimator.update(&at_rest(ms * 1000), Some(Load(100.0)));
@@ -742,7 +742,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_set_back_costs_one_sample() {
+    fn clock_set_back_costs_one_sample() {
         let mut estimator = rested(&HALF_WIDTHS, 60);
         let flags = [5_000, 6_000, 7_000].map(|t| estimator.update(&at_rest(t), None).flags);
         let invalid = Flags::NONE.with(Flag::InvalidSample);
@@ -750,7 +750,7 @@ mod tests {
     }
 
     #[test]
-    fn a_repeated_timestamp_makes_the_sample_invalid() {
+    fn repeated_timestamp_makes_the_sample_invalid() {
         let estimate = rested(&GRAVITY_FREE, 600).update(&at_rest(599_000), None);
         assert!(estimate.flags.contains(Flag::InvalidSample));
     }

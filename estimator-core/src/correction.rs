@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bias_is_taken_off_before_the_scale_is_applied() {
+    fn bias_is_subtracted_before_the_scale_is_applied() {
         let correction = AccelerometerCorrection {
             bias: Vec3::new(0.5, 0.0, -1.0),
             scale: Vec3::new(2.0, 0.5, 1.0),
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn a_perfect_accelerometer_keeps_its_bits() {
+    fn readings_of_a_perfect_accelerometer_keep_their_bits() {
         let bits = |Vec3 { x, y, z }| [x, y, z].map(f32::to_bits);
         for reading in
             [Vec3::new(0.0, -0.0, 9.80665), Vec3::new(f32::MIN_POSITIVE / 2.0, -156.9, 1.0e4)]

@@ -516,10 +516,10 @@ mod tests {
     #[test]
     fn bias_before_rest_follows_inclination_corrections() {
         let mut foot = foot();
-        // Tilt in a millisecond at a rate about x of 2 °/s, corrected by the opposite.
+        // Correction of the tilt that a bias of 2 °/s about x leaves in a millisecond. A tenth of it is taken for bias.
         let turn = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
         (0..1_000).for_each(|_| foot.follow(turn, DT));
-        assert_near(foot.bias().x / DEGREE, 2.0 / CORRECTIONS_TIME_CONSTANT, 1.0e-3);
+        assert_near(foot.bias().x / DEGREE, 0.2, 1.0e-3);
         assert!(!foot.is_known());
         (0..100_000).for_each(|_| foot.follow(turn, DT));
         assert_near(foot.bias().x / DEGREE, 6.0, 1.0e-3);
@@ -573,12 +573,12 @@ mod tests {
         let error = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
         let half_a_turn = Vec3::new(180.0 * DEGREE, 0.0, 0.0);
         foot.follow(half_a_turn, DT);
-        // What follows still finds the inclination, for five seconds.
+        // For five seconds the corrections still find the inclination.
         (0..4_900).for_each(|_| foot.follow(error, DT));
         assert_near(foot.bias().x / DEGREE, 0.1, 0.01);
         (0..10_000).for_each(|_| foot.follow(error, DT));
         assert_near(foot.bias().x / DEGREE, 1.37, 0.01);
-        // Nor does a bias that is followed already take part of it.
+        // A bias that is already followed takes no part of it either.
         foot.follow(half_a_turn, DT);
         assert_near(foot.bias().x / DEGREE, 1.37, 0.01);
     }

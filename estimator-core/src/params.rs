@@ -46,20 +46,28 @@ pub enum WindowLength {
 /// Thresholds and delays of the decision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecisionParams {
-    /// The probability above which contact counts as stable.
+    /// Probability above which contact counts as stable. Default: 0.5, as `SERoW`.
     pub threshold: f32,
     /// Time for which the probability must exceed the threshold before the decision is "stable", s.
+    ///
+    /// A longer delay rejects quiet moments of a swing, and reports a stance later. Default: 20 ms, as Pronto.
     pub on_delay: f32,
-    /// Time for which it must be at or below the threshold before the decision is "not stable", s.
+    /// Time for which the probability must be at or below the threshold before the decision is "not stable", s.
+    ///
+    /// A longer delay bridges vibration in a stance, and reports a slip or a lift-off later. Default: 0, as Pronto.
     pub off_delay: f32,
 }
 
 /// Thresholds of a Schmitt trigger on the load signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadParams {
-    /// The foot counts as loaded from this load on, in the unit of the load signal (N).
+    /// Load from which the foot counts as loaded, in the unit of the load signal.
+    ///
+    /// Default: 12 N, 10 % of the weight of a GO1 of 12 kg.
     pub on_threshold: f32,
-    /// The foot counts as unloaded below this load, in the unit of the load signal (N).
+    /// Load below which the foot counts as unloaded, in the unit of the load signal; at most the on threshold.
+    ///
+    /// Default: 6 N, 5 % of that weight.
     pub off_threshold: f32,
 }
 
@@ -67,11 +75,13 @@ pub struct LoadParams {
 /// [`Parameter`](crate::parameter::Parameter).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
-    /// The rate at which samples arrive, Hz.
+    /// Rate at which samples arrive, Hz. Default: 1 kHz, the tick of the firmware.
     pub sample_rate: f32,
-    /// Whether samples contain gravity.
+    /// Whether samples contain gravity. Default: included.
     pub gravity: Gravity,
     /// Source of the limits of stillness.
+    ///
+    /// Default: self-calibrating, since half-widths belong to a robot: those of two robots differ by a factor of twenty.
     pub method: Method,
     /// With [`Method::SelfCalibrating`]: whether the foot continues to learn.
     pub learning: Learning,
@@ -80,12 +90,19 @@ pub struct Params {
     /// With [`Method::SelfCalibrating`]: its constants, the same for all feet.
     pub constants: Constants,
     /// With [`Method::HalfWidths`]: the window, at least one sample, at most the estimator's capacity.
+    ///
+    /// A longer window gives a smoother and later probability. Default: 50 ms, the paper's 50 samples at the rate of its
+    /// simulation.
     pub window: WindowLength,
-    /// With [`Method::HalfWidths`]: kernel standard deviation h per axis, m/s² and rad/s, the
-    /// sensor's noise at its filter setting.
+    /// With [`Method::HalfWidths`]: standard deviation h of the kernel per axis, m/s² and rad/s: the sensor's noise at its
+    /// filter setting.
+    ///
+    /// Default: 0.0196 m/s² and 0.00122 rad/s, of an LSM6DSOX behind low-pass filters of 333 and 335 Hz: 2.0 mg at ±16 g and
+    /// 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz.
     pub bandwidth: PerAxis<f32>,
-    /// With [`Method::HalfWidths`]: half-width δ per axis, m/s² and rad/s; motion within ±δ counts
-    /// as rest. It belongs to a robot and its controller.
+    /// With [`Method::HalfWidths`]: half-width δ per axis, m/s² and rad/s. Motion within ±δ counts as stillness.
+    ///
+    /// It belongs to a robot and its controller. Default: 0.4 m/s² and 0.04 rad/s, the paper's values for ATLAS.
     pub half_width: PerAxis<f32>,
     /// The attitude filter.
     pub attitude: AttitudeParams,
@@ -104,19 +121,7 @@ impl Default for Params {
 }
 
 impl Params {
-    /// For an LSM6DSOX at 1 kHz on a robot's foot.
-    ///
-    /// | field | value | reason |
-    /// |---|---|---|
-    /// | `sample_rate` | 1 kHz | the firmware's tick |
-    /// | `method` | self-calibrating | half-widths belong to a robot, and differ by a factor of twenty between two of them |
-    /// | `constants` | | see [`Constants::DEFAULT`] |
-    /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation |
-    /// | `bandwidth` | 0.0196 m/s², 0.00122 rad/s | LSM6DSOX behind 333 and 335 Hz low-pass filters: 2.0 mg at ±16 g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz |
-    /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS |
-    /// | `decision` | 0.5, 20 ms on, 0 ms off | as in SERoW (P > 0.5) and Pronto (delays) |
-    /// | `velocity` | | see [`VelocityParams::DEFAULT`] |
-    /// | `load` | 12 N on, 6 N off | 10 % and 5 % of a GO1's weight of 12 kg |
+    /// For an LSM6DSOX at 1 kHz on a robot's foot; each field states its default and the reason.
     pub const DEFAULT: Self = Self {
         sample_rate: 1000.0,
         gravity: Gravity::Included,
@@ -173,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_papers_go1_has_half_widths_in_si_units() {
+    fn papers_go1_has_half_widths_in_si_units() {
         // 0.9, 0.5 and 0.3 g; 56, 50 and 100 °/s.
         let expected = [8.825_985, 4.903_325, 2.941_995, 0.977_384, 0.872_665, 1.745_329];
         let half_width = Params::PAPER_GO1.half_width;
@@ -188,20 +193,6 @@ mod tests {
         for (found, expected) in found.into_iter().zip(expected) {
             let difference: f32 = found - expected;
             assert!(difference.abs() < 1.0e-5, "{found} for {expected}");
-        }
-    }
-
-    #[test]
-    fn paper_presets_differ_from_the_default_as_the_paper_does() {
-        let (atlas, go1) = (Params::PAPER, Params::PAPER_GO1);
-        assert_eq!([atlas.sample_rate, go1.sample_rate], [1000.0, 250.0]);
-        assert_eq!([atlas.gravity, go1.gravity], [Gravity::Removed, Gravity::Included]);
-        assert_eq!(atlas.bandwidth, PerAxis::by_sensor(0.024_67, 0.016_53));
-        assert_eq!(atlas.half_width, PerAxis::by_sensor(0.4, 0.04));
-        for (preset, on, off) in [(atlas, 160.0, 80.0), (go1, 150.0, 90.0)] {
-            assert_eq!(preset.method, Method::HalfWidths);
-            assert_eq!(preset.window, WindowLength::Samples(50));
-            assert_eq!((preset.load.on_threshold, preset.load.off_threshold), (on, off));
         }
     }
 

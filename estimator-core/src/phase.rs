@@ -1,4 +1,12 @@
-//! From probability to decision, and with a load signal to the paper's four cases.
+//! Decision from the probability, and the phase of the gait if the load is known.
+//!
+//! The decision is debounced: the probability must exceed the threshold for an on-delay, and stay at or below it for an
+//! off-delay. With the load, from a Schmitt trigger, the decision gives the paper's four cases:
+//!
+//! | | stable | not stable |
+//! |---|---|---|
+//! | loaded | stance | slip |
+//! | not loaded | quiet swing | swing |
 
 use crate::flag::{Flag, Flags};
 use crate::sample::Timestamp;
@@ -12,7 +20,7 @@ use crate::sample::Timestamp;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Load(pub f32);
 
-/// Debounced answer to "may the robot lean on this foot?".
+/// Debounced decision whether the robot may lean on this foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Decision {
@@ -23,11 +31,11 @@ pub enum Decision {
     Stable,
 }
 
-/// The paper's four cases (section IV-B), and a value for the case that they cannot be distinguished.
+/// Phase of the gait: the paper's four cases (section IV-B), or unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase {
-    /// There is no load signal, or the estimate rests on doubtful data.
+    /// There is no load signal, or doubt leaves open whether the foot moves.
     #[default]
     Unknown,
     /// Loaded and at rest: stable contact.
@@ -81,7 +89,7 @@ pub(crate) struct PhaseCoefficients {
 pub(crate) struct PhaseTracker {
     coefficients: PhaseCoefficients,
     decision: Decision,
-    /// Time since which the probability has contradicted the decision.
+    /// Time of the first sample whose probability contradicts the decision; `None` while they agree.
     contradicted_since: Option<Timestamp>,
     loading: Loading,
     deliberation: Deliberation,
@@ -96,11 +104,11 @@ const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::Unproven,
 ];
 
-/// Whether the decision is meaningful yet.
+/// Whether the decision says anything yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Deliberation {
-    /// Since the motion became known, the on-delay has neither passed nor been cut short: a
-    /// standing foot must not be taken for a slipping one meanwhile.
+    /// The on-delay is still running since the motion became known. The decision is "not stable" meanwhile, and a standing foot
+    /// must not be reported as slipping.
     #[default]
     Undecided,
     Decided,
@@ -218,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dip_below_the_threshold_restarts_the_on_delay() {
+    fn dip_below_the_threshold_restarts_the_on_delay() {
         let mut probabilities = [0.9; 60];
         probabilities[15] = 0.4;
         let first = decisions(probabilities).iter().position(|d| *d == Decision::Stable);
@@ -226,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_decision_falls_after_the_off_delay() {
+    fn decision_falls_after_the_off_delay() {
         let probabilities = [0.9; 30].into_iter().chain([0.1; 10]);
         let decisions = decisions(probabilities);
         assert_eq!(decisions[32], Decision::Stable);
@@ -238,10 +246,10 @@ mod tests {
         let doubts = |flag: &Flag| Flags::NONE.with(*flag).are_doubt();
         for flag in Flag::ALL.into_iter().filter(doubts) {
             let mut tracker = tracker();
-            for ms in 0..30 {
-                tracker.update(Timestamp::from_micros(ms * 1000), 0.9, Flags::NONE, None);
-            }
-            assert_eq!(tracker.decision, Decision::Stable);
+            let before = (0..30).map(|ms| {
+                tracker.update(Timestamp::from_micros(ms * 1000), 0.9, Flags::NONE, None).0
+            });
+            assert_eq!(before.last(), Some(Decision::Stable));
             let now = Timestamp::from_micros(30_000);
             let (decision, _) = tracker.update(now, 0.9, Flags::NONE.with(flag), None);
             assert_eq!(decision, Decision::NotStable, "{flag:?}");

@@ -3,28 +3,31 @@
 use crate::axis::PerAxis;
 use crate::math::Order;
 
-/// Probability that the foot is in stable contact, in total and by direction. Every value is
-/// a number in [0, 1].
+/// Probability that the foot is in stable contact, in total and by direction. Every value is a number in [0, 1].
+///
+/// The two methods judge directions differently:
+///
+/// | value | with half-widths | self-calibrating |
+/// |---|---|---|
+/// | axis | true value within ±half-width: the paper's P(\|m\| < δ) | acceleration along the axis alone is still; turns are not judged |
+/// | tangential | P(ax)·P(ay)·P(ωz): the paper's conditions on `v_x`, `v_y` and `ω_z` | acceleration across up is still, and the foot does not slide |
+/// | vertical | P(az)·P(ωx)·P(ωy): the paper's conditions on `v_z`, `ω_x` and `ω_y` | acceleration along up is still |
+/// | stable | product of all six axes | whole acceleration is still, and the foot does not slide |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Probabilities {
-    /// Probability per axis that the foot does not move along or about it: with half-widths that its
-    /// true value lies within ±half-width (the paper's P(|m| < δ)), otherwise the result of the classes for
-    /// the motion along or about this axis alone.
+    /// No motion along or about each axis.
     pub axes: PerAxis<f32>,
-    /// No motion along the ground, the paper's conditions on `v_x`, `v_y` and `ω_z`: with half-widths
-    /// P(ax)·P(ay)·P(ωz), otherwise the result of the classes for the motion across up and the turn about it.
+    /// No motion along the ground.
     pub tangential: f32,
-    /// No lifting and no tilting, the paper's conditions on `v_z`, `ω_x` and `ω_y`: with half-widths
-    /// P(az)·P(ωx)·P(ωy), otherwise the result of the classes for the motion along up and the turn across it.
+    /// No lifting and no tilting.
     pub vertical: f32,
-    /// Stable contact: with half-widths the product of all six axes, otherwise the result of the classes for
-    /// the whole motion; never above any of the others.
+    /// Stable contact; never above any of the others.
     pub stable: f32,
 }
 
 impl Probabilities {
-    /// Limits each probability to that in `others`.
+    /// Limits each probability to the same one in `others`.
     pub(crate) fn limit(&mut self, others: &Self) {
         let mut all = self.to_array();
         for (p, most) in all.iter_mut().zip(others.to_array()) {
@@ -51,27 +54,10 @@ impl Probabilities {
         Self { axes: PerAxis::from_array([ax, ay, az, wx, wy, wz]), tangential, vertical, stable }
     }
 
+    /// Probabilities of directions and in total, as products of those of independent axes.
     pub(crate) fn from_axes(axes: PerAxis<f32>) -> Self {
         let tangential = axes.ax * axes.ay * axes.wz;
         let vertical = axes.az * axes.wx * axes.wy;
         Self { axes, tangential, vertical, stable: tangential * vertical }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn directions_and_total_are_products_of_their_axes() {
-        let axes = PerAxis::from_array([0.9, 0.8, 0.7, 0.6, 0.5, 0.4]);
-        let p = Probabilities::from_axes(axes);
-        for (found, expected) in [
-            (p.tangential, 0.9 * 0.8 * 0.4),
-            (p.vertical, 0.7 * 0.6 * 0.5),
-            (p.stable, 0.9 * 0.8 * 0.7 * 0.6 * 0.5 * 0.4),
-        ] {
-            assert!((found - expected).abs() < 1.0e-6, "{found} for {expected}");
-        }
     }
 }

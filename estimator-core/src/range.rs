@@ -1,4 +1,4 @@
-//! Row of the parameter table, range check of a number, and the error type.
+//! Rows of the parameter table, range checks, and the error of a rejected parameter.
 
 use core::fmt;
 
@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_message_names_field_value_and_range() {
+    fn message_names_field_value_and_range() {
         let error = in_range("half_width.ax", -0.5, 1.0e-6, 1.0e4).unwrap_err();
         assert_eq!(std::format!("{error}"), "half_width.ax is -0.5, allowed is 0.000001 to 10000");
     }

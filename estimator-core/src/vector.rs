@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn the_attitude_from_an_up_vector_turns_that_vector_to_world_z() {
+    fn attitude_from_an_up_vector_turns_it_to_world_z() {
         let directions = [
             Vec3::new(0.0, 0.0, 9.81),
             Vec3::new(0.0, 0.0, -9.81),
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rotation_and_its_conjugate_cancel() {
+    fn rotation_and_its_conjugate_cancel() {
         let attitude = Quaternion::from_up(Vec3::new(1.0, 2.0, -0.5)).expect("a usable length");
         let vector = Vec3::new(0.3, -7.0, 2.0);
         assert_close(attitude.conjugate().rotate(attitude.rotate(vector)), vector, 1e-5);

@@ -16,11 +16,17 @@ use crate::vector::Vec3;
 /// Parameters of the standard deviation of the zero-velocity measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityParams {
-    /// Standard deviation at P = ½ of a foot that does not turn, m/s.
+    /// Standard deviation s at P = ½ of a foot that does not turn, m/s.
+    ///
+    /// Default: 0.05 m/s, chosen on walks of a shoe: see `docs/evaluation.md`.
     pub speed: f32,
-    /// Distance between the IMU and the point about which a standing foot turns, m.
+    /// Distance r between the IMU and the point about which a standing foot turns, m.
+    ///
+    /// Default: 0.15 m, from the heel to the ball of a foot that rolls. For a robot's point foot it is the foot's radius.
     pub lever: f32,
-    /// Least standard deviation, m/s: that of a foot that certainly stands.
+    /// Least standard deviation σ₀, m/s, of a foot that certainly stands.
+    ///
+    /// Default: 0.003 m/s, for the creep of a sole and the error of an IMU at rest.
     pub floor: f32,
 }
 
@@ -31,13 +37,7 @@ impl Default for VelocityParams {
 }
 
 impl VelocityParams {
-    /// For any foot of a person or of a legged robot of similar size.
-    ///
-    /// | field | value | reason |
-    /// |---|---|---|
-    /// | `speed` | 0.05 m/s | chosen on walks of a shoe: see `docs/evaluation.md` |
-    /// | `lever` | 0.15 m | from the heel to the ball of a foot that rolls; a robot's point foot has its radius |
-    /// | `floor` | 0.003 m/s | creep of a sole, and the error of an IMU at rest |
+    /// For any foot of a person or of a legged robot of similar size; each field states its default and the reason.
     pub const DEFAULT: Self = Self { speed: 0.05, lever: 0.15, floor: 0.003 };
 }
 
