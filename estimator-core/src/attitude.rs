@@ -364,8 +364,7 @@ impl AttitudeFilter {
         self.gravity.value()
     }
 
-    /// The angular rate at rest, rad/s, that is too large to be learnt as a bias; `None` if there is
-    /// no such rate.
+    /// Angular rate at rest that has not been accepted as a bias for five seconds, rad/s; `None` if there is no such rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.bias.excess(self.rest.mean_rate()).map(AngularRate)

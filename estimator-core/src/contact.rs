@@ -90,42 +90,6 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
     }
 
-    /// The zero-velocity measurement of the newest sample, as in [`ContactEstimate::velocity_sigma`];
-    /// [`VelocitySigma::MOST`] before the first sample.
-    #[must_use]
-    pub const fn velocity_sigma(&self) -> VelocitySigma {
-        self.velocity_sigma
-    }
-
-    /// The angular rate at rest, rad/s, that is too large to be learnt as a bias of the gyroscope;
-    /// `None` if there is no such rate.
-    #[must_use]
-    pub fn excess_bias(&self) -> Option<AngularRate> {
-        self.attitude.excess_bias()
-    }
-
-    /// Length of the mean specific force while the foot is at rest, m/s²; `None` while it is not. Far from
-    /// gravity's length, the scale of the accelerometer is not the assumed one.
-    #[must_use]
-    pub fn force_at_rest(&self) -> Option<f32> {
-        self.attitude.force_at_rest()
-    }
-
-    /// The gyroscope's bias, frame of the foot, rad/s, as in [`ContactEstimate::gyro_bias`]; `None`
-    /// until the foot has been at rest, and with [`Gravity::Removed`].
-    #[must_use]
-    pub fn gyro_bias(&self) -> Option<AngularRate> {
-        self.attitude.known_bias()
-    }
-
-    /// State learnt so far: to be stored, and passed to [`Params::learnt`] for a warm start.
-    ///
-    /// [`Params::learnt`]: crate::Params::learnt
-    #[must_use]
-    pub fn learnt(&self) -> Learnt {
-        self.model.learnt()
-    }
-
     /// Processes the next sample, and the load on the foot at that time if it is known.
     ///
     /// Causal, O(1), and total: any bits are accepted, and the result is never NaN.
@@ -144,10 +108,11 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             Validity::Invalid => Flags::NONE.with(Flag::InvalidSample),
         };
         let missing = self.missing_samples(elapsed);
+        let mut upper_limits = None;
         if missing > 0 {
             flags = flags.with(Flag::TimeGap);
+            upper_limits = self.model.account_for(missing);
         }
-        let upper_limits = if missing > 0 { self.model.account_for(missing) } else { None };
 
         let measured = self.measured_motion(&ImuSample { validity, ..*sample });
         let motion = match (measured, validity) {
@@ -158,6 +123,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             }
             _ => Motion::Unreliable,
         };
+
         let (gravity, attitude) = (self.gravity, &self.attitude);
         let mut probabilities = self.model.push(motion, || match gravity {
             Gravity::Included => Up {
@@ -169,6 +135,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         if let Some(limits) = &upper_limits {
             probabilities.limit(limits);
         }
+
         if !self.model.is_settled() {
             flags = flags.with(Flag::Settling);
         }
@@ -178,6 +145,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         if !self.model.is_full() {
             flags = flags.with(Flag::WindowNotFull);
         }
+
         let (decision, phase) =
             self.phase.update(sample.timestamp, probabilities.stable, flags, load);
         let (linear_acceleration, angular_rate) = measured.unwrap_or_default();
@@ -194,6 +162,45 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             gyro_bias: self.attitude.gyro_bias(),
             velocity_sigma: self.velocity_sigma,
         }
+    }
+
+    /// Zero-velocity measurement of the newest sample, as in [`ContactEstimate::velocity_sigma`]; [`VelocitySigma::MOST`] before
+    /// the first sample.
+    #[must_use]
+    pub const fn velocity_sigma(&self) -> VelocitySigma {
+        self.velocity_sigma
+    }
+
+    /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, rad/s, frame of the foot; `None`
+    /// if there is no such rate, and with [`Gravity::Removed`].
+    ///
+    /// Either the gyroscope is beyond its data sheet, or the ground turns. See [`gyro_bias`](crate::gyro_bias).
+    #[must_use]
+    pub fn excess_bias(&self) -> Option<AngularRate> {
+        self.attitude.excess_bias()
+    }
+
+    /// Length of the mean specific force while the foot is at rest, m/s²; `None` while it is not.
+    ///
+    /// A value far from 9.8 m/s² shows that the full scale of the accelerometer is not the assumed one.
+    #[must_use]
+    pub fn force_at_rest(&self) -> Option<f32> {
+        self.attitude.force_at_rest()
+    }
+
+    /// Bias of the gyroscope, rad/s, frame of the foot, as in [`ContactEstimate::gyro_bias`]; `None` until the foot has been at
+    /// rest, and with [`Gravity::Removed`].
+    #[must_use]
+    pub fn gyro_bias(&self) -> Option<AngularRate> {
+        self.attitude.known_bias()
+    }
+
+    /// State learnt so far. Store it, and pass it to [`Params::learnt`] for a warm start.
+    ///
+    /// [`Params::learnt`]: crate::Params::learnt
+    #[must_use]
+    pub fn learnt(&self) -> Learnt {
+        self.model.learnt()
     }
 
     /// Time since the previous sample; one period for the first sample.
