@@ -168,6 +168,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub async fn sample(&mut self) -> Result<RawSample, Error<BUS::Error>> {
+        // Checked before the transfer, too: without a scale nothing is read.
         self.scale()?;
         let mut frame = BURST;
         self.transfer(&mut frame).await?;

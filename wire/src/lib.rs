@@ -18,7 +18,7 @@
 //!
 //! | word | of what | meaning | where it is sent |
 //! |---|---|---|---|
-//! | [`Validity`](estimator_core::Validity) | one sample | whether its numbers can be used: valid, saturated, stale or invalid | [`uart::RawSample`] |
+//! | [`Validity`](estimator_core::Validity) | one sample | whether its numbers can be used: valid, saturated, stale or invalid | [`uart::RawMessage`] |
 //! | [`Flag`](estimator_core::Flag) | one estimate | a reason to doubt it, from its samples: a gap, saturation, up not yet known, … | TPDO7, [`uart::ContactMessage`] |
 //! | [`Fault`] | the board | something is wrong, from when it is raised until it is cleared; those of the sensor void the estimate | emergency messages, object 0x2111 |
 //! | [`Status`](pdo::Status) | one frame | a byte beside the probability: phase, decision, and what flags and faults mean for both | TPDO1 |

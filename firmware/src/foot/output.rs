@@ -133,9 +133,9 @@ const fn lane_of(frame: &CanFrame) -> Lane {
 }
 
 /// Message with the codes of a sample; `range` is [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
-fn raw_message(measurement: &Measurement, range: f32) -> Option<uart::RawSample> {
+fn raw_message(measurement: &Measurement, range: f32) -> Option<uart::RawMessage> {
     let raw = measurement.raw?;
-    Some(uart::RawSample {
+    Some(uart::RawMessage {
         timestamp: measurement.sample.timestamp,
         validity: measurement.sample.validity,
         temperature: Quantity::new(raw.temperature.to_celsius(), TEMPERATURE_STEP),

@@ -8,7 +8,7 @@ use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::time::to_us;
 use virtual_board::product::parity;
 use wire::dictionary::index;
-use wire::uart::{Message, RawSample};
+use wire::uart::{Message, RawMessage};
 use wire::{Emergency, Fault};
 
 /// Emergency messages about a fault.
@@ -103,7 +103,7 @@ fn other_part_is_a_setting_and_measures_twice_the_range() {
     rig.inject(Injection::Reset);
     rig.run(3_000);
     assert_eq!(rig.emergencies(), Vec::<u16>::new());
-    let force = |raw: &RawSample| {
+    let force = |raw: &RawMessage| {
         let codes = raw.acceleration.map(f32::from);
         codes.map(|code| code * raw.acceleration_scale)
     };

@@ -7,8 +7,7 @@ use heapless::Deque;
 
 use super::event::{Calibration, CalibrationState, Crash, Event, Program};
 use crate::abort::AbortCode;
-use crate::board::Stage;
-use crate::board::{Counter, Counters};
+use crate::board::{Counter, Counters, Stage};
 use crate::dictionary::{
     self, Access, Address, ERROR_HISTORY, Place, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE,
     SIGNATURE_STORE, index,

@@ -28,8 +28,7 @@ use heapless::Deque;
 use device::{Device, Snapshot};
 
 use crate::abort::AbortCode;
-use crate::board::Counters;
-use crate::board::Stage;
+use crate::board::{Counters, Stage};
 use crate::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
 use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::{NodeId, cob_id};
@@ -47,9 +46,12 @@ pub use canopen_rs::{NmtCommand as Command, NmtState as State};
 /// Requester of a pending store or restore.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Waiting {
+    /// None is pending.
     #[default]
     None,
+    /// The SDO client.
     Sdo,
+    /// The LSS master.
     Lss,
 }
 
@@ -64,11 +66,14 @@ pub struct Node {
     /// Node id assigned by LSS since power-up, kept over a reset of the communication: `Some(None)` for none.
     given: Option<Option<NodeId>>,
     ticks: u32,
+    /// Ticks since the last heartbeat.
     heartbeat_age: u16,
+    /// SYNCs received.
     syncs: u32,
     /// One bit per PDO, set if a SYNC has requested it.
     requested: u8,
     last_sync: ClockReading,
+    /// Sequence number of the next contact.
     sequence: u8,
     /// Faults whose emergency message was sent since the last boot.
     reported: Faults,
@@ -577,6 +582,7 @@ impl Node {
         Outcome { reply, event: load.map(Event::Load) }
     }
 
+    /// Keeps a fault in the set of active faults, in the history, and with its detail.
     fn note(&mut self, fault: Fault, detail: u32) {
         self.device.faults = self.device.faults.with(fault);
         let history = &mut self.device.history;
@@ -590,6 +596,7 @@ impl Node {
         }
     }
 
+    /// Creates the emergency message of an active fault, in states in which it is sent.
     fn report(&mut self, fault: Fault) -> Option<CanFrame> {
         let id = self.id_for_emergencies()?;
         self.reported = self.reported.with(fault);
@@ -616,6 +623,7 @@ impl Node {
     }
 }
 
+/// Outcome without a reply.
 fn event(event: Option<Event>) -> Outcome {
     Outcome { reply: None, event }
 }
@@ -625,6 +633,7 @@ fn id_setting(id: Option<NodeId>) -> Value {
     Value::U8(id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
 }
 
+/// LSS slave of a foot with this id and serial number.
 fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
     let address = LssAddress {
         vendor_id: VENDOR_ID,

@@ -13,8 +13,7 @@
 
 use estimator_core::Timestamp;
 
-use crate::board::Stage;
-use crate::board::{COUNTERS, Counters};
+use crate::board::{COUNTERS, Counters, Stage};
 use crate::bytes::{Reader, Writer};
 use crate::fault::Faults;
 use crate::foot::NodeId;

@@ -28,7 +28,7 @@ pub use framing::{
 };
 pub use health::HealthMessage;
 pub use log::{LogMessage, MAX_LOG};
-pub use raw::RawSample;
+pub use raw::RawMessage;
 
 use crate::bytes::{Reader, Writer};
 
@@ -37,7 +37,7 @@ use crate::bytes::{Reader, Writer};
 pub enum Kind {
     /// [`ContactMessage`].
     Contact,
-    /// [`RawSample`].
+    /// [`RawMessage`].
     Raw,
     /// [`HealthMessage`].
     Health,
@@ -94,7 +94,7 @@ pub enum Message {
     /// Contact.
     Contact(ContactMessage),
     /// Sample of the sensor.
-    Raw(RawSample),
+    Raw(RawMessage),
     /// State of the board.
     Health(HealthMessage),
     /// Request for an object's value.
@@ -132,7 +132,7 @@ impl Message {
         let reader = Reader::new(payload);
         Some(match kind {
             Kind::Contact => Self::Contact(ContactMessage::read(reader)?),
-            Kind::Raw => Self::Raw(RawSample::read(reader)?),
+            Kind::Raw => Self::Raw(RawMessage::read(reader)?),
             Kind::Health => Self::Health(HealthMessage::read(reader)?),
             Kind::ConfigGet => Self::ConfigGet(ConfigGet::read(reader)?),
             Kind::ConfigSet => Self::ConfigSet(ConfigSet::read(reader)?),

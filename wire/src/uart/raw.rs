@@ -17,9 +17,9 @@ use estimator_core::{
 use crate::bytes::{Reader, Writer};
 use crate::pdo::Quantity;
 
-/// Sample as read from the sensor.
+/// The sensor's measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RawSample {
+pub struct RawMessage {
     /// Acquisition time.
     pub timestamp: Timestamp,
     /// Validity reported by the driver.
@@ -57,7 +57,7 @@ const fn validity_code(validity: Validity) -> u8 {
     }
 }
 
-impl RawSample {
+impl RawMessage {
     /// Converts the sample to SI units, for the estimator.
     #[must_use]
     pub fn to_si(&self) -> ImuSample {
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn golden_bytes() {
-        let sample = RawSample {
+        let sample = RawMessage {
             timestamp: Timestamp::from_micros(1),
             validity: Validity::Stale,
             temperature: Quantity(2550),

@@ -10,7 +10,7 @@ use wire::pdo::{
     Acceleration, Attitude, Axes, Bias, Contact, Health, Load, P8, P16, Rate, Status,
     TEMPERATURE_STEP, TIME_STEP_US,
 };
-use wire::uart::{Answer, ContactMessage, Frame, HealthMessage, Message, Problem, RawSample};
+use wire::uart::{Answer, ContactMessage, Frame, HealthMessage, Message, Problem, RawMessage};
 use wire::{Address, Emergency, Fault, NodeId, Pdo};
 
 /// `enum footfall_result`.
@@ -299,7 +299,7 @@ fn contact(line: &mut Line, message: &ContactMessage) {
     line.flags(message.flags);
 }
 
-fn raw(line: &mut Line, sample: &RawSample) {
+fn raw(line: &mut Line, sample: &RawMessage) {
     line.value("timestamp_us", sample.timestamp.as_micros());
     let (code, text) = match sample.validity {
         Validity::Valid => (0, "valid"),

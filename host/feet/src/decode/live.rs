@@ -10,7 +10,7 @@ use estimator_core::Timestamp;
 use wire::foot::cob_id;
 use wire::node::State;
 use wire::pdo::{Health, Load};
-use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, RawSample};
+use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, RawMessage};
 use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
 
 use crate::decode::can::{CanDecoder, Reception};
@@ -52,7 +52,7 @@ pub enum Said {
     /// Contact, with all values sent for the same sample.
     Contact(Box<ContactRow>),
     /// Raw sample of the sensor; serial line only.
-    Raw(RawSample),
+    Raw(RawMessage),
     /// State of the board; serial line only.
     Board(Box<HealthMessage>),
     /// Flags, errors and drops; CAN only.

@@ -27,7 +27,7 @@ use feet::decode::live::{Heard, Said};
 use feet::session::SEVERAL_BOARDS;
 use feet::{LiveFoot, Session, Update};
 use recordings::samples::phase_code;
-use wire::uart::RawSample;
+use wire::uart::RawMessage;
 use wire::{Counter, Fault, Faults};
 
 use crate::ros::compat::{AllFeet, Compat};
@@ -330,7 +330,7 @@ impl FootMessages {
         zero_velocity(&contact.header, sigma)
     }
 
-    fn raw(&self, raw: &RawSample, stamp: Timestamp) -> Option<Imu> {
+    fn raw(&self, raw: &RawMessage, stamp: Timestamp) -> Option<Imu> {
         let scaled =
             |codes: [i16; 3], scale: f32| codes.map(|code| f64::from(code) * f64::from(scale));
         // An invalid sample was not read from the sensor.
