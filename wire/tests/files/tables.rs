@@ -7,7 +7,6 @@ use std::path::Path;
 
 use wire::dictionary::{Entry, OBJECTS, Object, Role, Shape, index};
 use wire::pdo::SignalKind;
-use wire::settings::longest_frame;
 use wire::{DataType, Foot, Pdo, Value};
 
 /// Text with every table between `<!-- table NAME -->` and `<!-- end -->` generated again.
@@ -29,7 +28,6 @@ fn table(name: &str) -> String {
         "pdos" => pdos(),
         name if name.starts_with("pdo ") => fields(&name["pdo ".len()..]),
         "feet" => feet(),
-        "latency" => latency(),
         path => documented(path),
     }
 }
@@ -197,56 +195,5 @@ fn feet() -> String {
             Pdo::Contact.cob_id(id)
         );
     }
-    table
-}
-
-/// Age of the motion that a contact reports, by its parts.
-fn latency() -> String {
-    const BITS_PER_MS: f64 = 1.0e3;
-    let longest = |bytes| f64::from(longest_frame(bytes)) / BITS_PER_MS;
-    // 44 bits around eight bytes of data, and 3 until the next frame.
-    let unstuffed = f64::from(8 * 8 + 44 + 3) / BITS_PER_MS;
-    let digits = |name: &str| {
-        if name.starts_with("filters") || name.starts_with("until the next") { 2 } else { 3 }
-    };
-    // The filters' delay is tested in `lsm6dsox`, the budget of the board in `virtual-board`.
-    let parts = [
-        (
-            "filters of the sensor, of second order, far below their cut-offs of 333 and 335 Hz",
-            0.67,
-            0.67,
-        ),
-        (
-            "until the next sample: one each ms, at an edge at most 0.15 ms after the tick",
-            0.5,
-            1.15,
-        ),
-        (
-            "reading, estimating, encoding: edge to CAN mailbox, [estimated](../host/virtual-board/README.md#what-a-tick-costs)",
-            0.12,
-            0.12,
-        ),
-        (
-            "until the bus is free: nothing, or a frame under way, a SYNC and three contacts",
-            0.0,
-            4.0 * longest(8) + longest(1),
-        ),
-        ("the frame: no stuffing, or as much as there can be", unstuffed, longest(8)),
-    ];
-    let mut table = String::from("| part | typical, ms | longest, ms |\n|---|---|---|\n");
-    for (name, typical, longest) in parts {
-        let digits = digits(name);
-        let _ = writeln!(table, "| {name} | {typical:.digits$} | {longest:.digits$} |");
-    }
-    let total = |parts: &[(&str, f64, f64)]| {
-        parts.iter().fold((0.0, 0.0), |sum, part| (sum.0 + part.1, sum.1 + part.2))
-    };
-    let (age, sum) = (total(&parts[2..]), total(&parts));
-    let _ = writeln!(
-        table,
-        "| **age of the sample**: the last three | **{:.2}** | **{:.2}** |",
-        age.0, age.1
-    );
-    let _ = writeln!(table, "| **sum** | **{:.2}** | **{:.2}** |", sum.0, sum.1);
     table
 }

@@ -3,8 +3,9 @@
 use wire::dictionary::index;
 use wire::{Address, Foot, Pdo, Value};
 
-use crate::emulator::board::Board;
+use crate::emulator::board::{Board, Injection};
 use crate::emulator::part::can::BusFrame;
+use crate::emulator::part::usart::LineFault;
 use crate::product::scenario::{BEFORE_MS, ScenarioStep};
 use crate::product::streams;
 
@@ -17,11 +18,14 @@ pub enum Traffic {
     /// As on a robot with four feet and a master that requests settings: all streams over the serial line; on CAN
     /// three more feet that send as much as this one, and a SYNC each 10 ms; requests over both lines each 100 ms.
     Full,
+    /// The same, and disturbances of the serial line, which the board reports as faults.
+    FullWithFaults,
 }
 
-/// Period of SYNCs, and of requests, ms.
+/// Period of SYNCs, of requests, and of disturbances, ms: a fault of the serial line lasts for a second after its event.
 const SYNC_MS: u64 = 10;
 const QUESTIONS_MS: u64 = 100;
+const DISTURBANCE_MS: u64 = 1_103;
 
 impl Traffic {
     /// Sends the traffic of this millisecond.
@@ -48,6 +52,13 @@ impl Traffic {
         if ms > BEFORE_MS && ms.is_multiple_of(QUESTIONS_MS) {
             ScenarioStep::Request(Address::new(index::COUNTERS, 1)).act(board);
             board.push_can(BusFrame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+        }
+        if self == Self::FullWithFaults && ms > BEFORE_MS {
+            match ms % DISTURBANCE_MS {
+                0 => board.inject(Injection::Line(LineFault::Break)),
+                1 => board.inject(Injection::Line(LineFault::None)),
+                _ => {}
+            }
         }
     }
 }

@@ -1,13 +1,9 @@
 //! Digests of the programs that results come from.
 
-use host_tests::committed::assert_block;
 use virtual_board::emulator::wiring::Wiring;
 use xtask::results::{Measurement, digest};
 
 use super::{build_bootloader, is_built_here, product, products};
-
-/// Page with the generated blocks but those of faults.
-pub const README: &str = "host/virtual-board/README.md";
 
 /// Digest of the program that is built now under this name.
 ///
@@ -39,16 +35,4 @@ pub fn assert_reproduced_on<T: AsRef<str>>(programs: &[T], mut result: Measureme
         result = result.on_elf(name.as_ref(), digest_of(name.as_ref()));
     }
     result.assert_reproduced();
-}
-
-/// Checks a block that a test outside of the default run generates on these programs. Its last line names their digests.
-pub fn assert_block_of(programs: &[&str], block: &str, content: &str) {
-    if !is_built_here() {
-        return;
-    }
-    let named = programs.iter().map(|name| format!("`{name}` {}", digest_of(name)));
-    let named: Vec<String> = named.collect();
-    // A line behind a table needs a blank one before it, or it would be a row.
-    let content = format!("{content}\nRun on {}.\n", named.join(", "));
-    assert_block(README, block, &content);
 }

@@ -2,6 +2,8 @@
 //! renders one block.
 
 use anyhow::{Context, Result, bail};
+use wire::board::EDGE_TO_MAILBOX_US;
+use wire::settings::longest_frame;
 
 use super::{Figures, Stored};
 
@@ -38,9 +40,14 @@ const TEMPLATES: &[Template] = &[
     (BOARD, "updates-others", "updates-others", updates_others),
     (BOARD, "update-corners", "update-corners", update_corners),
     (BOARD, "recordings", "recordings", recordings),
+    (BOARD, "hour", "hour", hour),
+    (BOARD, "latency", "hour", latency),
+    (BOARD, "budgets", "budgets", budgets),
+    (BOARD, "full-load", "full-load", budgets),
     (FAULTS, "faults", "faults", faults),
     (FAULTS, "corners", "corners", corners),
     (FAULTS, "pairs", "pairs", pairs),
+    ("wire/README.md", "latency", "hour", latency_to_the_robot),
     ("docs/wiring.md", "profiles", "bus-profiles", bus_profiles),
     ("docs/your-own-board.md", "processors", "processors", processors),
     ("python/README.md", "throughput", "throughput", throughput),
@@ -383,6 +390,143 @@ fn recordings(result: &Stored) -> Result<String> {
             count(&row, "compared_over_serial_line")?,
             count(&row, "compared_over_can")?,
             count(&row, "different")?,
+        ]);
+    }
+    Ok(table.0)
+}
+
+fn hour(result: &Stored) -> Result<String> {
+    let values = result.values();
+    let mut table = Table::new(&["", ""]);
+    let mut row = |name: &str, keys: &[&str], unit: &str| -> Result<()> {
+        let numbers = keys.iter().map(|key| count(&values, key));
+        let numbers = numbers.collect::<Result<Vec<String>>>()?.join(", ");
+        table.row([name, &format!("{numbers}{unit}")]);
+        Ok(())
+    };
+    row("ticks", &["ticks"], "")?;
+    row("late ticks", &["late_ticks"], "")?;
+    row(
+        "data-ready edge to CAN mailbox: median, 99.9 %, longest",
+        &[
+            "edge_to_mailbox_us_median",
+            "edge_to_mailbox_us_99_9_percent",
+            "edge_to_mailbox_us_longest",
+        ],
+        " µs",
+    )?;
+    row(
+        "instructions in a tick: median, longest",
+        &["instructions_per_tick_median", "instructions_per_tick_longest"],
+        "",
+    )?;
+    row(
+        "estimated cycles in a tick: median, longest",
+        &["cycles_per_tick_median", "cycles_per_tick_longest"],
+        "",
+    )?;
+    row("deepest stack", &["deepest_stack_bytes"], " bytes")?;
+    let of_lines = |key: &str| ["over_serial_line", "over_can"].map(|line| format!("{key}_{line}"));
+    for (name, key) in [
+        ("frames: serial line, CAN", "frames"),
+        ("drops: serial line, CAN", "dropped"),
+        ("estimates compared with the host: serial line, CAN", "compared"),
+    ] {
+        row(name, &of_lines(key).each_ref().map(String::as_str), "")?;
+    }
+    row("of which differ in a bit", &["different"], "")?;
+    let load = fixed(&values, "processor_load_percent", 1)?;
+    table.row(["estimated load of the processor", &format!("{load} %")]);
+    let factor = fixed(&values, "times_real_time_on_a_core", 1)?;
+    table.row(["speed on one core", &format!("{factor} times real time")]);
+    Ok(table.0)
+}
+
+/// The latency of a board and its budget.
+fn latency(result: &Stored) -> Result<String> {
+    let values = result.values();
+    let mut table = Table::new(&["", "µs"]);
+    for (name, key) in [
+        ("median", "edge_to_mailbox_us_median"),
+        ("99.9 %", "edge_to_mailbox_us_99_9_percent"),
+        ("longest", "edge_to_mailbox_us_longest"),
+    ] {
+        table.row([name, &count(&values, key)?]);
+    }
+    table.row(["budget of the longest", &EDGE_TO_MAILBOX_US.to_string()]);
+    Ok(table.0)
+}
+
+/// Age of the motion that a contact reports when its frame has arrived at 1 Mbit/s: typical, and the longest.
+fn latency_to_the_robot(result: &Stored) -> Result<String> {
+    /// Bits per ms.
+    const BIT_RATE: f64 = 1.0e3;
+    /// Bits of a frame of eight bytes without stuffing: 44 around the data, and 3 until the next frame.
+    const UNSTUFFED: f64 = 8.0 * 8.0 + 44.0 + 3.0;
+    let longest = |bytes| f64::from(longest_frame(bytes)) / BIT_RATE;
+    let median = result.values().number("edge_to_mailbox_us_median")? / 1.0e3;
+    let budget = f64::from(EDGE_TO_MAILBOX_US) / 1.0e3;
+    let parts = [
+        (
+            "filters of the sensor, of second order, far below their cut-offs of 333 and 335 Hz",
+            2,
+            [0.67, 0.67],
+        ),
+        (
+            "until the next sample: one each ms, at an edge at most 0.15 ms after the tick",
+            2,
+            [0.50, 1.15],
+        ),
+        (
+            "reading, estimating, encoding: edge to CAN mailbox, [estimated](../host/virtual-board/README.md#latency), and \
+             its budget",
+            3,
+            [median, budget],
+        ),
+        (
+            "until the bus is free: nothing, or a frame under way, a SYNC and three contacts",
+            3,
+            [0.0, 4.0 * longest(8) + longest(1)],
+        ),
+        (
+            "the frame: no stuffing, or as much as there can be",
+            3,
+            [UNSTUFFED / BIT_RATE, longest(8)],
+        ),
+    ];
+    let sum = |parts: &[(&str, usize, [f64; 2])]| {
+        parts
+            .iter()
+            .fold([0.0; 2], |sum, (_, _, [typical, longest])| [sum[0] + typical, sum[1] + longest])
+    };
+    let mut table = Table::new(&["part", "typical, ms", "longest, ms"]);
+    for (name, decimals, [typical, longest]) in &parts {
+        table.row([
+            (*name).to_owned(),
+            format!("{typical:.decimals$}"),
+            format!("{longest:.decimals$}"),
+        ]);
+    }
+    // Filters and the wait for a sample are over when it is taken.
+    for (name, parts) in
+        [("**age of the sample**: the last three", &parts[2..]), ("**sum**", &parts[..])]
+    {
+        let [typical, longest] = sum(parts);
+        table.row([name.to_owned(), format!("**{typical:.2}**"), format!("**{longest:.2}**")]);
+    }
+    Ok(table.0)
+}
+
+/// Quantities of both boards, and their budgets.
+fn budgets(result: &Stored) -> Result<String> {
+    let mut table = Table::new(&["", "reference", "feather", "budget", ""]);
+    for row in result.rows() {
+        table.row([
+            row.text("quantity")?.to_owned(),
+            count(&row, "reference")?,
+            count(&row, "feather")?,
+            count(&row, "budget")?,
+            row.text("unit")?.to_owned(),
         ]);
     }
     Ok(table.0)

@@ -1,5 +1,7 @@
 //! Quantities that are measured, with their limits, and the figures found.
 
+use wire::board::EDGE_TO_MAILBOX_US;
+
 use super::AcceptStep;
 
 /// A quantity, its limits, and what to do where it is out.
@@ -145,8 +147,8 @@ limits! {
     TEMPERATURE: Board, "sensor temperature", "°C", 0.0, 60.0,
         "a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
         "let the board come to the temperature of the room";
-    TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, 150.0,
-        "period of the edges; the longest since power-up, by the board's timer; 0 without CAN",
+    TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, EDGE_TO_MAILBOX_US as f64,
+        "budget of the latency; the longest since power-up, by the board's timer; 0 without CAN",
         "a store of settings adds to it: switch the board off and on, and repeat; then the clock or the program is another";
     TO_END: Board, "edge to end of work", "%", 0.0, 80.0,
         "of the period of ticks, without the wait for the edge; the longest since power-up",
