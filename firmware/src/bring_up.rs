@@ -32,10 +32,7 @@ impl Verdict {
     /// Passes where a condition holds.
     #[must_use]
     pub const fn when(holds: bool, remedy: &'static str) -> Self {
-        match holds {
-            true => Self::Pass,
-            false => Self::Fail(remedy),
-        }
+        if holds { Self::Pass } else { Self::Fail(remedy) }
     }
 }
 

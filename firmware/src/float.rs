@@ -20,10 +20,7 @@ const FIRST: u32 = HIDDEN << GUARD;
 /// Sum of two numbers.
 #[inline(always)]
 pub fn add(a: u32, b: u32) -> u32 {
-    let (big, small) = match a << 1 >= b << 1 {
-        true => (a, b),
-        false => (b, a),
-    };
+    let (big, small) = if a << 1 >= b << 1 { (a, b) } else { (b, a) };
     let (mut exponent, below) = (big << 1 >> 24, small << 1 >> 24);
     if below == 0 || exponent >= 0xFE {
         return add_others(big, small);
@@ -72,10 +69,13 @@ pub fn add(a: u32, b: u32) -> u32 {
 fn add_others(big: u32, small: u32) -> u32 {
     let (mut exponent, below) = (big >> 23 & 0xFF, small >> 23 & 0xFF);
     if exponent == 0xFF {
-        return match big & !SIGN > INFINITY {
-            true => big | QUIET,
-            false if below == 0xFF && big != small => INFINITY | QUIET,
-            false => big,
+        return if big & !SIGN > INFINITY {
+            big | QUIET
+        } else if below == 0xFF && big != small {
+            // The difference of two infinities.
+            INFINITY | QUIET
+        } else {
+            big
         };
     }
     if small & !SIGN == 0 {
@@ -87,10 +87,7 @@ fn add_others(big: u32, small: u32) -> u32 {
     let mut other = fraction(small, below) << GUARD;
     exponent = exponent.max(1);
     if shift != 0 {
-        other = match shift < 31 {
-            true => other >> shift | u32::from(other << (32 - shift) != 0),
-            false => 1,
-        };
+        other = if shift < 31 { other >> shift | u32::from(other << (32 - shift) != 0) } else { 1 };
     }
     if (big ^ small) & SIGN == 0 {
         sum += other;
@@ -149,10 +146,7 @@ pub fn multiply(a: u32, b: u32) -> u32 {
     if exponent >= 0xFE {
         return multiply_others(a, b);
     }
-    let product = match is_long {
-        0 => high << 1 | middle << 24 >> 31,
-        _ => high,
-    };
+    let product = if is_long == 0 { high << 1 | middle << 24 >> 31 } else { high };
     let mut kept = (product >> 8) + (product << 24 >> 31);
     if product & 0xFF == 0x80 {
         let lost = last & 0xFF | middle & (0x7F | is_long << 7);
@@ -176,10 +170,7 @@ fn multiply_others(a: u32, b: u32) -> u32 {
         return b | QUIET;
     }
     if a == INFINITY || b == INFINITY {
-        return match a == 0 || b == 0 {
-            true => INFINITY | QUIET,
-            false => sign | INFINITY,
-        };
+        return if a == 0 || b == 0 { INFINITY | QUIET } else { sign | INFINITY };
     }
     if a == 0 || b == 0 {
         return sign;
@@ -191,10 +182,7 @@ fn multiply_others(a: u32, b: u32) -> u32 {
 
 /// Fraction of a finite number, with its first bit.
 fn fraction(bits: u32, exponent: u32) -> u32 {
-    match exponent {
-        0 => bits & FRACTION,
-        _ => bits & FRACTION | HIDDEN,
-    }
+    if exponent == 0 { bits & FRACTION } else { bits & FRACTION | HIDDEN }
 }
 
 /// Exponent and fraction of a number that is not zero.
@@ -230,10 +218,8 @@ fn rounded(sign: u32, exponents: i32, a: u32, b: u32) -> u32 {
     }
     if exponent < 1 {
         let shift = (1 - exponent) as u32;
-        product = match shift < 32 {
-            true => product >> shift | u32::from(product << (32 - shift) != 0),
-            false => 1,
-        };
+        product =
+            if shift < 32 { product >> shift | u32::from(product << (32 - shift) != 0) } else { 1 };
         exponent = 1;
     }
     let (kept, rest) = (product >> 8, product & 0xFF);

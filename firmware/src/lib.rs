@@ -1,4 +1,4 @@
-//! The portable part of the foot's program: everything except the pins.
+//! The portable part of the foot's program: everything except the chip and its pins.
 //!
 //! The path of a sample, one module a step:
 //!
@@ -7,36 +7,38 @@
 //! | a tick, a data-ready edge, one burst; is the sensor healthy? | [`sampling`] |
 //! | the sensor's units and issues become the estimator's | [`lsm6dsox::imu`] |
 //! | sample → estimate → frames, and all that is decided on the way | [`foot`] |
-//! | frames go to the bus at once, or are queued; the newest win | [`outlet`], behind [`ports`] |
+//! | frames go into a mailbox at once, or are queued; the newest win | [`ports`] |
 //!
 //! And in the other direction, and in parallel:
 //!
 //! | what | module |
 //! |---|---|
 //! | bytes of the UART become requests, requests become answers | [`uart_requests`] |
-//! | settings in flash | the crate [`storage`] |
-//! | faults that come and go, liveness for the watchdog, the record of a crash | [`supervision`] |
-//! | floats on a core without an instruction for them | [`float`] |
+//! | settings in flash, the watchdog, the LED: what has no deadline | [`thread`], and the crate [`storage`] |
+//! | faults that come and go, liveness, costs, the record of a crash | [`supervision`] |
 //! | lines of the program that measures a new board | [`bring_up`] |
+//! | floats on a core without an instruction for them | [`float`] |
 //!
-//! Two levels; the lower cannot delay the upper:
+//! Three levels. A lower level can delay a higher one only by a critical section (a few µs) or by erasing flash:
 //!
-//! - **The sampling loop** owns the sensor and the [`Foot`], and runs at
-//!   interrupt priority: [`sampling::run`] calls [`Foot::tick`](foot::Foot::tick) once a
-//!   millisecond, whatever the sensor does.
-//! - **Everything else** moves bytes between the peripherals and [`Ports`], without a
-//!   deadline. Ports are queues: short critical sections, no locks held across a wait.
+//! - **Sampling** owns the sensor and the [`Foot`], and runs at interrupt priority: [`sampling::sample`] calls
+//!   [`Foot::tick`](foot::Foot::tick) once a millisecond, whatever the sensor does.
+//! - **Communication** moves bytes between the buses and [`Ports`]. It is the board's, as buses differ.
+//! - **Thread** stores settings, feeds the watchdog and drives the LED.
 //!
-//! Interfaces that a board implements:
+//! Ports are queues: short critical sections, no locks held across a wait.
+//!
+//! Interfaces that a board implements, and the tasks that it spawns:
 //!
 //! | it provides | for |
 //! |---|---|
-//! | an `embedded_hal_async` `SpiDevice` and `DelayNs` | [`sampling::Sensor`] |
-//! | [`sampling::Ticks`]: a timer and the captured edges | [`sampling::run`] |
-//! | a function for [`Ports::connect_can`](ports::Ports::connect_can) that sends a frame at once, a task that calls [`Ports::send_can`](ports::Ports::send_can) for queued frames, one that puts received frames into [`Ports::put`](ports::Ports::put) | CAN |
+//! | an `AsyncBus` of the sensor with [`SetBusSpeed`](lsm6dsox::SetBusSpeed), such as an `embedded_hal_async` `SpiDevice`, and a `DelayNs` | [`sampling::Sensor`] |
+//! | [`sampling::Ticks`]: a timer and the captured edges | [`sampling::sample`], a task |
+//! | [`board::Board`]: load input, watchdog, rates, resets | [`sampling::sample`], and the tasks of [`thread`] |
+//! | [`ports::Mailboxes`], a task that calls [`Ports::send_can`](ports::Ports::send_can) for queued frames, one that puts received frames into [`Ports::put`](ports::Ports::put) | CAN |
 //! | a task that takes [`Ports::take_uart`](ports::Ports::take_uart) to the line, one with a [`uart_requests::UartReceiver`] | UART |
-//! | a task that serves [`Ports::next_request`](ports::Ports::next_request), with an `embedded_storage` `NorFlash` in [`storage::Storage`] | settings |
-//! | a task that feeds the watchdog if [`supervision::Liveness::all_alive`] | supervision |
+//! | an `embedded_storage` `NorFlash` | [`thread::serve_requests`], a task |
+//! | an `embedded_hal` `OutputPin` | [`thread::blink`], a task |
 //!
 //! No allocation, no `unsafe`, no `cfg`: hosts run the same code against the simulated sensor, with
 //! `critical-section` on a mutex of the standard library.
@@ -54,15 +56,16 @@
     )
 )]
 
+pub mod board;
 pub mod bring_up;
-pub mod costs;
 pub mod float;
 pub mod foot;
-pub mod outlet;
 pub mod ports;
 pub mod sampling;
 pub mod supervision;
+pub mod thread;
 pub mod uart_requests;
 
+pub use board::Board;
 pub use foot::{Foot, STORES_AT_ONCE, Start};
 pub use ports::Ports;

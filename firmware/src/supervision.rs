@@ -1,9 +1,10 @@
-//! Faults with hysteresis or a hold time, the liveness for the watchdog, the depth of the stack, and the record of a crash.
+//! State that a foot keeps of itself: faults with hysteresis or a hold time, the liveness for the watchdog, costs, the light of
+//! the LED, the depth of the stack, and the record of a crash.
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, Ordering};
 
 use wire::node::Crash;
-use wire::{Fault, Faults};
+use wire::{Fault, Faults, Stage};
 
 /// Part of the program that must be alive for the watchdog to be fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,6 +123,74 @@ impl FaultLatch {
             }
         }
         over
+    }
+}
+
+/// A cost of the running program, which the board measures. The times are those of ticks with a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cost {
+    /// Time from the data-ready edge to the contact in its mailbox, µs.
+    Mailbox,
+    /// Time from the data-ready edge to the end of the tick's work, µs.
+    Work,
+    /// Depth of the stack, bytes.
+    Stack,
+}
+
+/// Largest value of each cost since the start.
+#[derive(Debug, Default)]
+pub struct Costs([AtomicU16; 3]);
+
+impl Costs {
+    pub(crate) const fn new() -> Self {
+        Self([const { AtomicU16::new(0) }; 3])
+    }
+
+    /// Takes a value, at most 65 535.
+    pub fn take(&self, cost: Cost, value: u32) {
+        let value = value.min(u32::from(u16::MAX)) as u16;
+        if let Some(largest) = self.0.get(cost as usize)
+            && value > largest.load(Ordering::Relaxed)
+        {
+            largest.store(value, Ordering::Relaxed);
+        }
+    }
+
+    /// Largest values so far, in the order of [`Cost`].
+    pub fn largest(&self) -> [u16; 3] {
+        self.0.each_ref().map(|value| value.load(Ordering::Relaxed))
+    }
+}
+
+/// State that the LED shows: the stage of the foot, and whether a fault is active.
+#[derive(Debug)]
+pub struct Light(AtomicU8);
+
+impl Light {
+    /// Bit of an active fault; the others are the stage's code.
+    const FAULT: u8 = 0x80;
+
+    pub(crate) const fn new() -> Self {
+        Self(AtomicU8::new(Stage::Starting.code()))
+    }
+
+    /// Shows a stage and its faults.
+    pub(crate) fn show(&self, stage: Stage, faults: Faults) {
+        let fault = if faults.is_empty() { 0 } else { Self::FAULT };
+        self.0.store(stage.code() | fault, Ordering::Relaxed);
+    }
+
+    /// Times for which the LED is on and then off, ms.
+    #[must_use]
+    pub fn on_off_ms(&self) -> (u32, u32) {
+        let light = self.0.load(Ordering::Relaxed);
+        match Stage::from_code(light & !Self::FAULT).unwrap_or(Stage::Starting) {
+            Stage::Starting | Stage::SelfTest => (50, 50),
+            Stage::HoldStill => (250, 250),
+            Stage::Recovering => (50, 150),
+            Stage::Running if light & Self::FAULT != 0 => (900, 100),
+            Stage::Running => (50, 950),
+        }
     }
 }
 
@@ -289,6 +358,21 @@ mod tests {
         }
         let expected = [(1, Fault::LateTick), (2, Fault::UartOverrun), (4, Fault::CanOverrun)];
         assert_eq!(cleared, expected);
+    }
+
+    #[test]
+    fn costs_keep_their_largest_value() {
+        let costs = Costs::new();
+        for (cost, value) in [
+            (Cost::Mailbox, 75),
+            (Cost::Mailbox, 74),
+            (Cost::Stack, 1_000_000),
+            (Cost::Work, 120),
+            (Cost::Work, 121),
+        ] {
+            costs.take(cost, value);
+        }
+        assert_eq!(costs.largest(), [75, 121, u16::MAX]);
     }
 
     #[test]

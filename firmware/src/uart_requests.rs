@@ -7,7 +7,7 @@
 use wire::uart::{Answer, ConfigResponse, Decoder, Message, NmtRequest};
 use wire::{AbortCode, Address, Event, Node};
 
-use crate::ports::{Input, UartRequest};
+use crate::ports::{Input, Mailboxes, Ports, UartRequest};
 
 /// Decoder of requests from the bytes of the UART.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +38,18 @@ impl UartReceiver {
             }
         };
         Some(Input::Uart(request))
+    }
+
+    /// Passes the requests in a piece of bytes to the foot, and the number of frames that were rejected.
+    pub async fn pass(&mut self, bytes: &[u8], ports: &Ports<impl Mailboxes>) {
+        for byte in bytes {
+            if let Some(request) = self.push(*byte) {
+                ports.put(request).await;
+            }
+        }
+        if let Some(refused) = self.refused() {
+            ports.put(refused).await;
+        }
     }
 
     /// Frames rejected since the last call, if any. Called once for each piece of

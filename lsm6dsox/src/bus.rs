@@ -76,29 +76,28 @@ pub const SPI_MODE: Mode = MODE_3;
 ///
 /// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing,
 /// `tv(SO)`), which is the whole half period: at this clock a slow part leaves no setup time for the
-/// master. [`SpiClock::Full`] leaves 50 ns.
+/// master. [`BusSpeed::Full`] leaves 50 ns.
 pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
-/// Clock of the part's SPI, slowest first.
+/// Speed of the part's bus, slowest first, in parts of the one for which the board is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum SpiClock {
-    /// An eighth of [`SPI_MAX_HERTZ`], for edges of the clock that take 200 ns.
+pub enum BusSpeed {
+    /// A quarter: SPI leaves room for edges of the clock that take 200 ns.
     Quarter,
-    /// A quarter of [`SPI_MAX_HERTZ`], for a data line that is slower than any part: long wires, level
-    /// shifters.
+    /// A half: SPI leaves room for a data line that is slower than any part, as with long wires or level shifters.
     Half,
-    /// Half of [`SPI_MAX_HERTZ`].
+    /// All of it.
     #[default]
     Full,
 }
 
-impl SpiClock {
-    /// All clocks, slowest first.
+impl BusSpeed {
+    /// All speeds, slowest first.
     pub const ALL: [Self; 3] = [Self::Quarter, Self::Half, Self::Full];
 
-    /// Clock frequency, Hz.
+    /// Clock of SPI, Hz: half of [`SPI_MAX_HERTZ`] at full speed.
     #[must_use]
-    pub const fn hertz(self) -> u32 {
+    pub const fn spi_hertz(self) -> u32 {
         match self {
             Self::Full => SPI_MAX_HERTZ / 2,
             Self::Half => SPI_MAX_HERTZ / 4,
@@ -106,7 +105,7 @@ impl SpiClock {
         }
     }
 
-    /// The next slower clock, or the slowest.
+    /// The next slower speed, or the slowest.
     #[must_use]
     pub const fn slower(self) -> Self {
         match self {
@@ -116,10 +115,10 @@ impl SpiClock {
     }
 }
 
-/// A bus whose clock can be reduced.
-pub trait SetSpiClock {
-    /// Limits the clock of the following transfers.
-    fn set_spi_clock(&mut self, clock: SpiClock);
+/// A bus whose speed can be reduced.
+pub trait SetBusSpeed {
+    /// Limits the speed of the following transfers.
+    fn set_bus_speed(&mut self, speed: BusSpeed);
 }
 
 /// Level of the part's pin SA0, the last bit of its address on I²C \[P\].

@@ -77,7 +77,7 @@ pub mod setting;
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
 
-pub use bus::{AsyncBus, Bus, I2c, SPI_MAX_HERTZ, SPI_MODE, Sa0, SetSpiClock, SpiClock};
+pub use bus::{AsyncBus, Bus, BusSpeed, I2c, SPI_MAX_HERTZ, SPI_MODE, Sa0, SetBusSpeed};
 pub use config::{AccelParams, Config, DataReady, GyroParams, Params, ParamsError, Write};
 pub use driver::Lsm6dsox;
 pub use error::Error;

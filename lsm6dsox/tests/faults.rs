@@ -3,7 +3,7 @@
 use crate::common::{QUIET, part, sensor};
 use embedded_hal::spi::SpiDevice;
 use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart};
-use lsm6dsox::{Config, Error, FrozenDetector, Lsm6dsox, Pin, SetSpiClock, SpiClock, register};
+use lsm6dsox::{BusSpeed, Config, Error, FrozenDetector, Lsm6dsox, Pin, SetBusSpeed, register};
 
 const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
@@ -132,12 +132,12 @@ fn slow_data_line_is_one_bit_late_until_the_clock_is_halved() {
         let part = part(QUIET);
         part.inject(PartFault::SdoDelay { ns });
         let mut spi = part.spi();
-        spi.set_spi_clock(SpiClock::Full);
+        spi.set_bus_speed(BusSpeed::Full);
         let mut sensor = Lsm6dsox::new(spi, PRESET);
         let read = sensor.init(&mut part.delay());
         let expected = if late { Err(Error::Identity { read: 0x6C >> 1 }) } else { Ok(()) };
         assert_eq!(read, expected, "{ns} ns");
-        part.spi().set_spi_clock(SpiClock::Half);
+        part.spi().set_bus_speed(BusSpeed::Half);
         assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{ns} ns");
     }
 }

@@ -10,7 +10,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 
 use super::fault::PartFault;
 use super::part::Part;
-use crate::bus::{SetSpiClock, SpiClock};
+use crate::bus::{BusSpeed, SetBusSpeed};
 use crate::setting::Pin;
 
 /// A part with several owners: the buses, the delay, and the observing test.
@@ -137,10 +137,10 @@ impl embedded_hal_async::spi::SpiDevice for SimSpi {
     }
 }
 
-impl SetSpiClock for SimSpi {
+impl SetBusSpeed for SimSpi {
     /// Passes the clock to the part; the time of a byte, if not zero, changes accordingly.
-    fn set_spi_clock(&mut self, clock: SpiClock) {
-        self.0.with(|part| part.set_bus_clock(clock.hertz()));
+    fn set_bus_speed(&mut self, speed: BusSpeed) {
+        self.0.with(|part| part.set_bus_clock(speed.spi_hertz()));
     }
 }
 

@@ -24,27 +24,25 @@ mod timebase;
 mod usb;
 
 use core::fmt::Write as _;
-use core::sync::atomic::{AtomicU8, Ordering};
 
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
 use embassy_rp::clocks::ClockConfig;
 use embassy_rp::gpio::{Level, Output};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::pac::watchdog::regs::Load;
 use embassy_rp::peripherals::{I2C0, USB};
 use embassy_rp::watchdog::{ResetReason, Watchdog};
-use embassy_rp::{bind_interrupts, i2c};
-use embassy_time::{Duration, Instant, Timer};
-use firmware::costs::Cost;
-use firmware::ports::{Input, Reloaded, Request};
-use firmware::sampling::{self, Sensor};
+use embassy_rp::{bind_interrupts, i2c, pac};
+use embassy_time::{Duration, Instant};
+use firmware::sampling::{self, Sensor, Tick};
 use firmware::supervision::StackDepth;
-use firmware::{Foot, Ports, Start};
+use firmware::{Board, Foot, Ports, Start, thread};
 use lsm6dsox::Config;
 use static_cell::StaticCell;
-use storage::{MOST_WATCHDOG_RESETS, Origin, Storage, StoreFailed};
+use storage::{Storage, StoreFailed};
 use wire::foot::serial_number;
 use wire::node::{BootCause, Crash, Program};
-use wire::{Fault, Settings, Stage};
+use wire::{Fault, Settings};
 
 use flash::SettingsFlash;
 use timebase::{Delay, TICK_US, Timebase};
@@ -57,27 +55,17 @@ bind_interrupts!(struct Irqs {
 /// State shared between the levels.
 static PORTS: Ports = Ports::new();
 
-/// Stage shown by the LED, and [`FAULT`] while a fault is active.
-static LIGHT: AtomicU8 = AtomicU8::new(0);
-const FAULT: u8 = 0x80;
-
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 
 /// Period of the watchdog: longer than the erase of a sector, 400 ms at most.
 const WATCHDOG: Duration = Duration::from_millis(1_000);
 
-/// Interval of feeding it.
-const FEEDING: Duration = Duration::from_millis(60);
-
 /// Clock of the cores, Hz: the highest that the RP2040's data sheet allows at the usual voltage.
 const CLOCK_HZ: u32 = 133_000_000;
 
-/// Register of the watchdog, kept over its resets, with their number in a row.
+/// Register of the watchdog, kept over its resets, with their number in a row. [`Nano::feed_watchdog`] clears it.
 const RESETS: usize = 0;
-
-/// Time in which the answer to a request leaves.
-const ANSWERING: Duration = Duration::from_millis(20);
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -92,10 +80,7 @@ fn main() -> ! {
     let mut watchdog = Watchdog::new(p.WATCHDOG);
     let cause_of_reset = watchdog.reset_reason();
     let timed_out = cause_of_reset == Some(ResetReason::TimedOut);
-    let resets = match timed_out {
-        true => watchdog.get_scratch(RESETS).saturating_add(1),
-        false => 0,
-    };
+    let resets = if timed_out { watchdog.get_scratch(RESETS).saturating_add(1) } else { 0 };
     watchdog.set_scratch(RESETS, resets);
     watchdog.start(WATCHDOG);
 
@@ -104,10 +89,7 @@ fn main() -> ! {
     let Ok(mut storage) = Storage::new(flash, &(0..flash::SETTINGS)) else {
         halt();
     };
-    let (settings, origin) = match resets < MOST_WATCHDOG_RESETS {
-        true => storage.load(),
-        false => (Settings::default(), Origin::NotRead),
-    };
+    let (settings, origin) = thread::load_settings(&mut storage, resets);
     let reason = match crash {
         Some(record) => Some(record.into()),
         None => timed_out.then_some(Crash { fault: Fault::WatchdogReset, program_counter: 0 }),
@@ -129,14 +111,9 @@ fn main() -> ! {
             ..Program::default()
         },
     };
-    let foot = Foot::new(settings, start).or_else(|_| {
-        let origin = Origin::Incompatible;
-        Foot::new(Settings::default(), Start { origin, ..start })
-    });
-    let Ok(foot) = foot else { halt() };
+    let Ok(foot) = Foot::or_with_defaults(settings, start) else { halt() };
     let foot = FOOT.init(foot.without_can(TICK_US));
-    let settings = foot.settings();
-    let (self_test, range) = (settings.self_test(), settings.accelerometer_range());
+    let range = foot.settings().accelerometer_range();
 
     interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
     interrupt::SWI_IRQ_1.set_priority(Priority::P3);
@@ -151,14 +128,12 @@ fn main() -> ! {
     let sensor = Sensor::new(sensor::SensorBus::new(parts), Config::FRESH_417_HERTZ)
         .with_accelerometer_range(range);
     let ticks = Timebase::new(sensor::data_ready(p.PIN_24));
-    once(sample(sensor, ticks, foot, self_test), |task| {
-        level.spawn(task);
-    });
+    once(sample(sensor, ticks, foot), |task| level.spawn(task));
 
     let led = Output::new(p.PIN_6, Level::Low);
     THREAD.init(Executor::new()).run(|thread| {
         once(serve_requests(storage), |task| thread.spawn(task));
-        once(feed(watchdog), |task| thread.spawn(task));
+        once(feed_watchdog(), |task| thread.spawn(task));
         once(blink(led), |task| thread.spawn(task));
     })
 }
@@ -198,90 +173,70 @@ fn text_of(id: [u8; 8]) -> &'static str {
     text
 }
 
-/// Runs tick, edge, burst, estimate and frames, forever.
-#[embassy_executor::task]
-async fn sample(
-    sensor: Sensor<sensor::SensorBus>,
-    ticks: Timebase,
-    foot: &'static mut Foot,
-    self_test: bool,
-) {
-    sampling::run(sensor, Delay, ticks, self_test, |tick, measurement| {
-        foot.tick(tick, measurement, None, &PORTS);
-        let fault = if foot.faults().is_empty() { 0 } else { FAULT };
-        LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
-        if measurement.raw.is_some() {
-            let now = Instant::now().as_micros();
-            let work = now.saturating_sub(tick.sampled().as_micros());
-            PORTS.costs.take(Cost::Work, work as u32);
-        }
-    })
-    .await;
-}
+/// The board, as the library uses it.
+struct Nano;
 
-/// Serves requests of the foot that take longer than a tick.
-#[embassy_executor::task]
-async fn serve_requests(mut storage: Storage<SettingsFlash>) {
-    loop {
-        match PORTS.next_request().await {
-            Request::Store(settings, erase) => {
-                let stored = storage.store(&settings, erase);
-                PORTS.put(Input::Stored(stored)).await;
-            }
-            Request::Restore(erase) => {
-                let forgotten = storage.restore(erase);
-                PORTS.put(Input::Stored(forgotten)).await;
-            }
-            // The loader is in the chip's ROM.
-            Request::ConfirmProgram => PORTS.put(Input::Protected(Ok(()))).await,
-            Request::ProtectSupply => {
-                PORTS.put(Input::Protected(Err(StoreFailed::Flash))).await;
-            }
-            Request::StopProgram => {
-                Timer::after(ANSWERING).await;
-                crash::start_loader();
-            }
-            Request::Reload => {
-                let (settings, origin) = storage.load();
-                PORTS.reload(Reloaded { settings, origin });
-            }
-            Request::Reset => crash::reset(),
-        }
+impl Board for Nano {
+    const FEEDING_MS: u32 = 60;
+
+    fn load_reading(&self) -> Option<u16> {
+        None
+    }
+
+    fn micros_since_edge(&self, tick: &Tick) -> u32 {
+        Instant::now().as_micros().saturating_sub(tick.sampled().as_micros()) as u32
+    }
+
+    fn feed_watchdog(&self) {
+        // Errata RP2040-E1: it counts down by two.
+        pac::WATCHDOG.load().write_value(Load(2 * WATCHDOG.as_micros() as u32));
+        pac::WATCHDOG.scratch0().write(|resets| *resets = 0);
+    }
+
+    fn look_at_stack(&self, depth: &mut StackDepth) -> Option<usize> {
+        stack::look(depth)
+    }
+
+    fn apply_rates(&self, _: &Settings) {}
+
+    fn protect(&self) -> Result<(), StoreFailed> {
+        Err(StoreFailed::Flash)
+    }
+
+    fn confirm_program(&self) -> Result<(), StoreFailed> {
+        // The loader is in the chip's ROM.
+        Ok(())
+    }
+
+    fn start_bootloader(&self) -> ! {
+        crash::start_loader()
+    }
+
+    fn reset(&self) -> ! {
+        crash::reset()
     }
 }
 
-/// Feeds the watchdog while all workers are alive, and measures the depth of the stack.
+/// Sampling level: tick, edge, burst, estimate and frames.
 #[embassy_executor::task]
-async fn feed(mut watchdog: Watchdog) {
-    let mut depth = StackDepth::default();
-    loop {
-        PORTS.call();
-        Timer::after(FEEDING).await;
-        if PORTS.liveness.all_alive() {
-            watchdog.feed(WATCHDOG);
-            watchdog.set_scratch(RESETS, 0);
-        }
-        if let Some(used) = stack::look(&mut depth) {
-            PORTS.costs.take(Cost::Stack, used as u32);
-        }
-    }
+async fn sample(sensor: Sensor<sensor::SensorBus>, ticks: Timebase, foot: &'static mut Foot) {
+    sampling::sample(sensor, Delay, ticks, foot, &Nano, &PORTS).await;
 }
 
-/// Shows the stage: duration of the LED on and then off, ms.
+/// Thread level: serves requests of the foot that take longer than a tick.
 #[embassy_executor::task]
-async fn blink(mut led: Output<'static>) {
-    loop {
-        let light = LIGHT.load(Ordering::Relaxed);
-        let (on, off) = match Stage::from_code(light & !FAULT).unwrap_or(Stage::Starting) {
-            Stage::Starting | Stage::SelfTest => (50, 50),
-            Stage::HoldStill => (250, 250),
-            Stage::Recovering => (50, 150),
-            Stage::Running if light & FAULT != 0 => (900, 100),
-            Stage::Running => (50, 950),
-        };
-        led.set_high();
-        Timer::after_millis(on).await;
-        led.set_low();
-        Timer::after_millis(off).await;
-    }
+async fn serve_requests(storage: Storage<SettingsFlash>) {
+    thread::serve_requests(storage, Delay, &Nano, &PORTS).await;
+}
+
+/// Thread level: feeds the watchdog, and measures the depth of the stack.
+#[embassy_executor::task]
+async fn feed_watchdog() {
+    thread::feed_watchdog(Delay, &Nano, &PORTS).await;
+}
+
+/// Thread level: shows the stage.
+#[embassy_executor::task]
+async fn blink(led: Output<'static>) {
+    thread::blink(led, Delay, &PORTS).await;
 }

@@ -7,7 +7,7 @@ use embassy_rp::gpio::{Flex, Input, Pull};
 use embassy_rp::i2c::{Async, Config, Error, I2c};
 use embassy_rp::peripherals::{I2C0, PIN_12, PIN_13, PIN_24};
 use embassy_time::{Duration, Timer, with_timeout};
-use lsm6dsox::{AsyncBus, I2c as SensorOnI2c, Sa0, SetSpiClock, SpiClock};
+use lsm6dsox::{AsyncBus, BusSpeed, I2c as SensorOnI2c, Sa0, SetBusSpeed};
 
 use crate::Irqs;
 
@@ -49,7 +49,7 @@ impl Parts {
         }
     }
 
-    fn start(self, speed: SpiClock) -> SensorOnI2c<I2c<'static, I2C0, Async>> {
+    fn start(self, speed: BusSpeed) -> SensorOnI2c<I2c<'static, I2C0, Async>> {
         let mut config = Config::default();
         config.frequency = hertz(speed);
         let bus = I2c::new_async(self.controller, self.clock, self.data, Irqs, config);
@@ -58,25 +58,25 @@ impl Parts {
 }
 
 /// Clock of the bus, Hz.
-const fn hertz(speed: SpiClock) -> u32 {
+const fn hertz(speed: BusSpeed) -> u32 {
     match speed {
-        SpiClock::Full => 400_000,
-        SpiClock::Half => 300_000,
-        SpiClock::Quarter => 200_000,
+        BusSpeed::Full => 400_000,
+        BusSpeed::Half => 300_000,
+        BusSpeed::Quarter => 200_000,
     }
 }
 
 /// The sensor's bus.
 pub struct SensorBus {
     parts: Parts,
-    speed: SpiClock,
+    speed: BusSpeed,
     /// The running controller; absent after a transfer that failed.
     bus: Option<SensorOnI2c<I2c<'static, I2C0, Async>>>,
 }
 
 impl SensorBus {
     pub const fn new(parts: Parts) -> Self {
-        Self { parts, speed: SpiClock::Full, bus: None }
+        Self { parts, speed: BusSpeed::Full, bus: None }
     }
 
     /// The running controller, started where it is not: after clocks that free the data line.
@@ -128,9 +128,9 @@ async fn within_limit<T>(
     with_timeout(LONGEST_TRANSFER, transfer).await
 }
 
-impl SetSpiClock for SensorBus {
-    fn set_spi_clock(&mut self, clock: SpiClock) {
-        self.speed = clock;
+impl SetBusSpeed for SensorBus {
+    fn set_bus_speed(&mut self, speed: BusSpeed) {
+        self.speed = speed;
         self.bus = None;
     }
 }

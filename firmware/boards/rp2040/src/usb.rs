@@ -104,14 +104,7 @@ async fn receive(mut receiver: Receiver<'static, Bus>) {
     loop {
         receiver.wait_connection().await;
         while let Ok(length) = receiver.read_packet(&mut packet).await {
-            for byte in packet.iter().take(length) {
-                if let Some(request) = requests.push(*byte) {
-                    PORTS.put(request).await;
-                }
-            }
-            if let Some(refused) = requests.refused() {
-                PORTS.put(refused).await;
-            }
+            requests.pass(packet.get(..length).unwrap_or_default(), &PORTS).await;
         }
         Timer::after(DEADLINE).await;
     }

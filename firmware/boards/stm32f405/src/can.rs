@@ -14,7 +14,7 @@ use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Timer};
 use estimator_core::Timestamp;
-use firmware::ports::BusState;
+use firmware::ports::{BusState, Mailboxes};
 use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::{Load, Pdo};
@@ -107,7 +107,7 @@ impl Parts {
             interrupt::CAN1_RX0.enable();
         }
         STARTED.store(true, Ordering::Release);
-        let mut control = Control { _pins: [receive, transmit] };
+        let control = Control { _pins: [receive, transmit] };
         control.set_bit_rate(bit_rate);
         (control, Sender(()), Receiver { overrun: false })
     }
@@ -158,7 +158,7 @@ impl Control {
     /// Leaves the bus and joins it again at `bit_rate`, one of 125, 250, 500 and 1000 kbit/s.
     ///
     /// A bus that is never idle is not joined, which [`bus_state`] reports; this does not wait for it.
-    pub fn set_bit_rate(&mut self, bit_rate: u32) {
+    pub fn set_bit_rate(&self, bit_rate: u32) {
         if !initialise() {
             // A reset of the controller waits for nothing on the bus (RM0090, CAN_MCR.RESET).
             CAN1.mcr().write(|w| w.set_reset(true));
@@ -202,50 +202,53 @@ fn initialise() -> bool {
     })
 }
 
-/// Puts a frame into an empty mailbox; the controller sends the lowest identifier first. Returns `false` if
-/// no mailbox is free, or if one holds the same identifier: the order would not be kept. One
-/// mailbox is reserved for the contact, so that it never waits behind frames of lower rank.
-///
-/// Called after [`Parts::start`] has returned, and never while another call of it is interrupted.
-pub fn try_send(frame: &CanFrame) -> bool {
-    const CONTACT: u16 = Pdo::Contact.base();
-    const FUNCTION: u16 = 0x780;
-    let status = CAN1.tsr().read();
-    let mut empty = None;
-    let mut room = 0;
-    for mailbox in MAILBOXES {
-        if status.tme(mailbox) {
-            empty = Some(mailbox);
-            room += 1;
-        } else if CAN1.tx(mailbox).tir().read().stid() == frame.id() {
-            return false;
+/// The mailboxes of the controller, once [`Parts::start`] has returned.
+pub struct Can1Mailboxes;
+
+impl Mailboxes for Can1Mailboxes {
+    /// Puts a frame into an empty mailbox; the controller sends the lowest identifier first. Returns `false` if
+    /// no mailbox is free, or if one holds the same identifier: the order would not be kept. One
+    /// mailbox is reserved for the contact, so that it never waits behind frames of lower rank.
+    fn try_send(&self, frame: &CanFrame) -> bool {
+        const CONTACT: u16 = Pdo::Contact.base();
+        const FUNCTION: u16 = 0x780;
+        let status = CAN1.tsr().read();
+        let mut empty = None;
+        let mut room = 0;
+        for mailbox in MAILBOXES {
+            if status.tme(mailbox) {
+                empty = Some(mailbox);
+                room += 1;
+            } else if CAN1.tx(mailbox).tir().read().stid() == frame.id() {
+                return false;
+            }
         }
+        let needed = if frame.id() & FUNCTION == CONTACT { 1 } else { 2 };
+        let Some(mailbox) = empty.filter(|_| room >= needed) else {
+            return false;
+        };
+        if frame.id() & FUNCTION == cob_id::HEARTBEAT {
+            // A master may answer the boot-up message of a new id at once.
+            listen_as((frame.id() & !FUNCTION) as u8);
+        }
+        let mut bytes = [0; 8];
+        for (to, from) in bytes.iter_mut().zip(frame.data()) {
+            *to = *from;
+        }
+        let bytes = u64::from_le_bytes(bytes);
+        let registers = CAN1.tx(mailbox);
+        registers.tdtr().write(|w| w.set_dlc(frame.data().len() as u8));
+        registers.tdlr().write_value(regs::Tdlr(bytes as u32));
+        registers.tdhr().write_value(regs::Tdhr((bytes >> 32) as u32));
+        registers.tir().write(|w| {
+            w.set_stid(frame.id());
+            w.set_txrq(true);
+        });
+        if needed == 1 {
+            TO_MAILBOX.store(timebase::since_edge(), Ordering::Relaxed);
+        }
+        true
     }
-    let needed = if frame.id() & FUNCTION == CONTACT { 1 } else { 2 };
-    let Some(mailbox) = empty.filter(|_| room >= needed) else {
-        return false;
-    };
-    if frame.id() & FUNCTION == cob_id::HEARTBEAT {
-        // A master may answer the boot-up message of a new id at once.
-        listen_as((frame.id() & !FUNCTION) as u8);
-    }
-    let mut bytes = [0; 8];
-    for (to, from) in bytes.iter_mut().zip(frame.data()) {
-        *to = *from;
-    }
-    let bytes = u64::from_le_bytes(bytes);
-    let registers = CAN1.tx(mailbox);
-    registers.tdtr().write(|w| w.set_dlc(frame.data().len() as u8));
-    registers.tdlr().write_value(regs::Tdlr(bytes as u32));
-    registers.tdhr().write_value(regs::Tdhr((bytes >> 32) as u32));
-    registers.tir().write(|w| {
-        w.set_stid(frame.id());
-        w.set_txrq(true);
-    });
-    if needed == 1 {
-        TO_MAILBOX.store(timebase::since_edge(), Ordering::Relaxed);
-    }
-    true
 }
 
 /// Time from the data-ready edge to the contact's mailbox, µs; 0 if none was put there since [`forget_to_mailbox`].
@@ -292,9 +295,10 @@ impl Sender {
         poll_fn(|context| {
             MAILBOX_FREED.register(context.waker());
             let is_freed = |mailbox: usize, was_full| was_full && waiting_in(mailbox).is_none();
-            match full.into_iter().enumerate().any(|(at, was_full)| is_freed(at, was_full)) {
-                true => Poll::Ready(()),
-                false => Poll::Pending,
+            if full.into_iter().enumerate().any(|(at, was_full)| is_freed(at, was_full)) {
+                Poll::Ready(())
+            } else {
+                Poll::Pending
             }
         })
         .await;
@@ -362,9 +366,10 @@ impl Receiver {
             FRAME_CAME.register(context.waker());
             self.overrun |= was_overrun();
             if let Some(frame) = take_frame() {
-                let at = match has_waited {
-                    true => timebase::extend(FRAME_CAME_AT.load(Ordering::Relaxed)),
-                    false => timebase::now(),
+                let at = if has_waited {
+                    timebase::extend(FRAME_CAME_AT.load(Ordering::Relaxed))
+                } else {
+                    timebase::now()
                 };
                 return Poll::Ready((frame, at));
             }
@@ -420,9 +425,10 @@ pub fn bus_state() -> BusState {
     if !STARTED.load(Ordering::Acquire) {
         return BusState::Active;
     }
-    let outside = match CAN1.msr().read().inak() {
-        true => OUTSIDE.load(Ordering::Relaxed).saturating_add(1),
-        false => 0,
+    let outside = if CAN1.msr().read().inak() {
+        OUTSIDE.load(Ordering::Relaxed).saturating_add(1)
+    } else {
+        0
     };
     OUTSIDE.store(outside, Ordering::Relaxed);
     let state = CAN1.esr().read();

@@ -124,44 +124,46 @@ impl ConfigFlash {
     pub(super) const fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
         Self { _flash: flash }
     }
+}
 
-    /// Sets brown-out level 3 (2.75 to 2.88 V, DS8626 \[M\]) from the next power-up on, and protects the sectors of the bootloader from
-    /// being written: whatever a program does, the foot can be updated. It takes as long as an erase.
-    ///
-    /// Option bytes that were erased and not written are those of readout protection, level 1 (RM0090, 3.6.3).
-    ///
-    /// # Errors
-    /// The supply is too low, or the option bytes do not read back.
-    pub fn protect(&mut self) -> Result<(), StoreFailed> {
-        if brown_out_level() == 3 && is_bootloader_protected() {
-            return Ok(());
-        }
-        supply_suffices()?;
-        unlock();
-        FLASH.cr().write(|w| w.set_psize(Psize::PSIZE32));
-        for key in OPTION_KEYS {
-            FLASH.optkeyr().write_value(key);
-        }
-        after_a_tick();
-        watchdog::extend();
-        FLASH.optcr().modify(|w| {
-            w.set_bor_lev(LEVEL_3);
-            w.set_n_wrp(w.n_wrp() & !BOOTLOADER);
-        });
-        FLASH.optcr().modify(|w| w.set_optstrt(true));
-        let done = finish();
-        watchdog::start();
-        FLASH.optcr().modify(|w| w.set_optlock(true));
-        lock();
-        done?;
-        // SAFETY: the option bytes can be read at any time, and hold no variable of the program.
-        let [level, unprotected] = OPTION_BYTES
-            .map(|at| unsafe { core::ptr::with_exposed_provenance::<u16>(at).read_volatile() });
-        if level >> 2 & 3 == LEVEL_3.into() && unprotected & BOOTLOADER == 0 {
-            Ok(())
-        } else {
-            Err(StoreFailed::Flash)
-        }
+/// Sets brown-out level 3 (2.75 to 2.88 V, DS8626 \[M\]) from the next power-up on, and protects the sectors of the bootloader from
+/// being written: whatever a program does, the foot can be updated. It takes as long as an erase.
+///
+/// At the thread level, where nothing else uses the flash.
+///
+/// Option bytes that were erased and not written are those of readout protection, level 1 (RM0090, 3.6.3).
+///
+/// # Errors
+/// The supply is too low, or the option bytes do not read back.
+pub fn protect() -> Result<(), StoreFailed> {
+    if brown_out_level() == 3 && is_bootloader_protected() {
+        return Ok(());
+    }
+    supply_suffices()?;
+    unlock();
+    FLASH.cr().write(|w| w.set_psize(Psize::PSIZE32));
+    for key in OPTION_KEYS {
+        FLASH.optkeyr().write_value(key);
+    }
+    after_a_tick();
+    watchdog::extend();
+    FLASH.optcr().modify(|w| {
+        w.set_bor_lev(LEVEL_3);
+        w.set_n_wrp(w.n_wrp() & !BOOTLOADER);
+    });
+    FLASH.optcr().modify(|w| w.set_optstrt(true));
+    let done = finish();
+    watchdog::start();
+    FLASH.optcr().modify(|w| w.set_optlock(true));
+    lock();
+    done?;
+    // SAFETY: the option bytes can be read at any time, and hold no variable of the program.
+    let [level, unprotected] = OPTION_BYTES
+        .map(|at| unsafe { core::ptr::with_exposed_provenance::<u16>(at).read_volatile() });
+    if level >> 2 & 3 == LEVEL_3.into() && unprotected & BOOTLOADER == 0 {
+        Ok(())
+    } else {
+        Err(StoreFailed::Flash)
     }
 }
 

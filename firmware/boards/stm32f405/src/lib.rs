@@ -65,7 +65,7 @@ impl<I: typelevel::Interrupt> typelevel::Handler<I> for Barrier {
 }
 
 /// Peripherals of the board, started except for those with settings.
-struct Board {
+struct Peripherals {
     /// Source of the clock.
     clock: clocks::Source,
     /// Cause of the processor's start.
@@ -93,7 +93,7 @@ struct Board {
 }
 
 /// Starts the board.
-fn start() -> Board {
+fn start() -> Peripherals {
     watchdog::start();
     let crash = crash::take();
     let reset = crash::take_reset();
@@ -106,7 +106,7 @@ fn start() -> Board {
     supply::watch();
     interrupt::TIM5.set_priority(COMMUNICATION_PRIORITY);
     let parts = wiring::parts(p);
-    Board {
+    Peripherals {
         clock,
         reset,
         watchdog_resets: crash::count_watchdog_resets(reset),

@@ -20,7 +20,7 @@ use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
-use lsm6dsox::{SetSpiClock, SpiClock};
+use lsm6dsox::{BusSpeed, SetBusSpeed};
 
 use super::URGENT_PRIORITY;
 use super::timebase::Deadline;
@@ -62,16 +62,16 @@ const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 const BURST_BYTES: u32 = 17;
 
 /// Timeout of a burst, µs: three times as long as that of a sample, and 10 more.
-const fn burst_micros(clock: SpiClock) -> u32 {
-    10 + 3 * BURST_BYTES * 8 / (clock.hertz() / 1_000_000)
+const fn burst_micros(speed: BusSpeed) -> u32 {
+    10 + 3 * BURST_BYTES * 8 / (speed.spi_hertz() / 1_000_000)
 }
 
 /// Divider of APB2's 80 MHz: `BR` in `SPI_CR1` (RM0090, 28.5.1).
-const fn divider(clock: SpiClock) -> Br {
-    match clock {
-        SpiClock::Full => Br::DIV16,
-        SpiClock::Half => Br::DIV32,
-        SpiClock::Quarter => Br::DIV64,
+const fn divider(speed: BusSpeed) -> Br {
+    match speed {
+        BusSpeed::Full => Br::DIV16,
+        BusSpeed::Half => Br::DIV32,
+        BusSpeed::Quarter => Br::DIV64,
     }
 }
 
@@ -105,7 +105,7 @@ impl Parts {
     pub fn start(self) -> SensorBus {
         let mut config = Config::default();
         config.mode = MODE_3;
-        config.frequency = Hertz(wiring::SENSOR_SPEED.hertz());
+        config.frequency = Hertz(wiring::SENSOR_SPEED.spi_hertz());
         // Without a sensor everything then reads as zero; no status register would report its absence.
         config.miso_pull = Pull::Down;
         let spi = Spi::new_blocking(
@@ -178,10 +178,10 @@ impl SpiDevice for SensorBus {
     }
 }
 
-impl SetSpiClock for SensorBus {
-    fn set_spi_clock(&mut self, clock: SpiClock) {
-        self.setting.set_br(divider(clock));
-        self.burst_micros = burst_micros(clock);
+impl SetBusSpeed for SensorBus {
+    fn set_bus_speed(&mut self, speed: BusSpeed) {
+        self.setting.set_br(divider(speed));
+        self.burst_micros = burst_micros(speed);
         self.restart();
     }
 }

@@ -5,7 +5,7 @@ use embassy_stm32::pac::spi::vals::Br;
 use embedded_hal_async::spi::{Operation, SpiDevice};
 use firmware::bring_up::Verdict;
 use lsm6dsox::register::X_OFS_USR;
-use lsm6dsox::{SetSpiClock, SpiClock};
+use lsm6dsox::{BusSpeed, SetBusSpeed};
 
 use super::Out;
 use crate::sensor::SensorBus;
@@ -48,20 +48,20 @@ async fn misreads(bus: &mut SensorBus) -> (u32, u32) {
 /// foot's clocks without an error.
 pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
     let mut fastest = None;
-    for clock in SpiClock::ALL {
-        bus.set_spi_clock(clock);
+    for speed in BusSpeed::ALL {
+        bus.set_bus_speed(speed);
         let (wrong, reads) = misreads(bus).await;
         if wrong == 0 {
-            fastest = Some(clock);
+            fastest = Some(speed);
         }
         let verdict = match wrong {
-            1.. if clock > SENSOR_SPEED => Verdict::NotTested("the foot starts slower"),
+            1.. if speed > SENSOR_SPEED => Verdict::NotTested("the foot starts slower"),
             _ => Verdict::when(wrong == 0, "wires of SPI and CS; supply of the sensor"),
         };
-        let name = match clock {
-            SpiClock::Quarter => "sensor's bus, 1.25 MHz",
-            SpiClock::Half => "sensor's bus, 2.5 MHz",
-            SpiClock::Full => "sensor's bus, 5 MHz",
+        let name = match speed {
+            BusSpeed::Quarter => "sensor's bus, 1.25 MHz",
+            BusSpeed::Half => "sensor's bus, 2.5 MHz",
+            BusSpeed::Full => "sensor's bus, 5 MHz",
         };
         let value = format_args!("{wrong} of {reads} wrong");
         out.line(name, value, "0", verdict).await;
@@ -71,13 +71,11 @@ pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
     SPI1.cr1().modify(|w| w.set_br(Br::DIV8));
     SPI1.cr1().modify(|w| w.set_spe(true));
     let (wrong, reads) = misreads(bus).await;
-    let verdict = match wrong {
-        0 => Verdict::Pass,
-        _ => Verdict::NotTested("the foot does not use it"),
-    };
+    let verdict =
+        if wrong == 0 { Verdict::Pass } else { Verdict::NotTested("the foot does not use it") };
     let value = format_args!("{wrong} of {reads} wrong");
     out.line("sensor's bus, 10 MHz", value, "0", verdict).await;
-    let khz = |clock: SpiClock| clock.hertz() / 1_000;
+    let khz = |speed: BusSpeed| speed.spi_hertz() / 1_000;
     out.line(
         "sensor's clock",
         format_args!("{} kHz without error", fastest.map_or(0, khz)),
@@ -88,5 +86,5 @@ pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
         ),
     )
     .await;
-    bus.set_spi_clock(fastest.unwrap_or(SENSOR_SPEED));
+    bus.set_bus_speed(fastest.unwrap_or(SENSOR_SPEED));
 }

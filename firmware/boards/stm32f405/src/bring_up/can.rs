@@ -3,9 +3,10 @@
 use embassy_stm32::pac::CAN1;
 use embassy_stm32::pac::can::vals::Silm;
 use embassy_time::{Duration, Timer};
+use firmware::ports::Mailboxes;
 use wire::CanFrame;
 
-use crate::can::{Control, try_send};
+use crate::can::{Can1Mailboxes, Control};
 
 /// Bit rate of both tests.
 pub const BIT_RATE: u32 = 1_000_000;
@@ -61,7 +62,7 @@ fn initialise() -> bool {
 
 /// Sends a frame, and returns whether it was acknowledged.
 async fn is_sent() -> bool {
-    let sent = CanFrame::new(IDENTIFIER, &[]).is_some_and(|frame| try_send(&frame));
+    let sent = CanFrame::new(IDENTIFIER, &[]).is_some_and(|frame| Can1Mailboxes.try_send(&frame));
     Timer::after(FRAME).await;
     let status = CAN1.tsr().read();
     let is_done = (0..3).any(|mailbox| status.rqcp(mailbox) && status.txok(mailbox));
@@ -84,7 +85,7 @@ async fn is_sent() -> bool {
 pub fn fill() {
     for identifier in [IDENTIFIER, IDENTIFIER - 1] {
         if let Some(frame) = CanFrame::new(identifier, &[0x55; 8]) {
-            try_send(&frame);
+            Can1Mailboxes.try_send(&frame);
         }
     }
 }
@@ -100,7 +101,7 @@ pub async fn loops_back(_started: &Control) -> bool {
 }
 
 /// Returns whether another node acknowledges a frame, and the transmit error counter.
-pub async fn is_acknowledged(control: &mut Control) -> (bool, u8) {
+pub async fn is_acknowledged(control: &Control) -> (bool, u8) {
     control.set_bit_rate(BIT_RATE);
     let is_sent = set_mode(Mode::Bus) && is_sent().await;
     (is_sent, CAN1.esr().read().tec())

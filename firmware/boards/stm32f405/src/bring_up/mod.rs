@@ -25,7 +25,7 @@ use crate::sensor::{Delay, SensorBus};
 use crate::timebase::{Timebase, since_edge};
 use crate::uart::{Receiver, Sender};
 use crate::wiring::CRYSTAL_MHZ;
-use crate::{Board, flash, stack, watchdog};
+use crate::{Peripherals, flash, stack, watchdog};
 
 /// Rate of the serial line: that of a foot without stored settings.
 const UART_RATE: u32 = 1_000_000;
@@ -84,9 +84,9 @@ impl Out {
 /// Starts the board and measures it.
 pub fn run() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
-    let board = crate::start();
+    let peripherals = crate::start();
     THREAD.init(Executor::new()).run(|thread| {
-        if let (Ok(feed), Ok(measure)) = (feed(), measure(board)) {
+        if let (Ok(feed), Ok(measure)) = (feed(), measure(peripherals)) {
             thread.spawn(feed);
             thread.spawn(measure);
         }
@@ -95,16 +95,16 @@ pub fn run() -> ! {
 
 /// Measures all, then waits to do it again.
 #[embassy_executor::task]
-async fn measure(board: Board) {
-    let Ok((uart, receiver)) = board.uart.start(UART_RATE) else {
+async fn measure(peripherals: Peripherals) {
+    let Ok((uart, receiver)) = peripherals.uart.start(UART_RATE) else {
         defmt::error!("the serial line cannot have its rate");
         return;
     };
     let mut out = Out { uart, report: Report::default() };
-    measure_chip(&mut out, board.clock, board.serial).await;
-    let sensor = measure_sensor(&mut out, board.sensor, board.timebase).await;
-    match board.clock {
-        Source::Crystal => measure_can(&mut out, board.can, sensor).await,
+    measure_chip(&mut out, peripherals.clock, peripherals.serial).await;
+    let sensor = measure_sensor(&mut out, peripherals.sensor, peripherals.timebase).await;
+    match peripherals.clock {
+        Source::Crystal => measure_can(&mut out, peripherals.can, sensor).await,
         Source::Internal(_) => {
             let no_crystal = Verdict::NotTested("it needs the crystal");
             out.line("CAN", format_args!("-"), "", no_crystal).await;
@@ -175,9 +175,10 @@ async fn measure_chip(out: &mut Out, clock: Source, serial: u32) {
         "option bytes",
         format_args!("{:#010x}", options.0),
         "not read-protected",
-        match is_open {
-            true => Verdict::Pass,
-            false => Verdict::NotTested("protected: no probe reads this chip"),
+        if is_open {
+            Verdict::Pass
+        } else {
+            Verdict::NotTested("protected: no probe reads this chip")
         },
     )
     .await;
@@ -350,7 +351,7 @@ async fn measure_edges(out: &mut Out, timebase: &mut Timebase, trim: f32) {
 }
 
 async fn measure_can(out: &mut Out, parts: crate::can::Parts, sensor: Option<Sensor>) {
-    let (mut control, _sender, _receiver) = parts.start(can::BIT_RATE);
+    let (control, _sender, _receiver) = parts.start(can::BIT_RATE);
     let loops = can::loops_back(&control).await;
     out.line(
         "CAN inside the chip",
@@ -359,7 +360,7 @@ async fn measure_can(out: &mut Out, parts: crate::can::Parts, sensor: Option<Sen
         Verdict::when(loops, "the chip: replace it"),
     )
     .await;
-    let (is_acknowledged, errors) = can::is_acknowledged(&mut control).await;
+    let (is_acknowledged, errors) = can::is_acknowledged(&control).await;
     out.line(
         "CAN with another node",
         format_args!("{errors} errors"),

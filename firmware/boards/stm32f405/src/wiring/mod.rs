@@ -48,7 +48,7 @@ macro_rules! wiring {
     ) => {
         use embassy_stm32::pac::timer::vals::Ti1s;
         use embassy_stm32::{Peripherals, peripherals, timer};
-        use lsm6dsox::SpiClock;
+        use lsm6dsox::BusSpeed;
 
         use super::Parts;
         use crate::{can, sensor, uart};
@@ -65,7 +65,7 @@ macro_rules! wiring {
         /// Pins that the capture of channel 1 of TIM2 sees.
         pub const CAPTURE_INPUT: Ti1s = Ti1s::$input;
         /// Clock of the sensor's bus at a start.
-        pub const SENSOR_SPEED: SpiClock = SpiClock::$speed;
+        pub const SENSOR_SPEED: BusSpeed = BusSpeed::$speed;
         pub type CanTransmit = peripherals::$can_transmit;
         pub type CanReceive = peripherals::$can_receive;
         pub type UartTransmit = peripherals::$uart_transmit;

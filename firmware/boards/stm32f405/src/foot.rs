@@ -1,0 +1,402 @@
+//! The foot's program on any board with this chip: the board starts, and tasks connect its peripherals with the library.
+//!
+//! | level | what runs there |
+//! |---|---|
+//! | sampling, an executor at interrupt priority 2 | [`sample`]: data-ready edges become frames |
+//! | communication, an executor at interrupt priority 5 | [`send_can`], [`receive_can`], [`send_uart`], [`receive_uart`] |
+//! | thread | [`serve_requests`], [`feed_watchdog`], [`blink`] |
+
+use core::ops::Range;
+
+use bootloader::{image, supply};
+use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+use embassy_futures::select::{Either, select};
+use embassy_stm32::gpio::Output;
+use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Timer, with_timeout};
+use firmware::ports::{BusState, Input, UartBatch};
+use firmware::sampling::{self, Sensor, Tick};
+use firmware::supervision::{StackDepth, Worker};
+use firmware::uart_requests::UartReceiver;
+use firmware::{Board, Foot, Ports, Start, thread};
+use lsm6dsox::Config;
+use static_cell::StaticCell;
+use storage::{Origin, Storage, StoreFailed};
+use wire::node::{BootCause, Crash};
+use wire::{Fault, Settings};
+
+use crate::can::{self, Can1Mailboxes};
+use crate::clocks::Source;
+use crate::crash::{self, Reset};
+use crate::flash::{self, ConfigFlash};
+use crate::load::LoadSensor;
+use crate::sensor::{Delay, SensorBus};
+use crate::timebase::{self, Timebase};
+use crate::{stack, uart, update, watchdog, wiring};
+
+/// State shared between the interrupt levels.
+static PORTS: Ports<Can1Mailboxes> = Ports::with_mailboxes(Can1Mailboxes);
+
+/// New rate of the UART.
+static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
+
+static SAMPLING: InterruptExecutor = InterruptExecutor::new();
+static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
+
+/// Starts the board and runs the foot.
+pub fn run() -> ! {
+    static THREAD: StaticCell<Executor> = StaticCell::new();
+    static BOARD: StaticCell<Stm32f405> = StaticCell::new();
+
+    let peripherals = crate::start();
+    let mut led = peripherals.led;
+    let Ok(mut storage) = Storage::new(peripherals.flash, &(0..flash::SIZE)) else {
+        halt(&mut led, "configuration pages do not fit the flash layout");
+    };
+    // As delivered, brown-out reset and write protection are off. Not after another reset: an attempt that ends in one is
+    // not repeated, and a probe can lift the protection to write another bootloader.
+    let is_open = flash::brown_out_level() == 0 || !flash::is_bootloader_protected();
+    if peripherals.reset == Reset::Power && is_open && supply_holds(&mut led) {
+        let is_protected = flash::protect().is_ok();
+        defmt::warn!("option bytes written: {=bool}", is_protected);
+    }
+    // Nothing is written until a store: the settings in flash stay for inspection.
+    let (settings, origin) = thread::load_settings(&mut storage, peripherals.watchdog_resets);
+    let start = Start {
+        serial: peripherals.serial,
+        hardware: match wiring::BOARD {
+            image::Board::Reference => "STM32F405RG + LSM6DSOX",
+            image::Board::Feather => "Feather STM32F405 + LSM6DSOX",
+        },
+        cause: match (peripherals.reset, peripherals.crash.is_some()) {
+            (Reset::Software, false) if !update::take_resume() => BootCause::Commanded,
+            _ => BootCause::PowerUp,
+        },
+        crash: reason_for_start(peripherals.crash, peripherals.reset),
+        origin,
+        unused_crystal_khz: match peripherals.clock {
+            Source::Crystal => None,
+            Source::Internal(khz) => Some(khz),
+        },
+        brown_out_level: flash::brown_out_level(),
+        program: update::program(),
+    };
+    log_boot(&start);
+    let Some(foot) = make_foot(settings, start) else {
+        halt(&mut led, "the default settings do not fit each other");
+    };
+    let settings = foot.settings();
+    let range = settings.accelerometer_range();
+    let Ok((uart_out, uart_in)) = peripherals.uart.start(settings.uart_rate()) else {
+        halt(&mut led, "the UART cannot have its rate");
+    };
+
+    interrupt::UART5.set_priority(crate::COMMUNICATION_EXECUTOR_PRIORITY);
+    let communication = COMMUNICATION.start(interrupt::UART5);
+    // Without a crystal the bus is not joined: the clock is not accurate enough for it.
+    let can = (peripherals.clock == Source::Crystal).then(|| {
+        let (control, can_out, can_in) = peripherals.can.start(settings.can_bit_rate());
+        once(send_can(can_out), |task| communication.spawn(task));
+        once(receive_can(can_in), |task| communication.spawn(task));
+        control
+    });
+    once(send_uart(uart_out), |task| communication.spawn(task));
+    once(receive_uart(uart_in), |task| communication.spawn(task));
+    let board = &*BOARD.init(Stm32f405 { load: peripherals.load, can });
+
+    // After the tasks that send: the first frames do not wait for a start of the buses, and none replaces another.
+    interrupt::UART4.set_priority(crate::SAMPLING_EXECUTOR_PRIORITY);
+    let level = SAMPLING.start(interrupt::UART4);
+    let sensor = Sensor::new(peripherals.sensor, Config::FRESH_KILOHERTZ)
+        .with_bus_speed(wiring::SENSOR_SPEED)
+        .with_accelerometer_range(range);
+    once(sample(sensor, peripherals.timebase, foot, board), |task| level.spawn(task));
+
+    THREAD.init(Executor::new()).run(|thread| {
+        once(serve_requests(storage, board), |task| thread.spawn(task));
+        once(feed_watchdog(board), |task| thread.spawn(task));
+        once(blink(led), |task| thread.spawn(task));
+    })
+}
+
+/// Returns whether the supply suffices at each millisecond of two seconds, which a connector that bounces is not expected to
+/// do. The LED flickers as in a start.
+fn supply_holds(led: &mut Output<'static>) -> bool {
+    let holds = (0..2_000).all(|ms| {
+        led.set_level((ms / 50 % 2 == 0).into());
+        embassy_time::block_for(Duration::from_millis(1));
+        watchdog::feed();
+        !supply::is_low()
+    });
+    led.set_low();
+    holds
+}
+
+/// Previous crash, if it caused this start.
+fn reason_for_start(crash: Option<crash::Crash>, reset: Reset) -> Option<Crash> {
+    if let Some(crash) = crash {
+        defmt::error!(
+            "previous crash at {=u32:#010x}: reason {=u32}, detail {=u32:#x}",
+            crash.record.program_counter,
+            crash.record.reason as u32,
+            crash.detail
+        );
+        return Some(crash.record.into());
+    }
+    (reset == Reset::Watchdog).then_some(Crash { fault: Fault::WatchdogReset, program_counter: 0 })
+}
+
+/// Logs the first lines.
+fn log_boot(start: &Start) {
+    defmt::info!(
+        "footfall {=str}, program {=u32:08x}, serial {=u32:08x}, {=str} settings, {=str} oscillator",
+        env!("CARGO_PKG_VERSION"),
+        start.program.identification,
+        start.serial,
+        match start.origin {
+            Origin::Stored => "stored",
+            Origin::Blank => "default",
+            Origin::Corrupted | Origin::Incompatible | Origin::NotRead => "unreadable",
+        },
+        if start.unused_crystal_khz.is_some() { "internal" } else { "crystal" },
+    );
+    if let Some(khz) = start.unused_crystal_khz {
+        defmt::error!("crystal: {=u32} kHz", khz);
+    }
+}
+
+/// Creates the foot in its static place. Not inlined: [`run`] never returns, and would keep the copies on the stack.
+#[inline(never)]
+fn make_foot(settings: Settings, start: Start) -> Option<&'static mut Foot> {
+    static FOOT: StaticCell<Foot> = StaticCell::new();
+    Foot::or_with_defaults(settings, start).ok().map(|foot| FOOT.init(foot))
+}
+
+/// Spawns a task that exists once.
+fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToken<S>)) {
+    match task {
+        Ok(task) => spawn(task),
+        Err(_) => defmt::error!("a task was spawned twice"),
+    }
+}
+
+/// Ends a start with an inconsistency: LED on, a line in the log, and finally the watchdog's reset.
+fn halt(led: &mut Output<'static>, why: &str) -> ! {
+    led.set_high();
+    defmt::error!("cannot start: {=str}", why);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// The board, as the library uses it.
+struct Stm32f405 {
+    load: LoadSensor,
+    /// Absent without a crystal.
+    can: Option<can::Control>,
+}
+
+impl Board for Stm32f405 {
+    const FEEDING_MS: u32 = watchdog::FEEDING_MILLIS;
+
+    fn begin_tick(&self) {
+        // A contact that has waited for the bus since an earlier tick is no cost of the board.
+        can::forget_to_mailbox();
+    }
+
+    fn end_tick(&self) {
+        flash::note_tick();
+    }
+
+    fn load_reading(&self) -> Option<u16> {
+        Some(self.load.reading())
+    }
+
+    fn bus_state(&self) -> BusState {
+        can::bus_state()
+    }
+
+    fn listen_as(&self, node_id: u8) {
+        can::listen_as(node_id);
+    }
+
+    fn micros_to_mailbox(&self) -> u32 {
+        can::to_mailbox()
+    }
+
+    fn micros_since_edge(&self, _: &Tick) -> u32 {
+        timebase::since_edge()
+    }
+
+    fn is_acknowledged(&self) -> bool {
+        can::has_sent()
+    }
+
+    fn feed_watchdog(&self) {
+        watchdog::feed();
+        crash::forget_watchdog_resets();
+    }
+
+    fn look_at_stack(&self, depth: &mut StackDepth) -> Option<usize> {
+        let used = stack::look(depth)?;
+        defmt::info!("stack: {} of {} bytes", used, stack::size());
+        Some(used)
+    }
+
+    fn apply_rates(&self, settings: &Settings) {
+        if let Some(can) = &self.can {
+            can.set_bit_rate(settings.can_bit_rate());
+        }
+        UART_RATE.signal(settings.uart_rate());
+    }
+
+    fn protect(&self) -> Result<(), StoreFailed> {
+        flash::protect()
+    }
+
+    fn confirm_program(&self) -> Result<(), StoreFailed> {
+        let confirmed = update::confirm();
+        if confirmed.is_err() {
+            defmt::error!("the new program could not be confirmed");
+        }
+        confirmed
+    }
+
+    fn start_bootloader(&self) -> ! {
+        update::ask_for_bootloader();
+        self.reset()
+    }
+
+    fn reset(&self) -> ! {
+        cortex_m::peripheral::SCB::sys_reset()
+    }
+}
+
+/// Sampling level: tick, edge, burst, estimate and frames.
+#[embassy_executor::task]
+async fn sample(
+    sensor: Sensor<SensorBus>,
+    ticks: Timebase,
+    foot: &'static mut Foot,
+    board: &'static Stm32f405,
+) {
+    timebase::discard();
+    sampling::sample(sensor, Delay, ticks, foot, board, &PORTS).await;
+}
+
+/// Time without a frame taken by the bus after which queued frames are too old.
+const BUS_DEADLINE: Duration = Duration::from_millis(20);
+
+/// Identifiers of process data: a later frame supersedes an earlier one.
+const PROCESS_DATA: Range<u16> = 0x180..0x580;
+
+/// Sends the frames that the bus did not take at once. If it takes none until the deadline, process
+/// data are withdrawn, from the mailboxes too: the first frames after a recovery are new.
+#[embassy_executor::task]
+async fn send_can(mut can: can::Sender) {
+    loop {
+        PORTS.can_ready().await;
+        PORTS.liveness.report(Worker::Can);
+        PORTS.send_can();
+        if !PORTS.can_is_empty() && with_timeout(BUS_DEADLINE, can.freed()).await.is_err() {
+            let count = can.withdraw(&PROCESS_DATA).await + PORTS.withdraw_can();
+            if count > 0 {
+                PORTS.put(Input::CanWithdrawn(count)).await;
+            }
+        }
+    }
+}
+
+/// Passes frames from the bus to the foot.
+#[embassy_executor::task]
+async fn receive_can(mut can: can::Receiver) {
+    loop {
+        let (frame, at) = can.receive().await;
+        if can.take_overrun() {
+            PORTS.put(Input::CanLost(1)).await;
+        }
+        PORTS.put(Input::Can(frame, at)).await;
+    }
+}
+
+/// Sends frames over the serial line, all queued ones in one transfer.
+#[embassy_executor::task]
+async fn send_uart(mut uart: uart::Sender) {
+    let mut batch = UartBatch::default();
+    loop {
+        let rate = match PORTS.take_uart(&mut batch) {
+            bytes @ [_, ..] => {
+                if uart.send(bytes).await.is_err() {
+                    // Each frame ends with its only zero.
+                    let frames = bytes.iter().filter(|byte| **byte == 0).count();
+                    PORTS.put(Input::UartDropped(frames as u32)).await;
+                }
+                UART_RATE.try_take()
+            }
+            [] => match select(PORTS.uart_ready(), UART_RATE.wait()).await {
+                Either::First(()) => None,
+                Either::Second(rate) => Some(rate),
+            },
+        };
+        if let Some(rate) = rate {
+            uart.set_rate(rate).await;
+        }
+        PORTS.liveness.report(Worker::Uart);
+    }
+}
+
+/// Passes requests from the serial line to the foot.
+#[embassy_executor::task]
+async fn receive_uart(mut uart: uart::Receiver) {
+    /// More bytes than arrive during two ticks of the timer, at the largest rate.
+    const CHUNK: usize = 128;
+    let mut requests = UartReceiver::new();
+    let mut bytes = [0; CHUNK];
+    loop {
+        let Some(bytes) = uart.receive(&mut bytes).await else {
+            PORTS.put(Input::UartLost(1)).await;
+            // A line with the wrong rate causes only errors.
+            Timer::after_millis(1).await;
+            continue;
+        };
+        requests.pass(bytes, &PORTS).await;
+        // In an unbroken stream the next byte is always ready, and no other task of this or a lower level would run.
+        Timer::after_ticks(1).await;
+    }
+}
+
+/// Thread level: serves requests of the foot that take longer than a tick.
+#[embassy_executor::task]
+async fn serve_requests(storage: Storage<ConfigFlash>, board: &'static Stm32f405) {
+    thread::serve_requests(storage, Delay, board, &PORTS).await;
+}
+
+/// Thread level: feeds the watchdog, confirms a new program, and measures the depth of the stack.
+#[embassy_executor::task]
+async fn feed_watchdog(board: &'static Stm32f405) {
+    thread::feed_watchdog(Delay, board, &PORTS).await;
+}
+
+/// Thread level: shows the stage.
+#[embassy_executor::task]
+async fn blink(led: Output<'static>) {
+    thread::blink(led, Delay, &PORTS).await;
+}
+
+// The interrupts that run the executors; their own peripherals are not used. The barriers: see `crate::Barrier`.
+
+#[embassy_stm32::interrupt]
+unsafe fn UART4() {
+    // SAFETY: called by this interrupt.
+    unsafe { SAMPLING.on_interrupt() };
+    cortex_m::asm::dsb();
+}
+
+#[embassy_stm32::interrupt]
+unsafe fn UART5() {
+    // SAFETY: called by this interrupt.
+    unsafe { COMMUNICATION.on_interrupt() };
+    cortex_m::asm::dsb();
+}

@@ -1,0 +1,74 @@
+//! The board, as the foot's program uses it besides the bus of its sensor, its [ticks](crate::sampling::Ticks), the
+//! [mailboxes](crate::ports::Mailboxes) of its CAN controller, its flash and its LED.
+
+use storage::StoreFailed;
+use wire::Settings;
+
+use crate::ports::BusState;
+use crate::sampling::Tick;
+use crate::supervision::StackDepth;
+
+/// A board: the sampling level calls the first functions each tick, the thread level the others.
+pub trait Board {
+    /// Interval of feeding the watchdog, ms: a tenth of its period at most.
+    const FEEDING_MS: u32;
+
+    /// Prepares the measurement of a tick's costs.
+    fn begin_tick(&self) {}
+
+    /// Notes that the work of a tick is done.
+    fn end_tick(&self) {}
+
+    /// Newest reading of the analog load input; `None` without one.
+    fn load_reading(&self) -> Option<u16>;
+
+    /// State of the CAN controller; active without one.
+    fn bus_state(&self) -> BusState {
+        BusState::Active
+    }
+
+    /// Receives the frames for a node id, 0 for none, which the foot has from now on.
+    fn listen_as(&self, node_id: u8) {
+        let _ = node_id;
+    }
+
+    /// Time from the data-ready edge of the tick to the contact in its mailbox, µs; 0 if none was put there.
+    fn micros_to_mailbox(&self) -> u32 {
+        0
+    }
+
+    /// Time since the data-ready edge of the tick, or since the end of the wait for it, µs.
+    fn micros_since_edge(&self, tick: &Tick) -> u32;
+
+    /// Returns whether another node has acknowledged a frame.
+    fn is_acknowledged(&self) -> bool {
+        false
+    }
+
+    /// Restarts the watchdog's period, and ends the row of its resets.
+    fn feed_watchdog(&self);
+
+    /// Checks the next piece of the stack: returns the maximum depth, bytes, if it has changed.
+    fn look_at_stack(&self, depth: &mut StackDepth) -> Option<usize>;
+
+    /// Applies the rates of CAN and UART.
+    fn apply_rates(&self, settings: &Settings);
+
+    /// Sets the highest brown-out level, and protects the bootloader.
+    ///
+    /// # Errors
+    /// The supply is too low, or the flash refuses.
+    fn protect(&self) -> Result<(), StoreFailed>;
+
+    /// Keeps the program that runs, if it is new.
+    ///
+    /// # Errors
+    /// The supply is too low, or the flash refuses.
+    fn confirm_program(&self) -> Result<(), StoreFailed>;
+
+    /// Restarts into the bootloader.
+    fn start_bootloader(&self) -> !;
+
+    /// Restarts the board.
+    fn reset(&self) -> !;
+}

@@ -1,0 +1,773 @@
+//! Queues between the sampling loop and everything slower.
+//!
+//! One `static PORTS: Ports` is the only state shared by the tasks of a board. Frames leave through four [lanes](Lane):
+//! those for the CAN bus go into a [mailbox](Mailboxes) at once where one is free, those for the UART share
+//! [transfers](UartBatch). [Inputs](Input) wait for the foot's next tick, [requests](Request) of the foot for the thread
+//! level.
+
+use core::cell::RefCell;
+use core::future::poll_fn;
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::task::Poll;
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::waitqueue::WakerRegistration;
+use estimator_core::Timestamp;
+use heapless::deque::{Deque, DequeView};
+use storage::{Erase, Origin, StoreFailed};
+use wire::foot::cob_id;
+use wire::uart::{self, ConfigGet, ConfigSet, Encoded, Message, NmtRequest};
+use wire::{CanFrame, Settings};
+
+use crate::supervision::{Costs, Light, Liveness};
+
+/// With room for one contact, which the next one replaces: so a contact is never older than a tick when it is sent.
+type UartQueue = Outlet<Encoded, 1, 8>;
+
+/// Queues between the sampling loop and everything slower, around the mailboxes `M` of a CAN controller.
+#[derive(Debug)]
+pub struct Ports<M = NoMailboxes> {
+    mailboxes: M,
+    can: Outlet<CanFrame, 16, 16>,
+    uart: UartQueue,
+    inputs: Channel<CriticalSectionRawMutex, Input, 16>,
+    requests: Channel<CriticalSectionRawMutex, Request, 2>,
+    reloaded: Channel<CriticalSectionRawMutex, Reloaded, 1>,
+    /// Tasks that have reported since the watchdog was last fed.
+    pub liveness: Liveness,
+    /// Costs of the program so far.
+    pub costs: Costs,
+    /// State that the LED shows.
+    pub light: Light,
+    /// Whether a request has come over the UART since the start.
+    has_had_request: AtomicBool,
+}
+
+/// The mailboxes of a CAN controller.
+pub trait Mailboxes {
+    /// Puts a frame into a mailbox; returns `false` if none takes it: it is queued then, and offered again by
+    /// [`Ports::send_can`]. Called with the queue locked, so never twice at the same time.
+    fn try_send(&self, frame: &CanFrame) -> bool;
+}
+
+/// No controller: all frames are queued, for a host to take. A [`Foot`](crate::Foot) without CAN queues none.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoMailboxes;
+
+impl Mailboxes for NoMailboxes {
+    fn try_send(&self, _: &CanFrame) -> bool {
+        false
+    }
+}
+
+impl Default for Ports {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Ports {
+    /// Creates empty queues without a CAN controller.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self::with_mailboxes(NoMailboxes)
+    }
+}
+
+impl<M> Ports<M> {
+    /// Creates empty queues in front of the mailboxes of a CAN controller.
+    #[must_use]
+    pub const fn with_mailboxes(mailboxes: M) -> Self {
+        Self {
+            mailboxes,
+            can: Outlet::new(),
+            uart: Outlet::new(),
+            inputs: Channel::new(),
+            requests: Channel::new(),
+            reloaded: Channel::new(),
+            liveness: Liveness::new(),
+            costs: Costs::new(),
+            light: Light::new(),
+            has_had_request: AtomicBool::new(false),
+        }
+    }
+}
+
+impl<M: Mailboxes> Ports<M> {
+    /// Waits until there are frames for the CAN bus, or for [`call`](Self::call).
+    pub async fn can_ready(&self) {
+        self.can.ready().await;
+    }
+
+    /// Returns whether no frame is queued for the CAN bus.
+    pub fn can_is_empty(&self) -> bool {
+        self.can.is_empty()
+    }
+
+    /// Offers the queued frames to the mailboxes: of each lane, in the order of [`Lane::ALL`], until they refuse one.
+    pub fn send_can(&self) {
+        self.can.take_all(|_, frame| self.mailboxes.try_send(frame));
+    }
+
+    /// Withdraws the process data queued for the CAN bus; returns the number of frames.
+    pub fn withdraw_can(&self) -> u32 {
+        self.can.clear(Lane::Estimate) + self.can.clear(Lane::Stream)
+    }
+
+    /// Takes the next frame for the CAN bus, if there is one.
+    pub fn try_next_can(&self) -> Option<CanFrame> {
+        self.can.try_next()
+    }
+
+    /// Waits until there are frames for the UART, or for [`call`](Self::call).
+    pub async fn uart_ready(&self) {
+        self.uart.ready().await;
+    }
+
+    /// Fills `batch` with frames for the UART, and returns its bytes.
+    pub fn take_uart<'a>(&self, batch: &'a mut UartBatch) -> &'a [u8] {
+        batch.fill(&self.uart)
+    }
+
+    /// Takes the next frame for the UART, if there is one.
+    pub fn try_next_uart(&self) -> Option<Encoded> {
+        self.uart.try_next()
+    }
+
+    /// Wakes the tasks that empty the queues, so that they report their [`Liveness`].
+    pub fn call(&self) {
+        self.can.call();
+        self.uart.call();
+    }
+
+    /// Waits for the next request of the foot.
+    pub async fn next_request(&self) -> Request {
+        self.requests.receive().await
+    }
+
+    /// Takes the next request of the foot, if there is one.
+    pub fn try_next_request(&self) -> Option<Request> {
+        self.requests.try_receive().ok()
+    }
+
+    /// Queues an input for the foot's next tick. Waits while the queue is full: excess input is
+    /// lost, and counted, at its source.
+    pub async fn put(&self, input: Input) {
+        if let Input::Uart(_) = input {
+            self.has_had_request.store(true, Ordering::Relaxed);
+        }
+        self.inputs.send(input).await;
+    }
+
+    /// Returns whether a request has come over the UART since the start.
+    pub fn has_had_request(&self) -> bool {
+        self.has_had_request.load(Ordering::Relaxed)
+    }
+
+    /// Queues an input for the foot's next tick; `false` if the queue is full.
+    pub fn try_put(&self, input: Input) -> bool {
+        self.inputs.try_send(input).is_ok()
+    }
+
+    /// Answers [`Request::Reload`], in the place of an answer that the foot has not taken yet.
+    pub fn reload(&self, reloaded: Reloaded) {
+        self.reloaded.clear();
+        // There is room now.
+        let _ = self.reloaded.try_send(reloaded);
+    }
+
+    /// Puts a frame into a mailbox at once, or queues it behind those of its lane. Returns the number of frames dropped
+    /// for it.
+    pub(crate) fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
+        self.can.send_or_push(lane, frame, |frame| self.mailboxes.try_send(frame))
+    }
+
+    /// Queues a frame for the UART. Returns the number of frames dropped for it.
+    pub(crate) fn push_uart(&self, lane: Lane, sequence: u16, message: &Message) -> u32 {
+        self.uart.push(lane, uart::encode(sequence, message))
+    }
+
+    /// Passes a request to the board; `false` if there is no room for it.
+    pub(crate) fn request(&self, request: Request) -> bool {
+        self.requests.try_send(request).is_ok()
+    }
+
+    /// Takes the next input, if there is one.
+    pub(crate) fn take_input(&self) -> Option<Input> {
+        // Most ticks have none, and a result with none is moved like one.
+        if self.inputs.is_empty() {
+            return None;
+        }
+        self.inputs.try_receive().ok()
+    }
+
+    /// Takes the answer to [`Request::Reload`], if there is one.
+    pub(crate) fn take_reloaded(&self) -> Option<Reloaded> {
+        self.reloaded.try_receive().ok()
+    }
+}
+
+/// Bits of an identifier that hold the node id.
+const NODE_ID_BITS: u16 = 0x7F;
+
+/// Input to the foot, handled on its next tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input {
+    /// A CAN frame, and its reception time on the clock of the samples.
+    Can(CanFrame, Timestamp),
+    /// A request over UART.
+    Uart(UartRequest),
+    /// Number of UART frames rejected.
+    UartRefused(u32),
+    /// Number of UART bytes lost.
+    UartLost(u32),
+    /// Minimum number of received CAN frames lost: a controller reports an overrun once, however
+    /// many frames it lost before the report was read.
+    CanLost(u32),
+    /// Number of UART frames that could not be sent.
+    UartDropped(u32),
+    /// Number of CAN frames withdrawn because the bus took none.
+    CanWithdrawn(u32),
+    /// The CAN controller's state has changed.
+    Bus(BusState),
+    /// The result of [`Request::Store`] or [`Request::Restore`].
+    Stored(Result<(), StoreFailed>),
+    /// The result of [`Request::ProtectSupply`] or [`Request::ConfirmProgram`].
+    Protected(Result<(), StoreFailed>),
+}
+
+impl Input {
+    /// Returns whether the input is a request with a response. These take longest of all inputs, and have no
+    /// deadline.
+    #[must_use]
+    pub fn needs_answer(&self) -> bool {
+        match self {
+            Self::Can(frame, _) => frame.id() & !NODE_ID_BITS == cob_id::SDO_REQUEST,
+            Self::Uart(request) => !matches!(request, UartRequest::Nmt(_)),
+            _ => false,
+        }
+    }
+}
+
+/// Request over UART: the kinds of a [`Message`](wire::uart::Message) that a foot answers or executes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UartRequest {
+    /// Read an object's value.
+    Get(ConfigGet),
+    /// Change an object's value.
+    Set(ConfigSet),
+    /// Change the NMT state.
+    Nmt(NmtRequest),
+}
+
+/// Settings that were loaded again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reloaded {
+    /// The settings.
+    pub settings: Settings,
+    /// Origin of the settings.
+    pub origin: Origin,
+}
+
+/// State of the CAN controller on its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusState {
+    /// Error-active: few errors.
+    Active,
+    /// Error-passive, with the receive and the transmit error counter.
+    Passive(u8, u8),
+    /// Bus-off after too many errors, or unable to join a bus that is never idle. The board lets it
+    /// recover at once.
+    Off,
+}
+
+/// A request of the foot to the board.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put it on, and a queue of two is small"
+)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// Store these settings, then [`put`](Ports::put) an [`Input::Stored`].
+    Store(Settings, Erase),
+    /// Delete the stored settings, then [`put`](Ports::put) an [`Input::Stored`].
+    Restore(Erase),
+    /// Set the highest brown-out level and protect the bootloader, then [`put`](Ports::put) an [`Input::Protected`].
+    ProtectSupply,
+    /// Keep the program that runs, if it is new, then [`put`](Ports::put) an [`Input::Protected`].
+    ConfirmProgram,
+    /// Restart into the bootloader once the answers to requests have been sent.
+    StopProgram,
+    /// Load the stored settings, apply their CAN and UART rates, and pass them to
+    /// [`reload`](Ports::reload).
+    Reload,
+    /// Restart the whole board.
+    Reset,
+}
+
+/// Frames sent to the serial line in one transfer: faults first, the contact, then others, not more
+/// than [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when it is sent:
+/// the next one replaces it in the queue.
+#[derive(Debug, Default)]
+pub struct UartBatch {
+    bytes: heapless::Vec<u8, { uart::MAX_FRAME }>,
+    /// Consecutive batches with a contact that had no room for all frames.
+    crowded: u8,
+}
+
+impl UartBatch {
+    /// Maximum size of a batch of several frames, bytes: less than a tick takes at 1 Mbaud, so that no contact
+    /// is dropped there, and enough for a contact and a raw sample.
+    pub const BYTES: usize = 96;
+
+    /// After N batches without room for all frames, one batch may be as long as the longest frame, and
+    /// if that is not enough, the next one goes without the contact: a line filled by contacts alone
+    /// still sends responses.
+    const CROWDED: u8 = 4;
+
+    fn fill(&mut self, queue: &UartQueue) -> &[u8] {
+        let without_contact = self.crowded > Self::CROWDED;
+        let most = if self.crowded == Self::CROWDED { uart::MAX_FRAME } else { Self::BYTES };
+        self.bytes.clear();
+        let (mut with_contact, mut crowded) = (false, 0);
+        queue.take_all(|lane, frame| {
+            let bytes = frame.as_bytes();
+            if lane == Lane::Estimate {
+                if without_contact {
+                    return false;
+                }
+                with_contact = true;
+            } else if !self.bytes.is_empty() && self.bytes.len() + bytes.len() > most {
+                crowded = if with_contact { self.crowded + 1 } else { 0 };
+                return false;
+            }
+            self.bytes.extend_from_slice(bytes).is_ok()
+        });
+        self.crowded = crowded;
+        &self.bytes
+    }
+}
+
+/// Lane of an item.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lane {
+    /// Rare reports of the foot itself: boot-up, heartbeat, faults. Goes first.
+    Notice,
+    /// The contact, each tick.
+    Estimate,
+    /// Responses to requests, of which there can be any number.
+    Answer,
+    /// Periodic data.
+    Stream,
+}
+
+impl Lane {
+    /// All lanes, in the order in which they are sent.
+    pub const ALL: [Self; 4] = [Self::Notice, Self::Estimate, Self::Answer, Self::Stream];
+}
+
+/// Outgoing frames: a bounded queue in which the newest item wins, with room for `ESTIMATES` estimates and `OTHERS` items
+/// in each other lane. A full lane drops its oldest item and counts it: the sender never waits.
+#[derive(Debug)]
+struct Outlet<T, const ESTIMATES: usize, const OTHERS: usize>(
+    Mutex<CriticalSectionRawMutex, RefCell<Lanes<T, ESTIMATES, OTHERS>>>,
+);
+
+#[derive(Debug)]
+struct Lanes<T, const ESTIMATES: usize, const OTHERS: usize> {
+    notices: Deque<T, OTHERS>,
+    estimates: Deque<T, ESTIMATES>,
+    answers: Deque<T, OTHERS>,
+    stream: Deque<T, OTHERS>,
+    /// Whether the task that empties the queue must wake up, even if it is empty.
+    called: bool,
+    waker: WakerRegistration,
+}
+
+impl<T, const ESTIMATES: usize, const OTHERS: usize> Lanes<T, ESTIMATES, OTHERS> {
+    fn lane(&mut self, lane: Lane) -> &mut DequeView<T> {
+        match lane {
+            Lane::Notice => &mut self.notices,
+            Lane::Estimate => &mut self.estimates,
+            Lane::Answer => &mut self.answers,
+            Lane::Stream => &mut self.stream,
+        }
+    }
+
+    fn push(&mut self, lane: Lane, item: T) -> u32 {
+        let queue = self.lane(lane);
+        let dropped = queue.is_full() && queue.pop_front().is_some();
+        // There is room now.
+        let _ = queue.push_back(item);
+        self.waker.wake();
+        u32::from(dropped)
+    }
+
+    fn is_empty(&mut self) -> bool {
+        Lane::ALL.iter().all(|lane| self.lane(*lane).is_empty())
+    }
+
+    fn take_all(&mut self, mut take: impl FnMut(Lane, &T) -> bool) {
+        for lane in Lane::ALL {
+            let queue = self.lane(lane);
+            while queue.front().is_some_and(|item| take(lane, item)) {
+                queue.pop_front();
+            }
+        }
+    }
+}
+
+impl<T, const ESTIMATES: usize, const OTHERS: usize> Outlet<T, ESTIMATES, OTHERS> {
+    /// Creates an empty queue.
+    const fn new() -> Self {
+        Self(Mutex::new(RefCell::new(Lanes {
+            notices: Deque::new(),
+            estimates: Deque::new(),
+            answers: Deque::new(),
+            stream: Deque::new(),
+            called: false,
+            waker: WakerRegistration::new(),
+        })))
+    }
+
+    fn with<R>(&self, use_lanes: impl FnOnce(&mut Lanes<T, ESTIMATES, OTHERS>) -> R) -> R {
+        self.0.lock(|lanes| use_lanes(&mut lanes.borrow_mut()))
+    }
+
+    /// Queues an item. Returns the number of items dropped for it.
+    fn push(&self, lane: Lane, item: T) -> u32 {
+        self.with(|lanes| lanes.push(lane, item))
+    }
+
+    /// Sends an item at once, if its lane is empty and `send` takes it; otherwise queues it. Returns the number of items
+    /// dropped for it. `send` is called with the queue locked.
+    fn send_or_push(&self, lane: Lane, item: T, send: impl FnOnce(&T) -> bool) -> u32 {
+        self.with(|lanes| {
+            if lanes.lane(lane).is_empty() && send(&item) {
+                return 0;
+            }
+            lanes.push(lane, item)
+        })
+    }
+
+    /// Offers the queued items to `take`: of each lane, in the order of [`Lane::ALL`], until it refuses
+    /// one.
+    fn take_all(&self, take: impl FnMut(Lane, &T) -> bool) {
+        self.with(|lanes| lanes.take_all(take));
+    }
+
+    /// Takes the next item, if there is one.
+    fn try_next(&self) -> Option<T> {
+        self.with(|lanes| {
+            let mut queues = Lane::ALL.into_iter();
+            queues.find_map(|lane| lanes.lane(lane).pop_front())
+        })
+    }
+
+    /// Returns whether the queue is empty.
+    fn is_empty(&self) -> bool {
+        self.with(Lanes::is_empty)
+    }
+
+    /// Waits for an item, or for [`call`](Self::call).
+    async fn ready(&self) {
+        poll_fn(|context| {
+            self.with(|lanes| {
+                if core::mem::take(&mut lanes.called) || !lanes.is_empty() {
+                    return Poll::Ready(());
+                }
+                lanes.waker.register(context.waker());
+                Poll::Pending
+            })
+        })
+        .await;
+    }
+
+    /// Ends the wait in [`ready`](Self::ready), even if the queue is empty.
+    fn call(&self) {
+        self.with(|lanes| {
+            lanes.called = true;
+            lanes.waker.wake();
+        });
+    }
+
+    /// Empties a lane; returns the number of items dropped.
+    fn clear(&self, lane: Lane) -> u32 {
+        self.with(|lanes| {
+            let queue = lanes.lane(lane);
+            let dropped = queue.iter().count();
+            queue.clear();
+            dropped as u32
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::pin::pin;
+    use core::sync::atomic::AtomicU16;
+    use core::task::{Context, Waker};
+    use std::vec::Vec;
+
+    use wire::node::Command;
+    use wire::uart::{ContactMessage, Decoder, LogMessage, MAX_LOG};
+    use wire::{Address, Value};
+
+    use super::*;
+
+    fn frame(id: u16) -> CanFrame {
+        CanFrame::new(id, &[]).expect("a frame")
+    }
+
+    #[test]
+    fn process_data_are_withdrawn_and_other_frames_stay() {
+        let ports = Ports::new();
+        assert!(ports.can_is_empty());
+        for (id, lane) in (1..).zip([Lane::Stream, Lane::Answer, Lane::Estimate, Lane::Notice]) {
+            assert_eq!(ports.push_can(lane, frame(id)), 0);
+            ports.push_can(lane, frame(id));
+        }
+        ports.push_can(Lane::Stream, frame(1));
+        assert!(!ports.can_is_empty());
+        assert_eq!(ports.withdraw_can(), 5);
+        let left = core::iter::from_fn(|| ports.try_next_can());
+        assert!(left.map(|frame| frame.id()).eq([4, 4, 2, 2]));
+        assert!(ports.can_is_empty());
+    }
+
+    #[test]
+    fn the_bus_gets_new_frames_first_and_queued_ones_on_request() {
+        /// Takes frames with an identifier below a limit.
+        #[derive(Default)]
+        struct Below(AtomicU16);
+        impl Mailboxes for Below {
+            fn try_send(&self, frame: &CanFrame) -> bool {
+                frame.id() < self.0.load(Ordering::Relaxed)
+            }
+        }
+        let ports = Ports::with_mailboxes(Below::default());
+        ports.push_can(Lane::Notice, frame(1));
+        assert!(!ports.can_is_empty());
+        ports.mailboxes.0.store(3, Ordering::Relaxed);
+        ports.push_can(Lane::Answer, frame(2));
+        ports.push_can(Lane::Stream, frame(3));
+        ports.send_can();
+        assert_eq!(ports.try_next_can(), Some(frame(3)));
+        assert!(ports.can_is_empty());
+    }
+
+    #[test]
+    fn a_call_ends_the_wait_of_both_sending_tasks() {
+        let ports = Ports::new();
+        let are_ready = || {
+            let mut context = Context::from_waker(Waker::noop());
+            let can = pin!(ports.can_ready()).poll(&mut context).is_ready();
+            (can, pin!(ports.uart_ready()).poll(&mut context).is_ready())
+        };
+        assert_eq!(are_ready(), (false, false));
+        ports.call();
+        assert_eq!(are_ready(), (true, true));
+        assert_eq!(are_ready(), (false, false));
+    }
+
+    fn received(id: u16) -> Input {
+        Input::Can(frame(id), Timestamp::from_micros(0))
+    }
+
+    #[test]
+    fn only_requests_for_objects_need_an_answer() {
+        let address = Address::new(0x2010, 0);
+        let value = Value::U8(1).into();
+        for answered in [
+            received(0x600),
+            received(0x67F),
+            Input::Uart(UartRequest::Get(ConfigGet { address })),
+            Input::Uart(UartRequest::Set(ConfigSet { address, value })),
+        ] {
+            assert!(answered.needs_answer(), "{answered:?}");
+        }
+        for silent in [
+            received(0x000),
+            received(0x080),
+            received(0x5FF),
+            received(0x680),
+            received(0x7E5),
+            Input::Uart(UartRequest::Nmt(NmtRequest(Command::ResetNode))),
+            Input::UartLost(1),
+            Input::Stored(Ok(())),
+        ] {
+            assert!(!silent.needs_answer(), "{silent:?}");
+        }
+    }
+
+    fn contact(ports: &Ports, sequence: u16) -> u32 {
+        ports.push_uart(Lane::Estimate, sequence, &Message::Contact(ContactMessage::default()))
+    }
+
+    fn line(ports: &Ports, sequence: u16, length: usize) {
+        let text = "x".repeat(length);
+        ports.push_uart(Lane::Answer, sequence, &Message::Log(LogMessage::new(1, &text)));
+    }
+
+    /// Sequence numbers and length of the next batch.
+    fn taken(ports: &Ports, batch: &mut UartBatch) -> (Vec<u16>, usize) {
+        let mut decoder = Decoder::new();
+        let bytes = ports.take_uart(batch);
+        let frames = bytes.iter().filter_map(|byte| decoder.push(*byte));
+        let frames = frames.map(|frame| frame.expect("a sound frame").sequence);
+        (frames.collect(), bytes.len())
+    }
+
+    #[test]
+    fn the_newest_contact_goes_first_and_replaces_the_previous() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
+        line(&ports, 1, 20);
+        assert_eq!(contact(&ports, 2), 0);
+        assert_eq!(contact(&ports, 3), 1);
+        assert_eq!(taken(&ports, &mut batch).0, [3, 1]);
+        assert_eq!(taken(&ports, &mut batch).0, []);
+    }
+
+    #[test]
+    fn several_frames_take_less_than_a_tick_and_one_may_exceed_it() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
+        for sequence in 0..4 {
+            line(&ports, sequence, 30);
+        }
+        line(&ports, 4, MAX_LOG);
+        let batches: Vec<_> = (0..4).map(|_| taken(&ports, &mut batch)).collect();
+        let frames = batches.iter().flat_map(|(frames, _)| frames);
+        assert!(frames.copied().eq(0..5));
+        for (frames, bytes) in batches {
+            assert!(frames.len() <= 1 || bytes <= UartBatch::BYTES);
+        }
+    }
+
+    #[test]
+    fn a_batch_of_exactly_the_maximum_is_one_transfer() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
+        line(&ports, 0, 30);
+        let (_, first) = taken(&ports, &mut batch);
+        let overhead = first - 30;
+        for (excess, frames) in [(0, 2), (1, 1)] {
+            let (ports, mut batch) = (Ports::new(), UartBatch::default());
+            line(&ports, 0, 30);
+            line(&ports, 1, UartBatch::BYTES - first - overhead + excess);
+            assert_eq!(taken(&ports, &mut batch).0.len(), frames);
+        }
+    }
+
+    #[test]
+    fn a_line_that_fits_the_longest_batch_goes_with_the_contact() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
+        line(&ports, 1_000, 60);
+        let mut rounds = (0..20).map(|round| {
+            assert_eq!(contact(&ports, round), 0, "no contact is dropped");
+            taken(&ports, &mut batch)
+        });
+        let (frames, bytes) = rounds.find(|(frames, _)| frames.contains(&1_000)).expect("it goes");
+        assert_eq!(frames, [u16::from(UartBatch::CROWDED), 1_000]);
+        assert!(bytes > UartBatch::BYTES);
+    }
+
+    #[test]
+    fn contacts_that_fill_the_line_do_not_block_other_frames() {
+        let (ports, mut batch) = (Ports::new(), UartBatch::default());
+        line(&ports, 1_000, MAX_LOG);
+        let rounds = (0..20).take_while(|round| {
+            contact(&ports, *round);
+            taken(&ports, &mut batch).0 != [1_000]
+        });
+        assert_eq!(rounds.count(), usize::from(UartBatch::CROWDED) + 1);
+        // The next batch starts with the contact again.
+        contact(&ports, 30);
+        assert_eq!(taken(&ports, &mut batch).0, [30]);
+    }
+
+    type Small = Outlet<u32, 2, 3>;
+
+    fn drained(outlet: &Small) -> Vec<u32> {
+        core::iter::from_fn(|| outlet.try_next()).collect()
+    }
+
+    #[test]
+    fn a_full_lane_drops_and_counts_its_oldest_items() {
+        let outlet = Small::new();
+        let dropped: u32 = (0..10).map(|i| outlet.push(Lane::Stream, i)).sum();
+        assert_eq!(dropped, 7);
+        assert_eq!(drained(&outlet), [7, 8, 9]);
+    }
+
+    #[test]
+    fn answers_go_before_the_stream_and_are_not_dropped_for_it() {
+        let outlet = Small::new();
+        assert_eq!(outlet.push(Lane::Stream, 1), 0);
+        assert_eq!(outlet.push(Lane::Answer, 100), 0);
+        for i in 2..50 {
+            outlet.push(Lane::Stream, i);
+        }
+        assert_eq!(drained(&outlet), [100, 47, 48, 49]);
+    }
+
+    #[test]
+    fn estimates_go_before_any_number_of_answers() {
+        let outlet = Small::new();
+        for answer in 100..150 {
+            outlet.push(Lane::Answer, answer);
+        }
+        outlet.push(Lane::Estimate, 1);
+        outlet.push(Lane::Notice, 7);
+        assert_eq!(drained(&outlet), [7, 1, 147, 148, 149]);
+    }
+
+    #[test]
+    fn an_item_sent_at_once_never_overtakes_its_own_lane() {
+        let outlet = Small::new();
+        outlet.push(Lane::Stream, 2);
+        let sent = |lane, item| assert_eq!(outlet.send_or_push(lane, item, |_| true), 0);
+        sent(Lane::Stream, 3);
+        sent(Lane::Answer, 4);
+        assert_eq!(drained(&outlet), [2, 3]);
+        sent(Lane::Stream, 1);
+        assert_eq!(drained(&outlet), []);
+    }
+
+    #[test]
+    fn an_item_that_is_refused_lets_the_next_lane_pass() {
+        let outlet = Small::new();
+        outlet.push(Lane::Estimate, 1);
+        outlet.push(Lane::Answer, 100);
+        outlet.push(Lane::Stream, 101);
+        outlet.take_all(|_, item| *item >= 100);
+        assert_eq!(drained(&outlet), [1]);
+    }
+
+    #[test]
+    fn the_wait_ends_with_an_item_or_once_with_a_call() {
+        let outlet = Small::new();
+        let is_ready = || {
+            let mut context = Context::from_waker(Waker::noop());
+            pin!(outlet.ready()).poll(&mut context).is_ready()
+        };
+        assert!(!is_ready());
+        outlet.call();
+        assert!(is_ready());
+        assert!(!is_ready());
+        outlet.push(Lane::Stream, 1);
+        assert!(is_ready() && is_ready() && !outlet.is_empty());
+    }
+
+    #[test]
+    fn a_cleared_lane_is_counted_and_the_others_stay() {
+        let outlet = Small::new();
+        for i in 0..5 {
+            outlet.push(Lane::Stream, i);
+        }
+        outlet.push(Lane::Answer, 100);
+        assert_eq!(outlet.clear(Lane::Stream), 3);
+        outlet.push(Lane::Stream, 9);
+        assert_eq!(drained(&outlet), [100, 9]);
+    }
+}

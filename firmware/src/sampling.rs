@@ -1,0 +1,583 @@
+//! The sampling loop: each tick the following data-ready edge, one burst, and a check of the
+//! sensor's health.
+//!
+//! [`sample`] runs a foot on a board: [`run`] starts the sensor, waits for each tick and measures; [`Foot::tick`] does
+//! the rest. Whether a sample is trusted is judged by `watch`, from the ticks before it.
+//!
+//! [`run`] never misses a tick because of the sensor. While the sensor is being initialised, which
+//! takes 100 ms of waiting, both run concurrently: every tick is served with "no sample", and the
+//! initialisation continues between them. Ticks and initialisation never use the bus at the same time,
+//! because without a running sensor a tick has nothing to read.
+//!
+//! | what is wrong | how it is noticed | after at most |
+//! |---|---|---|
+//! | no edge, nothing new, a status that no part sends, a transfer that fails | three bad ticks in five | 3 ticks |
+//! | all outputs repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
+//! | the outputs of one sensor, or of one axis, repeat | [`FrozenDetector`](lsm6dsox::FrozenDetector) | 20 to 90 ticks |
+//! | another identity, data rates gone, as after a reset | read back each second tick, after the estimate | 3 ticks |
+//! | any other register of the configuration | as above, [`READ_BACK_TICKS`] for all of them | 45 ticks |
+//! | edges too many or too few, where they are counted | three bad ticks in five | 3 ticks |
+//! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
+//!
+//! After three errors of the bus, each within a second of the one before, its clock is halved, down to 1.25 MHz: long
+//! wires or a level shifter may leave no time to read the data line. Errors are a start that fails to read identity or
+//! registers correctly, a register that is read right at the second attempt, and a status that no part sends.
+//!
+//! Where edges are missing and samples are new, the fault is in the line of the edges: the samples are read at the end
+//! of the wait for an edge, which is reported, until edges have come for a second again. With single edges missing that
+//! begins after the third, each within 50 ticks of the one before; with none, after a restart of the sensor; with many, after two. Meanwhile a rate of edges that
+//! stays wrong is a fault of the sensor again.
+//!
+//! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before
+//! the fault is identified. After each start samples stay flagged until each axis has changed, for some
+//! ten ticks: an axis that is stuck is never trusted.
+
+mod watch;
+
+use core::future::poll_fn;
+use core::mem::discriminant;
+use core::pin::pin;
+use core::task::Poll;
+
+use embedded_hal_async::delay::DelayNs;
+use estimator_core::{ImuSample, Timestamp, Validity};
+use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
+use lsm6dsox::{AsyncBus, BusSpeed, Config, Error, RawSample, SelfTest, SetBusSpeed, imu};
+use wire::Fault;
+
+use crate::board::Board;
+use crate::foot::Foot;
+use crate::ports::{BusState, Input, Mailboxes, Ports};
+use crate::supervision::Cost;
+use watch::{SampleIssue, Watch};
+
+pub use watch::{FROZEN_REPEATS, ReadAt, SATURATED_TICKS};
+
+/// Maximum time from a tick to its data-ready edge, µs. Edges are 150 µs apart; a sensor whose
+/// clock is a third too slow still keeps within it.
+pub const EDGE_LIMIT_US: u64 = 200;
+
+/// Mean age of the newest sample at the end of the wait for an edge, µs: half the period of the edges.
+const MEAN_AGE_US: u64 = 75;
+
+/// Good ticks after which a restart counts as successful, so that the next one need not wait.
+const SETTLED_TICKS: u32 = 1000;
+
+/// First and longest wait between two attempts to start the sensor, ticks.
+const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
+
+/// Errors of the bus after which it is slowed down: the sensor's data line may be too slow for the clock.
+const SLOW_AFTER: u32 = 3;
+
+/// Index of the last register of the configuration: a data rate.
+const LAST_WRITE: usize = Config::WRITES - 1;
+
+/// Ticks for reading back every register of the configuration once.
+pub const READ_BACK_TICKS: usize = 2 * LAST_WRITE;
+
+const _: () = assert!(READ_BACK_TICKS == 44);
+
+/// Tick of the timer that drives the sampling, as observed by the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tick {
+    /// Time of the tick.
+    pub time: Timestamp,
+    /// First data-ready edge after it, captured by hardware; `None` if none came within
+    /// [`EDGE_LIMIT_US`].
+    pub edge: Option<Timestamp>,
+    /// Edges since the previous tick, if the hardware counts them.
+    pub edges: Option<u16>,
+    /// Ticks missed since the previous one, because its work took too long.
+    pub missed: u32,
+}
+
+impl Tick {
+    /// Time of the newest sample: of the edge, or as expected at the end of the wait for one.
+    #[must_use]
+    pub fn sampled(&self) -> Timestamp {
+        let expected = self.time.as_micros() + EDGE_LIMIT_US - MEAN_AGE_US;
+        self.edge.unwrap_or(Timestamp::from_micros(expected))
+    }
+}
+
+/// Timer and captured edges of a board.
+pub trait Ticks {
+    /// Waits for the next tick, and then for its data-ready edge, at most [`EDGE_LIMIT_US`].
+    fn next(&mut self) -> impl Future<Output = Tick>;
+}
+
+/// Runs a foot on a board forever: its sensor, with its self-test if the settings ask for it, and each tick.
+pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
+    sensor: Sensor<BUS>,
+    delay: impl DelayNs,
+    ticks: impl Ticks,
+    foot: &mut Foot,
+    board: &impl Board,
+    ports: &Ports<impl Mailboxes>,
+) -> ! {
+    let self_test = foot.settings().self_test();
+    let mut bus = BusState::Active;
+    let mut node_id = 0;
+    run(sensor, delay, ticks, self_test, |tick, measurement| {
+        board.begin_tick();
+        foot.tick(tick, measurement, board.load_reading(), ports);
+        // The foot takes it on its next tick: bus-off lasts at least 1.4 ms. A change of the error counters alone is
+        // not reported.
+        let state = board.bus_state();
+        if discriminant(&state) != discriminant(&bus) && ports.try_put(Input::Bus(state)) {
+            bus = state;
+        }
+        if foot.node_id() != node_id {
+            node_id = foot.node_id();
+            board.listen_as(node_id);
+        }
+        ports.light.show(foot.stage(), foot.faults());
+        board.end_tick();
+        // Ticks without a sample may be long: the sensor starts, or its burst hangs.
+        if measurement.raw.is_some() {
+            ports.costs.take(Cost::Mailbox, board.micros_to_mailbox());
+            ports.costs.take(Cost::Work, board.micros_since_edge(tick));
+        }
+    })
+    .await
+}
+
+/// Runs the sensor forever: starts it, with its self-test if `self_test` is set, reads it each
+/// tick, and starts it again after a fault, after waits that double from 10 ms to 1 s. `each` is
+/// called with every tick and its measurement.
+pub async fn run<BUS: AsyncBus + SetBusSpeed>(
+    mut sensor: Sensor<BUS>,
+    mut delay: impl DelayNs,
+    mut ticks: impl Ticks,
+    mut self_test: bool,
+    mut each: impl FnMut(&Tick, &Measurement),
+) -> ! {
+    let mut failures = 0_u32;
+    loop {
+        let (activity, counts) = (sensor.activity, sensor.counts());
+        let mut started = alongside(sensor.start(&mut delay), &mut ticks, |tick| {
+            each(tick, &Sensor::<BUS>::absent(tick, activity, counts));
+        })
+        .await;
+        if self_test && started.is_ok() {
+            started = alongside(sensor.self_test(&mut delay), &mut ticks, |tick| {
+                let absent = Sensor::<BUS>::absent(tick, Activity::SelfTest, counts);
+                each(tick, &absent);
+            })
+            .await;
+            self_test = started.is_err();
+        }
+        let mut reason = None;
+        let mut unreported = match started {
+            Ok(fault) => {
+                sensor.activity = Activity::Measuring;
+                fault
+            }
+            Err(fault) => {
+                reason = Some(fault.fault);
+                Some(fault)
+            }
+        };
+        while sensor.activity == Activity::Measuring {
+            let tick = ticks.next().await;
+            let mut measurement = sensor.measure(&tick).await;
+            if let Some(fault) = measurement.fault {
+                sensor.activity = Activity::Recovering;
+                reason = Some(fault.fault);
+            }
+            measurement.fault = measurement.fault.or_else(|| unreported.take());
+            if sensor.watch.good_ticks >= SETTLED_TICKS {
+                failures = 0;
+            }
+            each(&tick, &measurement);
+            if sensor.activity == Activity::Measuring {
+                sensor.check(&tick).await;
+            }
+        }
+        // The first failure is followed by another attempt at once.
+        let (first, longest) = BACK_OFF_TICKS;
+        if let Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) = reason {
+            sensor.count_bus_error();
+        }
+        let wait = match failures {
+            0 if unreported.is_none() => 0,
+            failures => (first << failures.min(10)).min(longest),
+        };
+        failures = failures.saturating_add(1);
+        sensor.activity = Activity::Recovering;
+        for _ in 0..wait {
+            let tick = ticks.next().await;
+            let mut absent = Sensor::<BUS>::absent(&tick, Activity::Recovering, sensor.counts());
+            absent.fault = unreported.take();
+            each(&tick, &absent);
+        }
+        sensor.restarts = sensor.restarts.wrapping_add(1);
+    }
+}
+
+/// Serves ticks until `work` is done, to the end of the tick on which it completes.
+async fn alongside<T>(
+    work: impl Future<Output = T>,
+    ticks: &mut impl Ticks,
+    mut each: impl FnMut(&Tick),
+) -> T {
+    let mut work = pin!(work);
+    let mut done = None;
+    loop {
+        let tick = {
+            let mut next = pin!(ticks.next());
+            poll_fn(|context| {
+                if done.is_none()
+                    && let Poll::Ready(result) = work.as_mut().poll(context)
+                {
+                    done = Some(result);
+                }
+                next.as_mut().poll(context)
+            })
+            .await
+        };
+        each(&tick);
+        if let Some(result) = done {
+            return result;
+        }
+    }
+}
+
+/// State of the sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Activity {
+    /// First configuration.
+    #[default]
+    Starting,
+    /// Self-test.
+    SelfTest,
+    /// Measurement.
+    Measuring,
+    /// Initialisation after a failure.
+    Recovering,
+}
+
+/// Result of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Sample for the estimator; invalid if none was read.
+    pub sample: ImuSample,
+    /// Codes of the sensor, if they could be read.
+    pub raw: Option<RawSample>,
+    /// State of the sensor.
+    pub activity: Activity,
+    /// Fault found on this tick.
+    pub fault: Option<SensorFault>,
+    /// Whether the sensor has been at the end of its range for longer than an impact lasts.
+    pub saturated_for_long: bool,
+    /// Event at which samples are read, if one was.
+    pub read_at: ReadAt,
+    /// Number of restarts of the sensor so far.
+    pub restarts: u32,
+    /// Number of registers so far that were read right at the second attempt.
+    pub misreads: u32,
+}
+
+/// Fault of the sensor, and the detail of its emergency.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SensorFault {
+    /// The fault.
+    pub fault: Fault,
+    /// Detail, with the meaning given by [`Fault::detail`].
+    pub detail: u32,
+}
+
+impl SensorFault {
+    const fn new(fault: Fault, detail: u32) -> Self {
+        Self { fault, detail }
+    }
+}
+
+/// Bit *i*: axis *i* failed.
+fn failed_axes(result: &SelfTest) -> u32 {
+    let passed = result.accel_passed().into_iter().chain(result.gyro_passed());
+    (0..).zip(passed).fold(0, |bits, (axis, passed)| bits | u32::from(!passed) << axis)
+}
+
+/// Sensor and the state of its health.
+#[derive(Debug)]
+pub struct Sensor<BUS> {
+    driver: Lsm6dsox<BUS>,
+    conversion: imu::Conversion,
+    watch: Watch,
+    activity: Activity,
+    restarts: u32,
+    misreads: u32,
+    /// Speed of the bus.
+    speed: BusSpeed,
+    /// Errors of the bus that count for its speed, and [`Watch::turn`] of the last.
+    bus_errors: u32,
+    error_turn: usize,
+    /// Fault of the register that was read back after the previous sample.
+    found: Option<SensorFault>,
+    /// Factor of the changes in the accelerometer's self-test.
+    accelerometer_range: f32,
+}
+
+impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
+    /// Creates a sensor that has not been started, with a new sample at least each tick.
+    pub fn new(bus: BUS, config: Config) -> Self {
+        Self {
+            driver: Lsm6dsox::new(bus, config),
+            conversion: imu::Conversion::default(),
+            watch: Watch::default(),
+            activity: Activity::Starting,
+            restarts: 0,
+            misreads: 0,
+            speed: BusSpeed::Full,
+            bus_errors: 0,
+            error_turn: 0,
+            found: None,
+            accelerometer_range: 1.0,
+        }
+    }
+
+    /// Sets the range of the accelerometer for its self-test:
+    /// [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
+    #[must_use]
+    pub fn with_accelerometer_range(self, range: f32) -> Self {
+        Self { accelerometer_range: range, ..self }
+    }
+
+    /// Sets the speed at which the bus has been started.
+    #[must_use]
+    pub fn with_bus_speed(self, speed: BusSpeed) -> Self {
+        Self { speed, ..self }
+    }
+
+    /// Counts a misread, or a start that failed by one: [`SLOW_AFTER`] of them, each within a second of the one
+    /// before, slow the bus down until the board starts again.
+    fn count_bus_error(&mut self) {
+        let is_soon = self.watch.turn.wrapping_sub(self.error_turn) <= SETTLED_TICKS as usize;
+        self.bus_errors = if is_soon { self.bus_errors + 1 } else { 1 };
+        self.error_turn = self.watch.turn;
+        if self.bus_errors >= SLOW_AFTER {
+            self.bus_errors = 0;
+            self.speed = self.speed.slower();
+            self.driver.bus().set_bus_speed(self.speed);
+        }
+    }
+
+    /// Reads the sample of a tick.
+    pub async fn measure(&mut self, tick: &Tick) -> Measurement {
+        self.watch.turn = self.watch.turn.wrapping_add(1);
+        let read = self.driver.sample().await;
+        let time = tick.sampled();
+        let (raw, issue) = match read {
+            Ok(raw) => {
+                let issue = self.watch.issue(tick, &raw);
+                (Some(raw), issue.or_else(|| self.unproven()))
+            }
+            Err(Error::Status { read, .. }) => {
+                self.count_bus_error();
+                (None, Some(SampleIssue::Status(read)))
+            }
+            Err(_) => (None, Some(SampleIssue::Bus)),
+        };
+        let fault = match self.watch.count(issue, time) {
+            Some(issue) => Some(self.diagnose(issue, time).await),
+            None => self.found.take(),
+        };
+        let mut sample = match &raw {
+            Some(raw) => self.conversion.imu_sample(raw, time),
+            None => imu::missing_sample(time),
+        };
+        if issue.is_some() && sample.validity != Validity::Invalid {
+            sample.validity = Validity::Stale;
+        }
+        if fault.is_some() {
+            sample.validity = Validity::Invalid;
+        }
+        Measurement {
+            sample,
+            raw,
+            activity: Activity::Measuring,
+            fault,
+            saturated_for_long: self.watch.saturated_ticks >= SATURATED_TICKS,
+            read_at: self.watch.read_at,
+            restarts: self.restarts,
+            misreads: self.misreads,
+        }
+    }
+
+    /// Reads back one register, after the estimate: a difference is the next tick's fault.
+    async fn check(&mut self, tick: &Tick) {
+        self.found = self.read_back_one_register(tick.time).await;
+    }
+
+    /// Issue of a sensor with an axis that has not changed yet since the start: it may be stuck, which is seen later.
+    fn unproven(&self) -> Option<SampleIssue> {
+        (!self.watch.frozen.every_axis_has_changed()).then_some(SampleIssue::Unproven)
+    }
+
+    /// Numbers of restarts and misreads so far.
+    const fn counts(&self) -> (u32, u32) {
+        (self.restarts, self.misreads)
+    }
+
+    /// Measurement of a tick without a sample.
+    fn absent(tick: &Tick, activity: Activity, (restarts, misreads): (u32, u32)) -> Measurement {
+        Measurement {
+            sample: imu::missing_sample(tick.time),
+            raw: None,
+            activity,
+            fault: None,
+            saturated_for_long: false,
+            read_at: ReadAt::Edge,
+            restarts,
+            misreads,
+        }
+    }
+
+    /// Starts the sensor. Returns [`Fault::SensorReset`] if it had lost its settings.
+    async fn start(
+        &mut self,
+        delay: &mut impl DelayNs,
+    ) -> Result<Option<SensorFault>, SensorFault> {
+        let mut lost = None;
+        if self.activity == Activity::Recovering {
+            delay.delay_us(BOOT_MICROS).await;
+            if self.driver.check_identity().await.is_ok() {
+                let verified = self.driver.verify().await;
+                lost = verified.err().map(|error| self.fault_of(&error));
+                lost = lost.filter(|fault| fault.fault == Fault::SensorReset);
+            }
+        }
+        self.found = None;
+        let result = self.driver.init(delay).await;
+        result.map_err(|error| self.fault_of(&error))?;
+        self.watch.restart();
+        Ok(lost)
+    }
+
+    async fn self_test(
+        &mut self,
+        delay: &mut impl DelayNs,
+    ) -> Result<Option<SensorFault>, SensorFault> {
+        let result = self.driver.self_test(delay).await;
+        let mut result = result.map_err(|error| self.fault_of(&error))?;
+        for change in &mut result.specific_force {
+            *change *= self.accelerometer_range;
+        }
+        Ok((!result.passed())
+            .then(|| SensorFault::new(Fault::SensorSelfTest, failed_axes(&result))))
+    }
+
+    /// Reads back in turns: the identity with a data rate, which a failed sensor loses first, and one other
+    /// register of the configuration. A difference counts once it has been read twice; one that is not read again is a misread. If the identity reads
+    /// as that of a line at rest it does not count: such a sensor gives no samples either, and the
+    /// bad ticks raise the fault.
+    async fn read_back_one_register(&mut self, now: Timestamp) -> Option<SensorFault> {
+        let turn = self.watch.turn;
+        let write = if turn.is_multiple_of(2) {
+            None
+        } else {
+            self.driver.config().write(turn / 2 % LAST_WRITE)
+        };
+        for misreads in 0..2 {
+            let result = match write {
+                None => self.driver.check_identity_and_rate().await,
+                Some(write) => self.driver.check(write).await,
+            };
+            if result.is_ok() {
+                if misreads > 0 {
+                    self.misreads = self.misreads.wrapping_add(misreads);
+                    self.count_bus_error();
+                }
+                return None;
+            }
+        }
+        match self.driver.check_identity().await {
+            Err(Error::Identity { read: 0x00 | 0xFF }) => None,
+            _ => Some(self.diagnose(SampleIssue::Stale, now).await),
+        }
+    }
+
+    /// Finds the cause of bad ticks: the identity first, then every register, then the issue itself.
+    async fn diagnose(&mut self, issue: SampleIssue, now: Timestamp) -> SensorFault {
+        let silent_us = self.watch.last_good.and_then(|good| now.micros_since(good));
+        let silent_us = silent_us.map_or(u32::MAX, |us| us.min(u64::from(u32::MAX)) as u32);
+        let silence = SensorFault::new(Fault::SensorSilent, silent_us);
+        let timing = SensorFault::new(Fault::SensorTiming, self.watch.bad_ticks);
+        let without_edge = self.watch.without_edge;
+        match self.driver.check_identity().await {
+            // A line at rest and no edges: no part, or one that is still booting.
+            Err(Error::Identity { read: 0x00 | 0xFF }) if without_edge >= 2 => return silence,
+            Err(error) => return self.fault_of(&error),
+            Ok(()) => {}
+        }
+        if let Err(error) = self.driver.verify().await {
+            return self.fault_of(&error);
+        }
+        match issue {
+            SampleIssue::Repeat => SensorFault::new(Fault::SensorFrozen, self.watch.frozen_axes()),
+            SampleIssue::Unannounced if without_edge >= 2 => {
+                self.watch.read_by_timer();
+                silence
+            }
+            SampleIssue::Unannounced if self.watch.has_lost_edges() => {
+                self.watch.read_by_timer();
+                timing
+            }
+            SampleIssue::Edge if without_edge >= 3 => silence,
+            SampleIssue::Edge
+            | SampleIssue::Unannounced
+            | SampleIssue::Rate
+            | SampleIssue::Stale
+            | SampleIssue::Unproven => timing,
+            SampleIssue::Status(read) => {
+                self.fault_of(&Error::Status { register: lsm6dsox::register::STATUS_REG, read })
+            }
+            SampleIssue::Bus => silence,
+        }
+    }
+
+    fn fault_of(&self, error: &Error<BUS::Error>) -> SensorFault {
+        let registers =
+            |address: u8, written: u8, read: u8| u32::from_le_bytes([address, written, read, 0]);
+        match *error {
+            Error::Identity { read } => SensorFault::new(Fault::SensorWrongId, u32::from(read)),
+            Error::ReadBack { register, read, .. } if register.agree(read, register.reset) => {
+                SensorFault::new(Fault::SensorReset, self.watch.bad_ticks)
+            }
+            Error::ReadBack { register, written, read } => SensorFault::new(
+                Fault::SensorConfigMismatch,
+                registers(register.address, written, read),
+            ),
+            Error::Status { register, read } => {
+                SensorFault::new(Fault::SensorConfigMismatch, registers(register.address, 0, read))
+            }
+            Error::ResetTimeout { written, read } => SensorFault::new(
+                Fault::SensorConfigMismatch,
+                registers(lsm6dsox::register::CTRL3_C.address, written, read),
+            ),
+            Error::Bus(_) | Error::DataReadyTimeout { .. } | Error::Unconfigured => {
+                SensorFault::new(Fault::SensorSilent, u32::MAX)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_axis_that_fails_the_self_test_sets_its_bit() {
+        for axis in 0..6 {
+            // Within ST's limits: 0.05 g to 1.7 g, 150 °/s to 700 °/s.
+            let mut result = SelfTest { specific_force: [4.9; 3], angular_rate: [7.0; 3] };
+            assert_eq!(failed_axes(&result), 0);
+            match axis {
+                0..3 => result.specific_force[axis] = 0.0,
+                _ => result.angular_rate[axis - 3] = 0.0,
+            }
+            assert_eq!(failed_axes(&result), 1 << axis);
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Thread level: what has no deadline. Settings, watchdog, LED.
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal_async::delay::DelayNs;
+use embedded_storage::nor_flash::NorFlash;
+use storage::{MOST_WATCHDOG_RESETS, Origin, Storage, StoreFailed};
+use wire::Settings;
+
+use crate::board::Board;
+use crate::ports::{Input, Mailboxes, Ports, Reloaded, Request};
+use crate::supervision::{Cost, StackDepth};
+
+/// Time in which the answer to a stop leaves, ms: some frames at 125 kbit/s.
+const ANSWERING_MS: u32 = 20;
+
+/// Time for which the watchdog is fed, without a gap, before a new program is confirmed, ms.
+const CONFIRMED_MS: u32 = 10_000;
+
+/// Loads the settings at a start; the defaults after as many resets by the watchdog in a row as settings can cause.
+pub fn load_settings<F: NorFlash>(
+    storage: &mut Storage<F>,
+    watchdog_resets: u32,
+) -> (Settings, Origin)
+where
+    StoreFailed: From<F::Error>,
+{
+    if watchdog_resets < MOST_WATCHDOG_RESETS {
+        storage.load()
+    } else {
+        (Settings::default(), Origin::NotRead)
+    }
+}
+
+/// Serves requests of the foot that take longer than a tick, forever.
+pub async fn serve_requests<F: NorFlash>(
+    mut storage: Storage<F>,
+    mut delay: impl DelayNs,
+    board: &impl Board,
+    ports: &Ports<impl Mailboxes>,
+) -> !
+where
+    StoreFailed: From<F::Error>,
+{
+    loop {
+        match ports.next_request().await {
+            Request::Store(settings, erase) => {
+                let stored = storage.store(&settings, erase);
+                ports.put(Input::Stored(stored)).await;
+            }
+            Request::Restore(erase) => {
+                let restored = storage.restore(erase);
+                ports.put(Input::Stored(restored)).await;
+            }
+            Request::ProtectSupply => ports.put(Input::Protected(board.protect())).await,
+            Request::ConfirmProgram => ports.put(Input::Protected(board.confirm_program())).await,
+            Request::StopProgram => {
+                delay.delay_ms(ANSWERING_MS).await;
+                board.start_bootloader();
+            }
+            Request::Reload => {
+                let (settings, origin) = storage.load();
+                board.apply_rates(&settings);
+                ports.reload(Reloaded { settings, origin });
+            }
+            Request::Reset => board.reset(),
+        }
+    }
+}
+
+/// Feeds the watchdog while all workers are alive, confirms a new program, and measures the depth of the stack, forever.
+///
+/// A new program is confirmed once the foot can be reached over one of its lines, and so be updated again: another node
+/// has acknowledged a frame, or has sent a request. The serial line sends without a receiver, too, which shows nothing.
+pub async fn feed_watchdog<B: Board>(
+    mut delay: impl DelayNs,
+    board: &B,
+    ports: &Ports<impl Mailboxes>,
+) -> ! {
+    let mut depth = StackDepth::default();
+    let (mut feedings, mut is_confirmed) = (0_u32, false);
+    loop {
+        ports.call();
+        delay.delay_ms(B::FEEDING_MS).await;
+        if ports.liveness.all_alive() {
+            board.feed_watchdog();
+            feedings = feedings.saturating_add(1);
+            let is_reachable = || ports.has_had_request() || board.is_acknowledged();
+            if !is_confirmed && feedings >= CONFIRMED_MS / B::FEEDING_MS && is_reachable() {
+                is_confirmed = board.confirm_program().is_ok();
+                // Where it failed the supply may be low: again in ten seconds.
+                feedings = 0;
+            }
+        }
+        if let Some(used) = board.look_at_stack(&mut depth) {
+            ports.costs.take(Cost::Stack, used as u32);
+        }
+    }
+}
+
+/// Shows the stage and a fault, forever. The LED is lit when its pin is high.
+pub async fn blink(
+    mut led: impl OutputPin,
+    mut delay: impl DelayNs,
+    ports: &Ports<impl Mailboxes>,
+) -> ! {
+    loop {
+        let (on_ms, off_ms) = ports.light.on_off_ms();
+        // The pins of a chip do not fail.
+        let _ = led.set_high();
+        delay.delay_ms(on_ms).await;
+        let _ = led.set_low();
+        delay.delay_ms(off_ms).await;
+    }
+}
