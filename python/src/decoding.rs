@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use estimator_core::Flag;
+use feet::FootHint;
 use feet::decode::feet::Name;
 use feet::decode::row::CommonClock;
 use feet::decode::{ContactRow, DecodeError, Feet, FileOutcome};
@@ -150,13 +151,19 @@ pub(crate) fn decode_file<'py>(
             Ok(())
         })
     });
-    let FileOutcome { report, notices } = decoded.map_err(|error| match error {
+    let FileOutcome { file, report, notices } = decoded.map_err(|error| match error {
         DecodeError::Unreadable { .. } => PyOSError::new_err(error.to_string()),
         other => value_error(other),
     })?;
     let report = serde_json::to_string(&report)
         .map_err(|error| value_error(format!("the report cannot be written: {error}")))?;
     let dict = columns.into_dict(py)?;
-    dict.set_item("notices", notices)?;
+    let notices = notices.iter().map(|notice| match notice.hint() {
+        Some(FootHint::NameNodeAsFoot(node)) => {
+            format!("{}: nodes=[{node}]", notice.sentence(&file))
+        }
+        _ => notice.sentence(&file),
+    });
+    dict.set_item("notices", notices.collect::<Vec<_>>())?;
     Ok((dict, report))
 }

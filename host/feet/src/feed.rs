@@ -1,5 +1,6 @@
-//! Line that is read by its own thread, so that a slow consumer does not block it, and reopened when it breaks. A line in
-//! lock step is read by its consumer instead: its time passes only while the consumer waits.
+//! Line that is read by its own thread, so that a slow consumer does not block it, and reopened when it breaks.
+//!
+//! A line in lock step is read by its consumer instead: its time passes only while the consumer waits.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -12,7 +13,7 @@ use std::sync::mpsc::{
 use std::thread;
 use std::time::Duration;
 
-use crate::link::{self, Arrival, Arrived, LISTEN, LineClock, Link, LinkError, Sending};
+use crate::link::{self, Arrival, Arrived, LISTEN, LineClock, Link, LinkError, Remark, Sending};
 use crate::source::Source;
 
 /// Capacity of the queue, arrivals: three seconds of four feet on CAN.
@@ -26,8 +27,8 @@ const RETRY: Duration = Duration::from_millis(500);
 pub enum Fed {
     /// Something has arrived.
     Arrived(Arrived),
-    /// Sentence about a recording that is played, for people to read.
-    Remark(String),
+    /// Remark about a recording that is played, for people to read.
+    Remark(Remark),
     /// The line is open.
     Opened,
     /// The line has broken or is unavailable; opening it is retried without limit.
@@ -67,7 +68,7 @@ impl Feed {
             to_send,
             lost: Arc::clone(&lost),
         };
-        // The thread ends at the next arrival or timeout after the feed is dropped, its only error.
+        // `serve` fails only when the feed is dropped; the thread notices at its next arrival or timeout.
         thread::spawn(move || feeder.serve());
         Self { reader: LineReader::Thread { fed, sendings, lost }, clock: LineClock::default() }
     }
@@ -218,7 +219,7 @@ impl Feeder {
                 Err(TryRecvError::Disconnected) => return Err(Left),
             }
             match link.receive(LISTEN) {
-                Ok(Some((_, Arrival::Remark(text)))) => self.hand_on(Fed::Remark(text))?,
+                Ok(Some((_, Arrival::Remark(remark)))) => self.hand_on(Fed::Remark(remark))?,
                 Ok(Some(arrived)) => self.hand_on(Fed::Arrived(arrived))?,
                 Ok(None) => {}
                 Err(error) => return Ok(error),

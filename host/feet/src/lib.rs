@@ -1,4 +1,5 @@
-//! Lines to feet: what arrives on them, decoded and by foot, and requests. Sources have the same syntax in every command.
+//! Lines to feet: reception, decoding, the state of each foot, and requests. Sources have the same syntax in every
+//! command.
 //!
 //! | item | module |
 //! |---|---|
@@ -11,13 +12,15 @@
 //! | state of one foot | [`live_foot`] |
 //! | requests to one foot over its line | [`foot`] |
 //! | conversion of the foot's clock to that of the receiver | [`foot_clock`] |
+//! | remedies of errors, which each program expresses in its own words | [`hint`] |
 //! | rate and jitter of the contacts, and detection of several boards with one id | [`newest_second`] |
-//! | rows of what was sent, from logs and as bytes arrive | [`decode`] |
+//! | rows of a table from frames and messages, in logs and live | [`decode`] |
 
 pub mod decode;
 pub mod feed;
 pub mod foot;
 pub mod foot_clock;
+pub mod hint;
 pub mod link;
 pub mod live_foot;
 pub mod newest_second;
@@ -27,6 +30,7 @@ pub mod source;
 pub mod usb;
 
 pub use feed::Feed;
+pub use hint::FootHint;
 pub use link::{Arrival, Link, LinkError, Sending};
 pub use live_foot::LiveFoot;
 pub use newest_second::NewestSecond;

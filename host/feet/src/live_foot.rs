@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::decode::ContactRow;
-use crate::decode::live::{FootKey, Heard, Said};
+use crate::decode::live::{FootKey, FootMessage, MessageBody};
 use crate::decode::row::{ClockTurn, CommonClock};
 use estimator_core::{Flag, Flags, Quaternion, Timestamp};
 use wire::node::State;
@@ -67,14 +67,14 @@ impl LiveFoot {
     }
 
     /// Applies a message received at `listened_us` of the listening time.
-    pub(crate) fn apply(&mut self, Heard { at, said, .. }: &Heard, listened_us: u64) {
-        match said {
-            Said::Contact(row) => {
+    pub(crate) fn apply(&mut self, FootMessage { at, body, .. }: &FootMessage, listened_us: u64) {
+        match body {
+            MessageBody::Contact(row) => {
                 self.contact = Some((*at, listened_us));
                 self.take_contact((**row).clone(), *at);
             }
-            Said::Raw(raw) => self.stamp = self.clock.time(raw.timestamp, *at),
-            Said::Board(board) => {
+            MessageBody::Raw(raw) => self.stamp = self.clock.time(raw.timestamp, *at),
+            MessageBody::Board(board) => {
                 self.state = Some(board.state);
                 self.faults = board.faults;
                 let celsius = board.temperature.value(TEMPERATURE_STEP);
@@ -84,7 +84,7 @@ impl LiveFoot {
                 self.dropped = dropped.map(u64::from).iter().sum();
                 self.board = Some(board.clone());
             }
-            Said::Health(health) => {
+            MessageBody::Health(health) => {
                 let before = self.drops.replace(health.dropped);
                 self.dropped = match before {
                     Some(before) => self.dropped + u64::from(health.dropped.wrapping_sub(before)),
@@ -92,27 +92,25 @@ impl LiveFoot {
                 };
                 self.health = Some(*health);
             }
-            Said::Emergency(emergency) => self.take_emergency(*emergency, *at),
-            Said::BootUp(faults) => {
+            MessageBody::Emergency(emergency) => self.take_emergency(*emergency, *at),
+            MessageBody::BootUp(faults) => {
                 self.started = Some((*at, faults.iter().next()));
                 self.faults = *faults;
                 self.second.start_again();
                 self.drops = None;
             }
-            Said::Heartbeat(state) => self.state = Some(*state),
-            Said::Load(newtons) => self.load = Some(*newtons),
-            Said::Log(_) | Said::Answer(_) | Said::Sdo(_) => {}
+            MessageBody::Heartbeat(state) => self.state = Some(*state),
+            MessageBody::Load(newtons) => self.load = Some(*newtons),
+            MessageBody::Log(_) | MessageBody::Answer(_) | MessageBody::Sdo(_) => {}
         }
     }
 
     fn take_contact(&mut self, mut row: ContactRow, at: Timestamp) {
         // On CAN, health frames carry the flags at 10 Hz.
-        let saturated = match row.status.is_saturated() {
-            true => Flags::NONE.with(Flag::Saturated).bits(),
-            false => 0,
-        };
-        let health = self.health.map(|health| health.flags | saturated);
-        row.flags = row.flags.or(health);
+        let saturated = Flags::NONE.with(Flag::Saturated).bits();
+        let of_contact = if row.status.is_saturated() { saturated } else { 0 };
+        let of_health = self.health.map(|health| health.flags | of_contact);
+        row.flags = row.flags.or(of_health);
         self.missing = self.missing.saturating_add_signed(row.missing);
         self.second.take(row.timestamp, row.segment, at);
         self.stamp = match (row.turn, row.common) {

@@ -180,13 +180,11 @@ mod tests {
         let contacts = board(0, 30_000).filter_map(|(made, received)| {
             let (since, in_stall) =
                 (made.as_micros() % 1_000_000, made.as_micros() / 1_000_000 % 3 == 1);
-            match in_stall {
-                true if since >= 500_000 => None,
-                true => {
-                    Some((made, Timestamp::from_micros(received.as_micros() + 1_000_000 - since)))
-                }
-                false => Some((made, received)),
+            if !in_stall {
+                return Some((made, received));
             }
+            let end_us = received.as_micros() + 1_000_000 - since;
+            (since < 500_000).then_some((made, Timestamp::from_micros(end_us)))
         });
         assert_eq!(seen(contacts), None);
     }

@@ -12,7 +12,7 @@ use estimator_core::Timestamp;
 
 use crate::Feed;
 use crate::decode::Feet;
-use crate::decode::live::{Heard, Listener, Said};
+use crate::decode::live::{FootMessage, Listener, MessageBody};
 use crate::feed::Fed;
 use crate::link::LineClock;
 use crate::live_foot::LiveFoot;
@@ -24,7 +24,7 @@ pub const SEVERAL_BOARDS: &str = "several boards with this id";
 #[derive(Debug)]
 pub enum Update {
     /// A message was applied to the foot with this index.
-    Message(usize, Heard),
+    Message(usize, FootMessage),
     /// Nothing has arrived until this time.
     Quiet(Timestamp),
     /// Something other than an arrival; before the end of the feed all messages are returned.
@@ -106,11 +106,11 @@ impl Session {
 
     /// Returns the next update, if any.
     pub fn next_update(&mut self) -> Option<Update> {
-        if let Some(heard) = self.listener.next_heard() {
-            self.listening.arrive(heard.at);
-            let index = self.index(&heard);
-            self.feet[index].apply(&heard, self.listening.us());
-            return Some(Update::Message(index, heard));
+        if let Some(message) = self.listener.next_message() {
+            self.listening.arrive(message.at);
+            let index = self.index(&message);
+            self.feet[index].apply(&message, self.listening.us());
+            return Some(Update::Message(index, message));
         }
         let last = self.last.take();
         if let Some(Update::Quiet(now)) = last {
@@ -120,10 +120,10 @@ impl Session {
     }
 
     /// Returns the index of the foot that sent a message, adding it on first reception.
-    fn index(&mut self, heard: &Heard) -> usize {
-        let key = &heard.foot;
-        let name = match (self.listener.name(key), &heard.said) {
-            (None, Said::Contact(row)) => row.foot.clone(),
+    fn index(&mut self, message: &FootMessage) -> usize {
+        let key = &message.foot;
+        let name = match (self.listener.name(key), &message.body) {
+            (None, MessageBody::Contact(row)) => row.foot.clone(),
             (name, _) => name,
         };
         let is_same = |foot: &LiveFoot| {
@@ -283,8 +283,8 @@ mod tests {
             while let Some(update) = session.next_update() {
                 match update {
                     Update::Line(Fed::Ended(_)) => break 'listen,
-                    Update::Message(0, heard) if heard.foot.node.is_none() => {
-                        contacts += u64::from(matches!(heard.said, Said::Contact(_)));
+                    Update::Message(0, message) if message.foot.node.is_none() => {
+                        contacts += u64::from(matches!(message.body, MessageBody::Contact(_)));
                         assert_eq!(session.feet()[0].name, None);
                     }
                     _ => {}

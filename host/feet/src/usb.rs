@@ -19,7 +19,7 @@ const FOOT: &str = "usb-footfall_footfall_foot_";
 /// Rate that a port has when it is closed to start the loader, Bd.
 const LOADER_BAUD: u32 = 1_200;
 
-/// Time that the loader takes to start and the system to mount its drive, or the foot to be back.
+/// Timeout for the loader to start and the system to mount its drive, and for the foot to return.
 const LONGEST: Duration = Duration::from_secs(30);
 
 /// First words of a UF2 file, and its family of chips, the RP2040, at byte 28.
@@ -43,13 +43,13 @@ pub enum CopyError {
     NotBack(String),
 }
 
-/// Returns whether a file is a program that a foot on USB takes as a copy.
+/// Returns whether a file is a program that can be copied to the loader of a foot on USB.
 #[must_use]
 pub fn is_program(bytes: &[u8]) -> bool {
     bytes.starts_with(&UF2) && bytes.get(28..32) == Some(&RP2040)
 }
 
-/// Has the foot at a port start its loader, copies a program to the loader's drive, and waits for the foot.
+/// Starts the loader of the foot at a port, copies a program to the loader's drive, and waits for the foot.
 ///
 /// # Errors
 /// The port, the drive or the foot afterwards is missing, or the copy fails.
@@ -65,12 +65,12 @@ pub fn update(port: &str, program: &[u8]) -> Result<(), CopyError> {
 fn copy(drive: &Path, program: &[u8]) -> io::Result<()> {
     let mut file = File::create(drive.join("foot.uf2"))?;
     file.write_all(program)?;
-    // The drive goes away with the last block, which can make this an error.
+    // The loader removes the drive after the last block, so that this may fail.
     let _ = file.sync_all();
     Ok(())
 }
 
-/// Asks until there is an answer.
+/// Polls until there is an answer; `None` after [`LONGEST`].
 fn wait<T>(mut answer: impl FnMut() -> Option<T>) -> Option<T> {
     let start = Instant::now();
     loop {

@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use feet::decode::live::{Heard, Listener, Said};
+use feet::decode::live::{FootMessage, Listener, MessageBody};
 use feet::feed::Fed;
 use feet::link;
 use feet::link::serial::{SlcanParser, SlcanWord};
@@ -58,7 +58,7 @@ fn received(ours: &OwnedFd) -> Receiver<Vec<u8>> {
 const LONGEST: Duration = Duration::from_secs(120);
 
 /// Listens to a source until `is_enough`.
-fn listen(feed: &Feed, mut is_enough: impl FnMut(&[Heard]) -> bool) -> Vec<Heard> {
+fn listen(feed: &Feed, mut is_enough: impl FnMut(&[FootMessage]) -> bool) -> Vec<FootMessage> {
     let mut listener = Listener::default();
     let mut heard = Vec::new();
     let end = Instant::now() + LONGEST;
@@ -71,13 +71,13 @@ fn listen(feed: &Feed, mut is_enough: impl FnMut(&[Heard]) -> bool) -> Vec<Heard
             Some(Fed::Ended(error) | Fed::NotSent(error)) => panic!("{error}"),
             _ => {}
         }
-        heard.extend(std::iter::from_fn(|| listener.next_heard()));
+        heard.extend(std::iter::from_fn(|| listener.next_message()));
     }
     heard
 }
 
-fn contacts(heard: &[Heard]) -> usize {
-    let contacts = heard.iter().filter(|h| matches!(h.said, Said::Contact(_)));
+fn contacts(heard: &[FootMessage]) -> usize {
+    let contacts = heard.iter().filter(|h| matches!(h.body, MessageBody::Contact(_)));
     contacts.count()
 }
 
@@ -102,20 +102,19 @@ fn foot_on_a_serial_port_streams_and_responds() {
     let source: Source = format!("uart:{name}").parse().expect("a source");
     let feed = Feed::open(source);
     let heard = listen(&feed, |heard| contacts(heard) >= 500);
-    let first = heard.iter().find_map(|heard| match &heard.said {
-        Said::Contact(row) => Some(row.sequence),
+    let first = heard.iter().find_map(|heard| match &heard.body {
+        MessageBody::Contact(row) => Some(row.sequence),
         _ => None,
     });
     assert!(first.is_some());
     let address = wire::Address::new(0x2000, 0);
     let request = encode(0, &Message::ConfigGet(ConfigGet { address }));
     feed.send(Sending::Bytes { port: None, bytes: request.as_bytes().to_vec() });
-    let is_answer =
-        |heard: &Heard| matches!(&heard.said, Said::Answer(answer) if answer.address == address);
+    let is_answer = |heard: &FootMessage| matches!(&heard.body, MessageBody::Answer(answer) if answer.address == address);
     let heard = listen(&feed, |heard| heard.iter().any(is_answer));
-    let answer = heard.into_iter().find(is_answer).map(|heard| heard.said);
+    let answer = heard.into_iter().find(is_answer).map(|heard| heard.body);
     match answer {
-        Some(Said::Answer(answer)) => assert!(matches!(answer.answer, Answer::Value(_))),
+        Some(MessageBody::Answer(answer)) => assert!(matches!(answer.answer, Answer::Value(_))),
         other => panic!("{other:?}"),
     }
 }
@@ -184,8 +183,8 @@ fn slcan_adapter_receives_from_and_sends_to_four_feet() {
     // An SDO that reads the device type, 0x1000.
     let request = CanFrame::new(0x611, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]).expect("a frame");
     feed.send(Sending::Frame(request));
-    let heard = listen(&feed, |heard| heard.iter().any(|h| matches!(h.said, Said::Sdo(_))));
-    assert!(heard.iter().any(|h| matches!(h.said, Said::Sdo([0x43, 0x00, 0x10, ..]))));
+    let heard = listen(&feed, |heard| heard.iter().any(|h| matches!(h.body, MessageBody::Sdo(_))));
+    assert!(heard.iter().any(|h| matches!(h.body, MessageBody::Sdo([0x43, 0x00, 0x10, ..]))));
     let frames: Vec<_> = given.try_iter().collect();
     assert!(frames.contains(&request), "{frames:?}");
 }

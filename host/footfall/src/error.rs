@@ -5,6 +5,7 @@ use std::io;
 use estimator_core::ParamsError;
 use feet::decode::DecodeError;
 use feet::decode::feet::NamedTwice;
+use feet::link::{LinkError, RecordingError};
 use recordings::calibrate::CalibrationError;
 use recordings::config::{ConfigError, ParameterRefusal};
 use recordings::input::{ContainerError, InputError};
@@ -13,7 +14,7 @@ use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
-use crate::foot_error::FootError;
+use crate::foot_error::{FootError, with_hint};
 
 /// Reason a command failed.
 #[derive(Debug, Error)]
@@ -90,8 +91,8 @@ pub enum Error {
     #[error("ROS 2: {0}")]
     Ros2(#[from] crate::ros::node::NodeError),
     /// The source failed.
-    #[error(transparent)]
-    Source(#[from] feet::LinkError),
+    #[error("{}", with_hint(.0, .0.hint()))]
+    Source(LinkError),
     /// Several feet cannot be written to one table.
     #[error(
         "{file} has several feet, and a table has one: {}; choose one with --topic, or write .mcap",
@@ -185,6 +186,20 @@ impl From<OutputError> for Error {
                 .downcast()
                 .unwrap_or_else(|source| Self::Output(OutputError::Unwritable { file, source })),
             error => Self::Output(error),
+        }
+    }
+}
+
+/// An error of the recording that a source plays is that error.
+impl From<LinkError> for Error {
+    fn from(error: LinkError) -> Self {
+        match error {
+            LinkError::Recording(error) => match *error {
+                RecordingError::Input(error) => error.into(),
+                RecordingError::Parameters(error) => error.into(),
+                RecordingError::NoSuchFoot(error) => error.into(),
+            },
+            error => Self::Source(error),
         }
     }
 }

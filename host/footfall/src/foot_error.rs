@@ -1,6 +1,9 @@
 //! Errors of requests to a foot.
 
+use std::fmt;
+
 use estimator_core::Axis;
+use feet::FootHint;
 use feet::decode::remedy::Trouble;
 use feet::foot::accept::AcceptError;
 use feet::foot::client::RequestError;
@@ -17,19 +20,19 @@ use crate::files::OutputError;
 #[derive(Debug, Error)]
 pub enum FootError {
     /// A request failed.
-    #[error(transparent)]
+    #[error("{}", with_hint(.0, .0.hint()))]
     Request(#[from] RequestError),
     /// The name is unknown, or the value is not accepted.
-    #[error(transparent)]
+    #[error("{}", with_hint(.0, .0.hint()))]
     Name(#[from] NameError),
     /// Settings were rejected.
-    #[error(transparent)]
+    #[error("{}", with_hint(.0, .0.hint()))]
     Settings(#[from] SettingsError),
     /// A board cannot be measured further.
-    #[error(transparent)]
+    #[error("{}", with_hint(.0, .0.hint()))]
     Accept(#[from] AcceptError),
     /// The self-test gave no verdict.
-    #[error(transparent)]
+    #[error("{}", with_hint(.0, .0.hint()))]
     SelfTest(#[from] SelfTestError),
     /// The sensor has failed its self-test, on these axes; `None` if the foot does not report them.
     #[error("the sensor's self-test has failed{}: {}", failed_axes(.0.as_deref()), Trouble::Fault(Fault::SensorSelfTest).remedy())]
@@ -71,7 +74,7 @@ pub enum FootError {
     #[error("{0}")]
     NotUpdated(String),
     /// The line does not work.
-    #[error(transparent)]
+    #[error("{}", with_hint(.0, .0.hint()))]
     Link(#[from] LinkError),
     /// A file cannot be written.
     #[error(transparent)]
@@ -89,10 +92,52 @@ pub enum FootError {
     },
 }
 
+/// Returns an error or a notice of [`feet`] with its hint, in the options and commands of this program.
+pub(crate) fn with_hint(said: impl fmt::Display, hint: Option<FootHint>) -> String {
+    match hint {
+        None => said.to_string(),
+        Some(FootHint::NameOneFoot) => format!("{said}: name one with --node"),
+        Some(FootHint::NameNodeAsFoot(node)) => format!("{said}: --node {node}"),
+        Some(FootHint::ListObjects) => format!("{said}; `footfall foot SOURCE get` lists all"),
+        Some(FootHint::SwitchSelfTestOff) => {
+            format!("{said} until footfall foot … set self_test_at_start=0 --save")
+        }
+        Some(FootHint::OmitEstimateOptions) => format!(
+            "{said}: --config, --topic, --load-topic, --axes, --units and their like are for recordings of an IMU"
+        ),
+    }
+}
+
 fn failed_axes(axes: Option<&[Axis]>) -> String {
     let Some(axes) = axes else {
         return String::new();
     };
     let names: Vec<_> = axes.iter().map(|axis| axis.name()).collect();
     format!(" on {}", names.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_name_options_and_commands_of_this_program() {
+        for (error, expected) in [
+            (
+                FootError::from(RequestError::SeveralFeet(vec![17, 18])),
+                "there are several feet, 17, 18: name one with --node",
+            ),
+            (
+                NameError::Unknown("windw".to_owned()).into(),
+                "no object is called \"windw\"; `footfall foot SOURCE get` lists all",
+            ),
+            (
+                SelfTestError::StaysOn(RequestError::NoFoot).into(),
+                "no foot is heard on this line; the self-test stays on at each start until footfall foot … set self_test_at_start=0 --save",
+            ),
+            (RequestError::NoFoot.into(), "no foot is heard on this line"),
+        ] {
+            assert_eq!(error.to_string(), expected);
+        }
+    }
 }

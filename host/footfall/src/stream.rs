@@ -8,7 +8,7 @@ use crate::ros::topics::NODE;
 use crate::ros::{Bridge, Published};
 use feet::decode::Feet;
 use feet::feed::Fed;
-use feet::link::LineClock;
+use feet::link::{LineClock, Remark};
 use feet::session::SEVERAL_BOARDS;
 use feet::{Feed, LinkError, Session, Source, Update};
 
@@ -134,7 +134,7 @@ impl Stream {
                 Update::Message(foot, _) => self.warn_of_shared_id(foot),
                 Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
                 Update::Line(Fed::WaitsFor(error)) => warn_of_waiting(&error),
-                Update::Line(Fed::Remark(text)) => warn(text),
+                Update::Line(Fed::Remark(remark)) => warn(remark_text(&remark)),
                 Update::Line(Fed::NotSent(error)) => warn(error),
                 Update::Line(Fed::Ended(error)) => return Ok(Some(error)),
                 Update::Quiet(_) | Update::Line(Fed::Opened | Fed::Arrived(_)) => {}
@@ -249,6 +249,14 @@ pub fn unless_ended(ended: Option<LinkError>) -> Result<(), Error> {
         None | Some(LinkError::Ended(_)) => Ok(()),
         Some(error) => Err(error.into()),
     }
+}
+
+/// Returns a remark about a recording that is played, in words. Commands that play accept the options that a finding
+/// advises, except `--gravity`.
+pub fn remark_text(remark: &Remark) -> String {
+    let text = remark.to_string();
+    let is_of_convert = matches!(remark, Remark::Implausible(..)) && text.contains("--gravity");
+    if is_of_convert { text + ", in footfall convert" } else { text }
 }
 
 fn warn_of_waiting(error: &LinkError) {

@@ -51,6 +51,13 @@ pub struct LogLine<'a> {
     pub content: LogContent<'a>,
 }
 
+impl<'a> LogLine<'a> {
+    /// Creates a line without a time.
+    const fn without_time(content: LogContent<'a>) -> Self {
+        Self { time: None, content }
+    }
+}
+
 /// Content of a line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogContent<'a> {
@@ -181,11 +188,12 @@ fn printed_times(text: &str) -> LogTimes {
     let rises = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
     // A steady bus repeats the same difference.
     let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
-    match falls * 10 > falls + rises || is_steady {
-        // Times since 1970: the clocks of two interfaces may differ, or stamp several frames alike.
-        _ if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) => LogTimes::Absolute,
-        true => LogTimes::Differences,
-        false => LogTimes::Absolute,
+    // Times since 1970 are never differences: the clocks of two interfaces may differ, or stamp several frames alike.
+    let are_short = times.iter().all(|time| *time <= LONGEST_DIFFERENCE_US);
+    if are_short && (falls * 10 > falls + rises || is_steady) {
+        LogTimes::Differences
+    } else {
+        LogTimes::Absolute
     }
 }
 
@@ -232,14 +240,14 @@ const ERROR_FLAG: u32 = 0x2000_0000;
 fn parse(line: &str) -> Option<LogLine<'_>> {
     let read = log_line(line).or_else(|| terminal_line(line));
     // The textual explanation of an error frame, on an indented line of its own (-e).
-    let explanation = LogLine { time: None, content: LogContent::Other(Other::Event) };
+    let explanation = LogLine::without_time(LogContent::Other(Other::Event));
     read.or_else(|| line.starts_with('\t').then_some(explanation))
 }
 
 /// Reads a line of `candump -l`; `None` if it has another format.
 fn log_line(line: &str) -> Option<LogLine<'_>> {
     if let Some(count) = dropped(line) {
-        return Some(LogLine { time: None, content: LogContent::Dropped(count) });
+        return Some(LogLine::without_time(LogContent::Dropped(count)));
     }
     let mut words = line.split_ascii_whitespace();
     let (time, interface, frame) = (words.next()?, words.next()?, words.next()?);
@@ -452,10 +460,10 @@ enum Identifier {
 impl Identifier {
     /// Returns `None` if `id` has too many bits.
     fn new(id: u32, is_extended: bool) -> Option<Self> {
-        match (is_extended, id) {
-            (false, 0..=0x7FF) => Some(Self::Standard(id as u16)),
-            (true, 0..=0x1FFF_FFFF) => Some(Self::Other(Other::Extended)),
-            _ => None,
+        if is_extended {
+            (id <= 0x1FFF_FFFF).then_some(Self::Other(Other::Extended))
+        } else {
+            (id <= 0x7FF).then_some(Self::Standard(id as u16))
         }
     }
 

@@ -76,9 +76,8 @@ impl Feet {
                 _ => ranges.push((id, id)),
             }
         }
-        let text = |(first, last): (u8, u8)| match first == last {
-            true => first.to_string(),
-            false => format!("{first} to {last}"),
+        let text = |(first, last): (u8, u8)| {
+            if first == last { first.to_string() } else { format!("{first} to {last}") }
         };
         ranges.into_iter().map(text).collect::<Vec<_>>().join(", ")
     }

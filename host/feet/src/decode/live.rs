@@ -37,18 +37,18 @@ pub struct FootKey {
 
 /// A message received from a foot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Heard {
+pub struct FootMessage {
     /// Time of reception on the receiver's clock.
     pub at: Timestamp,
     /// The foot that sent it.
     pub foot: FootKey,
     /// Content of the message.
-    pub said: Said,
+    pub body: MessageBody,
 }
 
 /// Content of a message sent by a foot or to it.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Said {
+pub enum MessageBody {
     /// Contact, with all values sent for the same sample.
     Contact(Box<ContactRow>),
     /// Raw sample of the sensor; serial line only.
@@ -78,7 +78,7 @@ pub struct Listener {
     can: CanDecoder,
     serial: BTreeMap<Arc<str>, SerialInput>,
     lines: BTreeMap<String, Arc<str>>,
-    heard: VecDeque<Heard>,
+    messages: VecDeque<FootMessage>,
     /// Faults recently raised by each node, with the time of the newest.
     raised: BTreeMap<FootKey, (Timestamp, Faults)>,
 }
@@ -97,7 +97,7 @@ impl Listener {
             can: CanDecoder::new(feet, Reception::Live),
             serial: BTreeMap::new(),
             lines: BTreeMap::new(),
-            heard: VecDeque::new(),
+            messages: VecDeque::new(),
             raised: BTreeMap::new(),
         }
     }
@@ -113,28 +113,33 @@ impl Listener {
         self.can.take(interface, frame, Some(at));
         // Emergencies are returned as messages, so the report need not keep them.
         self.can.report.emergencies.clear();
-        if let Some((node, said)) = said(frame)
+        if let Some((node, body)) = body_of(frame)
             && self.can.known.contains(node)
         {
             let node = Some(node.get());
             let foot = FootKey { line, node };
-            let said = self.with_faults_at_start(said, &foot, at);
-            self.heard.push_back(Heard { at, foot, said });
+            let body = self.with_faults_at_start(body, &foot, at);
+            self.messages.push_back(FootMessage { at, foot, body });
         }
         self.idle(at);
     }
 
     /// Adds to a boot-up the faults received just before it.
-    fn with_faults_at_start(&mut self, said: Said, foot: &FootKey, at: Timestamp) -> Said {
-        match &said {
-            Said::Emergency(Emergency { code: 1.., fault: Some(fault), .. }) => {
+    fn with_faults_at_start(
+        &mut self,
+        body: MessageBody,
+        foot: &FootKey,
+        at: Timestamp,
+    ) -> MessageBody {
+        match &body {
+            MessageBody::Emergency(Emergency { code: 1.., fault: Some(fault), .. }) => {
                 let before = self.raised_since(foot, at);
                 let now = (at, before.with(*fault));
                 self.raised.insert(foot.clone(), now);
-                said
+                body
             }
-            Said::BootUp(_) => Said::BootUp(self.raised_since(foot, at)),
-            _ => said,
+            MessageBody::BootUp(_) => MessageBody::BootUp(self.raised_since(foot, at)),
+            _ => body,
         }
     }
 
@@ -164,21 +169,21 @@ impl Listener {
                 }
                 Some(Ok(frame)) => frame,
             };
-            let said = match (serial.rows.take(&frame), frame.message) {
+            let body = match (serial.rows.take(&frame), frame.message) {
                 (Some(mut row), _) => {
                     row.received = Some(at);
                     row.interface = Some(Arc::clone(&line));
                     serial.rows.report.count_row(&row);
-                    Said::Contact(Box::new(row))
+                    MessageBody::Contact(Box::new(row))
                 }
-                (None, Message::Raw(raw)) => Said::Raw(raw),
-                (None, Message::Health(health)) => Said::Board(Box::new(health)),
-                (None, Message::Log(log)) => Said::Log(log),
-                (None, Message::ConfigResponse(answer)) => Said::Answer(answer),
+                (None, Message::Raw(raw)) => MessageBody::Raw(raw),
+                (None, Message::Health(health)) => MessageBody::Board(Box::new(health)),
+                (None, Message::Log(log)) => MessageBody::Log(log),
+                (None, Message::ConfigResponse(answer)) => MessageBody::Answer(answer),
                 (None, _) => continue,
             };
             let foot = FootKey { line: Arc::clone(&line), node: serial.rows.node.map(NodeId::get) };
-            self.heard.push_back(Heard { at, foot, said });
+            self.messages.push_back(FootMessage { at, foot, body });
         }
     }
 
@@ -187,8 +192,8 @@ impl Listener {
         let line = self.line(row.interface.as_deref().unwrap_or_default());
         let node = row.node.map(NodeId::get);
         let foot = FootKey { line, node };
-        let said = Said::Contact(row);
-        self.heard.push_back(Heard { at, foot, said });
+        let body = MessageBody::Contact(row);
+        self.messages.push_back(FootMessage { at, foot, body });
     }
 
     /// Advances the time to `now` without reception: a contact whose timeout has expired is released.
@@ -204,8 +209,8 @@ impl Listener {
     }
 
     /// Returns the next message, if any.
-    pub fn next_heard(&mut self) -> Option<Heard> {
-        self.heard.pop_front()
+    pub fn next_message(&mut self) -> Option<FootMessage> {
+        self.messages.pop_front()
     }
 
     /// Node on a CAN bus that is not a known foot but sends frames that may be contacts.
@@ -259,24 +264,24 @@ impl Default for Listener {
 
 /// Decodes a frame that is not part of a row: returns the node, whether a foot or not, and the content.
 #[must_use]
-pub fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
+pub fn body_of(frame: &CanFrame) -> Option<(NodeId, MessageBody)> {
     let id = frame.id();
     let node = NodeId::new((id & NODE_ID_BITS) as u8)?;
-    let said = match id & !NODE_ID_BITS {
-        cob_id::EMERGENCY => Said::Emergency(Emergency::decode(frame.data8()?)),
+    let body = match id & !NODE_ID_BITS {
+        cob_id::EMERGENCY => MessageBody::Emergency(Emergency::decode(frame.data8()?)),
         cob_id::HEARTBEAT => match frame.data() {
-            [0] => Said::BootUp(Faults::NONE),
-            [code] => Said::Heartbeat(state(*code)?),
+            [0] => MessageBody::BootUp(Faults::NONE),
+            [code] => MessageBody::Heartbeat(state(*code)?),
             _ => return None,
         },
-        cob_id::SDO_RESPONSE => Said::Sdo(*frame.data8()?),
-        Load::BASE => Said::Load(Load::decode(frame.data())?.0),
+        cob_id::SDO_RESPONSE => MessageBody::Sdo(*frame.data8()?),
+        Load::BASE => MessageBody::Load(Load::decode(frame.data())?.0),
         _ => match Pdo::from_cob_id(id)? {
-            (Pdo::Health, _) => Said::Health(Health::decode(frame.data8()?)),
+            (Pdo::Health, _) => MessageBody::Health(Health::decode(frame.data8()?)),
             _ => return None,
         },
     };
-    Some((node, said))
+    Some((node, body))
 }
 
 /// Decodes the state in a heartbeat; the highest bit belongs to node guarding.
@@ -306,15 +311,15 @@ mod tests {
         CanFrame::new(0x180 + node, &bytes).expect("a frame")
     }
 
-    fn all(listener: &mut Listener) -> Vec<Heard> {
-        std::iter::from_fn(|| listener.next_heard()).collect()
+    fn all(listener: &mut Listener) -> Vec<FootMessage> {
+        std::iter::from_fn(|| listener.next_message()).collect()
     }
 
     /// Returns the row and foot of the only contact received.
-    fn only_contact(heard: &[Heard]) -> (&FootKey, &ContactRow) {
-        match heard {
-            [Heard { foot, said: Said::Contact(row), .. }] => (foot, row),
-            _ => panic!("{heard:?}"),
+    fn only_contact(messages: &[FootMessage]) -> (&FootKey, &ContactRow) {
+        match messages {
+            [FootMessage { foot, body: MessageBody::Contact(row), .. }] => (foot, row),
+            _ => panic!("{messages:?}"),
         }
     }
 
@@ -328,8 +333,8 @@ mod tests {
         listener.frame("can0", &frame, at(1200));
         assert_eq!(all(&mut listener), []);
         listener.frame("can0", &contact(0x11, 2000), at(2000));
-        let heard = all(&mut listener);
-        let (foot, row) = only_contact(&heard);
+        let messages = all(&mut listener);
+        let (foot, row) = only_contact(&messages);
         assert_eq!((foot.node, &*foot.line), (Some(0x11), "can0"));
         assert_eq!(row.foot.as_deref(), Some("FL"));
         assert!(row.acceleration.is_some());
@@ -365,14 +370,14 @@ mod tests {
             let frame = CanFrame::new(id, data).expect("a frame");
             listener.frame("can0", &frame, at(0));
         }
-        let said: Vec<_> = all(&mut listener).into_iter().map(|h| h.said).collect();
+        let bodies: Vec<_> = all(&mut listener).into_iter().map(|message| message.body).collect();
         assert_eq!(
-            said,
+            bodies,
             [
-                Said::Emergency(emergency),
-                Said::BootUp(Faults::NONE.with(Fault::SensorFrozen)),
-                Said::Heartbeat(State::Operational),
-                Said::Load(12.5),
+                MessageBody::Emergency(emergency),
+                MessageBody::BootUp(Faults::NONE.with(Fault::SensorFrozen)),
+                MessageBody::Heartbeat(State::Operational),
+                MessageBody::Load(12.5),
             ]
         );
     }
@@ -387,8 +392,8 @@ mod tests {
         };
         receive(0, 0x091, &emergency.encode());
         receive(30_000, 0x711, &[0]);
-        let last = all(&mut listener).pop().map(|heard| heard.said);
-        assert_eq!(last, Some(Said::BootUp(Faults::NONE)));
+        let last = all(&mut listener).pop().map(|message| message.body);
+        assert_eq!(last, Some(MessageBody::BootUp(Faults::NONE)));
     }
 
     #[test]
@@ -399,8 +404,8 @@ mod tests {
         for byte in encoded.as_bytes() {
             listener.bytes("ttyACM0", &[*byte], at(1));
         }
-        let heard = all(&mut listener);
-        let (foot, row) = only_contact(&heard);
+        let messages = all(&mut listener);
+        let (foot, row) = only_contact(&messages);
         assert_eq!((&*foot.line, foot.node), ("ttyACM0", None));
         assert_eq!(row.timestamp.as_micros(), 5000);
     }

@@ -30,11 +30,12 @@ use recordings::compressed::decompressed;
 use recordings::file_kind::{FileKind, no_log};
 use thiserror::Error;
 
+use crate::hint::FootHint;
 pub use feet::Feet;
 pub use report::{Medium, Report};
 pub use row::ContactRow;
 
-use can_log::{Lines, recognise};
+use can_log::{Form, Lines, recognise};
 
 /// Number of bytes at the start of a file from which its format is detected.
 const HEAD: u64 = 1 << 16;
@@ -84,13 +85,99 @@ impl DecodeError {
 /// Receives rows, in the order of the file.
 pub type RowSink<'a> = &'a mut dyn FnMut(ContactRow) -> io::Result<()>;
 
+/// Part of a file that was skipped, or an assumption about it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DecodeNotice {
+    /// A line is not one of the log.
+    MalformedLine {
+        /// Its number, from 1.
+        number: u64,
+        /// Its start.
+        start: String,
+        /// Form of the log.
+        form: Form,
+    },
+    /// This number of further lines is malformed.
+    MoreMalformedLines(u64, Form),
+    /// No foot has sent a contact, but a node that is not known as a foot may have.
+    UnknownFoot {
+        /// Ids of the known feet.
+        known: String,
+        /// Id of the node.
+        node: u8,
+    },
+    /// The times of the log are differences from line to line.
+    TimesAreDifferences,
+    /// Several feet have no common clock, because the log has no times.
+    NoCommonClock,
+    /// The common clock of several feet is by reception, because no foot has reported a numbered SYNC.
+    CommonByReception,
+    /// The common clock of several feet is by numbered SYNCs, but for this number of rows.
+    CommonBySync {
+        /// Rows with the time of reception.
+        received: u64,
+    },
+    /// The compressed data ends early.
+    CutOff,
+}
+
+impl DecodeNotice {
+    /// Returns a sentence for people about the file of this name.
+    #[must_use]
+    pub fn sentence(&self, file: &str) -> String {
+        let said = match self {
+            Self::MalformedLine { number, start, form } => {
+                return format!(
+                    "{file}, line {number}: {start:?} is no line of {}, which are like {}",
+                    form.name(),
+                    form.example()
+                );
+            }
+            Self::MoreMalformedLines(count, form) => {
+                format!("{count} more lines are none of {}", form.name())
+            }
+            Self::UnknownFoot { known, node } => format!(
+                "no foot of the ids {known} has sent a contact, but node {node} may be one"
+            ),
+            Self::TimesAreDifferences => {
+                "its times are differences from line to line; t_received is their sum".to_owned()
+            }
+            Self::NoCommonClock => {
+                "this log has no times: t_received and t_common are blank, and each foot's t is on its own clock".to_owned()
+            }
+            Self::CommonByReception => {
+                "t_common is the time of reception, as no foot has reported a numbered SYNC of this log (object 0x1019 of the master numbers them)".to_owned()
+            }
+            Self::CommonBySync { received: 0 } => "t_common is by numbered SYNCs".to_owned(),
+            Self::CommonBySync { received } => format!(
+                "t_common is by numbered SYNCs, but for {received} rows of feet that had reported none: there it is the time of reception"
+            ),
+            Self::CutOff => {
+                "the compressed data ends early; what came before is decoded".to_owned()
+            }
+        };
+        format!("{file}: {said}")
+    }
+
+    /// Returns the remedy, if it depends on the program.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::UnknownFoot { node, .. } => Some(FootHint::NameNodeAsFoot(*node)),
+            _ => None,
+        }
+    }
+}
+
 /// Result of decoding a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileOutcome {
+    /// Name of the file in messages.
+    pub file: String,
     /// Counts of what was received and what is missing.
     pub report: Report,
-    /// One sentence for the user on everything that was skipped or assumed.
-    pub notices: Vec<String>,
+    /// Everything that was skipped or assumed.
+    pub notices: Vec<DecodeNotice>,
 }
 
 /// Result of decoding a file that fits into memory.
@@ -101,7 +188,7 @@ pub struct Decoded {
     /// Counts of what was received and what is missing.
     pub report: Report,
     /// As in [`FileOutcome`].
-    pub notices: Vec<String>,
+    pub notices: Vec<DecodeNotice>,
 }
 
 /// Decodes a file, or standard input for `-`. Logs may be compressed with gzip or zstd.
@@ -125,7 +212,7 @@ pub fn read(path: &Path, feet: &Feet, sink: RowSink<'_>) -> Result<FileOutcome, 
 pub fn decode(bytes: &[u8], file: &str, feet: &Feet) -> Result<Decoded, DecodeError> {
     let mut rows = Vec::new();
     let source = Box::new(Cursor::new(bytes.to_vec()));
-    let FileOutcome { report, notices } = stream(source, file, feet, &mut |row| {
+    let FileOutcome { report, notices, .. } = stream(source, file, feet, &mut |row| {
         rows.push(row);
         Ok(())
     })?;
@@ -165,9 +252,7 @@ fn stream(
     };
     if source.is_cut {
         outcome.report.count_problem("compressed_data_cut_off");
-        outcome
-            .notices
-            .push(format!("{file}: the compressed data ends early; what came before is decoded"));
+        outcome.notices.push(DecodeNotice::CutOff);
     }
     Ok(outcome)
 }

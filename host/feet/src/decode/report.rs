@@ -9,7 +9,7 @@ use super::row::ContactRow;
 use crate::decode::can_log::Form;
 
 recordings::named! {
-    /// The line that the foot has sent on.
+    /// Line on which the foot has sent.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]
     pub enum Medium {
@@ -24,28 +24,28 @@ recordings::named! {
 /// An emergency message.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EmergencyReport {
-    /// Time of the foot's last contact frame before it, s; `None` where there was none.
+    /// Time of the foot's last contact frame before it, s; `None` without one.
     pub t: Option<f64>,
     /// The interface that received it.
     pub interface: String,
     /// The foot's node id.
     pub node: u8,
-    /// The emergency code; 0 where a fault has gone.
+    /// The emergency code; 0 if a fault was cleared.
     pub code: u16,
-    /// Which fault.
+    /// Name of the fault.
     pub fault: String,
-    /// Detail, whose meaning the documentation of the code gives.
+    /// Detail of the fault; its meaning depends on the fault (`docs/faults.md`).
     pub detail: u32,
 }
 
-/// How the board was when it last said so over the serial line.
+/// State of the board in its newest health message, which it sends on the serial line alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BoardReport {
     /// Stage of its operation.
     pub stage: &'static str,
-    /// The faults it had.
+    /// Active faults.
     pub faults: Vec<&'static str>,
-    /// The sensor's temperature, °C; `None` where it was not known.
+    /// Temperature of the sensor, °C; `None` if it was unknown.
     pub temperature: Option<f32>,
     /// Its counters.
     pub counters: BTreeMap<&'static str, u32>,
@@ -54,37 +54,37 @@ pub struct BoardReport {
 /// Received, missing and unreadable data of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
-    /// The line that the foot has sent on.
+    /// Line on which the foot has sent.
     pub format: Medium,
-    /// The form of the log, on CAN.
+    /// Form of the log; CAN only.
     pub log: Option<Form>,
-    /// Rows: contact frames or messages.
+    /// Number of rows, which are contact frames or messages.
     pub rows: usize,
     /// Time of the first row, s.
     pub first_s: Option<f64>,
     /// Time of the last row, s.
     pub last_s: Option<f64>,
-    /// The longest time from one row of a foot to its next, s.
+    /// Longest time between two consecutive rows of a foot, s.
     pub longest_step_s: Option<f64>,
-    /// How many frames of each kind came.
+    /// Number of frames received of each kind.
     pub frames: BTreeMap<&'static str, u64>,
-    /// How many rows have their `t_common` by which clock, on CAN.
+    /// Number of rows by the clock of their `t_common`; CAN only.
     pub clocks: BTreeMap<&'static str, u64>,
-    /// Places where sequence numbers are missing.
+    /// Number of gaps in the sequence numbers.
     pub gaps: u64,
-    /// Sequence numbers that are missing, those of damaged frames included. On CAN they count to 256; in a longer
-    /// gap the foot's clock gives the rest.
+    /// Number of missing sequence numbers, including those of damaged frames. On CAN they are modulo 256, and the
+    /// foot's clock gives the length of longer gaps.
     pub missing: u64,
-    /// How often a foot has started again within the file: its clock and its numbers with it.
+    /// Number of restarts of the feet within the file; each resets the foot's clock and its sequence numbers.
     pub restarts: u64,
-    /// Contacts that stand in the file twice; they have one row.
+    /// Number of contacts that the file has twice; they have one row.
     pub duplicates: u64,
-    /// Unreadable or contradictory data, with its count. A contact that comes
-    /// after a later one is counted here, and as missing before that one.
+    /// Number of unreadable or contradictory data, by their kind. A contact that is out of order is counted here, and as
+    /// missing before the later one that it follows.
     pub problems: BTreeMap<String, u64>,
     /// Emergency messages, in the order of the file.
     pub emergencies: Vec<EmergencyReport>,
-    /// The board as it last described itself.
+    /// Newest state of the board; serial line only.
     pub board: Option<BoardReport>,
 }
 

@@ -44,7 +44,8 @@ pub(super) fn decode(
     if decoder.is_inside_frame() {
         stream.report.count_problem("unfinished_frames");
     }
-    Ok(Some(FileOutcome { report: stream.report, notices: Vec::new() }))
+    let (file, report, notices) = (file.to_owned(), stream.report, Vec::new());
+    Ok(Some(FileOutcome { file, report, notices }))
 }
 
 /// Returns whether the frame is undamaged but of an unknown version, kind or payload.
@@ -125,7 +126,7 @@ impl UartDecoder {
         }
     }
 
-    /// Returns whether the foot's clock, which does not wrap, has gone back.
+    /// Returns whether the foot has restarted: its clock, which does not wrap, is behind the last time.
     fn restarts(&self, message: &Message) -> bool {
         matches!((message, self.last), (Message::Contact(contact), Some(last))
             if contact.timestamp.as_micros() < last.as_micros())

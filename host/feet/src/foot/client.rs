@@ -11,6 +11,7 @@
 //! | bootloader | a serial line on which the bootloader answers |
 
 use std::collections::{BTreeSet, VecDeque};
+use std::fmt;
 use std::time::Duration;
 
 use crc::{CRC_16_XMODEM, Crc};
@@ -23,7 +24,9 @@ use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 
 use super::name::Named;
 use super::scan::{self, SCAN, upload};
-use crate::decode::live::{Heard, Listener, Said};
+use crate::decode::live::{FootMessage, Listener, MessageBody};
+use crate::decode::remedy::Trouble;
+use crate::hint::FootHint;
 use crate::link::{LISTEN, LineClock, Link, LinkError, Sending};
 
 /// Response timeout; a foot responds in the tick that receives the request.
@@ -32,7 +35,7 @@ const ANSWER: Duration = Duration::from_millis(500);
 /// Response timeout of a store, which may erase a page.
 const STORE: Duration = Duration::from_secs(3);
 
-/// Time after which a foot takes one more store, with a reserve.
+/// Time after which a foot accepts another store, with a reserve.
 const STORE_INTERVAL: Duration = Duration::from_millis(1_100);
 
 /// Maximum number of attempts to store: an emulated foot may be slower than this machine's clock.
@@ -41,8 +44,7 @@ const STORE_TRIES: u32 = 8;
 /// Maximum number of attempts per request, because frames may be lost.
 pub(super) const TRIES: u32 = 3;
 
-/// Tolerance for messages out of order on a serial line, µs; if the clock goes back by more, the foot has
-/// restarted.
+/// Tolerance for messages out of order on a serial line, µs. If the clock is behind by more, the foot has restarted.
 const DISORDER_US: u64 = 20_000;
 
 /// Maximum number of emergencies kept.
@@ -59,7 +61,7 @@ pub struct Client {
     emergencies: VecDeque<Emergency>,
     /// Newest time on the foot's clock, µs; serial line only.
     clock_us: Option<u64>,
-    /// Number of restarts of the foot since it was first heard.
+    /// Number of restarts of the foot since its first message.
     pub(super) starts: u32,
     /// Nodes that have started, and the number of them that were taken.
     booted: Vec<NodeId>,
@@ -91,8 +93,7 @@ impl Client {
                         Some(node.ok_or(RequestError::NoFoot)?)
                     }
                     (false, ..) => {
-                        let names: Vec<_> = nodes.iter().map(ToString::to_string).collect();
-                        return Err(RequestError::Several(names.join(", ")));
+                        return Err(RequestError::SeveralFeet(nodes.into_iter().collect()));
                     }
                 }
             }
@@ -135,11 +136,12 @@ impl Client {
         self.listener.add(node);
     }
 
-    /// Error of a request without a response.
-    pub(super) fn no_answer(&self, what: impl Into<String>) -> RequestError {
-        RequestError::NoAnswer { foot: self.foot(), what: what.into() }
+    /// Creates the error of a request without a response.
+    pub(super) fn no_answer(&self, request: FootRequest) -> RequestError {
+        RequestError::NoAnswer { foot: self.foot(), request }
     }
 
+    /// Returns the name of the foot in messages.
     pub(super) fn foot(&self) -> String {
         match self.node {
             Some(node) => format!("node {}", node.get()),
@@ -154,7 +156,7 @@ impl Client {
     pub fn read(&mut self, address: Address, data_type: DataType) -> Result<Value, RequestError> {
         let bytes = self.request(address, None, ANSWER)?;
         Value::from_bytes(data_type, &bytes).ok_or_else(|| RequestError::Type {
-            what: named(address),
+            address,
             length: bytes.len(),
             data_type,
         })
@@ -259,12 +261,14 @@ impl Client {
         let id = self.node().map(NodeId::get);
         for _ in 0..TRIES {
             self.command(command)?;
-            let streams = self.listen(SCAN, |heard| {
-                let streams = match &heard.said {
+            let streams = self.listen(SCAN, |message| {
+                let streams = match &message.body {
                     // On a serial line, a foot streams in the pre-operational state as well.
-                    Said::Board(board) => id.is_none() && board.state == State::Operational,
-                    Said::Contact(_) => id.is_some() && heard.foot.node == id,
-                    Said::Heartbeat(state) => heard.foot.node == id && *state == State::Operational,
+                    MessageBody::Board(board) => id.is_none() && board.state == State::Operational,
+                    MessageBody::Contact(_) => id.is_some() && message.foot.node == id,
+                    MessageBody::Heartbeat(state) => {
+                        message.foot.node == id && *state == State::Operational
+                    }
                     _ => false,
                 };
                 streams.then_some(())
@@ -273,7 +277,7 @@ impl Client {
                 return Ok(());
             }
         }
-        Err(self.no_answer("the command to start"))
+        Err(self.no_answer(FootRequest::Start))
     }
 
     /// Returns the state that the foot reports next, in a heartbeat or a health message. A foot whose heartbeats
@@ -284,17 +288,17 @@ impl Client {
     pub fn state(&mut self) -> Result<State, RequestError> {
         let id = self.node().map(NodeId::get);
         let mut streams = false;
-        let state = self.listen(SCAN, |heard| match &heard.said {
-            Said::Heartbeat(state) if heard.foot.node == id => Some(*state),
-            Said::Board(board) if id.is_none() => Some(board.state),
-            Said::Contact(_) if id.is_some() && heard.foot.node == id => {
+        let state = self.listen(SCAN, |message| match &message.body {
+            MessageBody::Heartbeat(state) if message.foot.node == id => Some(*state),
+            MessageBody::Board(board) if id.is_none() => Some(board.state),
+            MessageBody::Contact(_) if id.is_some() && message.foot.node == id => {
                 streams = true;
                 None
             }
             _ => None,
         })?;
         let state = state.or(streams.then_some(State::Operational));
-        state.ok_or_else(|| self.no_answer("its state, in a heartbeat or health message,"))
+        state.ok_or_else(|| self.no_answer(FootRequest::State))
     }
 
     /// Writes an object, and waits this long for the response.
@@ -342,10 +346,10 @@ impl Client {
             return Ok(());
         }
         self.hear(node);
-        let taken = self.listen(SCAN, |heard| {
+        let taken = self.listen(SCAN, |message| {
             // A robot reports loads to absent feet as well.
-            let is_load = matches!(heard.said, Said::Load(_));
-            (heard.foot.node == Some(node.get()) && !is_load).then_some(())
+            let is_load = matches!(message.body, MessageBody::Load(_));
+            (message.foot.node == Some(node.get()) && !is_load).then_some(())
         })?;
         if taken.is_none() {
             return Ok(());
@@ -365,7 +369,7 @@ impl Client {
     pub(super) fn listen<T>(
         &mut self,
         longest: Duration,
-        mut find: impl FnMut(&Heard) -> Option<T>,
+        mut find: impl FnMut(&FootMessage) -> Option<T>,
     ) -> Result<Option<T>, RequestError> {
         let clock = self.clock();
         let end = clock.now() + longest;
@@ -375,10 +379,10 @@ impl Client {
                 // Unreadable arrivals are ignored.
                 arrival.hand_to(&mut self.listener, at);
             }
-            while let Some(heard) = self.listener.next_heard() {
-                self.keep_emergency(&heard);
-                self.keep_clock(&heard);
-                if let Some(found) = find(&heard) {
+            while let Some(message) = self.listener.next_message() {
+                self.keep_emergency(&message);
+                self.keep_clock(&message);
+                if let Some(found) = find(&message) {
                     return Ok(Some(found));
                 }
             }
@@ -386,9 +390,9 @@ impl Client {
         Ok(None)
     }
 
-    fn keep_emergency(&mut self, heard: &Heard) {
-        if let Said::Emergency(emergency) = &heard.said
-            && self.node().map(NodeId::get) == heard.foot.node
+    fn keep_emergency(&mut self, message: &FootMessage) {
+        if let MessageBody::Emergency(emergency) = &message.body
+            && self.node().map(NodeId::get) == message.foot.node
         {
             self.emergencies.truncate(MOST_EMERGENCIES - 1);
             self.emergencies.push_front(*emergency);
@@ -396,16 +400,16 @@ impl Client {
     }
 
     /// Counts restarts of the foot: boot-ups over CAN, jumps back of its clock on a serial line.
-    fn keep_clock(&mut self, heard: &Heard) {
+    fn keep_clock(&mut self, message: &FootMessage) {
         if self.node.is_some() {
-            let is_own = self.node().map(NodeId::get) == heard.foot.node;
-            self.starts += u32::from(is_own && matches!(heard.said, Said::BootUp(_)));
+            let is_own = self.node().map(NodeId::get) == message.foot.node;
+            self.starts += u32::from(is_own && matches!(message.body, MessageBody::BootUp(_)));
             return;
         }
-        let time = match &heard.said {
-            Said::Contact(row) => row.timestamp,
-            Said::Board(board) => board.timestamp,
-            Said::Raw(raw) => raw.timestamp,
+        let time = match &message.body {
+            MessageBody::Contact(row) => row.timestamp,
+            MessageBody::Board(board) => board.timestamp,
+            MessageBody::Raw(raw) => raw.timestamp,
             _ => return,
         };
         let now_us = time.as_micros();
@@ -424,7 +428,7 @@ impl Client {
         new
     }
 
-    /// Number of starts of the foot since it was first heard.
+    /// Number of starts of the foot since its first message.
     pub(super) fn starts_of_foot(&self) -> usize {
         match self.node {
             Some(node) => self.booted.iter().filter(|booted| **booted == node).count(),
@@ -448,32 +452,93 @@ fn named(address: Address) -> String {
     format!("{}(0x{index:04X}:{subindex})", name.unwrap_or_default())
 }
 
+/// Request to a foot, as its errors name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FootRequest {
+    /// An object is read.
+    Read(Address),
+    /// An object is written.
+    Write(Address),
+    /// A number of bytes is sent to an object.
+    Download {
+        /// The object.
+        address: Address,
+        /// Number of bytes.
+        bytes: usize,
+    },
+    /// The foot is commanded to stream.
+    Start,
+    /// The foot reports its state, in a heartbeat or a health message.
+    State,
+    /// The foot is commanded to reset.
+    Reset {
+        /// Number of commands.
+        times: u32,
+    },
+    /// The foot responds for the first time after a reset.
+    FirstAnswer {
+        /// Time since the reset.
+        since: Duration,
+    },
+    /// The foot responds as its bootloader.
+    Bootloader,
+}
+
+impl fmt::Display for FootRequest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Read(address) => write!(f, "reading {}", named(*address)),
+            Self::Write(address) => write!(f, "writing {}", named(*address)),
+            Self::Download { address, bytes } => {
+                write!(f, "sending {bytes} bytes to {}", named(*address))
+            }
+            Self::Start => f.write_str("the command to start"),
+            Self::State => f.write_str("its state, in a heartbeat or health message,"),
+            Self::Reset { times } => {
+                write!(f, "it was commanded to reset {times} times, and has not")
+            }
+            Self::FirstAnswer { since } => write!(f, "it was reset {} s ago", since.as_secs()),
+            Self::Bootloader => f.write_str("as its bootloader"),
+        }
+    }
+}
+
+impl FootRequest {
+    /// Number of attempts in words, where a request is repeated until it has a response.
+    fn attempts(self) -> String {
+        match self {
+            Self::Read(_) | Self::Write(_) => format!(", asked {TRIES} times"),
+            _ => String::new(),
+        }
+    }
+}
+
 /// Error of a request.
 #[derive(Debug, Error)]
 pub enum RequestError {
     /// The foot has refused the request.
-    #[error("{what} was refused: {} (0x{:08X}): {}", reason.name(), reason.code(), crate::decode::remedy::Trouble::Refusal(*reason).remedy())]
+    #[error("{request} was refused: {} (0x{:08X}): {}", reason.name(), reason.code(), Trouble::Refusal(*reason).remedy())]
     Refused {
-        /// Description of the request.
-        what: String,
+        /// The request.
+        request: FootRequest,
         /// Reason.
         reason: AbortCode,
     },
     /// The foot has refused the request with an unknown abort code.
-    #[error("{what} was refused with the abort code 0x{code:08X}")]
+    #[error("{request} was refused with the abort code 0x{code:08X}")]
     RefusedUnknown {
-        /// Description of the request.
-        what: String,
+        /// The request.
+        request: FootRequest,
         /// Abort code.
         code: u32,
     },
     /// The foot has not responded.
-    #[error("{foot} does not answer: {what}")]
+    #[error("{foot} does not answer: {request}{}", request.attempts())]
     NoAnswer {
         /// Name of the foot.
         foot: String,
-        /// Description of the request.
-        what: String,
+        /// The request.
+        request: FootRequest,
     },
     /// Several boards respond as one node.
     #[error(
@@ -486,10 +551,10 @@ pub enum RequestError {
         count: usize,
     },
     /// The response does not have the object's type.
-    #[error("{what} came as {length} bytes, which is no {}: another version of the foot's program?", data_type.name())]
+    #[error("{} came as {length} bytes, which is no {}: another version of the foot's program?", named(*address), data_type.name())]
     Type {
-        /// Name and address of the object.
-        what: String,
+        /// The object.
+        address: Address,
         /// Length of the response, bytes.
         length: usize,
         /// Expected type.
@@ -519,28 +584,44 @@ pub enum RequestError {
     NoFoot,
     /// No foot has the serial number.
     #[error(
-        "no foot with the serial number 0x{wanted:08X} is heard on this line; those heard: {heard}. A foot without a node id needs one first"
+        "no foot with the serial number 0x{wanted:08X} is heard on this line; those heard: {}. A foot without a node id needs one first",
+        serial_numbers(heard)
     )]
     NoSerial {
         /// Serial number.
         wanted: u32,
-        /// Serial numbers and nodes of the feet that are heard.
-        heard: String,
+        /// Serial numbers and nodes of the feet that respond; a foot on a serial line has no node.
+        heard: Vec<(u32, Option<NodeId>)>,
     },
-    /// Several feet were found, and no node is given.
-    #[error("there are several feet, {0}: name one with --node")]
-    Several(String),
+    /// Several feet were found, with these ids, and no node is given.
+    #[error("there are several feet, {}", list(.0))]
+    SeveralFeet(Vec<u8>),
     /// The line does not work.
     #[error(transparent)]
     Link(#[from] LinkError),
 }
 
+fn list(ids: &[u8]) -> String {
+    ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn serial_numbers(heard: &[(u32, Option<NodeId>)]) -> String {
+    let heard = heard.iter().map(|(serial, node)| match node {
+        Some(node) => format!("0x{serial:08X} (node {})", node.get()),
+        None => format!("0x{serial:08X}"),
+    });
+    match &heard.collect::<Vec<String>>()[..] {
+        [] => "none".to_owned(),
+        heard => heard.join(", "),
+    }
+}
+
 impl RequestError {
-    /// Error of a request that was refused with this abort code.
-    pub(super) fn refused(what: String, code: u32) -> Self {
+    /// Creates the error of a request that was refused with this abort code.
+    fn refused(request: FootRequest, code: u32) -> Self {
         match AbortCode::from_code(code) {
-            Some(reason) => Self::Refused { what, reason },
-            None => Self::RefusedUnknown { what, code },
+            Some(reason) => Self::Refused { request, reason },
+            None => Self::RefusedUnknown { request, code },
         }
     }
 
@@ -549,9 +630,19 @@ impl RequestError {
     pub fn is_refusal(&self, of: AbortCode) -> bool {
         matches!(self, Self::Refused { reason, .. } if *reason == of)
     }
+
+    /// Returns the remedy, if it depends on the program.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::SeveralFeet(_) => Some(FootHint::NameOneFoot),
+            Self::Link(error) => error.hint(),
+            _ => None,
+        }
+    }
 }
 
-/// Abort code for a response that has not come: SDO protocol timed out.
+/// Abort code if a response is missing: SDO protocol timed out.
 const TIMED_OUT: u32 = 0x0504_0000;
 
 /// Commands of an SDO server: the upper three bits of its response.
@@ -563,16 +654,18 @@ const ABORTED: u8 = 4;
 type Response = Result<Vec<u8>, u32>;
 
 impl Client {
-    /// Reads, or writes `value`. A request without a response is repeated; all requests are idempotent. A read ignores late
-    /// responses to writes, and a write those to reads.
+    /// Reads an object, or writes `value` to it. A request without a response is repeated, which is safe because all
+    /// requests are idempotent. A read ignores late responses to writes, and a write those to reads.
     pub(super) fn request(
         &mut self,
         address: Address,
         value: Option<Value>,
         answer: Duration,
     ) -> Result<Vec<u8>, RequestError> {
-        let verb = if value.is_some() { "writing" } else { "reading" };
-        let what = || format!("{verb} {}", named(address));
+        let request = match value {
+            None => FootRequest::Read(address),
+            Some(_) => FootRequest::Write(address),
+        };
         for attempt in 0..TRIES {
             // The node may be in the transfer of a master that has vanished.
             if attempt > 0
@@ -586,10 +679,10 @@ impl Client {
                 None => self.request_serial(address, value, answer)?,
             };
             if let Some(response) = response {
-                return response.map_err(|code| RequestError::refused(what(), code));
+                return response.map_err(|code| RequestError::refused(request, code));
             }
         }
-        Err(self.no_answer(format!("{}, asked {TRIES} times", what())))
+        Err(self.no_answer(request))
     }
 
     fn request_serial(
@@ -603,8 +696,8 @@ impl Client {
             Some(value) => Message::ConfigSet(ConfigSet { address, value: value.into() }),
         };
         self.send_message(&message)?;
-        self.listen(answer, |heard| match &heard.said {
-            Said::Answer(ConfigResponse { address: of, answer }) if *of == address => {
+        self.listen(answer, |message| match &message.body {
+            MessageBody::Answer(ConfigResponse { address: of, answer }) if *of == address => {
                 match answer {
                     Answer::Value(bytes) if value.is_none() => Some(Ok(bytes.as_bytes().to_vec())),
                     Answer::Done if value.is_some() => Some(Ok(Vec::new())),
@@ -688,13 +781,13 @@ impl Client {
     ) -> Result<Option<[u8; 8]>, RequestError> {
         self.send_sdo(node, request)?;
         let id = Some(node.get());
-        self.listen(answer, |heard| match &heard.said {
-            Said::Sdo(bytes) if heard.foot.node == id && is_answer(bytes) => Some(*bytes),
+        self.listen(answer, |message| match &message.body {
+            MessageBody::Sdo(bytes) if message.foot.node == id && is_answer(bytes) => Some(*bytes),
             _ => None,
         })
     }
 
-    /// Ends a transfer whose response has not come.
+    /// Aborts a transfer whose response is missing.
     pub(super) fn abort(&mut self, node: NodeId, address: Address) -> Result<(), RequestError> {
         let mut request = upload(address);
         request[0] = 0x80;
@@ -748,14 +841,14 @@ impl Client {
         bytes: &[u8],
         sent: &mut dyn FnMut(usize),
     ) -> Result<(), RequestError> {
-        let what = format!("sending {} bytes to {}", bytes.len(), named(address));
+        let request = FootRequest::Download { address, bytes: bytes.len() };
         match self.blocks(node, address, bytes, sent) {
             Ok(()) => Ok(()),
-            Err(Ended::Aborted(code)) => Err(RequestError::refused(what, code)),
+            Err(Ended::Aborted(code)) => Err(RequestError::refused(request, code)),
             Err(Ended::Failed(error)) => Err(error),
             Err(Ended::Silent) => {
                 self.abort(node, address)?;
-                Err(self.no_answer(what))
+                Err(self.no_answer(request))
             }
         }
     }
@@ -843,7 +936,7 @@ impl Client {
                 return Ok(());
             }
             if clock.now() > end {
-                return Err(self.no_answer("as its bootloader"));
+                return Err(self.no_answer(FootRequest::Bootloader));
             }
         }
     }
@@ -928,7 +1021,7 @@ impl Client {
                 return self.first_answer();
             }
         }
-        Err(self.no_answer(format!("it was commanded to reset {TRIES} times, and has not")))
+        Err(self.no_answer(FootRequest::Reset { times: TRIES }))
     }
 
     /// Waits for a start of the foot: as the given node, or as any node with its serial number.
@@ -992,7 +1085,7 @@ impl Client {
         let end = clock.now() + START;
         while !self.is_there()? {
             if clock.now() > end {
-                return Err(self.no_answer(format!("it was reset {} s ago", START.as_secs())));
+                return Err(self.no_answer(FootRequest::FirstAnswer { since: START }));
             }
         }
         Ok(())
@@ -1028,23 +1121,12 @@ impl Client {
         let mut found = Vec::new();
         for number in wanted {
             let foot = heard.iter().find(|(serial, _)| serial == number);
-            let (_, foot) = foot.ok_or_else(|| no_serial(*number, &heard))?;
+            let (_, foot) = foot
+                .ok_or_else(|| RequestError::NoSerial { wanted: *number, heard: heard.clone() })?;
             if !found.contains(foot) {
                 found.push(*foot);
             }
         }
         Ok(found)
     }
-}
-
-fn no_serial(wanted: u32, heard: &[(u32, Option<NodeId>)]) -> RequestError {
-    let heard = heard.iter().map(|(serial, node)| match node {
-        Some(node) => format!("0x{serial:08X} (node {})", node.get()),
-        None => format!("0x{serial:08X}"),
-    });
-    let heard = match &heard.collect::<Vec<String>>()[..] {
-        [] => "none".to_owned(),
-        heard => heard.join(", "),
-    };
-    RequestError::NoSerial { wanted, heard }
 }

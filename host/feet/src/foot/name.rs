@@ -8,6 +8,8 @@ use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape, code_of_axes, index};
 use wire::{Address, DataType, NodeId, Value};
 
+use crate::hint::FootHint;
+
 /// Object of the dictionary, or a part of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Named {
@@ -22,7 +24,7 @@ pub struct Named {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NameError {
     /// No object has this name.
-    #[error("no object is called {0:?}; `footfall foot SOURCE get` lists all")]
+    #[error("no object is called {0:?}")]
     Unknown(String),
     /// The value is invalid.
     #[error("{name} is {value:?}, but {expected} is expected")]
@@ -34,6 +36,17 @@ pub enum NameError {
         /// Expected values.
         expected: String,
     },
+}
+
+impl NameError {
+    /// Returns the remedy, if it depends on the program.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::Unknown(_) => Some(FootHint::ListObjects),
+            Self::Value { .. } => None,
+        }
+    }
 }
 
 /// Converts a title to a part of a name: lower case, with `_` between words.

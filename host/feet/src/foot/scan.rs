@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::decode::live::{FootKey, Listener, Said, said};
+use crate::decode::live::{FootKey, Listener, MessageBody, body_of};
 use wire::dictionary::{PRODUCT_CODE, index};
 use wire::foot::cob_id;
 use wire::{Address, CanFrame, NodeId};
@@ -24,8 +24,8 @@ const TRIES: u32 = 2;
 /// Object of the product code.
 const PRODUCT: Address = Address::new(index::IDENTITY, 2);
 
-/// Returns the feet that are heard on a line within `time`, by line and id, and adds them to the listener. A
-/// serial line has one foot, whose id is `None`.
+/// Returns the feet that send on a line within `time`, by line and id, and adds them to the listener. A serial line
+/// has one foot, whose id is `None`.
 ///
 /// # Errors
 /// The line does not work.
@@ -43,21 +43,24 @@ pub fn feet(
             others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), (node, line))));
             arrival.hand_to(listener, at);
         }
-        while let Some(mut heard) = listener.next_heard() {
-            let is_serial = match &heard.said {
-                Said::Raw(_) | Said::Board(_) | Said::Log(_) | Said::Answer(_) => true,
+        while let Some(mut message) = listener.next_message() {
+            let is_serial = match &message.body {
+                MessageBody::Raw(_)
+                | MessageBody::Board(_)
+                | MessageBody::Log(_)
+                | MessageBody::Answer(_) => true,
                 // Only contacts of a serial line have axes and all flags.
-                Said::Contact(row) => row.axes.is_some() && row.flags.is_some(),
+                MessageBody::Contact(row) => row.axes.is_some() && row.flags.is_some(),
                 _ => false,
             };
             if is_serial {
-                heard.foot.node = None;
-                feet.insert(heard.foot);
+                message.foot.node = None;
+                feet.insert(message.foot);
                 return Ok(feet);
             }
             // A load report is sent by the robot, not by a foot.
-            if !matches!(heard.said, Said::Load(_)) {
-                feet.insert(heard.foot);
+            if !matches!(message.body, MessageBody::Load(_)) {
+                feet.insert(message.foot);
             }
         }
     }
@@ -82,8 +85,8 @@ pub(super) fn boot_up(arrival: &Arrival) -> Option<NodeId> {
     let Arrival::Frame { frame, .. } = arrival else {
         return None;
     };
-    let (node, said) = said(frame)?;
-    matches!(said, Said::BootUp(_)).then_some(node)
+    let (node, body) = body_of(frame)?;
+    matches!(body, MessageBody::BootUp(_)).then_some(node)
 }
 
 /// Returns the node whose heartbeat or boot-up this is, and its line.
@@ -91,8 +94,8 @@ fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
     let Arrival::Frame { interface, frame } = arrival else {
         return None;
     };
-    let (node, said) = said(frame)?;
-    let is_heartbeat = matches!(said, Said::BootUp(_) | Said::Heartbeat(_));
+    let (node, body) = body_of(frame)?;
+    let is_heartbeat = matches!(body, MessageBody::BootUp(_) | MessageBody::Heartbeat(_));
     is_heartbeat.then(|| (node, Arc::clone(interface)))
 }
 

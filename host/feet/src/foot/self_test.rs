@@ -10,6 +10,7 @@ use wire::{Address, Emergency, Fault, Faults, Stage, Value};
 
 use super::client::{Client, RequestError};
 use super::settings;
+use crate::hint::FootHint;
 
 /// Timeout of a start with self-test.
 const START: Duration = Duration::from_secs(10);
@@ -42,10 +43,20 @@ pub enum SelfTestError {
     #[error(transparent)]
     Request(#[from] RequestError),
     /// The setting could not be restored.
-    #[error(
-        "{0}; the self-test stays on at each start until footfall foot … set self_test_at_start=0 --save"
-    )]
+    #[error("{0}; the self-test stays on at each start")]
     StaysOn(RequestError),
+}
+
+impl SelfTestError {
+    /// Returns the remedy, if it depends on the program.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::StaysOn(_) => Some(FootHint::SwitchSelfTestOff),
+            Self::Request(error) => error.hint(),
+            Self::NotRun | Self::NotStarted(_) => None,
+        }
+    }
 }
 
 /// Runs the self-test. The foot is reset, must not move, and loses settings that are not stored. If the
@@ -121,9 +132,11 @@ fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
         let failed = failed.map(|(axis, _)| axis).collect();
         return Ok(SelfTestResult::Failed(Some(failed)));
     }
-    match has_run {
-        _ if faults.contains(Fault::SensorSelfTest) => Ok(SelfTestResult::Failed(None)),
-        true => Ok(SelfTestResult::Passed),
-        false => Err(SelfTestError::NotRun),
+    if faults.contains(Fault::SensorSelfTest) {
+        Ok(SelfTestResult::Failed(None))
+    } else if has_run {
+        Ok(SelfTestResult::Passed)
+    } else {
+        Err(SelfTestError::NotRun)
     }
 }

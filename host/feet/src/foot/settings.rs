@@ -8,8 +8,9 @@ use wire::dictionary::index;
 use wire::node::{Command, State};
 use wire::{AbortCode, Address, Foot, NodeId, Value};
 
-use super::client::{Client, RequestError};
+use super::client::{Client, FootRequest, RequestError};
 use super::name::{NameError, Named};
+use crate::hint::FootHint;
 
 /// Settings by address.
 pub type SettingValues = BTreeMap<Address, Value>;
@@ -18,12 +19,12 @@ pub type SettingValues = BTreeMap<Address, Value>;
 #[derive(Debug, Error)]
 pub enum SettingsError {
     /// A line of the text is invalid.
-    #[error("line {line}: {message}")]
+    #[error("line {line}: {cause}")]
     Line {
         /// Line number, from 1.
         line: usize,
-        /// Description of the error.
-        message: String,
+        /// What is wrong with it.
+        cause: LineError,
     },
     /// The settings are incompatible with each other.
     #[error("these settings do not go together, from {0} on; nothing was written")]
@@ -51,6 +52,38 @@ pub enum SettingsError {
     /// A request has failed before anything was written, or after all settings were.
     #[error(transparent)]
     Request(#[from] RequestError),
+}
+
+impl SettingsError {
+    /// Returns the remedy, if it depends on the program.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::Line { cause: LineError::Name(error), .. } => error.hint(),
+            Self::Request(error) => error.hint(),
+            Self::Line { .. }
+            | Self::Incompatible(_)
+            | Self::NotTaken { .. }
+            | Self::ReadBack { .. } => None,
+        }
+    }
+}
+
+/// Error of a line of settings.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum LineError {
+    /// The line has another syntax.
+    #[error("{0:?} is not a setting, such as window = 50ms")]
+    Syntax(String),
+    /// The name is unknown, or the value is invalid.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// The object of this name cannot be written.
+    #[error("{0} is no setting: it cannot be written")]
+    NotWritable(String),
+    /// The setting of this name has two values.
+    #[error("{0} stands twice")]
+    Twice(String),
 }
 
 recordings::named! {
@@ -125,22 +158,24 @@ pub fn from_text(text: &str, node: Option<NodeId>) -> Result<SettingValues, Sett
         if line.is_empty() {
             continue;
         }
-        let wrong = |message: String| SettingsError::Line { line: number, message };
-        let (name, value) = line
-            .split_once('=')
-            .ok_or_else(|| wrong(format!("{line:?} is not a setting, such as window = 50ms")))?;
-        let by_name = |error: NameError| wrong(error.to_string());
-        let named = Named::find(name.trim()).map_err(by_name)?;
-        if !named.entry.is_setting() {
-            let name = named.name();
-            return Err(wrong(format!("{name} is no setting: it cannot be written")));
-        }
-        let value = named.parse(value.trim(), node).map_err(by_name)?;
+        let (named, value) =
+            parse_line(line, node).map_err(|cause| SettingsError::Line { line: number, cause })?;
         if values.insert(named.address, value).is_some() {
-            return Err(wrong(format!("{} stands twice", named.name())));
+            let cause = LineError::Twice(named.name());
+            return Err(SettingsError::Line { line: number, cause });
         }
     }
     Ok(values)
+}
+
+/// Parses a line without its comment.
+fn parse_line(line: &str, node: Option<NodeId>) -> Result<(Named, Value), LineError> {
+    let (name, value) = line.split_once('=').ok_or_else(|| LineError::Syntax(line.to_owned()))?;
+    let named = Named::find(name.trim())?;
+    if !named.entry.is_setting() {
+        return Err(LineError::NotWritable(named.name()));
+    }
+    Ok((named, named.parse(value.trim(), node)?))
 }
 
 /// Returns the settings whose values differ, with both values; settings missing in one are skipped.
@@ -278,13 +313,13 @@ fn not_taken(cause: RequestError) -> ErrorWith {
     Box::new(|undone| SettingsError::NotTaken { cause, undone })
 }
 
-fn incompatible(name: String) -> ErrorWith {
-    Box::new(|undone| {
+fn incompatible(setting: Named) -> ErrorWith {
+    Box::new(move |undone| {
         if undone == Undone::All {
-            return SettingsError::Incompatible(name);
+            return SettingsError::Incompatible(setting.name());
         }
         let cause = RequestError::Refused {
-            what: format!("writing {name}"),
+            request: FootRequest::Write(setting.address),
             reason: AbortCode::Incompatible,
         };
         SettingsError::NotTaken { cause, undone }
@@ -294,11 +329,11 @@ fn incompatible(name: String) -> ErrorWith {
 fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(), ErrorWith> {
     // A setting may become compatible after another: refused ones are retried as long as any is accepted.
     let mut left: Vec<_> = changes.iter().collect();
-    // A foot that is locked takes no setting but the lock.
-    left.sort_by_key(|(named, _, value)| match named.address.index == index::LOCK {
-        true if *value == Value::U8(0) => 0,
-        true => 2,
-        false => 1,
+    // A locked foot accepts no setting but the lock: it is unlocked first, and locked last.
+    left.sort_by_key(|(named, _, value)| match named.address.index {
+        index::LOCK if *value == Value::U8(0) => 0,
+        index::LOCK => 2,
+        _ => 1,
     });
     while !left.is_empty() {
         let mut refused = Vec::new();
@@ -311,9 +346,10 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
                 Err(error) => return Err(not_taken(error)),
             }
         }
-        if refused.len() == before {
-            let first = refused.first().map(|(named, ..)| named.name());
-            return Err(incompatible(first.unwrap_or_default()));
+        if let Some((first, ..)) = refused.first()
+            && refused.len() == before
+        {
+            return Err(incompatible(*first));
         }
         left = refused;
     }

@@ -236,7 +236,7 @@ fn install(
         // The image may have arrived, and only the last answer not.
         let _ = control(client, control::CLEAR);
     }
-    // Also after a refusal: the previous program goes on then.
+    // Also after a refusal: the previous program is started again then.
     let started = control(client, control::START);
     let why = sent.err();
     report(&foot, UpdateStage::Installing);
@@ -325,7 +325,7 @@ fn confirm(client: &mut Client, foot: Installed, image: &Image) -> Result<Update
     if client.starts_of_foot() != foot.starts {
         return Err(UpdateError::StartedAgain(foot.updated.foot));
     }
-    // Changes nothing where the program has confirmed itself; says so where it could not.
+    // Changes nothing if the program has confirmed itself, and is refused if it could not.
     control(client, control::CONFIRM)?;
     Ok(foot.updated)
 }

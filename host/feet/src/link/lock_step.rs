@@ -63,9 +63,6 @@ impl LockStepClient {
         let mut output = Vec::new();
         let length = u64::from(u32::from_le_bytes(length));
         let count = Read::by_ref(&mut self.stream).take(length).read_to_end(&mut output)?;
-        match count as u64 == length {
-            true => Ok(output),
-            false => Err(ErrorKind::UnexpectedEof.into()),
-        }
+        if count as u64 == length { Ok(output) } else { Err(ErrorKind::UnexpectedEof.into()) }
     }
 }

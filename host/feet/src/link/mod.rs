@@ -20,18 +20,22 @@ mod lock_step;
 mod port;
 pub mod serial;
 
+use std::fmt;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::decode::ContactRow;
-use crate::decode::live::Listener;
 use estimator_core::Timestamp;
+use recordings::plausible::Finding;
 use thiserror::Error;
 use wire::CanFrame;
 
+use crate::decode::ContactRow;
+use crate::decode::live::Listener;
+use crate::hint::FootHint;
 use crate::source::{Source, Speed};
 pub use clock::LineClock;
+pub use file::RecordingError;
 use serial::{SerialLine, SlcanAdapter};
 
 /// Timeout of one receive in a loop: the longest delay until a pending request or another condition is noticed.
@@ -58,9 +62,34 @@ pub enum Arrival {
     Estimate(Box<ContactRow>),
     /// Unreadable line of a log or of an slcan adapter.
     Unreadable(String),
-    /// Sentence about a recording that is played, such as an implausible unit. A [`Feed`](crate::Feed) returns it
-    /// as [`Fed::Remark`](crate::feed::Fed::Remark).
-    Remark(String),
+    /// Remark about a recording that is played. A [`Feed`](crate::Feed) returns it as
+    /// [`Fed::Remark`](crate::feed::Fed::Remark).
+    Remark(Remark),
+}
+
+/// Remark about a recording of an IMU that is played.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Remark {
+    /// How the recording was read.
+    Read(String),
+    /// The accelerations of this foot have no gravity.
+    NoGravity(Arc<str>),
+    /// A property of this foot's recording is implausible, such as the unit of its accelerations.
+    Implausible(Arc<str>, Finding),
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Read(notice) => f.write_str(notice),
+            Self::NoGravity(foot) => write!(
+                f,
+                "{foot}: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
+                 gravity by the estimated orientation"
+            ),
+            Self::Implausible(foot, finding) => write!(f, "{foot}: {finding}"),
+        }
+    }
 }
 
 impl Arrival {
@@ -111,12 +140,21 @@ pub enum LinkError {
         what: &'static str,
     },
     /// The file cannot be read.
-    #[error("{0}")]
-    File(String),
+    #[error("{file}: {source}")]
+    File {
+        /// Its name.
+        file: String,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// The log of CAN frames has no times, by which it could be played.
+    #[error("{0}: has frames without times: log with candump -l")]
+    NoTimes(String),
+    /// The recording of an IMU cannot be used.
+    #[error(transparent)]
+    Recording(Box<RecordingError>),
     /// Options about the estimate of a recording are given for contacts of feet.
-    #[error(
-        "{0} has contacts that feet sent, which nothing is estimated for: --config, --topic, --load-topic, --axes, --units and their like are for recordings of an IMU"
-    )]
+    #[error("{0} has contacts that feet sent, which nothing is estimated for")]
     NotEstimated(String),
     /// The playback has ended.
     #[error("{0} has ended")]
@@ -137,11 +175,26 @@ pub enum LinkError {
     NoSocketCan(String),
 }
 
+impl From<RecordingError> for LinkError {
+    fn from(error: RecordingError) -> Self {
+        Self::Recording(Box::new(error))
+    }
+}
+
 impl LinkError {
     /// Returns whether the error may be temporary, as for a device that is unplugged.
     #[must_use]
     pub fn may_pass(&self) -> bool {
         matches!(self, Self::Device { .. } | Self::Adapter { .. })
+    }
+
+    /// Returns the remedy, if it depends on the program.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::NotEstimated(_) => Some(FootHint::OmitEstimateOptions),
+            _ => None,
+        }
     }
 
     /// Error of data that a line does not accept.

@@ -40,7 +40,7 @@ impl SerialLine {
     /// # Errors
     /// The line has broken, or there is no bootloader that answers.
     pub fn speak_text(&mut self) -> Result<(), LinkError> {
-        // The bootloader has no bus, and takes any rate of one.
+        // The bootloader has no bus: it accepts any rate.
         self.0.join(DEFAULT_KBIT)
     }
 
@@ -120,10 +120,8 @@ impl SlcanParser {
         match byte {
             CR => {
                 let line = std::mem::take(&mut self.line);
-                Some(match std::mem::take(&mut self.is_too_long) {
-                    true => other_line(&line),
-                    false => word(&line),
-                })
+                let is_too_long = std::mem::take(&mut self.is_too_long);
+                Some(if is_too_long { other_line(&line) } else { word(&line) })
             }
             BEL => {
                 *self = Self::default();

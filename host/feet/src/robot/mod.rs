@@ -156,7 +156,7 @@ impl Robot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::live::{Heard, Listener, Said};
+    use crate::decode::live::{FootMessage, Listener, MessageBody};
     use wire::{Foot as Position, Pdo};
 
     fn run(robot: &mut Robot, ticks: u64) -> Vec<(Timestamp, CanFrame)> {
@@ -183,19 +183,21 @@ mod tests {
         for (at, frame) in run(&mut robot, 12_000) {
             listener.frame("can0", &frame, at);
         }
-        let heard: Vec<Heard> = std::iter::from_fn(|| listener.next_heard()).collect();
+        let heard: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
         let stable = |row: &crate::decode::ContactRow| row.stable > 0.9;
         let rows: Vec<_> = heard
             .iter()
-            .filter_map(|heard| match &heard.said {
-                Said::Contact(row) => Some(row),
+            .filter_map(|heard| match &heard.body {
+                MessageBody::Contact(row) => Some(row),
                 _ => None,
             })
             .collect();
         assert!(rows.len() >= 11_999);
         let share = rows.iter().filter(|row| stable(row)).count() as f64 / rows.len() as f64;
         assert!((0.2..0.9).contains(&share), "{share}");
-        assert!(heard.iter().any(|heard| matches!(heard.said, Said::Load(load) if load > 10.0)));
+        assert!(
+            heard.iter().any(|heard| matches!(heard.body, MessageBody::Load(load) if load > 10.0))
+        );
     }
 
     #[test]
@@ -209,14 +211,14 @@ mod tests {
                 listener.bytes(&foot.to_string(), &bytes, robot.now());
             }
         }
-        let heard: Vec<Heard> = std::iter::from_fn(|| listener.next_heard()).collect();
+        let heard: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
         for foot in ["0", "1"] {
-            let of = |said: fn(&Said) -> bool| {
+            let of = |said: fn(&MessageBody) -> bool| {
                 let heard = heard.iter().filter(|heard| &*heard.foot.line == foot);
-                heard.filter(|heard| said(&heard.said)).count()
+                heard.filter(|heard| said(&heard.body)).count()
             };
-            assert_eq!(of(|said| matches!(said, Said::Contact(_))), 500);
-            assert_eq!(of(|said| matches!(said, Said::Raw(_))), 500);
+            assert_eq!(of(|said| matches!(said, MessageBody::Contact(_))), 500);
+            assert_eq!(of(|said| matches!(said, MessageBody::Raw(_))), 500);
         }
     }
 }

@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use clap::Args;
 use feet::Source;
-use feet::foot::accept::{self, AcceptStep, Figure, FigureOutcome, Person, Verdict};
+use feet::foot::accept::{
+    self, AcceptStep, Figure, FigureHint, FigureOutcome, Limit, Person, Verdict,
+};
 use feet::foot::client::Client;
 use feet::link;
 use serde::{Deserialize, Serialize};
@@ -14,7 +16,7 @@ use wire::NodeId;
 use super::foot::{Identity, to_json};
 use super::options::{SOURCES, parse_node};
 use crate::error::Error;
-use crate::foot_error::FootError;
+use crate::foot_error::{FootError, with_hint};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
 use crate::report::{Described, Document, print_text};
@@ -67,7 +69,7 @@ impl AcceptArguments {
             figures.push(figure);
         });
         let reason = match &done {
-            Err(error) => Some(error.to_string()),
+            Err(error) => Some(with_hint(error, error.hint())),
             Ok(()) => is_interrupted().then(|| "interrupted".to_owned()),
         };
         if let Some(reason) = &reason {
@@ -165,7 +167,7 @@ struct JudgedFigure {
     /// Parts of the value, such as the names of faults, or the reason nothing was measured.
     detail: String,
     /// Remedy; empty if the value is within its limits or was not measured.
-    remedy: &'static str,
+    remedy: String,
 }
 
 impl Described for AcceptReport {
@@ -209,7 +211,7 @@ impl AcceptReport {
     fn summary(&self) -> String {
         let out = self.figures.iter().filter(|figure| figure.is_out());
         let mut lines: Vec<String> = out
-            .map(|figure| match figure.remedy {
+            .map(|figure| match figure.remedy.as_str() {
                 "" => format!("{}: {}\n", figure.step, figure.detail),
                 remedy => format!("{}: {remedy}\n", figure.name),
             })
@@ -243,9 +245,9 @@ impl JudgedFigure {
         let finite = |value: f64| value.is_finite().then_some(value);
         let verdict = figure.verdict();
         let (value, reason, remedy) = match &figure.outcome {
-            FigureOutcome::Measured(value) => (finite(*value), "", limit.remedy),
+            FigureOutcome::Measured(value) => (finite(*value), "", remedy(limit)),
             FigureOutcome::Failed(reason) | FigureOutcome::NotTested(reason) => {
-                (None, reason.as_str(), "")
+                (None, reason.as_str(), String::new())
             }
         };
         Self {
@@ -259,9 +261,21 @@ impl JudgedFigure {
             predicted: predicted(limit.step.name(), limit.name),
             verdict: verdict.name(),
             detail: figure.detail.clone() + reason,
-            remedy: if verdict == Verdict::Out { remedy } else { "" },
+            remedy: if verdict == Verdict::Out { remedy } else { String::new() },
         }
     }
+}
+
+/// Returns what to do about a value out of its limits: the command of a hint, then the remedy.
+fn remedy(limit: &Limit) -> String {
+    let command = limit.hint.map(|hint| match hint {
+        FigureHint::ExplainFaults => "footfall explain says for each what to do",
+        FigureHint::ExplainCode => "footfall explain names the code",
+        FigureHint::WatchContacts => "footfall monitor names the flag or fault",
+        FigureHint::CalibrateRests => "footfall calibrate --rests finds bias and scale",
+    });
+    let remedy = Some(limit.remedy).filter(|remedy| !remedy.is_empty());
+    command.into_iter().chain(remedy).collect::<Vec<_>>().join("; ")
 }
 
 /// Value of a quantity on the virtual board.

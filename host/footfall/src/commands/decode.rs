@@ -10,6 +10,7 @@ use feet::decode::{self, DecodeError, Feet, FileOutcome};
 use super::options::FeetArguments;
 use crate::error::Error;
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
+use crate::foot_error::with_hint;
 use crate::messages::{aside, warn};
 use crate::report::{SummaryStyle, print};
 
@@ -47,8 +48,10 @@ impl DecodeArguments {
                 None => return Ok(()),
             },
         };
-        let FileOutcome { report, notices } = &outcome;
-        notices.iter().for_each(warn);
+        let FileOutcome { file, report, notices } = &outcome;
+        for notice in notices {
+            warn(with_hint(notice.sentence(file), notice.hint()));
+        }
         if fills_stdout {
             aside(report);
             return Ok(());

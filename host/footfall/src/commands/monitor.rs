@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use estimator_core::Decision;
-use feet::decode::live::Said;
+use feet::decode::live::MessageBody;
 use feet::decode::{ContactRow, Feet};
 use feet::feed::Fed;
 use feet::session::SEVERAL_BOARDS;
@@ -18,8 +18,11 @@ use wire::{Emergency, Fault, Faults};
 use super::options::ListenArguments;
 use crate::error::Error;
 use crate::files::unless_closed;
+use crate::foot_error::with_hint;
 use crate::report::{Described, Document};
-use crate::stream::{deadline, is_over, next, parse_seconds, unless_ended, warn_of_lost};
+use crate::stream::{
+    deadline, is_over, next, parse_seconds, remark_text, unless_ended, warn_of_lost,
+};
 
 /// Period of the lines of a foot.
 const LINE: Duration = Duration::from_secs(1);
@@ -123,9 +126,9 @@ impl MonitorState {
     fn process_updates(&mut self) {
         while let Some(update) = self.session.next_update() {
             match update {
-                Update::Message(foot, heard) => self.process_message(foot, &heard.said),
+                Update::Message(foot, message) => self.process_message(foot, &message.body),
                 Update::Quiet(_) | Update::Line(Fed::Arrived(_)) => {}
-                Update::Line(Fed::Remark(text)) => self.add_event(None, text),
+                Update::Line(Fed::Remark(remark)) => self.add_event(None, remark_text(&remark)),
                 Update::Line(Fed::Opened) => {
                     if mem::take(&mut self.waits) {
                         self.add_event(None, "the line is open again".to_owned());
@@ -139,19 +142,19 @@ impl MonitorState {
                     self.add_event(None, format!("not sent: {error}"))
                 }
                 Update::Line(Fed::Ended(error)) => {
-                    self.add_event(None, error.to_string());
+                    self.add_event(None, with_hint(&error, error.hint()));
                     self.ended = Some(error);
                 }
             }
         }
     }
 
-    fn process_message(&mut self, index: usize, said: &Said) {
+    fn process_message(&mut self, index: usize, body: &MessageBody) {
         let feet = self.session.feet();
         self.known.resize(feet.len(), Faults::NONE);
         let foot = &feet[index];
         let known = mem::replace(&mut self.known[index], foot.faults);
-        if let Some(text) = event_text(said, known) {
+        if let Some(text) = event_text(body, known) {
             let name = foot.name_or("node ").into_owned();
             self.add_event(Some(name), text);
         }
@@ -186,15 +189,15 @@ impl MonitorState {
 }
 
 /// Returns the text of the event of a message, if it is one; `known` are the faults before it.
-fn event_text(said: &Said, known: Faults) -> Option<String> {
-    match said {
-        Said::Board(board) => {
+fn event_text(body: &MessageBody, known: Faults) -> Option<String> {
+    match body {
+        MessageBody::Board(board) => {
             let new = board.faults.iter().filter(|fault| !known.contains(*fault));
             new.last().map(|fault| fault_text("fault", fault))
         }
-        Said::Emergency(emergency) => Some(emergency_text(*emergency)),
-        Said::BootUp(_) => Some("has started".to_owned()),
-        Said::Log(log) => Some(log.text().to_owned()),
+        MessageBody::Emergency(emergency) => Some(emergency_text(*emergency)),
+        MessageBody::BootUp(_) => Some("has started".to_owned()),
+        MessageBody::Log(log) => Some(log.text().to_owned()),
         _ => None,
     }
 }

@@ -23,7 +23,7 @@ use estimator_core::{
     Vec3, VelocityCoefficients, VelocityParams, VelocitySigma,
 };
 use feet::decode::ContactRow;
-use feet::decode::live::{Heard, Said};
+use feet::decode::live::{FootMessage, MessageBody};
 use feet::session::SEVERAL_BOARDS;
 use feet::{LiveFoot, Session, Update};
 use recordings::samples::phase_code;
@@ -102,7 +102,7 @@ impl Bridge {
         &mut self,
         index: usize,
         state: &LiveFoot,
-        Heard { at, said, .. }: &Heard,
+        FootMessage { at, body, .. }: &FootMessage,
         published: &mut Vec<Published>,
     ) -> Option<RosContact> {
         let made = || FootMessages::new(state, &self.frame);
@@ -113,8 +113,8 @@ impl Bridge {
         }
         let mut publish = |topic, message| published.push(Published::new(topic, *at, message));
         let (mut sent, mut imu) = (None, None);
-        match said {
-            Said::Contact(row) => {
+        match body {
+            MessageBody::Contact(row) => {
                 let contact;
                 (contact, imu) = foot.contact(row, state);
                 sent = Some(contact.clone());
@@ -127,8 +127,8 @@ impl Bridge {
                     publish(&foot.topics.load, RosMessage::number(load));
                 }
             }
-            Said::Raw(raw) => imu = foot.raw(raw, state.stamp),
-            Said::Load(newtons) => publish(&foot.topics.load, RosMessage::number(*newtons)),
+            MessageBody::Raw(raw) => imu = foot.raw(raw, state.stamp),
+            MessageBody::Load(newtons) => publish(&foot.topics.load, RosMessage::number(*newtons)),
             _ => {}
         }
         if let Some(imu) = imu {

@@ -204,7 +204,7 @@ impl LoggedFoot {
             return None;
         }
         if self.reception == Reception::Live {
-            // Frames that waited arrive at once: their times of reception say too little.
+            // Queued frames are received all at once: the times of reception do not show that a contact is older.
             elapsed = elapsed.forward();
         }
         let next = match (elapsed, after_suspect) {
@@ -471,9 +471,10 @@ impl Mark {
         }
         let turns = (logged - steps + TURN_US / 2).div_euclid(TURN_US);
         let elapsed = steps + turns * TURN_US;
-        match (elapsed - logged).abs() <= TOLERANCE_US {
-            true => TimeBetween::Agreed(elapsed),
-            false => TimeBetween::Contradicted(elapsed),
+        if (elapsed - logged).abs() <= TOLERANCE_US {
+            TimeBetween::Agreed(elapsed)
+        } else {
+            TimeBetween::Contradicted(elapsed)
         }
     }
 

@@ -18,7 +18,7 @@ use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 use super::can_log::{Lines, LogContent, LogReader, LogTimes};
 use super::report::{EmergencyReport, Report};
 use super::row::{ClockTurn, CommonClock};
-use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
+use super::{ContactRow, DecodeError, DecodeNotice, Feet, FileOutcome, RowSink};
 use foot::{ClockCorrection, LoggedFoot, Syncs};
 
 /// Number of malformed lines that are quoted; further ones are only counted.
@@ -56,11 +56,7 @@ pub(super) fn decode(
                 if malformed <= NAMED_LINES {
                     let start: String = line.chars().take(60).collect();
                     let form = reader.form;
-                    notices.push(format!(
-                        "{file}, line {number}: {start:?} is no line of {}, which are like {}",
-                        form.name(),
-                        form.example()
-                    ));
+                    notices.push(DecodeNotice::MalformedLine { number, start, form });
                 }
             }
         }
@@ -69,26 +65,19 @@ pub(super) fn decode(
     log.finish();
     log.rows.settle(0, &mut log.report, sink)?;
     if malformed > NAMED_LINES {
-        let (others, form) = (malformed - NAMED_LINES, reader.form.name());
-        notices.push(format!("{file}: {others} more lines are none of {form}"));
+        let more = malformed - NAMED_LINES;
+        notices.push(DecodeNotice::MoreMalformedLines(more, reader.form));
     }
     if log.report.rows == 0
-        && let Some(id) = log.unknown_foot
+        && let Some(node) = log.unknown_foot
     {
-        notices.push(format!(
-            "{file}: no foot of the ids {} has sent a contact, but node {id} may be one: --node {id}",
-            feet.ids()
-        ));
+        notices.push(DecodeNotice::UnknownFoot { known: feet.ids(), node });
     }
     if reader.times == LogTimes::Differences {
-        notices.push(format!(
-            "{file}: its times are differences from line to line; t_received is their sum"
-        ));
+        notices.push(DecodeNotice::TimesAreDifferences);
     }
-    let notice = log.clock_notice(has_times);
-    notices.extend(notice.map(|said| format!("{file}: {said}")));
-    let report = log.report;
-    Ok(FileOutcome { report, notices })
+    notices.extend(log.clock_notice(has_times));
+    Ok(FileOutcome { file: file.to_owned(), report: log.report, notices })
 }
 
 /// Meaning of a frame's time of reception.
@@ -146,26 +135,21 @@ impl CanDecoder {
     }
 
     /// Notice of the common clock of several feet; `None` for a single foot.
-    fn clock_notice(&self, has_times: bool) -> Option<String> {
-        let of = |clock: CommonClock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
-        let (sync, received) = (of(CommonClock::Sync), of(CommonClock::Received));
+    fn clock_notice(&self, has_times: bool) -> Option<DecodeNotice> {
         let feet = self.feet.values().filter(|entry| entry.foot.is_some());
         if feet.count() < 2 {
             return None;
         }
-        Some(match (has_times, sync, received) {
-            (false, ..) => {
-                "this log has no times: t_received and t_common are blank, and each foot's t is on its own clock".to_owned()
-            }
-            (true, 0, _) => {
-                "t_common is the time of reception, as no foot has reported a numbered SYNC of this log (object 0x1019 of the master numbers them)".to_owned()
-            }
-            (true, _, 0) => "t_common is by numbered SYNCs".to_owned(),
-                        (true, ..) => format!(
-                "t_common is by numbered SYNCs, but for {received} rows of feet that had reported none: there it is the time of reception"
-            ),
+        let of = |clock: CommonClock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
+        Some(if !has_times {
+            DecodeNotice::NoCommonClock
+        } else if of(CommonClock::Sync) == 0 {
+            DecodeNotice::CommonByReception
+        } else {
+            DecodeNotice::CommonBySync { received: of(CommonClock::Received) }
         })
     }
+
     /// Processes a frame received at `at`.
     pub(crate) fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let id = frame.id();

@@ -20,13 +20,14 @@ const LOOK: Duration = Duration::from_millis(100);
 const TEMPERATURE_LOOKS: u32 = 30;
 const STACK_LOOKS: u32 = 300;
 
-/// Reads faults, the last crash, the brown-out level, the temperature, and what the board measures of itself.
+/// Reads faults, the last crash, the brown-out level, the temperature, and the costs that the board measures.
 pub(super) fn measure(client: &mut Client) -> StepFigures {
     let faults = of_faults(faults(client)?);
     let crash = client.read_number(index::LAST_CRASH, 1)?;
-    let level = match hardware(client)?.contains("STM32F405") {
-        true => figure::BROWN_OUT.measured(f64::from(client.read_number(index::SUPPLY, 1)?)),
-        false => figure::BROWN_OUT.not_tested("the foot's chip has none to set"),
+    let level = if hardware(client)?.contains("STM32F405") {
+        figure::BROWN_OUT.measured(f64::from(client.read_number(index::SUPPLY, 1)?))
+    } else {
+        figure::BROWN_OUT.not_tested("the foot's chip has none to set")
     };
     let period_us = tick_us(client)? as f64;
     let temperature = temperature_celsius(client)?;

@@ -1,4 +1,4 @@
-//! TapCounter, steps, loads, and a sensor that is unplugged: what the foot says of them.
+//! Taps, steps and loads, as the foot reports them, and the faults that it reports while its sensor is unplugged.
 
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ const MOTION: f32 = 0.5;
 /// Shortest contact and shortest lift of a step, µs.
 const STEP_US: u64 = 100_000;
 
-/// Time within which a foot with a sensor says something valid.
+/// Timeout for the first valid contact of a foot with a sensor.
 const HEALTHY: Duration = Duration::from_secs(2);
 
 /// Time for which a foot without a sensor is watched.
@@ -50,7 +50,7 @@ fn listen(
     Ok(())
 }
 
-/// Listens until `take` has counted `wanted` of what `name` says, and tells each.
+/// Listens until `take` has counted `wanted` events of this name; shows each to the person.
 fn count(
     client: &mut Client,
     person: &mut Person,
@@ -200,12 +200,12 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> StepFigures {
     ])
 }
 
-/// What a foot says while its sensor is unplugged and plugged in again.
+/// Contacts and faults of a foot while its sensor is unplugged and plugged in again.
 #[derive(Default)]
 struct Unplugged {
     last_valid: Timestamp,
     first_fault: Option<Timestamp>,
-    /// Contacts that say "stable" without a sensor.
+    /// Number of contacts that report "stable" without a sensor.
     stable: usize,
     valid_since: Option<u64>,
     faults: Faults,
@@ -237,8 +237,8 @@ impl Unplugged {
     }
 }
 
-/// Returns whether a contact of a foot without a sensor says "stable".
-fn says_stable(row: &ContactRow) -> bool {
+/// Returns whether a contact of a foot without a sensor reports "stable".
+fn reports_stable(row: &ContactRow) -> bool {
     let is_doubtful = !row.status.is_valid() && !row.status.has_fault();
     row.status.decision() == Decision::Stable || row.stable > MOTION && !is_doubtful
 }
@@ -250,8 +250,8 @@ pub(super) fn unplug(client: &mut Client, person: &mut Person) -> StepFigures {
     if hardware.contains(board::NANO) || hardware == "simulated" {
         return Ok(AcceptStep::Unplug.not_tested("it cannot be unplugged"));
     }
-    // A foot without a sensor sends no contact until it reports the fault, so the last one with a sensor is known
-    // only if it came before the person was told.
+    // A foot without a sensor sends no contact until it reports the fault. The last contact with a sensor must
+    // therefore be received before the person is asked to unplug it.
     let mut last_valid = None;
     listen(client, has_left, HEALTHY, |row| {
         if row.status.is_valid() && !row.status.has_fault() {
@@ -275,7 +275,7 @@ pub(super) fn unplug(client: &mut Client, person: &mut Person) -> StepFigures {
     };
     tell("the foot has noticed; leave it so for two seconds");
     listen(client, has_left, UNPLUGGED, |row| {
-        unplugged.stable += usize::from(says_stable(row));
+        unplugged.stable += usize::from(reports_stable(row));
         false
     })?;
     tell("plug it in again");
@@ -352,19 +352,19 @@ mod tests {
     }
 
     #[test]
-    fn contact_says_stable_unless_it_is_flagged() {
+    fn contact_reports_stable_unless_it_is_flagged() {
         let fault = Faults::NONE.with(Fault::SensorSilent);
         let mut believed = row(6, Decision::NotStable, fault);
-        assert!(!says_stable(&believed));
+        assert!(!reports_stable(&believed));
         believed.stable = 0.9;
-        assert!(says_stable(&believed));
+        assert!(reports_stable(&believed));
         believed.status = Status::new(
             Decision::NotStable,
             Phase::Unknown,
             Flags::NONE.with(Flag::WindowNotFull),
             Faults::NONE,
         );
-        assert!(!says_stable(&believed));
-        assert!(says_stable(&row(7, Decision::Stable, Faults::NONE)));
+        assert!(!reports_stable(&believed));
+        assert!(reports_stable(&row(7, Decision::Stable, Faults::NONE)));
     }
 }

@@ -4,7 +4,7 @@ use wire::board::EDGE_TO_MAILBOX_US;
 
 use super::AcceptStep;
 
-/// A quantity, its limits, and what to do where it is out.
+/// A quantity with its limits, and the remedy if a value is out of them.
 #[derive(Debug, PartialEq)]
 pub struct Limit {
     /// Step in which it is measured.
@@ -19,8 +19,23 @@ pub struct Limit {
     pub highest: f64,
     /// Origin of the limits.
     pub source: &'static str,
-    /// Remedy where a value is out.
+    /// Remedy if a value is out of the limits; empty if the hint says all.
     pub remedy: &'static str,
+    /// Remedy that depends on the program.
+    pub hint: Option<FigureHint>,
+}
+
+/// Remedy of a value that is out, where it depends on the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FigureHint {
+    /// Look up the remedy of each fault.
+    ExplainFaults,
+    /// Look up the name of the code.
+    ExplainCode,
+    /// Watch the contacts, whose flags and faults have names.
+    WatchContacts,
+    /// Calibrate bias and scale of the accelerometer from rests.
+    CalibrateRests,
 }
 
 /// Value of a quantity, or why there is none.
@@ -94,7 +109,7 @@ impl Limit {
 }
 
 impl Figure {
-    /// Adds what the value consists of.
+    /// Adds the parts of the value.
     pub(super) fn with(mut self, detail: String) -> Self {
         self.detail = detail;
         self
@@ -112,10 +127,19 @@ impl Figure {
     }
 }
 
-/// Defines the quantities by step, name, unit, least and greatest accepted value, origin of the limits and remedy, and
-/// [`LIMITS`], which has all of them.
+macro_rules! hint {
+    () => {
+        None
+    };
+    ($hint:ident) => {
+        Some(FigureHint::$hint)
+    };
+}
+
+/// Defines the quantities by step, name, unit, least and greatest accepted value, origin of the limits, remedy, and hint
+/// if there is one; and [`LIMITS`], which has all of them.
 macro_rules! limits {
-    ($($limit:ident: $step:ident, $name:literal, $unit:literal, $lowest:expr, $highest:expr, $source:literal, $remedy:literal;)+) => {
+    ($($limit:ident: $step:ident, $name:literal, $unit:literal, $lowest:expr, $highest:expr, $source:literal, $remedy:literal $(, $hint:ident)?;)+) => {
         $(pub(super) static $limit: Limit = Limit {
             step: AcceptStep::$step,
             name: $name,
@@ -124,6 +148,7 @@ macro_rules! limits {
             highest: $highest,
             source: $source,
             remedy: $remedy,
+            hint: hint!($($hint)?),
         };)+
 
         /// All quantities, in the order of their steps.
@@ -137,10 +162,10 @@ const ANY: f64 = f64::INFINITY;
 limits! {
     FAULTS: Board, "active faults", "", 0.0, 0.0,
         "a board without faults",
-        "footfall explain says for each what to do";
+        "", ExplainFaults;
     CRASH: Board, "last crash", "", 0.0, 0.0,
         "code of the emergency; 0 is none",
-        "footfall explain names the code; switch the board off and on, and repeat";
+        "switch the board off and on, and repeat", ExplainCode;
     BROWN_OUT: Board, "brown-out level", "", 3.0, 3.0,
         "the chip's clock needs 2.7 V (DS8626)",
         "switch the board off and on once: the first start sets the level";
@@ -170,13 +195,13 @@ limits! {
         "check termination and ground of the bus, the adapter, and what else this machine does";
     VALID: Still, "valid contacts", "%", 99.9, 100.0,
         "no fault and no doubt",
-        "footfall monitor names the flag or fault";
+        "", WatchContacts;
     STABLE: Still, "stable contacts", "%", 99.0, 100.0,
         "a foot at rest",
         "let nothing shake the table; then compare noise and bias";
     FORCE: Still, "specific force at rest", "m/s²", 9.32, 10.30,
         "gravity ± 5 %: offset 20 mg, sensitivity 1 % (DS12814), and soldering",
-        "half or twice as much is another part, such as an LSM6DSO32; otherwise footfall calibrate --rests";
+        "half or twice as much is another part, such as an LSM6DSO32", CalibrateRests;
     FORCE_NOISE: Still, "noise of the accelerometer", "m/s²", 0.002, 0.1,
         "less than half a code, which is 0.005 m/s², may be reported as frozen; 110 µg/√Hz (DS12814) is some 0.025",
         "too much: vibration or supply; too little: a filter is set wrongly";
@@ -203,10 +228,10 @@ limits! {
         "an axis that has no side is stuck, or wired to another";
     SIDE_LEAST: Sides, "least force on a side", "m/s²", 9.32, 10.30,
         "as at rest",
-        "footfall calibrate --rests finds bias and scale";
+        "", CalibrateRests;
     SIDE_MOST: Sides, "greatest force on a side", "m/s²", 9.32, 10.30,
         "as at rest",
-        "footfall calibrate --rests finds bias and scale";
+        "", CalibrateRests;
     TURN_X: Sides, "error of a turn about x", "°", 0.0, 5.0,
         "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
         "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting";
@@ -230,7 +255,7 @@ limits! {
         "leave the foot on the ground for half a second in each step";
     STEPS_VALID: Steps, "valid contacts in steps", "%", 95.0, 100.0,
         "impacts of 10 ms may clip",
-        "footfall monitor names the flag or fault";
+        "", WatchContacts;
     SETTLED: Steps, "calibration settled", "", 1.0, 1.0,
         "1: what the foot has learnt has settled",
         "take more steps; 2: learning is off";
@@ -275,7 +300,8 @@ mod tests {
         for (index, limit) in LIMITS.iter().enumerate() {
             let is_same = |other: &&Limit| (other.step, other.name) == (limit.step, limit.name);
             assert!(!LIMITS[..index].iter().any(is_same), "{}", limit.name);
-            assert!(limit.lowest <= limit.highest && !limit.remedy.is_empty());
+            assert!(limit.lowest <= limit.highest, "{}", limit.name);
+            assert!(!limit.remedy.is_empty() || limit.hint.is_some(), "{}", limit.name);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Acceptance of a board by a person with a foot in the hand: what is measured in which step, and its limits.
+//! Acceptance of a board by a person with a foot in the hand: the steps, the quantities measured in each, and their limits.
 //!
 //! | item | file |
 //! |---|---|
@@ -18,14 +18,15 @@ mod turns;
 
 use std::time::Duration;
 
+use thiserror::Error;
 use wire::dictionary::index;
 use wire::{Address, Value};
 
 use super::client::{Client, RequestError};
 use super::self_test::SelfTestError;
 use super::settings::{self, Lasting, SettingValues, SettingsError};
-pub use figure::{Figure, FigureOutcome, Limit, Verdict};
-use thiserror::Error;
+use crate::hint::FootHint;
+pub use figure::{Figure, FigureHint, FigureOutcome, Limit, Verdict};
 
 /// Error that ends the acceptance.
 #[derive(Debug, Error)]
@@ -39,6 +40,18 @@ pub enum AcceptError {
     /// The setting of the self-test could not be put back.
     #[error(transparent)]
     SelfTest(SelfTestError),
+}
+
+impl AcceptError {
+    /// Returns the remedy, if it depends on the program.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::Request(error) => error.hint(),
+            Self::Settings(error) => error.hint(),
+            Self::SelfTest(error) => error.hint(),
+        }
+    }
 }
 
 recordings::named! {
@@ -157,8 +170,10 @@ pub fn run(
     Ok(())
 }
 
-/// Figures of the faults that are not `known` yet, and of restarts of the sensor in a step that asks for motion: a sensor
-/// that drops out looks like a tap. One that is unplugged has faults, and the self-test restarts it.
+/// Returns figures of the faults that are not `known` yet, and of restarts of the sensor.
+///
+/// Restarts count in steps with motion only: a sensor that drops out looks like a tap. Nothing counts while the sensor is
+/// unplugged, which causes faults, and in the self-test, which restarts it.
 fn faults_in_step(
     client: &mut Client,
     step: AcceptStep,

@@ -8,7 +8,7 @@ use recordings::space::{Rotation, Vector};
 use wire::{Emergency, Faults};
 
 use crate::decode::ContactRow;
-use crate::decode::live::{Heard, Said};
+use crate::decode::live::{FootMessage, MessageBody};
 use crate::foot::client::{Client, RequestError};
 
 /// Standard gravity, m/s².
@@ -23,7 +23,7 @@ pub(super) struct FootMotion {
     pub(super) force: Vector,
     /// Angular rate, rad/s.
     pub(super) rate: Vector,
-    /// Where it comes from.
+    /// Messages from which it was made.
     pub(super) source: MotionSource,
 }
 
@@ -56,15 +56,15 @@ pub(super) fn watch<T>(
 ) -> Result<Option<T>, RequestError> {
     let node = client.node().map(wire::NodeId::get);
     let mut newest = Newest::default();
-    let mut take = |heard: &Heard| {
-        if node.is_some() && heard.foot.node != node {
+    let mut take = |message: &FootMessage| {
+        if node.is_some() && message.foot.node != node {
             return None;
         }
-        let motion = newest.motion(heard);
-        let found = match &heard.said {
-            Said::Contact(row) => find(Moment::Contact(row)),
-            Said::Board(board) => find(Moment::Faults(board.faults)),
-            Said::Emergency(Emergency { fault: Some(fault), .. }) => {
+        let motion = newest.motion(message);
+        let found = match &message.body {
+            MessageBody::Contact(row) => find(Moment::Contact(row)),
+            MessageBody::Board(board) => find(Moment::Faults(board.faults)),
+            MessageBody::Emergency(Emergency { fault: Some(fault), .. }) => {
                 find(Moment::Faults(Faults::NONE.with(*fault)))
             }
             _ => None,
@@ -91,9 +91,9 @@ struct Newest {
 
 impl Newest {
     /// Motion that a message completes: a raw sample, or an acceleration with the newest orientation and rate.
-    fn motion(&mut self, heard: &Heard) -> Option<FootMotion> {
-        match &heard.said {
-            Said::Raw(raw) => {
+    fn motion(&mut self, message: &FootMessage) -> Option<FootMotion> {
+        match &message.body {
+            MessageBody::Raw(raw) => {
                 let sample = raw.to_si();
                 Some(FootMotion {
                     at: raw.timestamp,
@@ -102,7 +102,7 @@ impl Newest {
                     source: MotionSource::Raw,
                 })
             }
-            Said::Contact(row) => {
+            MessageBody::Contact(row) => {
                 self.orientation = row.orientation.or(self.orientation);
                 self.rate = row.rate.or(self.rate);
                 let Quaternion { w, x, y, z } = self.orientation?;
@@ -124,7 +124,7 @@ impl Newest {
 /// Time without motion that counts as rest, µs.
 const REST_US: u64 = 500_000;
 
-/// Fewest motions in that time: frames of a bus come each 20 ms.
+/// Fewest motions in that time: a foot on a bus sends them every 20 ms.
 const FEWEST: usize = 15;
 
 /// Standard deviation of a foot at rest, m/s² and rad/s: five times the noise of the sensor.

@@ -197,10 +197,11 @@ fn of_motions(client: &mut Client, motions: &[FootMotion]) -> StepFigures {
     }
     let statistics = Statistics::of(motions.iter());
     let is_raw = motions.iter().all(|motion| motion.source == MotionSource::Raw);
-    let axes = match is_raw {
-        true => statistics.rate.to_array().map(Some),
-        // Frames of a bus have no bias left.
-        false => gyroscope_bias_rad_s(client)?.map(|axis| axis.map(f64::from)),
+    let axes = if is_raw {
+        statistics.rate.to_array().map(Some)
+    } else {
+        // The rate in frames of a bus has no bias left: the foot has subtracted it.
+        gyroscope_bias_rad_s(client)?.map(|axis| axis.map(f64::from))
     };
     let largest =
         axes.into_iter().try_fold(0.0, |largest: f64, axis| Some(largest.max(axis?.abs())));

@@ -99,14 +99,16 @@ fn unit(vector: Vector) -> Vector {
 /// Index of the component of largest magnitude.
 fn largest(vector: Vector) -> usize {
     let magnitudes = vector.to_array().map(f64::abs);
-    (0..3).fold(0, |largest, axis| match magnitudes[axis] > magnitudes[largest] {
-        true => axis,
-        false => largest,
-    })
+    (0..3).fold(
+        0,
+        |largest, axis| {
+            if magnitudes[axis] > magnitudes[largest] { axis } else { largest }
+        },
+    )
 }
 
 impl SidesProgress {
-    /// Takes a motion; returns what is new, in words.
+    /// Processes a motion; returns a text for the person about a new side or turn.
     fn take(&mut self, motion: FootMotion) -> Option<String> {
         if let Some(turning) = &mut self.turning
             && !turning.take(&motion)

@@ -1,22 +1,27 @@
-//! Playback of a recording of an IMU. The estimates are the contacts that its feet sent, if the recording has them and they
-//! are used, else they are computed here.
+//! Playback of a recording of an IMU.
+//!
+//! If the recording has contacts of its feet, and they are used, these are the estimates. Otherwise the estimates are
+//! computed here.
 
+use std::io;
 use std::iter::Peekable;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{IntoIter, SyncSender, sync_channel};
 use std::thread;
 
-use crate::decode::ContactRow;
 use estimator_core::{ContactEstimate, Flags, Gravity, ImuSample, Load, Timestamp};
+use recordings::config::{NoSuchFoot, ParameterRefusal};
 use recordings::estimate::Estimator;
-use recordings::input::{About, Opened, Stored, without_effect};
+use recordings::input::{About, InputError, Opened, Stored, without_effect};
 use recordings::plausible::Finding;
 use recordings::replay::{Span, check_samples, findings_beside_contacts};
+use thiserror::Error;
 use wire::Faults;
 use wire::pdo::Status;
 
-use crate::link::{Arrival, Arrived, LinkError};
+use crate::decode::ContactRow;
+use crate::link::{Arrival, Arrived, Remark};
 use crate::source::Playback;
 
 /// Number of estimates that a thread computes in advance.
@@ -26,21 +31,35 @@ const AHEAD: usize = 1024;
 pub(super) struct PlayedImu(Vec<Peekable<IntoIter<PlayedItem>>>);
 
 /// Estimate or remark with its time on the recording's clock, or the error that ends the recording.
-type PlayedItem = Result<Arrived, String>;
+type PlayedItem = io::Result<Arrived>;
+
+/// Reason why the recording of an IMU cannot be played.
+#[derive(Debug, Error)]
+pub enum RecordingError {
+    /// The file cannot be read as a recording.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The parameters of its estimates are invalid.
+    #[error(transparent)]
+    Parameters(#[from] ParameterRefusal),
+    /// Settings are given for a foot that it does not have.
+    #[error(transparent)]
+    NoSuchFoot(#[from] NoSuchFoot),
+}
 
 impl PlayedImu {
-    pub(super) fn open(path: &Path, playback: &Playback) -> Result<Self, LinkError> {
+    pub(super) fn open(path: &Path, playback: &Playback) -> Result<Self, RecordingError> {
         let (hints, settings) = (&playback.hints, &playback.settings);
         let name = path.display().to_string();
-        let opened = Opened::new(path, None).map_err(failed)?;
+        let opened = Opened::new(path, None)?;
         let format = opened.format();
         let origins = settings.origins(&name);
         let of_all = settings.params(format);
-        origins.check_effects(&of_all).map_err(failed)?;
-        let stored = opened.store_all(hints).map_err(failed)?;
+        origins.check_effects(&of_all)?;
+        let stored = opened.store_all(hints)?;
         let names = stored.iter().flat_map(|stored| stored.about.names());
         let names: Vec<&str> = names.collect();
-        settings.check_axes(&names).map_err(failed)?;
+        settings.check_axes(&names)?;
         let mut unused = settings.unused_feet(&names);
         let mut ineffective = without_effect(&name, &playback.estimator_options);
         let mut feet = Vec::new();
@@ -52,7 +71,7 @@ impl PlayedImu {
                 (None, ineffective.take())
             } else {
                 let replay = Estimator::new(about.sample_rate, about.gravity, &params);
-                let replay = replay.map_err(|error| failed(origins.explain(&error)))?;
+                let replay = replay.map_err(|error| origins.explain(&error))?;
                 let (preset, foot) = (settings.preset, about.foot_or_name());
                 let window = preset.window_notice(format, &params, foot, about.sample_rate);
                 (Some(replay), window)
@@ -69,7 +88,7 @@ impl PlayedImu {
     }
 
     /// Returns the earliest of the feet's next estimates; an error comes before all of them.
-    pub(super) fn next(&mut self) -> Result<Option<Arrived>, String> {
+    pub(super) fn next(&mut self) -> io::Result<Option<Arrived>> {
         let feet = self.0.iter_mut().enumerate();
         let times = feet.filter_map(|(index, foot)| {
             let next = foot.peek()?.as_ref().ok();
@@ -81,17 +100,18 @@ impl PlayedImu {
 }
 
 /// Error of a file, with this sentence.
-#[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
-fn failed(sentence: impl ToString) -> LinkError {
-    LinkError::File(sentence.to_string())
-}
-
-/// PlayEnd of a thread that reads estimates.
+/// Reason why a thread that plays a recording ends early.
 enum PlayEnd {
     /// The receiver was dropped.
     Left,
     /// The recording cannot be read or estimated.
-    Broken(String),
+    Broken(io::Error),
+}
+
+impl From<io::Error> for PlayEnd {
+    fn from(error: io::Error) -> Self {
+        Self::Broken(error)
+    }
 }
 
 /// Sends the remarks about a foot's recording and the rows of its estimates, which `replay` computes or which were
@@ -117,7 +137,7 @@ fn sender_of(about: &About) -> Option<&str> {
     about.foot.as_deref().or_else(of_topic)
 }
 
-/// RowSender of a foot, while they are sent.
+/// Sender of the rows of a foot.
 struct RowSender<'a> {
     about: About,
     name: Arc<str>,
@@ -148,37 +168,31 @@ impl<'a> RowSender<'a> {
         sent.map_err(|_| PlayEnd::Left)
     }
 
-    fn remark(&self, text: String) -> Result<(), PlayEnd> {
-        self.send(Arrival::Remark(text))
-    }
-
     /// Sends the remarks about how the recording was read.
     fn introduce(&self) -> Result<(), PlayEnd> {
         for notice in &self.about.notices {
-            self.remark(notice.clone())?;
+            self.send(Arrival::Remark(Remark::Read(notice.clone())))?;
         }
         if self.about.gravity == Gravity::Removed {
-            let name = &self.name;
-            self.remark(format!(
-                "{name}: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
-                 gravity by the estimated orientation"
-            ))?;
+            self.send(Arrival::Remark(Remark::NoGravity(Arc::clone(&self.name))))?;
         }
         Ok(())
     }
 
-    fn doubt(&self, findings: &[Finding]) -> Result<(), PlayEnd> {
-        let mut findings = findings.iter();
-        findings.try_for_each(|finding| self.remark(doubt(&self.name, finding)))
+    /// Sends the remarks about implausible properties.
+    fn doubt(&self, findings: Vec<Finding>) -> Result<(), PlayEnd> {
+        findings.into_iter().try_for_each(|finding| {
+            self.send(Arrival::Remark(Remark::Implausible(Arc::clone(&self.name), finding)))
+        })
     }
 
     /// Sends the estimates of all samples.
     fn estimate(&mut self, mut stored: Stored, mut replay: Estimator) -> Result<(), PlayEnd> {
         // Units are doubted before the first estimate is shown, because a recording may be long.
-        let check = check_samples(&mut stored, Span::default()).map_err(broken)?;
-        self.doubt(&check.findings())?;
-        for sample in stored.samples().map_err(broken)? {
-            let sample = sample.map_err(broken)?;
+        let check = check_samples(&mut stored, Span::default())?;
+        self.doubt(check.findings())?;
+        for sample in stored.samples()? {
+            let sample = sample?;
             let estimate = replay.update(&sample);
             let row = ContactRow {
                 axes: Some(estimate.probabilities.axes),
@@ -197,11 +211,11 @@ impl<'a> RowSender<'a> {
 
     /// Sends the recorded estimates, each sample with the first of them that is not before it.
     fn repeat(&mut self, mut stored: Stored) -> Result<(), PlayEnd> {
-        let check = check_samples(&mut stored, Span::default()).map_err(broken)?;
-        self.doubt(&findings_beside_contacts(&check))?;
-        let recorded = stored.estimates().map_err(broken)?;
+        let check = check_samples(&mut stored, Span::default())?;
+        self.doubt(findings_beside_contacts(&check))?;
+        let recorded = stored.estimates()?;
         for recorded in recorded.into_iter().flatten() {
-            let recorded = recorded.map_err(broken)?;
+            let recorded = recorded?;
             let (sample, estimate) = (recorded.sample, recorded.estimate);
             let axes = estimate.probabilities.axes;
             let are_known = axes.to_array().iter().all(|p| p.is_finite());
@@ -212,9 +226,10 @@ impl<'a> RowSender<'a> {
                 orientation: orientation.w.is_finite().then_some(orientation),
                 velocity_sigma: sigma.is_finite().then_some(sigma),
                 load: recorded.new_age_us.and_then(|_| self.load(sample.load)),
-                status: match recorded.is_valid {
-                    true => status_of(&estimate, Flags::NONE),
-                    false => status_of(&estimate, estimate.flags),
+                status: if recorded.is_valid {
+                    status_of(&estimate, Flags::NONE)
+                } else {
+                    status_of(&estimate, estimate.flags)
                 },
                 ..row_of(&estimate)
             };
@@ -256,18 +271,6 @@ impl<'a> RowSender<'a> {
         self.number = self.number.wrapping_add(1);
         self.send(Arrival::Estimate(Box::new(row)))
     }
-}
-
-/// Sentence about an implausible property. Commands that play take the options that it advises, but for `--gravity`.
-fn doubt(name: &str, finding: &Finding) -> String {
-    let text = finding.to_string();
-    let advice = if text.contains("--gravity") { ", in footfall convert" } else { "" };
-    format!("{name}: {text}{advice}")
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
-fn broken(error: impl ToString) -> PlayEnd {
-    PlayEnd::Broken(error.to_string())
 }
 
 /// Status of an estimate with these reasons for doubt.

@@ -22,6 +22,7 @@ use super::clock::PlaybackPace;
 use super::{Arrival, Arrived, Link, LinkError, Sending};
 use crate::decode::can_log::{Lines, LogContent, LogReader, recognise};
 use crate::source::{Playback, Speed};
+pub use imu::RecordingError;
 
 /// Number of bytes read to recognise the format.
 const HEAD: u64 = 1 << 16;
@@ -40,12 +41,37 @@ pub fn open(path: &Path, speed: Speed, playback: &Playback) -> Result<Box<dyn Li
     }))
 }
 
-/// Function that returns the next part of a file with its time, in order of time: `None` at the end, or the reason why the
-/// file cannot be read further.
-type NextPart = Box<dyn FnMut() -> Result<Option<Arrived>, String>>;
+/// Function that returns the next part of a file with its time, in order of time; `None` at the end.
+type NextPart = Box<dyn FnMut() -> Result<Option<Arrived>, PlayError>>;
+
+/// Reason why a file cannot be played further.
+#[derive(Debug)]
+enum PlayError {
+    /// It cannot be read.
+    Read(io::Error),
+    /// It has frames without times.
+    NoTimes,
+}
+
+impl PlayError {
+    /// Creates the error of a line from that of a file.
+    fn of(self, file: &str) -> LinkError {
+        let file = file.to_owned();
+        match self {
+            Self::Read(source) => LinkError::File { file, source },
+            Self::NoTimes => LinkError::NoTimes(file),
+        }
+    }
+}
+
+impl From<io::Error> for PlayError {
+    fn from(error: io::Error) -> Self {
+        Self::Read(error)
+    }
+}
 
 fn parts(path: &Path, name: &str, playback: &Playback) -> Result<NextPart, LinkError> {
-    let unreadable = |error: io::Error| LinkError::File(format!("{name}: {error}"));
+    let unreadable = |error: io::Error| PlayError::Read(error).of(name);
     if path.is_file() {
         let file = File::open(path).map_err(unreadable)?;
         let mut source = decompressed(Box::new(file)).map_err(unreadable)?;
@@ -67,7 +93,7 @@ fn parts(path: &Path, name: &str, playback: &Playback) -> Result<NextPart, LinkE
         }
     }
     let mut imu = imu::PlayedImu::open(path, playback)?;
-    Ok(Box::new(move || imu.next()))
+    Ok(Box::new(move || Ok(imu.next()?)))
 }
 
 /// File with the state of its playback.
@@ -86,7 +112,7 @@ impl Link for Played {
             None => (self.read)(),
             next => Ok(next),
         };
-        let next = read.map_err(|error| LinkError::File(format!("{name}: {error}")))?;
+        let next = read.map_err(|error| error.of(name))?;
         let next = next.ok_or_else(|| LinkError::Ended(name.clone()))?;
         if self.pace.wait(next.0.as_micros(), longest) {
             return Ok(Some(next));
@@ -132,8 +158,8 @@ impl PlayedLog {
     }
 
     /// Reads the next frame or unreadable line.
-    fn next(&mut self) -> Result<Option<Arrived>, String> {
-        while let Some((_, line)) = self.lines.next().map_err(|error| error.to_string())? {
+    fn next(&mut self) -> Result<Option<Arrived>, PlayError> {
+        while let Some((_, line)) = self.lines.next()? {
             if line.trim().is_empty() {
                 continue;
             }
@@ -151,7 +177,7 @@ impl PlayedLog {
             }
             if let LogContent::Frame(interface, frame) = read.content {
                 if read.time.is_none() {
-                    return Err("has frames without times: log with candump -l".to_owned());
+                    return Err(PlayError::NoTimes);
                 }
                 if *self.interface != *interface {
                     self.interface = interface.into();
@@ -167,7 +193,7 @@ impl PlayedLog {
 /// Maximum size of one read, bytes.
 const PIECE: usize = 4096;
 
-/// PlayedBytes, read piece by piece.
+/// Recording of a serial line, read piece by piece.
 struct PlayedBytes {
     port: Arc<str>,
     source: Box<dyn Read>,
@@ -191,14 +217,14 @@ impl PlayedBytes {
     }
 
     /// Returns the next bytes, up to the end of a message with a time.
-    fn next(&mut self) -> Result<Option<Arrived>, String> {
+    fn next(&mut self) -> Result<Option<Arrived>, PlayError> {
         let bytes = self.piece()?;
         let port = Arc::clone(&self.port);
         Ok((!bytes.is_empty()).then_some((self.at, Arrival::Bytes { port, bytes })))
     }
 
     /// Returns the bytes up to the end of the next message with a time, at most `PIECE` bytes; none at the end.
-    fn piece(&mut self) -> Result<Vec<u8>, String> {
+    fn piece(&mut self) -> io::Result<Vec<u8>> {
         let mut piece = Vec::new();
         loop {
             while let Some(byte) = self.read.get(self.used) {
@@ -223,7 +249,7 @@ impl PlayedBytes {
                 }
                 Ok(count) => self.read.truncate(count),
                 Err(error) if error.kind() == ErrorKind::Interrupted => self.read.clear(),
-                Err(error) => return Err(error.to_string()),
+                Err(error) => return Err(error),
             }
         }
     }
@@ -233,7 +259,7 @@ impl PlayedBytes {
 mod tests {
     use super::*;
 
-    fn times_us(text: &'static str) -> Result<Vec<u64>, String> {
+    fn times_us(text: &'static str) -> Result<Vec<u64>, PlayError> {
         let reader = recognise(text.as_bytes()).expect("candump");
         let mut log = PlayedLog::new(Box::new(text.as_bytes()), reader);
         let mut times = Vec::new();
@@ -253,6 +279,7 @@ mod tests {
     #[test]
     fn frames_without_times_are_refused() {
         let log = "  can0  191   [1]  00\n";
-        assert!(times_us(log).unwrap_err().contains("candump -l"));
+        let error = times_us(log).unwrap_err().of("can.log").to_string();
+        assert_eq!(error, "can.log: has frames without times: log with candump -l");
     }
 }

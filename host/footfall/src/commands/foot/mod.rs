@@ -27,7 +27,7 @@ use wire::{Address, DataType, Fault, NodeId, Value};
 use super::options::{SOURCES, parse_node, parse_number};
 use crate::error::Error;
 use crate::files::{self, STANDARD, Target, write_file};
-use crate::foot_error::FootError;
+use crate::foot_error::{FootError, with_hint};
 use crate::interruption::finish_when_interrupted;
 use crate::messages;
 use crate::report::{Described, Document, print_text};
@@ -607,7 +607,8 @@ fn read_file(path: &Path, node: Option<NodeId>) -> Result<SettingValues, FootErr
     if text.len() as u64 > MOST_BYTES {
         return Err(error(format!("settings are {MOST_BYTES} bytes at most")));
     }
-    let values = settings::from_text(&text, node).map_err(|e| error(e.to_string()))?;
+    let values = settings::from_text(&text, node);
+    let values = values.map_err(|e| error(with_hint(&e, e.hint())))?;
     if values.is_empty() {
         return Err(error("it holds no setting".to_owned()));
     }

@@ -10,7 +10,7 @@ use wire::pdo::{ClockReading, Contact, Health, LongTime, ShortTime};
 use super::decode;
 use crate::decode::Report;
 use crate::decode::can_log::Logged;
-use crate::decode::live::{Listener, Said};
+use crate::decode::live::{Listener, MessageBody};
 use crate::decode::row::{ClockTurn, ContactRow};
 
 /// Start of the receiver's clock, µs.
@@ -164,8 +164,8 @@ impl Received {
         }
         listener.finish();
         let mut places: BTreeMap<u8, usize> = BTreeMap::new();
-        while let Some(heard) = listener.next_heard() {
-            let Said::Contact(row) = heard.said else {
+        while let Some(message) = listener.next_message() {
+            let MessageBody::Contact(row) = message.body else {
                 continue;
             };
             let node = row.node.unwrap().get();
@@ -215,17 +215,17 @@ fn every_time_is_known_after_a_tenth_of_a_second() {
                 start_us,
                 ..SendingFeet::default()
             };
-            let mut heard = Received::of(&robot.sent(), &[]);
+            let mut received = Received::of(&robot.sent(), &[]);
             let wrap_us = (1 << 32) * 10;
-            heard.came.iter_mut().for_each(|came| {
+            received.came.iter_mut().for_each(|came| {
                 // A foot that is beyond the wrap at the start counts from it.
                 if robot.clock_us(u16::from(came.node) - 0x11, 0) >= wrap_us {
                     came.clock_us -= wrap_us;
                 }
             });
-            heard.assert_times(&[], &format!("SYNC {sync_us:?}, start {start_us}"));
-            assert_eq!(heard.report.missing, 0);
-            assert!(heard.report.problems.is_empty(), "{}", heard.report);
+            received.assert_times(&[], &format!("SYNC {sync_us:?}, start {start_us}"));
+            assert_eq!(received.report.missing, 0);
+            assert!(received.report.problems.is_empty(), "{}", received.report);
         }
     }
 }
@@ -238,10 +238,10 @@ fn times_are_true_or_flagged_after_any_loss() {
         let end_us = 2_123_000 + 1000 * lost_ms;
         let mut sent = robot.sent();
         sent.retain(|sent| !(2_123_000..end_us).contains(&sent.bus_us));
-        let heard = Received::of(&sent, &[]);
+        let received = Received::of(&sent, &[]);
         let disturbed = [robot.clock_us(0, end_us - 1000)];
-        heard.assert_times(&disturbed, &format!("{lost_ms} ms lost"));
-        assert_eq!(heard.report.missing, lost_ms, "{}", heard.report);
+        received.assert_times(&disturbed, &format!("{lost_ms} ms lost"));
+        assert_eq!(received.report.missing, lost_ms, "{}", received.report);
     }
 }
 
@@ -255,10 +255,10 @@ fn times_are_true_or_flagged_after_a_stall() {
         let mut ends: Vec<_> =
             (0..4).map(|foot| robot.clock_us(foot, time_us.start - 1000)).collect();
         ends.extend((0..4).map(|foot| robot.clock_us(foot, time_us.end - 1000)));
-        let heard = Received::of(&robot.sent(), &[Stall { time_us, kept }]);
-        heard.assert_times(&ends, &format!("{stall_ms} ms, {kept} kept"));
-        assert_eq!(heard.report.missing, heard.lost, "{}", heard.report);
-        for came in &heard.came {
+        let received = Received::of(&robot.sent(), &[Stall { time_us, kept }]);
+        received.assert_times(&ends, &format!("{stall_ms} ms, {kept} kept"));
+        assert_eq!(received.report.missing, received.lost, "{}", received.report);
+        for came in &received.came {
             let (common, _) = came.row.common.unwrap();
             assert!(came.row.turn == ClockTurn::NotYet || common <= came.row.received.unwrap());
         }
@@ -280,7 +280,7 @@ fn logged_contacts_before_a_health_frame_are_timed_by_it() {
     };
     for lost_ms in [1, 300, 656, 5000] {
         decoded_after(lost_ms, line);
-        // Nothing but the health frames tells how long the gap was.
+        // Only the health frames show how long the gap was.
         decoded_after(lost_ms, |sent| {
             let bytes = sent.frame.data().iter();
             let bytes: Vec<_> = bytes.map(|byte| format!("{byte:02X}")).collect();
@@ -313,9 +313,9 @@ fn restart_without_a_boot_up_begins_a_segment() {
         sent.retain(|sent| !(5_000_000..5_200_000 + 1000 * lost_ms).contains(&sent.bus_us));
         let end_us = 5_200_000 + 1000 * lost_ms;
         let disturbed = [robot.clock_us(0, end_us), robot.clock_us(1, end_us)];
-        let heard = Received::of(&sent, &[]);
-        heard.assert_times(&disturbed, &format!("{lost_ms} ms lost"));
-        assert_eq!(heard.report.restarts, 1, "{}", heard.report);
+        let received = Received::of(&sent, &[]);
+        received.assert_times(&disturbed, &format!("{lost_ms} ms lost"));
+        assert_eq!(received.report.restarts, 1, "{}", received.report);
         let decoded = decode(&sent.iter().map(line).collect::<String>(), "can.log", &[]);
         for row in decoded.rows.iter().filter(|row| row.node.unwrap().get() == 0x11) {
             let is_after = row.received.unwrap().as_micros() > EPOCH_US + 5_200_000;
@@ -342,10 +342,10 @@ fn pause_of_the_foot_is_not_counted_as_loss() {
         sent.frame = CanFrame::new(0x191, &contact.encode()).unwrap();
         sequence = sequence.wrapping_add(1);
     }
-    let heard = Received::of(&sent, &[]);
-    heard.assert_times(&[SendingFeet::default().clock_us(0, 7_345_000 - 1000)], "pause");
-    assert_eq!(heard.report.missing, 0, "{}", heard.report);
-    assert!(heard.report.problems.is_empty(), "{}", heard.report);
+    let received = Received::of(&sent, &[]);
+    received.assert_times(&[SendingFeet::default().clock_us(0, 7_345_000 - 1000)], "pause");
+    assert_eq!(received.report.missing, 0, "{}", received.report);
+    assert!(received.report.problems.is_empty(), "{}", received.report);
 }
 
 #[test]
@@ -353,8 +353,8 @@ fn slow_foot_clock_causes_no_gaps() {
     // An emulated foot at a third of real time.
     let mut sent = SendingFeet::default().sent();
     sent.iter_mut().for_each(|sent| sent.bus_us *= 3);
-    let heard = Received::of(&sent, &[]);
-    heard.assert_times(&[], "slow");
-    assert_eq!(heard.report.missing, 0);
-    assert!(heard.report.problems.is_empty(), "{}", heard.report);
+    let received = Received::of(&sent, &[]);
+    received.assert_times(&[], "slow");
+    assert_eq!(received.report.missing, 0);
+    assert!(received.report.problems.is_empty(), "{}", received.report);
 }

@@ -5,6 +5,7 @@ mod clock;
 use super::*;
 use crate::decode::Decoded;
 use crate::decode::can_log::Logged;
+use crate::hint::FootHint;
 use wire::pdo::{Axes, ClockReading, LongTime, ShortTime};
 
 const NODE_33: NodeId = NodeId::new(33).unwrap();
@@ -21,6 +22,10 @@ fn decode(log: &str, file: &str, others: &[NodeId]) -> Decoded {
     let mut feet = Feet::default();
     others.iter().for_each(|node| feet.add(*node));
     crate::decode::decode(log.as_bytes(), file, &feet).unwrap()
+}
+
+fn sentences(decoded: &Decoded) -> Vec<String> {
+    decoded.notices.iter().map(|notice| notice.sentence("can.log")).collect()
 }
 
 fn times(decoded: &Decoded) -> Vec<u64> {
@@ -241,11 +246,12 @@ fn other_nodes_are_ignored_unless_added_as_feet() {
     assert_eq!(decoded.rows, []);
     assert_eq!(decoded.report.frames, [("of_other_nodes", 7)].into());
     assert!(decoded.report.emergencies.is_empty());
+    let known = "17 to 22".to_owned();
+    assert_eq!(decoded.notices, [DecodeNotice::UnknownFoot { known, node: 33 }]);
+    assert_eq!(decoded.notices[0].hint(), Some(FootHint::NameNodeAsFoot(33)));
     assert_eq!(
-        decoded.notices,
-        [
-            "can.log: no foot of the ids 17 to 22 has sent a contact, but node 33 may be one: --node 33"
-        ]
+        sentences(&decoded),
+        ["can.log: no foot of the ids 17 to 22 has sent a contact, but node 33 may be one"]
     );
     let decoded = decode(&log, "can.log", &[NODE_33]);
     assert_eq!(decoded.rows.len(), 1);
@@ -263,7 +269,7 @@ fn malformed_line_is_reported_and_skipped() {
     let decoded = decode(&log.concat(), "can.log", &[]);
     assert_eq!(decoded.rows.len(), 2);
     assert_eq!(
-        decoded.notices,
+        sentences(&decoded),
         [
             "can.log, line 2: \"(1.2) x\" is no line of candump -l, which are like (1609459200.000111) can0 191#FFFF80800C0007D8"
         ]
@@ -272,7 +278,7 @@ fn malformed_line_is_reported_and_skipped() {
     let decoded = decode(&log, "can.log", &[]);
     assert_eq!(decoded.report.problems["malformed_lines"], 1000);
     assert_eq!(decoded.notices.len(), 11);
-    assert_eq!(decoded.notices[10], "can.log: 990 more lines are none of candump -l");
+    assert_eq!(sentences(&decoded)[10], "can.log: 990 more lines are none of candump -l");
 }
 
 #[test]
@@ -384,7 +390,7 @@ fn common(decoded: &Decoded) -> Vec<(u64, u64)> {
 fn numbered_syncs_align_feet_to_the_log_clock() {
     let decoded = decode(&two_feet_with_syncs(6000, true), "can.log", &[]);
     assert_eq!(decoded.report.clocks, [("sync", 12_000)].into());
-    assert_eq!(decoded.notices, ["can.log: t_common is by numbered SYNCs"]);
+    assert_eq!(sentences(&decoded), ["can.log: t_common is by numbered SYNCs"]);
     let pairs = common(&decoded);
     assert_eq!(pairs.len(), 6000);
     for (k, (left, right)) in pairs.into_iter().enumerate() {
@@ -406,7 +412,7 @@ fn reception_time_is_common_without_numbered_syncs() {
     assert_eq!(decoded.notices.len(), 1);
     let said =
         "can.log: t_common is the time of reception, as no foot has reported a numbered SYNC";
-    assert!(decoded.notices[0].starts_with(said), "{:?}", decoded.notices);
+    assert!(sentences(&decoded)[0].starts_with(said), "{:?}", decoded.notices);
     for row in &decoded.rows {
         assert_eq!(row.common, row.received.map(|at| (at, CommonClock::Received)));
     }
@@ -422,7 +428,7 @@ fn foot_without_sync_uses_reception_time() {
         .collect();
     let decoded = decode(&log, "can.log", &[]);
     assert_eq!(decoded.report.clocks, [("received", 300), ("sync", 300)].into());
-    assert!(decoded.notices[0].contains("but for 300 rows"), "{:?}", decoded.notices);
+    assert!(sentences(&decoded)[0].contains("but for 300 rows"), "{:?}", decoded.notices);
 }
 
 #[test]
@@ -452,7 +458,7 @@ fn differences_of_time_are_added_up() {
     let received = decoded.rows.last().unwrap().received.unwrap();
     assert_eq!(received.as_micros(), 25 * 1100 + 24 * 900);
     let said = "can.log: its times are differences from line to line; t_received is their sum";
-    assert_eq!(decoded.notices, [said]);
+    assert_eq!(sentences(&decoded), [said]);
 }
 
 #[test]
