@@ -42,7 +42,7 @@ class Result:
         """What differs from the figures that are stored."""
         stored = json.loads(self.path.read_text(encoding="utf-8")) if self.path.exists() else {}
         was = {"values": stored.get("values", {}), "rows": stored.get("rows", [])}
-        return list(_differences(f"results/{self.name}.json: ", was, {"values": self.values, "rows": [*self.rows]}))
+        return list(_differences(f"results/{self.name}.json", was, {"values": self.values, "rows": [*self.rows]}))
 
     def text(self, commit: str, date: str) -> str:
         """Content of the file: a line for each value and each row."""

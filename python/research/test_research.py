@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import footfall
 import numpy as np
 import pytest
 
 from . import odometry, peers
 from .resample import resample
+from .results import ROOT, Result
 from .score import Answers, Figures, bins
 from .sets import Array, Labelled
 
@@ -118,3 +121,19 @@ def test_heading_and_start_do_not_affect_the_error() -> None:
     mirrored = truth * [1.0, -1.0, 1.0]
     turned_error, mirrored_error = odometry.position_errors(np.stack([turned, mirrored], axis=1), truth)
     assert turned_error < 1e-9 < 0.1 < mirrored_error
+
+
+def test_result_file_has_the_format_of_those_that_rust_writes() -> None:
+    for name in ("gate", "methods", "attitude"):
+        text = (ROOT / f"results/{name}.json").read_text(encoding="utf-8")
+        of = json.loads(text)
+        result = Result(name, of["what"], of["command"], of.get("values", {}), of["rows"], of.get("machine"))
+        assert result.text(of["commit"], of["date"]) == text
+        assert result.differences() == []
+
+
+def test_differing_figure_is_named_with_its_place() -> None:
+    of = json.loads((ROOT / "results/attitude-peers.json").read_text(encoding="utf-8"))
+    rows = [{**row, "mean_deg": 9.0} if k == 1 else row for k, row in enumerate(of["rows"])]
+    [difference] = Result("attitude-peers", "", "", rows=rows).differences()
+    assert difference.startswith("results/attitude-peers.json.rows[1].mean_deg is 9.0, not")

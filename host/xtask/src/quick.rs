@@ -1,8 +1,10 @@
-//! Quick check during development: format, lints and unit tests of the packages that a change affects.
+//! Quick check during development: format, figures in the documents, lints and unit tests of the packages that a change
+//! affects.
 
 use std::collections::BTreeSet;
 
 use anyhow::Result;
+use xtask::results;
 
 use crate::command::Step;
 use crate::packages::Packages;
@@ -31,6 +33,8 @@ fn changed_since(commit: &str) -> Result<BTreeSet<String>> {
 /// A check fails.
 pub fn run(commit: &str) -> Result<()> {
     Step::cargo(&["fmt", "--all", "--check"]).run()?;
+    // Documents and results belong to no package.
+    results::check()?;
     let affected = Packages::read()?.affected(&changed_since(commit)?);
     let names = affected.iter().map(String::as_str);
     let on_hosts: Vec<&str> = names.filter(|name| !NOT_FOR_HOSTS.contains(name)).collect();
