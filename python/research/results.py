@@ -94,6 +94,8 @@ def _differences(place: str, was: Any, measured: Any) -> Iterable[str]:
             yield from _differences(f"{place}.{key}", was[key], measured[key])
     elif isinstance(was, list) and isinstance(measured, list) and len(was) == len(measured):
         for k, (before, now) in enumerate(zip(was, measured)):
-            yield from _differences(f"{place}[{k}]", before, now)
+            # A row is named by the text that it begins with.
+            first = next(iter(now.values()), None) if isinstance(now, Mapping) else None
+            yield from _differences(f"{place}[{first if isinstance(first, str) else k}]", before, now)
     elif was != measured:
         yield f"{place} is {measured}, not {was}"

@@ -136,4 +136,4 @@ def test_differing_figure_is_named_with_its_place() -> None:
     of = json.loads((ROOT / "results/attitude-peers.json").read_text(encoding="utf-8"))
     rows = [{**row, "mean_deg": 9.0} if k == 1 else row for k, row in enumerate(of["rows"])]
     [difference] = Result("attitude-peers", "", "", rows=rows).differences()
-    assert difference.startswith("results/attitude-peers.json.rows[1].mean_deg is 9.0, not")
+    assert difference.startswith("results/attitude-peers.json.rows[VQF].mean_deg is 9.0, not")

@@ -215,11 +215,12 @@ impl Measurement {
             }
             (Value::Array(was), Value::Array(is)) if was.len() == is.len() => {
                 for (index, (was, is)) in was.iter().zip(is).enumerate() {
-                    self.compare_values(&format!("{place}[{index}]"), key, was, is, found);
+                    let place = format!("{place}[{}]", self.row_name(place, index));
+                    self.compare_values(&place, key, was, is, found);
                 }
             }
-            (Value::Array(was), Value::Array(is)) => {
-                found.push(format!("{place} has {} entries, not {}", is.len(), was.len()));
+            (Value::Array(was), Value::Array(is)) if place == "rows" => {
+                found.push(format!("there are {} rows, not {}", is.len(), was.len()));
             }
             (Value::Number(was), Value::Number(is)) => {
                 let [was, is] = [was, is].map(|number| number.as_f64().unwrap_or(f64::NAN));
@@ -229,9 +230,18 @@ impl Measurement {
                     found.push(format!("{place} is {is}, not {was}"));
                 }
             }
-            (was, is) if was != is => found.push(format!("{place} is {is}, not {was}")),
+            (was, is) if was != is => {
+                found.push(format!("{place} is {}, not {}", in_line(is), in_line(was)));
+            }
             _ => {}
         }
+    }
+
+    /// Name of an entry in a difference: of a row the text that it begins with, else the index.
+    fn row_name(&self, place: &str, index: usize) -> String {
+        let row = self.rows.get(index).filter(|_| place == "rows");
+        let first = row.and_then(|row| row.first()?.1.as_str());
+        first.map_or_else(|| index.to_string(), str::to_owned)
     }
 
     /// Content of the file.
@@ -643,7 +653,7 @@ mod tests {
             .measured_by("cargo test bus")
             .on_elf("foot", "00".to_owned())
             .value("frames", 7);
-        measurement.row([("feet", 1.into()), ("load_percent", load_percent.into())]);
+        measurement.row([("wiring", "a star".into()), ("load_percent", load_percent.into())]);
         measurement
     }
 
@@ -668,7 +678,7 @@ mod tests {
     "frames": 7
   },
   "rows": [
-    {"feet": 1, "load_percent": 13.5}
+    {"wiring": "a star", "load_percent": 13.5}
   ]
 }
 "#;
@@ -680,7 +690,7 @@ mod tests {
         let stored = stored(&measurement(13.5));
         assert!(measurement(13.5).differences(&stored).is_empty());
         let differences = measurement(13.6).differences(&stored);
-        assert_eq!(differences, ["rows[0].load_percent is 13.6, not 13.5"]);
+        assert_eq!(differences, ["rows[a star].load_percent is 13.6, not 13.5"]);
     }
 
     #[test]
@@ -689,8 +699,8 @@ mod tests {
         let with_value = measurement(13.5).value("drops", 0);
         assert_eq!(with_value.differences(&stored).len(), 1);
         let mut with_row = measurement(13.5);
-        with_row.row([("feet", 2.into())]);
-        assert_eq!(with_row.differences(&stored), ["rows has 2 entries, not 1"]);
+        with_row.row([("wiring", "two lines".into())]);
+        assert_eq!(with_row.differences(&stored), ["there are 2 rows, not 1"]);
     }
 
     #[test]
