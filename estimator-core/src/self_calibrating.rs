@@ -785,3 +785,113 @@ impl Landing {
 const fn sum_of_magnitudes(vector: Vec3) -> f32 {
     vector.x.abs() + vector.y.abs() + vector.z.abs()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CONSTANTS: Constants = Constants::DEFAULT;
+    const DT: f32 = 0.001;
+
+    fn classes() -> Classes {
+        Classes::new(&CONSTANTS, &Learnt::unobserved(&CONSTANTS).at_start(&CONSTANTS))
+    }
+
+    /// Lets a foot walk with strides of stance and swing, 0.3 s each, of these amplitudes, m/s².
+    fn walk(classes: &mut Classes, stance: f32, swing: f32, strides: usize) {
+        for _ in 0..strides {
+            for amplitude in [stance, swing] {
+                (0..300).for_each(|_| classes.learn(&CONSTANTS, ln(amplitude), DT));
+            }
+        }
+    }
+
+    fn assert_near(found: f32, expected: f32, tolerance: f32) {
+        assert!((found - expected).abs() < tolerance, "{found} instead of {expected}");
+    }
+
+    #[test]
+    fn classes_are_the_amplitudes_of_stances_and_swings() {
+        for (stance, swing) in [(0.3, 2.7), (0.5, 8.0), (3.0, 23.0)] {
+            let mut classes = classes();
+            walk(&mut classes, stance, swing, 10);
+            // A count is shared between the two nearest logarithms.
+            assert_near(classes.still, ln(stance), 0.25);
+            assert_near(classes.moving, ln(swing), 0.25);
+        }
+    }
+
+    #[test]
+    fn limits_of_another_robot_are_forgotten_in_ten_strides() {
+        let [mut first, mut second] = [classes(), classes()];
+        walk(&mut first, 3.0, 23.0, 50);
+        walk(&mut first, 0.3, 2.7, 10);
+        walk(&mut second, 0.3, 2.7, 10);
+        assert_near(first.edge(&CONSTANTS), second.edge(&CONSTANTS), 0.1);
+    }
+
+    #[test]
+    fn classes_of_a_single_amplitude_stay_apart() {
+        let mut classes = classes();
+        walk(&mut classes, 1.0, 1.0, 20);
+        assert!(classes.moving >= classes.still + LEAST_DISTANCE, "{classes:?}");
+    }
+
+    #[test]
+    fn acceleration_along_the_ground_is_a_slide_only_if_it_adds_up() {
+        let no_slide = |acceleration: fn(usize) -> f32| {
+            let learnt = Learnt { speed: ln(1.0e-3), ..Learnt::unobserved(&CONSTANTS) };
+            let mut slide = Slide::new(&CONSTANTS, DT, &learnt);
+            let swing = ln(9.5);
+            (0..100).fold(1.0, |_, ms| {
+                let level = Vec3::new(acceleration(ms), 0.0, 0.0);
+                slide.push(&CONSTANTS, level, 0.0, swing, 0.0)
+            })
+        };
+        let slides = no_slide(|_| 0.3);
+        let shakes = no_slide(|ms| if ms % 2 == 0 { 0.3 } else { -0.3 });
+        assert!(slides < 0.1, "{slides}");
+        assert!(shakes > 0.9, "{shakes}");
+    }
+
+    /// Feeds a swing of half a second with these accelerations along x, then a stance; returns whether it ended with a
+    /// landing.
+    fn lands(acceleration: fn(f32) -> f32) -> bool {
+        let mut landing = Landing::new(&CONSTANTS, DT);
+        (0..800).any(|ms| {
+            let a = if ms < 500 { acceleration(ms as f32 * DT) } else { 0.0 };
+            let reading = Reading {
+                acceleration: Vec3::new(a, 0.0, 0.0),
+                logarithm: 0.5 * ln(a * a + CONSTANTS.noise * CONSTANTS.noise),
+                rate: Vec3::ZERO,
+                correction: 0.0,
+                still: 0.0,
+                samples: 1.0,
+                seconds: DT,
+                share: DT / CONSTANTS.window,
+            };
+            landing.push(&CONSTANTS, &reading, false).lands
+        })
+    }
+
+    #[test]
+    fn swing_lands_only_if_it_has_lost_its_speed() {
+        assert!(lands(|seconds| if seconds < 0.25 { 10.0 } else { -10.0 }));
+        assert!(!lands(|_| 10.0));
+    }
+
+    #[test]
+    fn probability_without_evidence_is_at_most_a_half() {
+        let config = SelfCalibratingConfig::new(&CONSTANTS, Learning::On, None, 1000.0)
+            .expect("nothing learnt");
+        let mut model = SelfCalibrating::new(&config);
+        // A sway that is too weak for a swing and too strong for rest.
+        for ms in 0..5_000_u32 {
+            let a = if ms / 100 % 2 == 0 { 0.5 } else { -0.5 };
+            let acceleration = LinearAcceleration(Vec3::new(0.0, 0.0, a));
+            let p = model.push(acceleration, AngularRate::default(), Up::Z);
+            assert!(p.stable <= 0.5, "{p:?} after {ms} ms");
+        }
+        assert!(model.is_unproven(0.5));
+    }
+}
