@@ -22,8 +22,8 @@ pub mod error;
 pub mod estimator;
 pub mod types;
 
-/// Link-time proof that no panic is reachable: the handler calls a symbol without a definition, so a program that could panic
-/// does not link.
+/// Link-time proof that no panic is reachable: the handler calls a symbol without a definition, so a program that could
+/// panic does not link.
 #[cfg(feature = "alone")]
 #[allow(unsafe_code)]
 mod panic {

@@ -78,7 +78,8 @@ fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Erro
 type SetGroup = fn(&mut Params, &CParams, Option<Learnt>);
 
 impl CParams {
-    /// Returns the checked parameters. The groups are set and checked one after the other, so that the first invalid one is known.
+    /// Returns the checked parameters. The groups are set and checked one after the other, so that the first invalid
+    /// one is known.
     ///
     /// # Errors
     /// The group with a number out of its range, or a field with none of its constants.

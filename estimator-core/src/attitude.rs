@@ -11,19 +11,21 @@
 //!
 //! A foot puts these requirements on the filter:
 //!
-//! * An impact must not tilt the estimate. Impacts are short, and their integral is the change of velocity, which is bounded.
-//!   So in motion all samples have the same weight and are averaged over seconds. Any selection among them would leave a bias.
+//! * An impact must not tilt the estimate. Impacts are short, and their integral is the change of velocity, which is
+//!   bounded. So in motion all samples have the same weight and are averaged over seconds. Any selection among them
+//!   would leave a bias.
 //! * The tilt must settle in a stance of a few tenths of a second. So in quiet the filter's time runs up to
 //!   [`AttitudeParams::quiet_gain`] times faster.
-//! * Samples get lost. Across a gap of up to half a second the foot turns at the mean of the rates on both sides, and the doubt
-//!   about up grows with the difference between them. After a longer gap, or a turn of a radian, up has to be found again.
-//! * The first samples may be wrong, as a stale reading or an impact is. So the filter restarts with a sample that contradicts
-//!   them.
-//! * A clipped accelerometer sample is never used: the true force is unknown. After clipping, the estimate is trusted less
-//!   until it has settled again.
+//! * Samples get lost. Across a gap of up to half a second the foot turns at the mean of the rates on both sides, and
+//!   the doubt about up grows with the difference between them. After a longer gap, or a turn of a radian, up has to be
+//!   found again.
+//! * The first samples may be wrong, as a stale reading or an impact is. So the filter restarts with a sample that
+//!   contradicts them.
+//! * A clipped accelerometer sample is never used: the true force is unknown. After clipping, the estimate is trusted
+//!   less until it has settled again.
 //!
-//! Low-passing in the inertial frame is the idea of VQF (Laidig and Seel, *VQF: Highly accurate IMU orientation estimation
-//! with bias estimation and magnetic disturbance rejection*, 2023).
+//! Low-passing in the inertial frame is the idea of VQF (Laidig and Seel, *VQF: Highly accurate IMU orientation
+//! estimation with bias estimation and magnetic disturbance rejection*, 2023).
 
 use crate::gyro_bias::{BiasCoefficients, BiasEstimator};
 use crate::math::{Order, inverse_root};
@@ -57,13 +59,13 @@ pub struct AttitudeParams {
     pub gyro_timing: GyroTiming,
     /// Time constant of the inclination correction while the foot moves, s.
     ///
-    /// A smaller value follows a drifting gyroscope sooner and is tilted more by the forces of a stride. Default: 5 s; 4 to
-    /// 6 s give the same. VQF uses 3 s with √2/3 rad/s where this filter has 2/5.
+    /// A smaller value follows a drifting gyroscope sooner and is tilted more by the forces of a stride. Default: 5 s;
+    /// 4 to 6 s give the same. VQF uses 3 s with √2/3 rad/s where this filter has 2/5.
     pub motion_time_constant: f32,
     /// Factor by which the correction is faster while the foot is perfectly quiet.
     ///
-    /// Default: 200, with which the tilt settles within a short stance. With 30 it is too slow for a foot on a mattress; 600
-    /// costs accuracy in the hand.
+    /// Default: 200, with which the tilt settles within a short stance. With 30 it is too slow for a foot on a
+    /// mattress; 600 costs accuracy in the hand.
     pub quiet_gain: f32,
     /// Deviation of the acceleration from its mean over 40 ms that still counts as quiet, m/s².
     ///
@@ -109,8 +111,8 @@ pub enum Alignment {
 /// Longest time between samples, s, across which the gyroscope can be integrated for a foot that swings; three sample
 /// periods at low rates. A longer time is a gap, across which the turn is a guess.
 ///
-/// RMS of the tilt in the stances of simulated feet with 5 % of the samples lost in bursts. The error comes from the change
-/// of rate between the two samples on either side:
+/// RMS of the tilt in the stances of simulated feet with 5 % of the samples lost in bursts. The error comes from the
+/// change of rate between the two samples on either side:
 ///
 /// | burst | walk | trot | run |
 /// |---|---|---|---|
@@ -123,19 +125,19 @@ const LONGEST_STEP: f32 = 0.03;
 
 /// Longest gap, s, across which the turn is guessed from the two samples on either side.
 ///
-/// A leg swings back, so the guess is a fair one. With a gap of 60 ms in every two seconds a walking GO1, NAO and shoe have an
-/// RMSE of 0.25, 0.29 and 0.30. If up had to be found again it would be 0.54, 0.59 and 0.45.
+/// A leg swings back, so the guess is a fair one. With a gap of 60 ms in every two seconds a walking GO1, NAO and shoe
+/// have an RMSE of 0.25, 0.29 and 0.30. If up had to be found again it would be 0.54, 0.59 and 0.45.
 const LONGEST_GUESS: f32 = 0.5;
 
 /// Least length of the first sample's specific force, m/s². A shorter one is free fall and has no direction.
 const LEAST_FIRST_FORCE: f32 = 0.05 * STANDARD_GRAVITY;
 
-/// Time after the first sample in which the filter may restart, s. Later, a sample that contradicts those before it just
-/// means motion.
+/// Time after the first sample in which the filter may restart, s. Later, a sample that contradicts those before it
+/// just means motion.
 const LAST_RESTART: f32 = 0.3;
 
-/// Least time between two steps in which the bias follows the corrections of the inclination, s. A step costs a rotation of
-/// the frame, and the bias moves slowly.
+/// Least time between two steps in which the bias follows the corrections of the inclination, s. A step costs a
+/// rotation of the frame, and the bias moves slowly.
 const FOLLOWS_EVERY: f32 = 0.02;
 
 /// Validated [`AttitudeParams`] in the form used by the filter.
@@ -285,7 +287,8 @@ impl AttitudeFilter {
                 self.correcting += step.seconds;
             }
         }
-        // A clipped force counts here as well: the end of the range is nearer to the force of an impact than nothing is.
+        // A clipped force counts here as well: the end of the range is nearer to the force of an impact than nothing
+        // is.
         if self.alignment == Alignment::Aligned && step.continuity == Continuity::Continuous {
             self.gravity.observe_motion(force_world.z, step.seconds);
         }
@@ -364,7 +367,8 @@ impl AttitudeFilter {
         self.gravity.value()
     }
 
-    /// Angular rate at rest that has not been accepted as a bias for five seconds, rad/s; `None` if there is no such rate.
+    /// Angular rate at rest that has not been accepted as a bias for five seconds, rad/s; `None` if there is no such
+    /// rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.bias.excess(self.rest.mean_rate()).map(AngularRate)
@@ -390,8 +394,8 @@ impl AttitudeFilter {
     }
 }
 
-/// Square of the largest rotation that is integrated within one step, rad². Beyond it the series does not hold, and at such
-/// rates one sample does not determine the orientation.
+/// Square of the largest rotation that is integrated within one step, rad². Beyond it the series does not hold, and at
+/// such rates one sample does not determine the orientation.
 const LARGEST_TURN_SQUARED: f32 = 1.0;
 
 /// Rotation between two samples.
@@ -433,8 +437,8 @@ impl Strapdown {
 
     /// Returns the rotation since the previous sample.
     ///
-    /// The rate changes linearly between samples, and each sample lies `gyro_delay` behind its timestamp. So the trapezoid is
-    /// shifted by the delay; with a delay of half a period this is the rectangle rule.
+    /// The rate changes linearly between samples, and each sample lies `gyro_delay` behind its timestamp. So the
+    /// trapezoid is shifted by the delay; with a delay of half a period this is the rectangle rule.
     fn turn(&mut self, rate: Vec3, bias: Vec3, step: Step) -> Turn {
         let change = rate - self.previous_rate;
         self.previous_rate = rate;
@@ -461,20 +465,20 @@ const ACCELEROMETER_CLIPPED: f32 = 1.0;
 
 /// Clipping time of the accelerometer for its full effect, s.
 ///
-/// Clipped samples are left out, so the mean of a stride lacks the force that stopped the foot. A runner's landing, which
-/// clips for a few ms, must not pull the filter towards that mean. A foot that clips for longer has hit something that its
-/// gyroscope may not have followed.
+/// Clipped samples are left out, so the mean of a stride lacks the force that stopped the foot. A runner's landing,
+/// which clips for a few ms, must not pull the filter towards that mean. A foot that clips for longer has hit something
+/// that its gyroscope may not have followed.
 const ACCELEROMETER_CLIPPING_TIME: f32 = 0.2;
 
 /// Growth of doubt with the square of the angle that a turn may be wrong by, 1/(s rad²).
 ///
-/// It is small, since a moving foot has no force that could correct the angle. With 50 and samples lost in bursts of 10 ms, the
-/// forces of a run's landings tilt the estimate by 7° instead of 0.5°.
+/// It is small, since a moving foot has no force that could correct the angle. With 50 and samples lost in bursts of 10
+/// ms, the forces of a run's landings tilt the estimate by 7° instead of 0.5°.
 const TURN_DOUBT: f32 = 1.0;
 
-/// Largest time constant of the correction after a gap, s. The turn in it is a guess, but a better one than the mean of a part
-/// of a stride.
-const GAP: f32 = 2.0;
+/// Largest time constant of the correction after a gap, s. The turn in it is a guess, but a better one than the mean of
+/// a part of a stride.
+const TURN_GUESSED: f32 = 2.0;
 
 /// Time constant of the correction after clipped gyroscope samples or an unknown turn, s.
 const TURN_UNKNOWN: f32 = 0.3;
@@ -485,8 +489,8 @@ const GYROSCOPE_CLIPPING_TIME: f32 = 0.02;
 /// Largest correction within one step, rad.
 const LARGEST_CORRECTION: f32 = 0.25;
 
-/// Time constant of the correction, s, from which the inclination counts as settled: the forces of a stride have then been
-/// averaged. It exceeds [`ACCELEROMETER_CLIPPED`], so that clipping unsettles the inclination.
+/// Time constant of the correction, s, from which the inclination counts as settled: the forces of a stride have then
+/// been averaged. It exceeds [`ACCELEROMETER_CLIPPED`], so that clipping unsettles the inclination.
 const SETTLED_TIME_CONSTANT: f32 = 1.1;
 
 #[derive(Clone, Copy, Debug)]
@@ -503,9 +507,9 @@ impl InclinationCoefficients {
 
 /// Inclination correction: a low-pass of the specific force in the world frame, with a variable gain.
 ///
-/// A second-order Butterworth low-pass runs in its own time, which passes faster the more a sample is worth. A scalar Riccati
-/// equation weighs the doubt, which grows with time and turning, against the evidence of the sample. Position, speed and gain
-/// of the low-pass are all in that time, so a change of gain leaves no momentum behind.
+/// A second-order Butterworth low-pass runs in its own time, which passes faster the more a sample is worth. A scalar
+/// Riccati equation weighs the doubt, which grows with time and turning, against the evidence of the sample. Position,
+/// speed and gain of the low-pass are all in that time, so a change of gain leaves no momentum behind.
 ///
 /// ```text
 /// D ← D + (1 + 0.1 |ω|) dt/T²              doubt, 1/s; T: time constant in motion
@@ -564,7 +568,7 @@ impl Inclination {
 
     /// Doubts up after a guessed turn.
     fn doubt_guess(&mut self) {
-        self.raise_towards(GAP, 1.0);
+        self.raise_towards(TURN_GUESSED, 1.0);
     }
 
     /// Adds `share` of the doubt that belongs to `time_constant`, up to all of it.
@@ -641,9 +645,9 @@ impl Correction {
 
 /// Length of gravity as the accelerometer reads it.
 ///
-/// At rest it is the length of the mean force. Before the first rest it is the mean force along up, since a foot that walks
-/// gains no speed on average. A NAO's accelerometer reads 8 % too little: without this, a walk that begins before any rest has
-/// an RMSE of 0.35 instead of 0.24.
+/// At rest it is the length of the mean force. Before the first rest it is the mean force along up, since a foot that
+/// walks gains no speed on average. A NAO's accelerometer reads 8 % too little: without this, a walk that begins before
+/// any rest has an RMSE of 0.35 instead of 0.24.
 #[derive(Clone, Copy, Debug)]
 struct GravityMagnitude {
     /// m/s².

@@ -2,15 +2,15 @@
 
 /// Constants of the self-calibrating estimate. Values other than [`Self::DEFAULT`] are for research alone.
 ///
-/// `docs/method.md` has the equations. `docs/choosing.md` says how the values were chosen: by the mean RMSE of P over robots,
-/// with terms for stances lost and for moving feet that are called stable. Half or twice most of them changes the mean by less
-/// than 0.005.
+/// `docs/method.md` has the equations. `docs/choosing.md` says how the values were chosen: by the mean RMSE of P over
+/// robots, with terms for stances lost and for moving feet that are called stable. Half or twice most of them changes
+/// the mean by less than 0.005.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constants {
     /// Amplitude that is added to every acceleration, m/s²: u = ½ ln(|a|² + noise²).
     ///
-    /// Amplitudes below it look the same. It lies above the noise of an LSM6DSOX (0.04) and below the stances of real feet
-    /// (0.3 to 3). Default: 0.17; flat from 0.1 to 0.25.
+    /// Amplitudes below it look the same. It lies above the noise of an LSM6DSOX (0.04) and below the stances of real
+    /// feet (0.3 to 3). Default: 0.17; flat from 0.1 to 0.25.
     pub noise: f32,
     /// Amplitude of the acceleration in stances before any is observed, m/s². Default: 3.0.
     pub still: f32,
@@ -21,8 +21,8 @@ pub struct Constants {
     /// Height of the edge of stillness, as a part of the way from stillness to motion:
     /// edge = still + part · (moving − still), all of them logarithms.
     ///
-    /// A lower edge loses stances, a higher one misses slips. Default: 0.66; with 0.6 stances of a GO1 are lost, with 0.68
-    /// slips are missed.
+    /// A lower edge loses stances, a higher one misses slips. Default: 0.66; with 0.6 stances of a GO1 are lost, with
+    /// 0.68 slips are missed.
     pub part_of_the_way: f32,
     /// Standard deviation h of the kernel, of the logarithm of the amplitude: mass = Φ((edge − u)/h).
     ///
@@ -38,17 +38,19 @@ pub struct Constants {
     pub prior: f32,
     /// Longest time that learnt values rest on, s of stance or swing.
     ///
-    /// A longer one forgets another robot, gait or stuck axis more slowly. Default: 1.5, which forgets the walk of a stuck axis
-    /// within ten steps; flat up to 5.
+    /// A longer one forgets another robot, gait or stuck axis more slowly. Default: 1.5, which forgets the walk of a
+    /// stuck axis within ten steps; flat up to 5.
     pub memory: f32,
     /// Duration of the shortest stance, s.
     ///
-    /// Only this much of each stance teaches the classes and the usual speed: a foot that stands for a minute would otherwise
-    /// take its own quiet for that of all stances. A rest lasts longer. Default: 0.2, shorter than the stances of a trot.
+    /// Only this much of each stance teaches the classes and the usual speed: a foot that stands for a minute would
+    /// otherwise take its own quiet for that of all stances. A rest lasts longer. Default: 0.2, shorter than the
+    /// stances of a trot.
     pub stance: f32,
     /// Time after a landing in which the whole stance teaches the classes, s.
     ///
-    /// Default: 0.5. With 0.2 limits of another robot stay for longer. Without it a GO1 that stood after a walk loses stances.
+    /// Default: 0.5. With 0.2 limits of another robot stay for longer. Without it a GO1 that stood after a walk loses
+    /// stances.
     pub lesson: f32,
 
     /// Largest acceleration that counts in the speed along the ground, m/s².
@@ -62,7 +64,8 @@ pub struct Constants {
     /// Speed of a slide as a multiple of the usual speed in stances, for a robot whose usual speed is 0.1 ms times the
     /// acceleration of its swings.
     ///
-    /// Default: 1.5. With 1.6 more than 11 % of the simulated slips are missed; with less a runner's stances count as slips.
+    /// Default: 1.5. With 1.6 more than 11 % of the simulated slips are missed; with less a runner's stances count as
+    /// slips.
     pub slide_factor: f32,
     /// Speed of a foot that rolls, over its angular rate, m: the height of the IMU above the sole.
     ///
@@ -79,21 +82,24 @@ pub struct Constants {
     pub rest_rate: f32,
     /// Largest change of the mean angular rate within a stance at rest, rad/s.
     ///
-    /// Default: 0.015. With 0.03 a boat is stable for 66 % of the time; with 0.01 the RMSE of walks that begin in their middle
-    /// rises by 0.005.
+    /// Default: 0.015. With 0.03 a boat is stable for 66 % of the time; with 0.01 the RMSE of walks that begin in their
+    /// middle rises by 0.005.
     pub rest_rate_change: f32,
     /// Fall of the logarithm of the acceleration from a swing to the stance after it that counts as a landing.
     ///
     /// Default: 1.5, a factor of 4.5. With 1.4 to 1.45 a pendulum after a walk is stable for 18 to 30 % of the time.
     pub landing: f32,
-    /// Largest change of speed from one landing to the next, as a part of the sum of all changes: |Σ a| < leftover · Σ |a|.
+    /// Largest change of speed from one landing to the next, as a part of the sum of all changes: |Σ a| < leftover · Σ
+    /// |a|.
     ///
-    /// A real swing loses the speed that it gained; most end with less than half of it. A shaken foot is fastest where its
-    /// acceleration falls. Default: 0.8.
+    /// A real swing loses the speed that it gained; most end with less than half of it. A shaken foot is fastest where
+    /// its acceleration falls. Default: 0.8.
     pub leftover: f32,
-    /// Time for which a landing or a rest is evidence of a standing foot, and for which a swing may precede a landing, s.
+    /// Time for which a landing or a rest is evidence of a standing foot, and for which a swing may precede a landing,
+    /// s.
     ///
-    /// It is longer than a stride. After a walk a hanging foot is reported stable for at most twice as long. Default: 1.75.
+    /// It is longer than a stride. After a walk a hanging foot is reported stable for at most twice as long. Default:
+    /// 1.75.
     pub evidence: f32,
 }
 

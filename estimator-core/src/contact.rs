@@ -15,8 +15,8 @@ use crate::velocity::{VelocityCoefficients, VelocitySigma};
 
 /// Estimate of the foot's contact after one sample.
 ///
-/// Vectors are in the frame of the samples: that of the foot if a [mounting](crate::mounting) has rotated them, otherwise that
-/// of the sensor.
+/// Vectors are in the frame of the samples: that of the foot if a [mounting](crate::mounting) has rotated them,
+/// otherwise that of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ContactEstimate {
@@ -164,15 +164,15 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
     }
 
-    /// Zero-velocity measurement of the newest sample, as in [`ContactEstimate::velocity_sigma`]; [`VelocitySigma::MOST`] before
-    /// the first sample.
+    /// Zero-velocity measurement of the newest sample, as in [`ContactEstimate::velocity_sigma`];
+    /// [`VelocitySigma::MOST`] before the first sample.
     #[must_use]
     pub const fn velocity_sigma(&self) -> VelocitySigma {
         self.velocity_sigma
     }
 
-    /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, rad/s, frame of the foot; `None`
-    /// if there is no such rate, and with [`Gravity::Removed`].
+    /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, rad/s, frame of the
+    /// foot; `None` if there is no such rate, and with [`Gravity::Removed`].
     ///
     /// Either the gyroscope is beyond its data sheet, or the ground turns. See [`gyro_bias`](crate::gyro_bias).
     #[must_use]
@@ -188,8 +188,8 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         self.attitude.force_at_rest()
     }
 
-    /// Bias of the gyroscope, rad/s, frame of the foot, as in [`ContactEstimate::gyro_bias`]; `None` until the foot has been at
-    /// rest, and with [`Gravity::Removed`].
+    /// Bias of the gyroscope, rad/s, frame of the foot, as in [`ContactEstimate::gyro_bias`]; `None` until the foot has
+    /// been at rest, and with [`Gravity::Removed`].
     #[must_use]
     pub fn gyro_bias(&self) -> Option<AngularRate> {
         self.attitude.known_bias()
@@ -313,11 +313,12 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
         }
     }
 
-    /// Accounts for missing samples, and returns upper limits for the probabilities of the next sample; `None` if there are no
-    /// limits.
+    /// Accounts for missing samples, and returns upper limits for the probabilities of the next sample; `None` if there
+    /// are no limits.
     ///
-    /// With the self-calibrating method a short gap has no other effect than these limits, the probabilities before it. A longer
-    /// gap counts like unreliable samples, at most a few windows of them; the limits are the probabilities after them.
+    /// With the self-calibrating method a short gap has no other effect than these limits, the probabilities before it.
+    /// A longer gap counts like unreliable samples, at most a few windows of them; the limits are the probabilities
+    /// after them.
     #[inline(never)]
     fn account_for(&mut self, missing: u64) -> Option<Probabilities> {
         match self {

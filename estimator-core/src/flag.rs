@@ -6,8 +6,8 @@
 pub enum Flag {
     /// Fewer samples than the window's length have been received. The means cover the samples so far.
     WindowNotFull,
-    /// The attitude filter has not found up yet, or has lost it in a gap, so gravity cannot be removed. With half-widths every
-    /// probability is 0; otherwise each sample counts as mass 0.
+    /// The attitude filter has not found up yet, or has lost it in a gap, so gravity cannot be removed. With
+    /// half-widths every probability is 0; otherwise each sample counts as mass 0.
     AttitudeNotInitialised,
     /// The newest sample is at the end of the sensor's range; it counts as mass 0.
     Saturated,
@@ -16,15 +16,15 @@ pub enum Flag {
     /// The newest sample is not finite, beyond any sensor's range, or not later than the one
     /// before; it counts as mass 0.
     InvalidSample,
-    /// At least one sample is missing before this one. With half-widths, missing samples count as mass 0. Otherwise a gap of
-    /// up to half a window is bridged, with a probability no higher than before it; a longer gap reduces the probability, to
-    /// almost 0 within three windows.
+    /// At least one sample is missing before this one. With half-widths, missing samples count as mass 0. Otherwise a
+    /// gap of up to half a window is bridged, with a probability no higher than before it; a longer gap reduces the
+    /// probability, to almost 0 within three windows.
     TimeGap,
     /// The foot has not yet shown enough stillness and motion: the limits between them
     /// are still mostly those that fit all feet. Walking a few steps clears it.
     Settling,
-    /// The foot moves as little as in a stance, but has neither rested nor landed for longer than a stride: it may hang, or
-    /// be carried. The probability is at most one half.
+    /// The foot moves as little as in a stance, but has neither rested nor landed for longer than a stride: it may
+    /// hang, or be carried. The probability is at most one half.
     Unproven,
 }
 
@@ -84,8 +84,8 @@ impl Flags {
 
     /// Returns whether the data are in doubt, so that the decision must not be "stable".
     ///
-    /// True for any flag but two: the missing samples of a [`Flag::TimeGap`] have already been accounted for, and a foot that is
-    /// [`Flag::Settling`], since it has never walked, may stand.
+    /// True for any flag but two: the missing samples of a [`Flag::TimeGap`] have already been accounted for, and a
+    /// foot that is [`Flag::Settling`], since it has never walked, may stand.
     #[must_use]
     pub const fn are_doubt(self) -> bool {
         self.0 & !(Flag::TimeGap.bit() | Flag::Settling.bit()) != 0

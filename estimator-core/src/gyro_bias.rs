@@ -4,29 +4,29 @@
 //! distinguish them:
 //!
 //! * A turn about anything but the vertical moves gravity through the sensor, and so is no [rest](crate::rest).
-//! * Temperature moves a bias slowly and not far. So a known bias is followed only within a narrow gate, which opens as fast
-//!   as temperature moves the bias and no further.
-//! * A bias is present in every rest and a turn is not. So a rate that contradicts the known bias must have been seen at rest
-//!   for twice as long as the known bias itself.
+//! * Temperature moves a bias slowly and not far. So a known bias is followed only within a narrow gate, which opens as
+//!   fast as temperature moves the bias and no further.
+//! * A bias is present in every rest and a turn is not. So a rate that contradicts the known bias must have been seen
+//!   at rest for twice as long as the known bias itself.
 //!
-//! Two turns about the vertical are still taken for a bias: one slower than the gate, and one that lasts for minutes and
-//! twice as long as all rest before it. They cost heading, which is not observed anyway, and not inclination.
+//! Two turns about the vertical are still taken for a bias: one slower than the gate, and one that lasts for minutes
+//! and twice as long as all rest before it. They cost heading, which is not observed anyway, and not inclination.
 //!
 //! # Before the first rest, and between rests
 //!
-//! A foot that walks before its first rest, as after a dip of its supply, learns from the corrections of its inclination: a
-//! bias needs repeated correction, an impact does not. The next rest replaces that bias. If the corrections of a walk
-//! contradict the bias of the last rest, they are followed in the same way, since shocks can move a bias by more than
-//! temperature does. Only a rest observes the part about the vertical.
+//! A foot that walks before its first rest, as after a dip of its supply, learns from the corrections of its
+//! inclination: a bias needs repeated correction, an impact does not. The next rest replaces that bias. If the
+//! corrections of a walk contradict the bias of the last rest, they are followed in the same way, since shocks can move
+//! a bias by more than temperature does. Only a rest observes the part about the vertical.
 //!
 //! # Large rates
 //!
-//! At the first rest after power-up no bias is known, and any rate up to [`RestParams::bias_limit`] is accepted. A larger
-//! rate is probably a turn. It is accepted once it has stayed the same for minutes.
+//! At the first rest after power-up no bias is known, and any rate up to [`RestParams::bias_limit`] is accepted. A
+//! larger rate is probably a turn. It is accepted once it has stayed the same for minutes.
 //!
-//! A rate at rest that has not been accepted for five seconds is [reported](crate::ContactEstimator::excess_bias), whether it is pending or
-//! too large: either the gyroscope is beyond its data sheet, or the ground turns. So is a bias at the limit of what is
-//! followed in a walk.
+//! A rate at rest that has not been accepted for five seconds is [reported](crate::ContactEstimator::excess_bias),
+//! whether it is pending or too large: either the gyroscope is beyond its data sheet, or the ground turns. So is a bias
+//! at the limit of what is followed in a walk.
 
 use crate::math::Order;
 use crate::rest::{RestParams, Stillness};
@@ -46,22 +46,23 @@ const LARGEST_OPENING: f32 = 0.3 * DEGREE;
 /// Factor by which the rests that contradict the known bias must exceed the rests that it is based on.
 const CONTRADICTION: f32 = 2.0;
 
-/// Least duration of the rests that contradict the known bias, s: a bias that was learnt in a turn at power-up is corrected
-/// within minutes of rest.
+/// Least duration of the rests that contradict the known bias, s: a bias that was learnt in a turn at power-up is
+/// corrected within minutes of rest.
 const LEAST_CONTRADICTION: f32 = 240.0;
 
 /// Longest rest that the known bias is credited with, s. An f32 can count up to twice this value in steps of 0.1 ms.
 const LONGEST_KNOWN: f32 = 900.0;
 
-/// Largest usual bias per axis, rad/s: twice the LSM6DSOX's typical zero-rate level. A larger one may be a turn at power-up.
+/// Largest usual bias per axis, rad/s: twice the LSM6DSOX's typical zero-rate level. A larger one may be a turn at
+/// power-up.
 const USUAL: f32 = 2.0 * DEGREE;
 
-/// Least duration of the rests that contradict an unusual bias, s. It replaces [`LEAST_CONTRADICTION`]; [`CONTRADICTION`]
-/// applies as well.
+/// Least duration of the rests that contradict an unusual bias, s. It replaces [`LEAST_CONTRADICTION`];
+/// [`CONTRADICTION`] applies as well.
 const LEAST_CONTRADICTION_OF_UNUSUAL: f32 = 20.0;
 
-/// Largest multiple of [`RestParams::bias_limit`] at which a rate is still accepted as a bias, once it has been the same for
-/// as long as would contradict a known bias.
+/// Largest multiple of [`RestParams::bias_limit`] at which a rate is still accepted as a bias, once it has been the
+/// same for as long as would contradict a known bias.
 const BEYOND_LIMIT: f32 = 4.0;
 
 /// Duration of a rate beyond the limit, without a known bias, until it is reported, s.
@@ -70,20 +71,20 @@ const REPORTED_AFTER: f32 = 5.0;
 /// Duration of rest from which the bias is known, s.
 const KNOWN_AFTER: f32 = 0.5;
 
-/// Time constant, s, with which the bias follows the corrections of the inclination: twice the default time constant of these
-/// corrections in motion, so that the two together do not oscillate.
+/// Time constant, s, with which the bias follows the corrections of the inclination: twice the default time constant of
+/// these corrections in motion, so that the two together do not oscillate.
 const CORRECTIONS_TIME_CONSTANT: f32 = 10.0;
 
-/// Mean rate of the corrections, rad/s, above which they replace the bias of the last rest: more than temperature can move
-/// the bias.
+/// Mean rate of the corrections, rad/s, above which they replace the bias of the last rest: more than temperature can
+/// move the bias.
 const CONTRADICTED: f32 = GATE + LARGEST_OPENING;
 
-/// Largest rate of a correction that can show a bias, rad/s: ten times the largest bias that is followed. A faster correction
-/// finds an inclination that was lost, as after turns that the gyroscope did not measure.
+/// Largest rate of a correction that can show a bias, rad/s: ten times the largest bias that is followed. A faster
+/// correction finds an inclination that was lost, as after turns that the gyroscope did not measure.
 const LARGEST_CORRECTION_RATE: f32 = 60.0 * DEGREE;
 
-/// Time after a loss of the inclination in which its corrections do not count, s. They find the inclination again, and show
-/// no bias.
+/// Time after a loss of the inclination in which its corrections do not count, s. They find the inclination again, and
+/// show no bias.
 const FOUND_AFTER: f32 = 5.0;
 
 /// Observation that the bias is taken from.
@@ -120,7 +121,8 @@ pub(crate) struct BiasEstimator {
     /// The estimate as the last rest has left it, rad/s.
     rested: Vec3,
     source: Source,
-    /// Duration of rest that the bias is based on, s, up to the time constant: length of the mean. 0 before the first rest.
+    /// Duration of rest that the bias is based on, s, up to the time constant: length of the mean. 0 before the first
+    /// rest.
     learnt: f32,
     /// Duration of rest that the bias is based on, s, up to [`LONGEST_KNOWN`]: a contradiction must last as long.
     known: f32,
@@ -227,8 +229,8 @@ impl BiasEstimator {
 
     /// Processes the rotation, rad, sensor frame, by which the inclination was corrected over the last `dt` seconds.
     ///
-    /// The mean of repeated corrections is the error of the bias. It is followed up to [`RestParams::bias_limit`] from the bias
-    /// of the last rest.
+    /// The mean of repeated corrections is the error of the bias. It is followed up to [`RestParams::bias_limit`] from
+    /// the bias of the last rest.
     pub(crate) fn follow(&mut self, turn: Vec3, dt: f32) {
         if !turn.is_within(LARGEST_CORRECTION_RATE * dt) {
             return self.forget_corrections();
@@ -262,8 +264,8 @@ impl BiasEstimator {
         self.uncounted = FOUND_AFTER;
     }
 
-    /// The rate to report, rad/s; `None` if there is none. It is `mean_rate` during a rest whose rate is too large to be learnt
-    /// as a bias, or else the bias while corrections of the inclination lead beyond the limit.
+    /// The rate to report, rad/s; `None` if there is none. It is `mean_rate` during a rest whose rate is too large to
+    /// be learnt as a bias, or else the bias while corrections of the inclination lead beyond the limit.
     pub(crate) fn excess(&self, mean_rate: Vec3) -> Option<Vec3> {
         let rate = if self.excessive >= REPORTED_AFTER { mean_rate } else { self.bias };
         let seconds = self.excessive.greater(self.unfollowed);

@@ -218,11 +218,11 @@ impl Kernel {
 
 /// The trailing window: a ring of the masses of the last *n* samples on all six axes, and their sums.
 ///
-/// The length *n* is chosen at run time, 1 ≤ n ≤ the ring's capacity. Masses are integers, so the running sums are exact
-/// for any history: they do not drift after a billion samples.
+/// The length *n* is chosen at run time, 1 ≤ n ≤ the ring's capacity. Masses are integers, so the running sums are
+/// exact for any history: they do not drift after a billion samples.
 ///
-/// Made as a `Window<Ring<N>>` and used as a `Window<AnyRing>`, to which a reference to it coerces: the ring comes last and is
-/// seen as a slice, so that rings of all sizes share one machine code.
+/// Made as a `Window<Ring<N>>` and used as a `Window<AnyRing>`, to which a reference to it coerces: the ring comes last
+/// and is seen as a slice, so that rings of all sizes share one machine code.
 #[derive(Clone, Debug)]
 pub struct Window<R: ?Sized> {
     sums: Sums,
@@ -340,8 +340,8 @@ impl Window<AnyRing> {
     }
 }
 
-/// Returns the f32 nearest to a sum, as a cast does. A microcontroller casts 64 bits in software; up to 2⁴⁸ both halves are
-/// exact, and so their sum is rounded once.
+/// Returns the f32 nearest to a sum, as a cast does. A microcontroller casts 64 bits in software; up to 2⁴⁸ both halves
+/// are exact, and so their sum is rounded once.
 #[inline]
 fn nearest(sum: u64) -> f32 {
     const HALF: u32 = 24;

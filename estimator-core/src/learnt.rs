@@ -15,8 +15,8 @@ pub enum Learning {
     Frozen,
 }
 
-/// Duration of each class from which the learnt state counts as settled, s: two to three steps. A restored state counts for
-/// at most as much, so that a few steps outweigh it.
+/// Duration of each class from which the learnt state counts as settled, s: two to three steps. A restored state counts
+/// for at most as much, so that a few steps outweigh it.
 pub const SETTLED_AFTER: f32 = 0.5;
 
 /// Range of the logarithms of amplitudes in [`Learnt`]: 0.01 to 400 m/s².
@@ -82,8 +82,8 @@ impl Learnt {
         }
     }
 
-    /// The state that an estimator starts from: no amplitude below the noise, classes that differ, and no more weight than a
-    /// few steps have.
+    /// The state that an estimator starts from: no amplitude below the noise, classes that differ, and no more weight
+    /// than a few steps have.
     pub(crate) fn at_start(self, constants: &Constants) -> Self {
         let still = self.still.greater(ln(constants.noise));
         Self {

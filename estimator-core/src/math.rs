@@ -1,9 +1,9 @@
 //! Functions of f32 with the same bits on every machine: minimum and maximum, square root, logarithm, exponential and
 //! error function, from additions, multiplications and divisions alone.
 //!
-//! `libm` is slower here: its square root takes 70 instructions and a table, its logarithm a hundred, and its error function
-//! an exponential and a division. A Cortex-M4 has an instruction for the square root, but no stable Rust without `unsafe`
-//! reaches it. The error of each function is stated, and asserted by a sweep over its arguments.
+//! `libm` is slower here: its square root takes 70 instructions and a table, its logarithm a hundred, and its error
+//! function an exponential and a division. A Cortex-M4 has an instruction for the square root, but no stable Rust
+//! without `unsafe` reaches it. The error of each function is stated, and asserted by a sweep over its arguments.
 
 use core::f32::consts::{LN_2, LOG2_E, SQRT_2};
 
@@ -140,8 +140,9 @@ fn erf_of_magnitude(x: f32) -> f32 {
     }
 }
 
-/// Cubic pieces of [`erf`] between Chebyshev nodes. Only the absolute error matters for a kernel mass, which is a difference
-/// of two error functions. The compiler computes the table from the definition, in f64, which is the same on every host.
+/// Cubic pieces of [`erf`] between Chebyshev nodes. Only the absolute error matters for a kernel mass, which is a
+/// difference of two error functions. The compiler computes the table from the definition, in f64, which is the same on
+/// every host.
 // An index out of range is a build error, since this code runs in the compiler only.
 #[allow(clippy::indexing_slicing)]
 mod erf_table {

@@ -77,8 +77,8 @@ macro_rules! parameters {
 }
 
 const BANDWIDTH: &str = "kernel standard deviation h: the sensor's noise at its filter setting";
-// Half-widths up to that of free fall, 9.8 m/s², and above the largest of the paper, 0.9 g and 100 °/s; an off delay up to
-// the shortest swings: settings beyond them call every swing stable.
+// Half-widths up to that of free fall, 9.8 m/s², and above the largest of the paper, 0.9 g and 100 °/s; an off delay up
+// to the shortest swings: settings beyond them call every swing stable.
 const HALF_WIDTH: &str = "half-width δ: motion within ±δ counts as rest; it belongs to a robot";
 
 parameters! {

@@ -81,7 +81,8 @@ pub struct Params {
     pub gravity: Gravity,
     /// Source of the limits of stillness.
     ///
-    /// Default: self-calibrating, since half-widths belong to a robot: those of two robots differ by a factor of twenty.
+    /// Default: self-calibrating, since half-widths belong to a robot: those of two robots differ by a factor of
+    /// twenty.
     pub method: Method,
     /// With [`Method::SelfCalibrating`]: whether the foot continues to learn.
     pub learning: Learning,
@@ -91,14 +92,14 @@ pub struct Params {
     pub constants: Constants,
     /// With [`Method::HalfWidths`]: the window, at least one sample, at most the estimator's capacity.
     ///
-    /// A longer window gives a smoother and later probability. Default: 50 ms, the paper's 50 samples at the rate of its
-    /// simulation.
+    /// A longer window gives a smoother and later probability. Default: 50 ms, the paper's 50 samples at the rate of
+    /// its simulation.
     pub window: WindowLength,
-    /// With [`Method::HalfWidths`]: standard deviation h of the kernel per axis, m/s² and rad/s: the sensor's noise at its
-    /// filter setting.
+    /// With [`Method::HalfWidths`]: standard deviation h of the kernel per axis, m/s² and rad/s: the sensor's noise at
+    /// its filter setting.
     ///
-    /// Default: 0.0196 m/s² and 0.00122 rad/s, of an LSM6DSOX behind low-pass filters of 333 and 335 Hz: 2.0 mg at ±16 g and
-    /// 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz.
+    /// Default: 0.0196 m/s² and 0.00122 rad/s, of an LSM6DSOX behind low-pass filters of 333 and 335 Hz: 2.0 mg at ±16
+    /// g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz.
     pub bandwidth: PerAxis<f32>,
     /// With [`Method::HalfWidths`]: half-width δ per axis, m/s² and rad/s. Motion within ±δ counts as stillness.
     ///

@@ -107,8 +107,8 @@ const MOTION_UNKNOWN: [Flag; 5] = [
 /// Whether the decision says anything yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Deliberation {
-    /// The on-delay is still running since the motion became known. The decision is "not stable" meanwhile, and a standing foot
-    /// must not be reported as slipping.
+    /// The on-delay is still running since the motion became known. The decision is "not stable" meanwhile, and a
+    /// standing foot must not be reported as slipping.
     #[default]
     Undecided,
     Decided,

@@ -8,8 +8,8 @@
 //! | `BriefRest` | Has the foot stood for a stance? | means of linear acceleration and rate over 26 ms, and their changes within a stance | [`Constants::stance`], 0.2 s | evidence of [stable contact](crate::self_calibrating) |
 //! | `LongRest` | Has the foot rested for longer than any stance? | means over 25 ms against those over 0.5 s, of force and rate | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
 //!
-//! Only `BriefRest` needs gravity and bias to be removed. The other two serve to find them, and so compare the raw force and
-//! rate with their own means.
+//! Only `BriefRest` needs gravity and bias to be removed. The other two serve to find them, and so compare the raw
+//! force and rate with their own means.
 //!
 //! All three average before they compare: the noise of a sensor and the hum of a motor are no motion of the foot.
 
@@ -22,8 +22,8 @@ use crate::vector::Vec3;
 /// Parameters of `LongRest` and of the [bias estimation](crate::gyro_bias) that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParams {
-    /// Duration of stillness that counts as rest, s; half a second is enough for a sensor that has not moved since its first
-    /// sample.
+    /// Duration of stillness that counts as rest, s; half a second is enough for a sensor that has not moved since its
+    /// first sample.
     ///
     /// Longer than any stance, so that a walk never counts as rest. Default: 1.5 s, as VQF.
     pub duration: f32,
@@ -98,8 +98,8 @@ impl LongRestCoefficients {
 
 /// Detects rest that lasts longer than any stance, from the raw force and rate.
 ///
-/// The sensor is still while the means of force and rate over 25 ms stay near those over 0.5 s, and while gravity does not
-/// move through the sensor. The last condition excludes every turn but one about the vertical.
+/// The sensor is still while the means of force and rate over 25 ms stay near those over 0.5 s, and while gravity does
+/// not move through the sensor. The last condition excludes every turn but one about the vertical.
 #[derive(Clone, Debug)]
 pub(crate) struct LongRest {
     coefficients: LongRestCoefficients,
@@ -123,16 +123,16 @@ impl LongRest {
     /// Time constant of the means that deviations are measured from, s.
     const LONG_MEAN: f32 = 0.5;
 
-    /// Time constant of the means whose deviations are measured, s. Without it, noise of 0.01 rad/s or the hum of a motor
-    /// keeps the bias from being learnt.
+    /// Time constant of the means whose deviations are measured, s. Without it, noise of 0.01 rad/s or the hum of a
+    /// motor keeps the bias from being learnt.
     const SHORT_MEAN: f32 = 0.025;
 
-    /// Duration of stillness since the first sample that counts as rest, s. No stance begins with the first sample. Until the
-    /// bias is known it tilts the estimate of up, by a degree in half a second.
+    /// Duration of stillness since the first sample that counts as rest, s. No stance begins with the first sample.
+    /// Until the bias is known it tilts the estimate of up, by a degree in half a second.
     const FROM_THE_START: f32 = 0.5;
 
-    /// Largest motion of gravity through the sensor in a rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in the last second of a
-    /// rest. Far above the noise of the mean.
+    /// Largest motion of gravity through the sensor in a rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in the last
+    /// second of a rest. Far above the noise of the mean.
     const LARGEST_SWAY: f32 = 0.03;
 
     /// Time after the first sample in which a sample may contradict those before it, s.
@@ -158,8 +158,8 @@ impl LongRest {
     /// Processes a sample: specific force in m/s² and angular rate in rad/s, sensor frame.
     pub(crate) fn update(&mut self, force: Vec3, rate: Vec3, step: Step) -> Stillness {
         let dt = step.seconds;
-        // All means begin as plain means of the samples so far. Otherwise the first sample of a vibration would stay in the
-        // long ones.
+        // All means begin as plain means of the samples so far. Otherwise the first sample of a vibration would stay in
+        // the long ones.
         let begins = self.age < Self::SHORT_MEAN;
         let gain = |time_constant: f32| dt / (if begins { self.age } else { time_constant } + dt);
         let (long, short) = (gain(Self::LONG_MEAN), gain(Self::SHORT_MEAN));
@@ -181,8 +181,8 @@ impl LongRest {
             return Stillness::Moving;
         }
         if step.continuity == Continuity::Gap {
-            // A foot that walks has moved in the gap, a foot that rests has not. So a gap takes its time from a rest, but
-            // does not end it.
+            // A foot that walks has moved in the gap, a foot that rests has not. So a gap takes its time from a rest,
+            // but does not end it.
             self.still = (self.still - dt).greater(0.0);
             return Stillness::Brief;
         }
@@ -228,9 +228,9 @@ impl LongRest {
 
 /// Detects rest for the duration of a stance, from motion without gravity and bias.
 ///
-/// The means of acceleration and rate must stay small, and must not change. A sway accelerates least where it is fastest: its
-/// acceleration is small there, but it changes. Without the test for changes a pendulum of 4 m and 5° is stable for 93 % of
-/// the time.
+/// The means of acceleration and rate must stay small, and must not change. A sway accelerates least where it is
+/// fastest: its acceleration is small there, but it changes. Without the test for changes a pendulum of 4 m and 5° is
+/// stable for 93 % of the time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BriefRest {
     /// m/s².
@@ -246,8 +246,8 @@ impl BriefRest {
     pub const NONE: Self =
         Self { acceleration: SteadyMean::ZERO, rate: SteadyMean::ZERO, seconds: 0.0 };
 
-    /// Processes linear acceleration, m/s², and angular rate, rad/s, that lasted for some seconds and have this share in a
-    /// mean over a window. Returns whether the foot has rested for longer than a stance.
+    /// Processes linear acceleration, m/s², and angular rate, rad/s, that lasted for some seconds and have this share
+    /// in a mean over a window. Returns whether the foot has rested for longer than a stance.
     pub fn push(
         &mut self,
         constants: &Constants,
@@ -277,7 +277,8 @@ impl BriefRest {
         mean.dot(mean) >= limit * limit
     }
 
-    /// Subtracts a time in s without rest, or without a reliable sample. A gap of 30 ms each second must not end all rest.
+    /// Subtracts a time in s without rest, or without a reliable sample. A gap of 30 ms each second must not end all
+    /// rest.
     pub fn pass(&mut self, seconds: f32) {
         self.seconds = (self.seconds - seconds).greater(0.0);
     }
@@ -351,8 +352,8 @@ pub(crate) struct Quietness {
 }
 
 impl Quietness {
-    /// Time constant of the mean that deviations are measured from, s. Shorter than a stance; from 0.1 s on, clipping of the
-    /// gyroscope in the swing is not corrected in the stance.
+    /// Time constant of the mean that deviations are measured from, s. Shorter than a stance; from 0.1 s on, clipping
+    /// of the gyroscope in the swing is not corrected in the stance.
     const MEAN_TIME_CONSTANT: f32 = 0.04;
 
     /// Time constant of the decay of both envelopes, s.
@@ -380,8 +381,8 @@ impl Quietness {
         self.rate = Self::LARGEST_RATE;
     }
 
-    /// Processes a sample and returns its noise relative to one in motion: 1 for all samples in motion, down to 1/`quiet_gain`
-    /// in perfect quiet.
+    /// Processes a sample and returns its noise relative to one in motion: 1 for all samples in motion, down to
+    /// 1/`quiet_gain` in perfect quiet.
     pub(crate) fn update(&mut self, force_world: Vec3, rate_magnitude: f32, dt: f32) -> f32 {
         let difference = force_world - self.mean;
         let distance = difference.length();

@@ -1,7 +1,8 @@
-//! The self-calibrating estimate: the paper's kernel mass on a logarithmic scale, with limits that are learnt from the foot.
+//! The self-calibrating estimate: the paper's kernel mass on a logarithmic scale, with limits that are learnt from the
+//! foot.
 //!
-//! The amplitude of the acceleration distinguishes a standing foot from a moving one. The estimate judges its logarithm,
-//! since robots differ by factors, and since a landing is one large sample among small ones:
+//! The amplitude of the acceleration distinguishes a standing foot from a moving one. The estimate judges its
+//! logarithm, since robots differ by factors, and since a landing is one large sample among small ones:
 //!
 //! ```text
 //! u = ½ ln(|a|² + noise²)                    a: acceleration without gravity
@@ -16,8 +17,9 @@
 //! | S | Does it not slide? Accelerations along the ground that all point one way add up to a speed. | `Slide` |
 //! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, `BriefRest` |
 //!
-//! The same edge judges parts of the motion: across up (tangential), along up (vertical), and along each axis alone. The
-//! amplitude of a part is at most that of the whole, so its probability is at least that of the whole. Turns are not judged.
+//! The same edge judges parts of the motion: across up (tangential), along up (vertical), and along each axis alone.
+//! The amplitude of a part is at most that of the whole, so its probability is at least that of the whole. Turns are
+//! not judged.
 //!
 //! `docs/method.md` has all equations, `docs/choosing.md` the reasons, `docs/design/estimate.md` the alternatives.
 
@@ -223,8 +225,8 @@ impl SelfCalibrating {
         self.probabilities
     }
 
-    /// Combines the masses, the slide and the evidence. Turns are not judged: the probability about an axis is that of the
-    /// evidence.
+    /// Combines the masses, the slide and the evidence. Turns are not judged: the probability about an axis is that of
+    /// the evidence.
     fn combine(&self, no_slide: f32) -> Probabilities {
         let evidence = self.evidence.factor;
         let [whole, tangential, vertical, x, y, z] = self.masses;
@@ -263,24 +265,24 @@ impl SelfCalibrating {
             }
             self.stood = false;
         }
-        // A long stance does not teach the classes beyond its beginning: a foot that stands for a minute would forget its
-        // motion, and take its own quiet for that of all stances. There are two exceptions. After a landing more of the stance
-        // counts, so that limits of another robot are forgotten. And a foot that rests from time to time but does not land may
-        // walk so slowly that its swings pass for stances. If it only turns, it may stand.
+        // A long stance does not teach the classes beyond its beginning: a foot that stands for a minute would forget
+        // its motion, and take its own quiet for that of all stances. There are two exceptions. After a landing more of
+        // the stance counts, so that limits of another robot are forgotten. And a foot that rests from time to time but
+        // does not land may walk so slowly that its swings pass for stances. If it only turns, it may stand.
         let is_swing_or_begins = !in_stance || self.phase_seconds < self.constants.stance;
         let walks_slowly = !walks && self.evidence.is_accelerated(&self.constants);
         if is_swing_or_begins || walks_slowly || self.evidence.fell_within(self.constants.lesson) {
             self.classes.learn(&self.constants, logarithm, self.period);
         }
         if is_swing_or_begins && walks {
-            // Slides teach the usual speed as stances do. Otherwise a foot whose stances all count as slides could never
-            // correct it.
+            // Slides teach the usual speed as stances do. Otherwise a foot whose stances all count as slides could
+            // never correct it.
             self.slide.learn(&self.constants, whole * self.period);
         }
     }
 
-    /// Processes a sample that is unreliable, at the end of the sensor's range, or without a known up. It counts as a sample in
-    /// motion, and is not learnt from.
+    /// Processes a sample that is unreliable, at the end of the sensor's range, or without a known up. It counts as a
+    /// sample in motion, and is not learnt from.
     pub fn push_doubt(&mut self) -> Probabilities {
         self.fade(self.newest);
         let samples = 1.0 + core::mem::take(&mut self.bridged);
@@ -288,8 +290,8 @@ impl SelfCalibrating {
         self.probabilities
     }
 
-    /// Accounts for missing samples, and returns the probabilities after them. A gap of up to half a window is bridged: it takes
-    /// nothing from the probabilities.
+    /// Accounts for missing samples, and returns the probabilities after them. A gap of up to half a window is bridged:
+    /// it takes nothing from the probabilities.
     pub fn account_for(&mut self, missing: u64) -> Probabilities {
         if missing > u64::from(self.window / 2).max(1) {
             for _ in 0..missing.min((GAP_WINDOWS * self.window).into()) {
@@ -322,9 +324,9 @@ fn mass(edge: f32, u: f32, inverse_scale: f32) -> f32 {
 
 /// The two classes of one foot, stillness and motion, and the amplitudes that they were learnt from.
 ///
-/// The amplitudes of stances and swings differ from robot to robot by a factor of a hundred. While the foot walks, the time at
-/// each logarithm u is counted, and what is older than the memory is forgotten. The counts are split where the two parts lie
-/// farthest apart for their seconds (Otsu, 1979), whatever the parts were before:
+/// The amplitudes of stances and swings differ from robot to robot by a factor of a hundred. While the foot walks, the
+/// time at each logarithm u is counted, and what is older than the memory is forgotten. The counts are split where the
+/// two parts lie farthest apart for their seconds (Otsu, 1979), whatever the parts were before:
 ///
 /// ```text
 /// s(k)  seconds at lowest + k·step, each u shared between the two nearest k
@@ -358,8 +360,8 @@ impl Classes {
     /// Distance of the logarithms that are counted: amplitudes that differ by a factor of 1.6.
     const STEP: f32 = 0.45;
 
-    /// Share of the counts that is kept when they exceed the memory. At 1 kHz that happens at one sample in a hundred, which is
-    /// not counted, so that no sample takes longer than the others.
+    /// Share of the counts that is kept when they exceed the memory. At 1 kHz that happens at one sample in a hundred,
+    /// which is not counted, so that no sample takes longer than the others.
     const KEPT: f32 = 15.0 / 16.0;
 
     /// Least product of the seconds of two parts, s². A smaller one is a rounding error.
@@ -451,8 +453,9 @@ impl Classes {
 
     /// Splits the counts into the classes.
     ///
-    /// With s seconds below the split, and d the sum of those seconds times their distance from the mean of all, the split has
-    /// the largest d²/(s · rest). Distances are in steps, times all seconds, so that one pass without a division finds it.
+    /// With s seconds below the split, and d the sum of those seconds times their distance from the mean of all, the
+    /// split has the largest d²/(s · rest). Distances are in steps, times all seconds, so that one pass without a
+    /// division finds it.
     fn split(&mut self) {
         let all = self.seconds;
         let (mut s, mut d, mut distance) = (0.0, 0.0, -self.moment);
@@ -478,8 +481,8 @@ impl Classes {
 
 /// Detection of slides without shaking, by the speed gained along the ground.
 ///
-/// On a slick floor a foot can slide off at a tenth of the acceleration that its stances show. But these accelerations all
-/// point one way, and add up. The component across up is summed into a speed that decays:
+/// On a slick floor a foot can slide off at a tenth of the acceleration that its stances show. But these accelerations
+/// all point one way, and add up. The component across up is summed into a speed that decays:
 ///
 /// ```text
 /// v ← v·(1 − dt/τ) + clip(a)·dt
@@ -487,10 +490,10 @@ impl Classes {
 /// limit² = (factor · usual · √(usual / (quiet · swing)))² + (lever · turn)² + (noise · τ)²
 /// ```
 ///
-/// *usual* is the speed that the foot's own stances leave in the sum: 0.3 mm/s on a noise-free simulated robot, 10 to 20 mm/s
-/// on real feet, where slower slides look like stances. *swing* is the acceleration of the foot's swings, so that the result does
-/// not depend on a robot's size. *turn* is the angular rate: the IMU above the sole of a foot that rolls moves, and the foot
-/// does not slide. The last term is what a false idea of up adds to the sum.
+/// *usual* is the speed that the foot's own stances leave in the sum: 0.3 mm/s on a noise-free simulated robot, 10 to
+/// 20 mm/s on real feet, where slower slides look like stances. *swing* is the acceleration of the foot's swings, so
+/// that the result does not depend on a robot's size. *turn* is the angular rate: the IMU above the sole of a foot that
+/// rolls moves, and the foot does not slide. The last term is what a false idea of up adds to the sum.
 ///
 /// Two slides are not detected: at a steady acceleration below limit/τ, and at a constant speed.
 #[derive(Clone, Copy, Debug)]
@@ -528,9 +531,9 @@ impl Slide {
         }
     }
 
-    /// Adds an acceleration along the ground, m/s², of a foot that turns at `rate` rad/s and has swings of the logarithm
-    /// `swing`. `tilt` is the acceleration that a false idea of up may leave, m/s². Returns the probability that the foot does
-    /// not slide.
+    /// Adds an acceleration along the ground, m/s², of a foot that turns at `rate` rad/s and has swings of the
+    /// logarithm `swing`. `tilt` is the acceleration that a false idea of up may leave, m/s². Returns the probability
+    /// that the foot does not slide.
     fn push(
         &mut self,
         constants: &Constants,
@@ -587,9 +590,10 @@ struct Reading {
 
 /// Evidence that a foot stands: it has rested, or it has landed.
 ///
-/// Learnt limits leave room for stances that shake. A foot that hangs, is carried or is shaken moves within that room for
-/// minutes. It lacks the evidence of a walk, a landing in each stride, and that of a standing foot, rest. Without either for
-/// [`Constants::evidence`] the probability is at most one half, however little the foot moves, and nothing is learnt.
+/// Learnt limits leave room for stances that shake. A foot that hangs, is carried or is shaken moves within that room
+/// for minutes. It lacks the evidence of a walk, a landing in each stride, and that of a standing foot, rest. Without
+/// either for [`Constants::evidence`] the probability is at most one half, however little the foot moves, and nothing
+/// is learnt.
 #[derive(Clone, Copy, Debug)]
 struct Evidence {
     rest: BriefRest,
@@ -647,8 +651,8 @@ impl Evidence {
         self.has_just_landed = fall.begins && has_moved;
         let lands = fall.lands && has_moved;
         self.has_landed |= lands;
-        // A swing may have been too weak to count as motion. Such a landing is no evidence, but the foot walks and is to be
-        // learnt from.
+        // A swing may have been too weak to count as motion. Such a landing is no evidence, but the foot walks and is
+        // to be learnt from.
         let lands_weakly = fall.lands && fall.begins && !has_moved;
         self.since_landing = since(lands || lands_weakly, self.since_landing);
 
@@ -680,15 +684,15 @@ impl Evidence {
         self.rest.is_accelerated(constants)
     }
 
-    /// Returns whether the acceleration fell within some seconds as in a landing, whether the swing before counted as motion or
-    /// not.
+    /// Returns whether the acceleration fell within some seconds as in a landing, whether the swing before counted as
+    /// motion or not.
     fn fell_within(&self, seconds: f32) -> bool {
         self.since_fall < seconds
     }
 }
 
-/// Detection of landings: the acceleration falls from that of a swing to that of a stance, and the swing has lost the speed
-/// that it gained. A foot that is shaken is fastest where its acceleration falls.
+/// Detection of landings: the acceleration falls from that of a swing to that of a stance, and the swing has lost the
+/// speed that it gained. A foot that is shaken is fastest where its acceleration falls.
 #[derive(Clone, Copy, Debug)]
 struct Landing {
     /// Share of the newest sample in the mean over a stance.
@@ -703,8 +707,8 @@ struct Landing {
     strongest_acceleration: f32,
     /// Logarithm of the noise.
     noise: f32,
-    /// Acceleration that corrections of up have removed since the maximum, m/s². Where a pendulum turns, its force points along
-    /// the rod, and the apparent swing was a false idea of up.
+    /// Acceleration that corrections of up have removed since the maximum, m/s². Where a pendulum turns, its force
+    /// points along the rod, and the apparent swing was a false idea of up.
     corrected: f32,
     /// Sum of the accelerations since the last fall: the change of speed, in m/s² times samples.
     gained: Vec3,
@@ -781,7 +785,8 @@ impl Landing {
     }
 }
 
-/// Sum of the magnitudes of a vector's components. It obeys the triangle inequality, as the length does, and needs no root.
+/// Sum of the magnitudes of a vector's components. It obeys the triangle inequality, as the length does, and needs no
+/// root.
 const fn sum_of_magnitudes(vector: Vec3) -> f32 {
     vector.x.abs() + vector.y.abs() + vector.z.abs()
 }
