@@ -982,7 +982,7 @@ mod tests {
     }
 
     /// An inclination after a minute of level motion.
-    fn in_motion() -> Inclination {
+    fn inclination_in_motion() -> Inclination {
         let mut inclination = inclination();
         for _ in 0..60_000 {
             inclination.grow_doubt(0.0, None, 0.0, DT);
@@ -1014,12 +1014,12 @@ mod tests {
 
     #[test]
     fn time_constant_in_steady_motion_is_the_configured_one() {
-        assert_time_constant(&in_motion(), 5.0);
+        assert_time_constant(&inclination_in_motion(), 5.0);
     }
 
     #[test]
     fn tilt_in_motion_decays_as_in_a_butterworth_filter() {
-        let mut inclination = in_motion();
+        let mut inclination = inclination_in_motion();
         let mut tilt = 0.1;
         let halved = (0..10_000).position(|_| {
             inclination.grow_doubt(0.0, None, 0.0, DT);
@@ -1036,7 +1036,7 @@ mod tests {
     fn clipping_shortens_the_time_constant_down_to_a_limit() {
         for (saturation, limit) in [(Saturation::Accelerometer, 1.0), (Saturation::Gyroscope, 0.3)]
         {
-            let mut inclination = in_motion();
+            let mut inclination = inclination_in_motion();
             for _ in 0..400 {
                 inclination.grow_doubt(0.0, Some(saturation), 0.0, DT);
             }
@@ -1054,9 +1054,9 @@ mod tests {
 
     #[test]
     fn uncertain_turn_shortens_the_time_constant() {
-        let mut longer = time_constant(&in_motion());
+        let mut longer = time_constant(&inclination_in_motion());
         for spread_squared in [0.01, 0.04, 0.2] {
-            let mut inclination = in_motion();
+            let mut inclination = inclination_in_motion();
             inclination.grow_doubt(0.0, None, spread_squared, DT);
             let found = time_constant(&inclination);
             assert!(found < longer, "{found} s with {spread_squared} rad²");
@@ -1066,7 +1066,7 @@ mod tests {
 
     #[test]
     fn guessed_turn_leaves_more_doubt_than_motion_and_less_than_unknown() {
-        let [mut guessed, mut lost] = [in_motion(), in_motion()];
+        let [mut guessed, mut lost] = [inclination_in_motion(), inclination_in_motion()];
         guessed.doubt_guess();
         lost.lose();
         assert_time_constant(&guessed, 2.0);

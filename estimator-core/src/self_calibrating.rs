@@ -651,8 +651,8 @@ impl Evidence {
         self.has_just_landed = fall.begins && has_moved;
         let lands = fall.lands && has_moved;
         self.has_landed |= lands;
-        // A swing may have been too weak to count as motion. Such a landing is no evidence, but the foot walks and is
-        // to be learnt from.
+        // After a swing that was too weak to count as motion, a landing does not count as evidence. But the foot walks,
+        // and learns.
         let lands_weakly = fall.lands && fall.begins && !has_moved;
         self.since_landing = since(lands || lands_weakly, self.since_landing);
 
