@@ -199,9 +199,10 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
         if let Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) = reason {
             sensor.count_bus_error();
         }
-        let wait = match failures {
-            0 if unreported.is_none() => 0,
-            failures => (first << failures.min(10)).min(longest),
+        let wait = if failures == 0 && unreported.is_none() {
+            0
+        } else {
+            (first << failures.min(10)).min(longest)
         };
         failures = failures.saturating_add(1);
         sensor.activity = Activity::Recovering;

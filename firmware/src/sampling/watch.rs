@@ -155,10 +155,8 @@ impl Watch {
             self.without_edge.saturating_add(1)
         };
         let is_right = EDGES.contains(&number);
-        self.wrong_rate = match number {
-            1.. if !is_right => self.wrong_rate.saturating_add(1),
-            _ => 0,
-        };
+        self.wrong_rate =
+            if number > 0 && !is_right { self.wrong_rate.saturating_add(1) } else { 0 };
         // Of a line that is dead none follows, of a sensor that is too slow too few.
         if self.edge_missed && is_right && self.without_edge == 0 {
             let is_soon = self.turn.wrapping_sub(self.lost_turn) <= LOST_WITHIN;

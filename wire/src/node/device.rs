@@ -51,7 +51,7 @@ pub(super) struct Device {
     pub(super) time: Option<(TimeOfDay, Timestamp)>,
     pub(super) event: Option<Event>,
     /// A store or a restore is pending: another one is refused until it is answered.
-    pub(super) storing: bool,
+    pub(super) has_pending_store: bool,
 }
 
 impl Device {
@@ -161,7 +161,7 @@ impl Device {
             (index::STORE, Value::U32(SIGNATURE_STORE))
             | (index::RESTORE, Value::U32(SIGNATURE_RESTORE))
             | (index::SUPPLY, Value::U32(SIGNATURE_BROWN_OUT))
-                if self.storing =>
+                if self.has_pending_store =>
             {
                 Err(AbortCode::Hardware)
             }
@@ -207,7 +207,7 @@ impl Device {
     /// Executes a command of CiA 302-3 to the program that runs.
     fn control_program(&mut self, command: u8) -> Result<Written, AbortCode> {
         match command {
-            0 | 0x80 if self.storing => return Err(AbortCode::Hardware),
+            0 | 0x80 if self.has_pending_store => return Err(AbortCode::Hardware),
             // The bootloader answers, so that a master that goes on at once finds it ready.
             0 => {
                 self.may_be_changed(index::PROGRAM_CONTROL)?;

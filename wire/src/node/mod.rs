@@ -43,12 +43,9 @@ pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome,
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand as Command, NmtState as State};
 
-/// Requester of a pending store or restore.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Waiting {
-    /// None is pending.
-    #[default]
-    None,
+/// Requester of a store, a restore or a protection that is pending.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Requester {
     /// The SDO client.
     Sdo,
     /// The LSS master.
@@ -62,7 +59,8 @@ pub struct Node {
     nmt: NmtStateMachine,
     lss: LssSlave,
     sdo: SdoServer,
-    waiting: Waiting,
+    /// Requester of the store that is pending, if one is.
+    pending_store: Option<Requester>,
     /// Node id assigned by LSS since power-up, kept over a reset of the communication: `Some(None)` for none.
     given: Option<Option<NodeId>>,
     ticks: u32,
@@ -120,11 +118,11 @@ impl Node {
                 load_age: 0,
                 time: None,
                 event: None,
-                storing: false,
+                has_pending_store: false,
             },
             nmt: NmtStateMachine::new(),
             sdo: SdoServer::new(),
-            waiting: Waiting::None,
+            pending_store: None,
             given: None,
             ticks: 0,
             heartbeat_age: 0,
@@ -151,7 +149,7 @@ impl Node {
         self.lss = lss_slave(self.device.id, self.device.serial);
         self.nmt = NmtStateMachine::new();
         self.sdo = SdoServer::new();
-        self.waiting = Waiting::None;
+        self.pending_store = None;
         self.heartbeat_age = 0;
         self.requested = 0;
         self.reported = Faults::NONE;
@@ -307,7 +305,7 @@ impl Node {
         if let Some(code) = sdo::wrong_length(bytes.len(), size) {
             return Err(code);
         }
-        self.device.storing = self.waiting != Waiting::None;
+        self.device.has_pending_store = self.pending_store.is_some();
         self.device.write(address, bytes)?;
         Ok(self.take_event())
     }
@@ -324,13 +322,12 @@ impl Node {
 
     /// Answers the event that is [answered later](Event::is_answered_later) and that a master waits for.
     pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
-        match core::mem::take(&mut self.waiting) {
-            Waiting::None => None,
-            Waiting::Sdo => {
+        match self.pending_store.take()? {
+            Requester::Sdo => {
                 let answer = self.sdo.finish(result)?;
                 Some(CanFrame::of(self.device.id?.cob_id(cob_id::SDO_RESPONSE), answer))
             }
-            Waiting::Lss => {
+            Requester::Lss => {
                 // 2: the storage medium cannot be accessed.
                 let error = if result.is_ok() { 0 } else { 2 };
                 Some(CanFrame::of(LSS_SLAVE_COB_ID, [LSS_STORE, error, 0, 0, 0, 0, 0, 0]))
@@ -501,9 +498,9 @@ impl Node {
                 // 1: not supported. The bit rate is a setting (0x2002).
                 LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
                 // 2: the storage medium cannot be accessed, because another store is pending.
-                LSS_STORE if self.waiting != Waiting::None => return refused(2, 0),
+                LSS_STORE if self.pending_store.is_some() => return refused(2, 0),
                 LSS_STORE => {
-                    self.waiting = Waiting::Lss;
+                    self.pending_store = Some(Requester::Lss);
                     return event(Some(Event::Store));
                 }
                 _ => {}
@@ -553,11 +550,11 @@ impl Node {
         let (true, Some(request)) = (served, frame.data8()) else {
             return Outcome::default();
         };
-        self.device.storing = self.waiting != Waiting::None;
+        self.device.has_pending_store = self.pending_store.is_some();
         let answer = self.sdo.handle(request, &mut self.device);
         let event = self.take_event();
         if event.is_some_and(Event::is_answered_later) {
-            self.waiting = Waiting::Sdo;
+            self.pending_store = Some(Requester::Sdo);
         }
         Outcome {
             reply: answer.map(|answer| CanFrame::of(id.cob_id(cob_id::SDO_RESPONSE), answer)),

@@ -138,9 +138,10 @@ fn set_filters() {
     critical_section::with(|_| {
         let node = u16::from(LISTENING.load(Ordering::Relaxed));
         // A node without an id is served by LSS alone.
-        let own = match node {
-            0 => both(cob_id::LSS_MASTER, cob_id::LSS_MASTER),
-            _ => both(Load::BASE + node, cob_id::SDO_REQUEST + node),
+        let own = if node == 0 {
+            both(cob_id::LSS_MASTER, cob_id::LSS_MASTER)
+        } else {
+            both(Load::BASE + node, cob_id::SDO_REQUEST + node)
         };
         let all = [both(0x000, cob_id::SYNC), both(cob_id::TIME, cob_id::LSS_MASTER)];
         CAN1.fmr().modify(|w| w.set_finit(true));

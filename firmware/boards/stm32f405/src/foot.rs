@@ -171,7 +171,8 @@ fn log_boot(start: &Start) {
 #[inline(never)]
 fn make_foot(settings: Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
-    Foot::or_with_defaults(settings, start).ok().map(|foot| FOOT.init(foot))
+    let place = FOOT.uninit();
+    Some(place.write(Foot::or_with_defaults(settings, start).ok()?))
 }
 
 /// Spawns a task that exists once.

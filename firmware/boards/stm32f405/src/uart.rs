@@ -192,10 +192,7 @@ impl Sender {
             if stream.cr().read().en() { Poll::Pending } else { Poll::Ready(()) }
         })
         .await;
-        match stream.ndtr().read().ndt() {
-            0 => Ok(()),
-            _ => Err(NotSent),
-        }
+        if stream.ndtr().read().ndt() == 0 { Ok(()) } else { Err(NotSent) }
     }
 
     /// Changes the rate of both directions after pending bytes are sent. A rate that the peripheral

@@ -54,9 +54,10 @@ pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
         if wrong == 0 {
             fastest = Some(speed);
         }
-        let verdict = match wrong {
-            1.. if speed > SENSOR_SPEED => Verdict::NotTested("the foot starts slower"),
-            _ => Verdict::when(wrong == 0, "wires of SPI and CS; supply of the sensor"),
+        let verdict = if wrong > 0 && speed > SENSOR_SPEED {
+            Verdict::NotTested("the foot starts slower")
+        } else {
+            Verdict::when(wrong == 0, "wires of SPI and CS; supply of the sensor")
         };
         let name = match speed {
             BusSpeed::Quarter => "sensor's bus, 1.25 MHz",

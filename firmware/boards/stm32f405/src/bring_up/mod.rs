@@ -164,9 +164,10 @@ async fn measure_chip(out: &mut Out, clock: Source, serial: u32) {
     }
     measure_supply(out).await;
     let level = flash::brown_out_level();
-    let verdict = match level {
-        3 => Verdict::Pass,
-        _ => Verdict::NotTested("the foot's program sets 3 at its first start"),
+    let verdict = if level == 3 {
+        Verdict::Pass
+    } else {
+        Verdict::NotTested("the foot's program sets 3 at its first start")
     };
     out.line("brown-out level", format_args!("{level}"), "3", verdict).await;
     let options = FLASH.optcr().read();
@@ -302,9 +303,10 @@ async fn measure_polarity(
         let status = driver.status().await;
         inverted += u16::from(status.is_ok_and(Status::gyro_fresh));
     }
-    let verdict = match ticks {
-        0 => Verdict::NotTested("no edge came"),
-        _ => Verdict::when(inverted < ticks / 2, "INT1 is inverted: no inverter in its wire"),
+    let verdict = if ticks == 0 {
+        Verdict::NotTested("no edge came")
+    } else {
+        Verdict::when(inverted < ticks / 2, "INT1 is inverted: no inverter in its wire")
     };
     let value = format_args!("{inverted} of {ticks} inverted");
     out.line("polarity of INT1", value, "less than half", verdict).await;
