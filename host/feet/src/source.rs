@@ -159,7 +159,7 @@ impl fmt::Display for Speed {
     }
 }
 
-/// How the recording of an IMU is read that is played, and the settings of its estimates.
+/// How a recording of an IMU is read for playback, and the settings of its estimates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
     /// Properties of the file beyond its format.
@@ -171,7 +171,7 @@ pub struct Playback {
 }
 
 impl Default for Playback {
-    /// Contacts that a bag has of its feet are the estimates.
+    /// Uses the contacts that a bag has of its feet as the estimates.
     fn default() -> Self {
         Self {
             hints: Hints { contacts: ContactUse::Recorded, ..Hints::default() },

@@ -1,5 +1,6 @@
-//! Feet on USB: boards that are a serial port by themselves, found by the name in their descriptors, and updated by a file
-//! that is copied to the drive of the loader in their chip.
+//! Feet on USB: boards with a serial port of their own.
+//!
+//! They are found by the name in their descriptors. An update copies a file to the drive of the loader in their chip.
 
 use std::fs::{self, File};
 use std::io::{self, Write as _};

@@ -10,16 +10,152 @@ use crate::random::{RandomUse, SeededRandom};
 /// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
 
-recordings::named! {
-    /// Ground under the foot.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Ground {
-        /// A firm floor with grip: a short, hard landing, then rest.
-        Hard = "hard",
-        /// The same floor without grip: the loaded foot slides.
-        Greased = "greased",
-        /// A mat or soil: a soft landing, then the foot sinks and rocks before it rests.
-        Soft = "soft",
+/// Standing time before the first step, s, in which an attitude filter aligns.
+const STANDING_BEFORE: f64 = 2.0;
+
+/// Standing time of the demo after its last touch-down, s.
+const STANDING_AFTER: f64 = 1.2;
+
+/// Plan of a foot: it stands, takes its steps, and stands again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Origin stated in a recording of the plan.
+    pub name: String,
+    /// Standing time at the beginning, s.
+    pub standing: f64,
+    /// Steps in order of time. After the last touch-down the foot stays in place.
+    pub steps: Vec<PlannedStep>,
+    /// Duration of the recording, s.
+    pub duration: f64,
+}
+
+impl Plan {
+    /// A walk of about 14 s: firm ground, a greased patch of three steps, a soft mat of three
+    /// steps, and firm ground again.
+    #[must_use]
+    pub fn demo(seed: u64) -> Self {
+        let steps = round(&mut SeededRandom::new(seed, RandomUse::Steps));
+        let moving: f64 = steps.iter().map(PlannedStep::duration).sum();
+        Self {
+            name: format!("demo walk, seed {seed}"),
+            standing: STANDING_BEFORE,
+            steps,
+            duration: STANDING_BEFORE + moving + STANDING_AFTER,
+        }
+    }
+
+    /// Repeats the ground of [`Plan::demo`] with different steps for at least `seconds`, including the standing at
+    /// the beginning. `seconds` is finite.
+    #[must_use]
+    pub fn rounds(seconds: f64, seed: u64) -> Self {
+        let mut random = SeededRandom::new(seed, RandomUse::Steps);
+        let mut steps = Vec::new();
+        let mut end = STANDING_BEFORE;
+        while end < seconds {
+            let round = round(&mut random);
+            end += round.iter().map(PlannedStep::duration).sum::<f64>();
+            steps.extend(round);
+        }
+        Self {
+            name: format!("rounds of the demo walk, seed {seed}"),
+            standing: STANDING_BEFORE,
+            steps,
+            duration: end,
+        }
+    }
+
+    /// A gait on one kind of ground for `seconds`, including the standing at the beginning. The recording may end
+    /// in any activity. `seconds` is finite.
+    #[must_use]
+    pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
+        let robot = RobotParams { gait, ground, ..RobotParams::default() };
+        robot.plan(seconds, seed)
+    }
+}
+
+/// Properties of a robot and of its ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotParams {
+    /// Gait.
+    pub gait: GaitName,
+    /// Ground under its feet.
+    pub ground: Ground,
+    /// Share of steps that meet a greased patch, in [0, 1].
+    pub greased: f64,
+    /// Step length, as a factor of the gait's.
+    pub step_length: f64,
+    /// Shaking of the standing feet, as a factor of the gait's. It raises the frequency, not the amplitude: above
+    /// about 1.5 at the usual frequency a foot would not count as stable.
+    pub shaking: f64,
+    /// Pauses in which it stands still, if any.
+    pub rests: Option<Rests>,
+}
+
+/// Pauses in which a robot stands still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rests {
+    /// Walking time between pauses, s.
+    pub every: f64,
+    /// Duration of a pause, s.
+    pub lasting: f64,
+}
+
+impl Default for RobotParams {
+    /// Returns a robot that walks on a firm floor, with the usual values.
+    fn default() -> Self {
+        Self {
+            gait: GaitName::Walk,
+            ground: Ground::Hard,
+            greased: 0.0,
+            step_length: 1.0,
+            shaking: 1.0,
+            rests: None,
+        }
+    }
+}
+
+impl RobotParams {
+    /// Plans one of its feet for `seconds`, including the standing at the beginning. The recording may end in any
+    /// activity. `seconds` is finite.
+    #[must_use]
+    pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
+        let mut random = SeededRandom::new(seed, RandomUse::Steps);
+        let mut patches = SeededRandom::new(seed, RandomUse::Patches);
+        let mut steps = Vec::new();
+        if let Some(usual) = self.gait.style() {
+            let style = Style { length: usual.length * self.step_length, ..usual };
+            let mut end = STANDING_BEFORE;
+            let mut walking = 0.0;
+            while end < seconds {
+                let ground = if patches.uniform(0.0..1.0) < self.greased {
+                    Ground::Greased
+                } else {
+                    self.ground
+                };
+                let mut step = style.step(ground, &mut random);
+                step.tremor.frequency *= self.shaking;
+                step.tremor.acceleration *= self.shaking;
+                step.tremor.rate *= self.shaking;
+                walking += step.duration();
+                if let Some(rests) = self.rests
+                    && walking >= rests.every
+                {
+                    walking = 0.0;
+                    step.stance += rests.lasting;
+                    step.tremor.acceleration = 0.0;
+                    step.tremor.rate = 0.0;
+                }
+                end += step.duration();
+                steps.push(step);
+            }
+        }
+        let Self { gait, ground, .. } = self;
+        Plan {
+            name: format!("{gait} on {ground} ground, seed {seed}"),
+            standing: STANDING_BEFORE,
+            steps,
+            duration: seconds,
+        }
     }
 }
 
@@ -49,6 +185,133 @@ impl GaitName {
             Self::Trot => Some(Style::TROT),
             Self::Run => Some(Style::RUN),
         }
+    }
+}
+
+recordings::named! {
+    /// Ground under the foot.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Ground {
+        /// A firm floor with grip: a short, hard landing, then rest.
+        Hard = "hard",
+        /// The same floor without grip: the loaded foot slides.
+        Greased = "greased",
+        /// A mat or soil: a soft landing, then the foot sinks and rocks before it rests.
+        Soft = "soft",
+    }
+}
+
+/// A swing and the stance after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedStep {
+    /// Duration of the peel off the ground, s.
+    pub peel: f64,
+    /// Time in the air, s.
+    pub swing: f64,
+    /// Time from touch-down to the beginning of the next peel, s; extended to the end of the last slip.
+    pub stance: f64,
+    /// Forward (x) and to the left (y), m, from where the foot stood to where it lands.
+    pub travel: [f64; 2],
+    /// Height of the swing above a straight line, m.
+    pub clearance: f64,
+    /// Amplitude of the pitch swing, rad: toes down first, then up.
+    pub pitch_swing: f64,
+    /// Roll, pitch and yaw of the ground at the foothold, rad.
+    pub tilt: [f64; 3],
+    /// The landing.
+    pub touch_down: TouchDown,
+    /// Yielding of the ground, if any.
+    pub sinking: Option<Sinking>,
+    /// Slides during the stance, in order of time.
+    pub slips: Vec<Slip>,
+    /// Vibration of the standing foot under the moving robot.
+    pub tremor: Tremor,
+    /// Vertical load in mid-stance, N.
+    pub load: f64,
+    /// Time in which the load builds up, and in which it decreases before lift-off, s.
+    pub load_change: f64,
+}
+
+/// Damped spring, as of a landing foot against the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Natural frequency, Hz.
+    pub frequency: f64,
+    /// Damping ratio, in (0, 1).
+    pub damping: f64,
+}
+
+/// Landing of a foot: its remaining speeds, and the springs that absorb them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchDown {
+    /// Downward, m/s.
+    pub speed: f64,
+    /// Forward (x) and to the left (y), m/s.
+    pub scuff: [f64; 2],
+    /// Rates of roll and pitch, rad/s.
+    pub turn: [f64; 2],
+    /// Absorbs `speed`. At a damping of 0.3 the deceleration peaks at about 2π · frequency · speed.
+    pub vertical: Spring,
+    /// Absorbs `scuff`.
+    pub tangential: Spring,
+    /// Absorbs `turn`.
+    pub rotational: Spring,
+}
+
+/// A slow yielding of soft ground under the load, after touch-down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sinking {
+    /// m.
+    pub depth: f64,
+    /// s.
+    pub duration: f64,
+    /// Change of roll and pitch meanwhile, rad.
+    pub lean: [f64; 2],
+}
+
+/// A slide under load: it starts from rest, speeds up, and is caught again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slip {
+    /// Time from touch-down, s.
+    pub onset: f64,
+    /// s. The top speed is 1.875 · distance / duration.
+    pub duration: f64,
+    /// m.
+    pub distance: f64,
+    /// Counter-clockwise from forward, rad: π slides backwards.
+    pub heading: f64,
+    /// Turn about the vertical meanwhile, rad.
+    pub twist: f64,
+    /// Acceleration amplitude of stick-slip along the slide at half-time, m/s². A third of it
+    /// acts vertically.
+    pub chatter: f64,
+    /// Frequency of stick-slip, Hz.
+    pub chatter_frequency: f64,
+}
+
+/// Vibration of a foot standing under a moving robot, strongest in mid-stance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tremor {
+    /// Hz.
+    pub frequency: f64,
+    /// Amplitude along each axis, m/s².
+    pub acceleration: f64,
+    /// Amplitude of pitch and roll rate, rad/s.
+    pub rate: f64,
+}
+
+impl PlannedStep {
+    /// Returns the time from touch-down to the beginning of the next peel, s, including all slips.
+    #[must_use]
+    pub fn standing(&self) -> f64 {
+        let slips = self.slips.iter().map(|slip| slip.onset + slip.duration);
+        slips.fold(self.stance, f64::max)
+    }
+
+    /// Returns the time from the beginning of the peel to the next one, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.peel + self.swing + self.standing()
     }
 }
 
@@ -212,269 +475,6 @@ fn round(random: &mut SeededRandom) -> Vec<PlannedStep> {
         step.slips = ways.iter().map(|way| slip(share(way), random)).collect();
     }
     steps
-}
-
-/// Standing time before the first step, s, in which an attitude filter aligns.
-const STANDING_BEFORE: f64 = 2.0;
-
-/// Standing time of the demo after its last touch-down, s.
-const STANDING_AFTER: f64 = 1.2;
-
-/// Plan of a foot: it stands, takes its steps, and stands again.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
-    /// Origin stated in a recording of the plan.
-    pub name: String,
-    /// Standing time at the beginning, s.
-    pub standing: f64,
-    /// Steps in order of time. After the last touch-down the foot stays in place.
-    pub steps: Vec<PlannedStep>,
-    /// Duration of the recording, s.
-    pub duration: f64,
-}
-
-impl Plan {
-    /// A walk of about 14 s: firm ground, a greased patch of three steps, a soft mat of three
-    /// steps, and firm ground again.
-    #[must_use]
-    pub fn demo(seed: u64) -> Self {
-        let steps = round(&mut SeededRandom::new(seed, RandomUse::Steps));
-        let moving: f64 = steps.iter().map(PlannedStep::duration).sum();
-        Self {
-            name: format!("demo walk, seed {seed}"),
-            standing: STANDING_BEFORE,
-            steps,
-            duration: STANDING_BEFORE + moving + STANDING_AFTER,
-        }
-    }
-
-    /// Repeats the ground of [`Plan::demo`] with different steps for at least `seconds`, including the standing at
-    /// the beginning. `seconds` is finite.
-    #[must_use]
-    pub fn rounds(seconds: f64, seed: u64) -> Self {
-        let mut random = SeededRandom::new(seed, RandomUse::Steps);
-        let mut steps = Vec::new();
-        let mut end = STANDING_BEFORE;
-        while end < seconds {
-            let round = round(&mut random);
-            end += round.iter().map(PlannedStep::duration).sum::<f64>();
-            steps.extend(round);
-        }
-        Self {
-            name: format!("rounds of the demo walk, seed {seed}"),
-            standing: STANDING_BEFORE,
-            steps,
-            duration: end,
-        }
-    }
-
-    /// A gait on one kind of ground for `seconds`, including the standing at the beginning. The recording may end
-    /// in any activity. `seconds` is finite.
-    #[must_use]
-    pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
-        let robot = RobotParams { gait, ground, ..RobotParams::default() };
-        robot.plan(seconds, seed)
-    }
-}
-
-/// Properties of a robot and of its ground.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RobotParams {
-    /// Gait.
-    pub gait: GaitName,
-    /// Ground under its feet.
-    pub ground: Ground,
-    /// Share of steps that meet a greased patch, in [0, 1].
-    pub greased: f64,
-    /// Step length, as a factor of the gait's.
-    pub step_length: f64,
-    /// Shaking of the standing feet, as a factor of the gait's. It raises the frequency, not the amplitude: above
-    /// about 1.5 at the usual frequency a foot would not count as stable.
-    pub shaking: f64,
-    /// Pauses in which it stands still, if any.
-    pub rests: Option<Rests>,
-}
-
-/// Pauses in which a robot stands still.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rests {
-    /// Walking time between pauses, s.
-    pub every: f64,
-    /// Duration of a pause, s.
-    pub lasting: f64,
-}
-
-impl Default for RobotParams {
-    /// Returns a robot that walks on a firm floor, with the usual values.
-    fn default() -> Self {
-        Self {
-            gait: GaitName::Walk,
-            ground: Ground::Hard,
-            greased: 0.0,
-            step_length: 1.0,
-            shaking: 1.0,
-            rests: None,
-        }
-    }
-}
-
-impl RobotParams {
-    /// Plans one of its feet for `seconds`, including the standing at the beginning. The recording may end in any
-    /// activity. `seconds` is finite.
-    #[must_use]
-    pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
-        let mut random = SeededRandom::new(seed, RandomUse::Steps);
-        let mut patches = SeededRandom::new(seed, RandomUse::Patches);
-        let mut steps = Vec::new();
-        if let Some(usual) = self.gait.style() {
-            let style = Style { length: usual.length * self.step_length, ..usual };
-            let mut end = STANDING_BEFORE;
-            let mut walking = 0.0;
-            while end < seconds {
-                let ground = if patches.uniform(0.0..1.0) < self.greased {
-                    Ground::Greased
-                } else {
-                    self.ground
-                };
-                let mut step = style.step(ground, &mut random);
-                step.tremor.frequency *= self.shaking;
-                step.tremor.acceleration *= self.shaking;
-                step.tremor.rate *= self.shaking;
-                walking += step.duration();
-                if let Some(rests) = self.rests
-                    && walking >= rests.every
-                {
-                    walking = 0.0;
-                    step.stance += rests.lasting;
-                    step.tremor.acceleration = 0.0;
-                    step.tremor.rate = 0.0;
-                }
-                end += step.duration();
-                steps.push(step);
-            }
-        }
-        let Self { gait, ground, .. } = self;
-        Plan {
-            name: format!("{gait} on {ground} ground, seed {seed}"),
-            standing: STANDING_BEFORE,
-            steps,
-            duration: seconds,
-        }
-    }
-}
-
-/// A swing and the stance after it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlannedStep {
-    /// Duration of the peel off the ground, s.
-    pub peel: f64,
-    /// Time in the air, s.
-    pub swing: f64,
-    /// Time from touch-down to the beginning of the next peel, s; extended to the end of the last slip.
-    pub stance: f64,
-    /// Forward (x) and to the left (y), m, from where the foot stood to where it lands.
-    pub travel: [f64; 2],
-    /// Height of the swing above a straight line, m.
-    pub clearance: f64,
-    /// Amplitude of the pitch swing, rad: toes down first, then up.
-    pub pitch_swing: f64,
-    /// Roll, pitch and yaw of the ground at the foothold, rad.
-    pub tilt: [f64; 3],
-    /// The landing.
-    pub touch_down: TouchDown,
-    /// Yielding of the ground, if any.
-    pub sinking: Option<Sinking>,
-    /// Slides during the stance, in order of time.
-    pub slips: Vec<Slip>,
-    /// Vibration of the standing foot under the moving robot.
-    pub tremor: Tremor,
-    /// Vertical load in mid-stance, N.
-    pub load: f64,
-    /// Time in which the load builds up, and in which it decreases before lift-off, s.
-    pub load_change: f64,
-}
-
-/// Damped spring, as of a landing foot against the ground.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spring {
-    /// Natural frequency, Hz.
-    pub frequency: f64,
-    /// Damping ratio, in (0, 1).
-    pub damping: f64,
-}
-
-/// Landing of a foot: its remaining speeds, and the springs that absorb them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TouchDown {
-    /// Downward, m/s.
-    pub speed: f64,
-    /// Forward (x) and to the left (y), m/s.
-    pub scuff: [f64; 2],
-    /// Rates of roll and pitch, rad/s.
-    pub turn: [f64; 2],
-    /// Absorbs `speed`. At a damping of 0.3 the deceleration peaks at about 2π · frequency · speed.
-    pub vertical: Spring,
-    /// Absorbs `scuff`.
-    pub tangential: Spring,
-    /// Absorbs `turn`.
-    pub rotational: Spring,
-}
-
-/// A slow yielding of soft ground under the load, after touch-down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sinking {
-    /// m.
-    pub depth: f64,
-    /// s.
-    pub duration: f64,
-    /// Change of roll and pitch meanwhile, rad.
-    pub lean: [f64; 2],
-}
-
-/// A slide under load: it starts from rest, speeds up, and is caught again.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slip {
-    /// Time from touch-down, s.
-    pub onset: f64,
-    /// s. The top speed is 1.875 · distance / duration.
-    pub duration: f64,
-    /// m.
-    pub distance: f64,
-    /// Counter-clockwise from forward, rad: π slides backwards.
-    pub heading: f64,
-    /// Turn about the vertical meanwhile, rad.
-    pub twist: f64,
-    /// Acceleration amplitude of stick-slip along the slide at half-time, m/s². A third of it
-    /// acts vertically.
-    pub chatter: f64,
-    /// Frequency of stick-slip, Hz.
-    pub chatter_frequency: f64,
-}
-
-/// Vibration of a foot standing under a moving robot, strongest in mid-stance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tremor {
-    /// Hz.
-    pub frequency: f64,
-    /// Amplitude along each axis, m/s².
-    pub acceleration: f64,
-    /// Amplitude of pitch and roll rate, rad/s.
-    pub rate: f64,
-}
-
-impl PlannedStep {
-    /// Returns the time from touch-down to the beginning of the next peel, s, including all slips.
-    #[must_use]
-    pub fn standing(&self) -> f64 {
-        let slips = self.slips.iter().map(|slip| slip.onset + slip.duration);
-        slips.fold(self.stance, f64::max)
-    }
-
-    /// Returns the time from the beginning of the peel to the next one, s.
-    #[must_use]
-    pub fn duration(&self) -> f64 {
-        self.peel + self.swing + self.standing()
-    }
 }
 
 #[cfg(test)]

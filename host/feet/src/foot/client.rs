@@ -198,7 +198,7 @@ impl Client {
         self.write_within(address, value, ANSWER)
     }
 
-    /// Stores all settings in flash. The caller checks that the foot still had the settings that were written.
+    /// Stores all settings in flash. The caller checks afterwards that the foot still had the written settings.
     ///
     /// # Errors
     /// The request is refused, or there is no response.
@@ -214,7 +214,7 @@ impl Client {
         self.write_flash(Address::new(index::RESTORE, 1), SIGNATURE_RESTORE)
     }
 
-    /// Writes a signature, again where the foot has stored too often just before.
+    /// Writes a signature, and repeats it if the foot refuses because its last store was too recent.
     fn write_flash(&mut self, address: Address, signature: u32) -> Result<(), RequestError> {
         let mut tries = STORE_TRIES;
         loop {
@@ -920,11 +920,12 @@ impl Client {
 }
 
 impl Client {
-    /// Turns to the bootloader that is starting, which answers within `longest`.
+    /// Switches to the bootloader, which is starting and must respond within `longest`. On a bus nothing changes: program
+    /// and bootloader are one node.
     ///
     /// # Errors
-    /// It does not, or the line does not work.
-    pub(super) fn turn_to_bootloader(&mut self, longest: Duration) -> Result<(), RequestError> {
+    /// The bootloader does not respond, or the line does not work.
+    pub(super) fn switch_to_bootloader(&mut self, longest: Duration) -> Result<(), RequestError> {
         if self.link.as_serial_line().is_none() {
             return Ok(());
         }
@@ -941,17 +942,17 @@ impl Client {
         }
     }
 
-    /// Turns to the program that is starting.
-    pub(super) fn turn_to_program(&mut self) {
+    /// Switches to the program, which is starting.
+    pub(super) fn switch_to_program(&mut self) {
         if let Some(line) = self.link.as_serial_line() {
-            line.speak_messages();
+            line.switch_to_program();
             self.node = None;
             self.clock_us = None;
         }
     }
 }
 
-/// Returns the id under which a bootloader answers on a serial line; `None` where there is none.
+/// Returns the id with which a bootloader responds on a serial line; `None` if none responds.
 fn bootloader_node(
     link: &mut dyn Link,
     listener: &mut Listener,
@@ -959,7 +960,7 @@ fn bootloader_node(
     let Some(line) = link.as_serial_line() else {
         return Ok(None);
     };
-    match line.speak_text() {
+    match line.switch_to_bootloader() {
         Ok(()) => {}
         Err(LinkError::Adapter { .. }) => return Ok(None),
         Err(error) => return Err(error.into()),
@@ -967,7 +968,7 @@ fn bootloader_node(
     let feet = scan::feet(link, listener, SCAN)?;
     let node = feet.iter().find_map(|foot| foot.node);
     if let (None, Some(line)) = (node, link.as_serial_line()) {
-        line.speak_messages();
+        line.switch_to_program();
     }
     Ok(node.and_then(NodeId::new))
 }

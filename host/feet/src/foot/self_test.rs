@@ -81,7 +81,7 @@ pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
         switch_off(client).map_err(SelfTestError::StaysOn)?;
     }
     let resumed = client.bring_to(before);
-    // A failed test counts, also of a foot that does not resume.
+    // A failed test is returned even if the foot does not resume.
     if !matches!(verdict, Ok(SelfTestResult::Failed(_)) | Err(_)) {
         resumed?;
     }

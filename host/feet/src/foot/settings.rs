@@ -306,7 +306,7 @@ pub fn while_paused(
     done
 }
 
-/// Error of a failed write, for the settings that the foot has after it.
+/// Constructor of the error of a failed write, from the settings that the foot has after it.
 type ErrorWith = Box<dyn FnOnce(Undone) -> SettingsError>;
 
 fn not_taken(cause: RequestError) -> ErrorWith {

@@ -63,8 +63,8 @@ impl Image {
 pub struct FootProgram {
     /// Version; `None` while the bootloader runs.
     pub version: Option<String>,
-    /// Value of object 0x1F56: the first bytes of the program's hash; of one that a probe has written those of its
-    /// commit, or 0.
+    /// Value of object 0x1F56: the first bytes of the program's hash. For a program that was written with a probe, the
+    /// first bytes of its commit, or 0.
     pub identification: u32,
 }
 
@@ -87,13 +87,13 @@ pub enum UpdateStage {
 /// Result of an update.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Updated {
-    /// The foot, as messages name it.
+    /// Name of the foot in messages.
     pub foot: String,
     /// Serial number of the foot.
     pub serial: u32,
     /// Program before.
     pub before: FootProgram,
-    /// Program that runs now, and is confirmed; `None` if it ran before, and was only confirmed.
+    /// Program that runs now and is confirmed; `None` if it had been running before and was only confirmed.
     pub after: Option<FootProgram>,
 }
 
@@ -228,7 +228,7 @@ fn install(
             client.bring_to(state)?;
             return Err(error.into());
         }
-        client.turn_to_bootloader(STOP)?;
+        client.switch_to_bootloader(STOP)?;
         wait_for(client, serial, Runs::Bootloader, STOP)?;
     }
     let sent = send(client, &foot, image, &mut |step| report(&foot, step));
@@ -245,7 +245,7 @@ fn install(
         Ok(()) | Err(RequestError::NoAnswer { .. }) => {}
         Err(error) => return Err(why.unwrap_or_else(|| error.into())),
     }
-    client.turn_to_program();
+    client.switch_to_program();
     let runs = wait_for(client, serial, Runs::Program, INSTALL);
     if let Some(why) = why {
         if runs.is_ok() {
@@ -351,7 +351,7 @@ fn runs(client: &mut Client) -> Result<Runs, RequestError> {
     })
 }
 
-/// Number of the program that is in the slot of the running one.
+/// Reads the number of the running program.
 fn identification(client: &mut Client) -> Result<u32, RequestError> {
     client.read_number(index::PROGRAM_ID, 1)
 }

@@ -232,7 +232,7 @@ pub trait Link {
         LineClock::default()
     }
 
-    /// Returns the line as the serial line of a foot, if it is one: its program and its bootloader speak differently.
+    /// Returns the line as the serial line of a foot, if it is one: it must be switched between program and bootloader.
     fn as_serial_line(&mut self) -> Option<&mut SerialLine> {
         None
     }

@@ -23,11 +23,12 @@ use super::port::Port;
 use super::{Arrival, Arrived, LineClock, Link, LinkError, Sending};
 use crate::source::{DEFAULT_KBIT, SLCAN_RATES_KBIT};
 
-/// Serial line of a foot. The bootloader is an adapter that is open while it is spoken to; its port is that of both.
+/// Serial line of a foot. The adapter is open while the line is switched to the bootloader; otherwise its port carries
+/// messages of the program.
 pub struct SerialLine(SlcanAdapter);
 
 impl SerialLine {
-    /// Opens a serial port, to speak with a program.
+    /// Opens a serial port, switched to the program.
     ///
     /// # Errors
     /// The port is missing or cannot be used.
@@ -35,17 +36,17 @@ impl SerialLine {
         Ok(Self(SlcanAdapter::at(Port::open(port, baud)?)))
     }
 
-    /// Speaks with a bootloader from now on: CAN frames as text.
+    /// Switches to the bootloader, which sends CAN frames as text.
     ///
     /// # Errors
-    /// The line has broken, or there is no bootloader that answers.
-    pub fn speak_text(&mut self) -> Result<(), LinkError> {
+    /// The line has broken, or no bootloader responds.
+    pub fn switch_to_bootloader(&mut self) -> Result<(), LinkError> {
         // The bootloader has no bus: it accepts any rate.
         self.0.join(DEFAULT_KBIT)
     }
 
-    /// Speaks with a program from now on: messages.
-    pub fn speak_messages(&mut self) {
+    /// Switches to the program, which sends messages.
+    pub fn switch_to_program(&mut self) {
         self.0.leave();
     }
 }
@@ -311,13 +312,15 @@ mod tests {
     }
 
     #[test]
-    fn endless_line_is_limited_in_length() {
-        let mut words = SlcanParser::default();
+    fn endless_line_is_cut_off() {
+        let mut parser = SlcanParser::default();
         for _ in 0..100_000 {
-            assert_eq!(words.push(b't'), None);
+            assert_eq!(parser.push(b't'), None);
         }
-        assert!(words.line.len() <= LONGEST_LINE);
-        assert!(matches!(words.push(CR), Some(SlcanWord::Line(_))));
-        assert_eq!(words.push(CR), Some(SlcanWord::Done));
+        let Some(SlcanWord::Line(line)) = parser.push(CR) else {
+            panic!("the line is no frame");
+        };
+        assert_eq!(line.len(), LONGEST_LINE);
+        assert_eq!(parser.push(CR), Some(SlcanWord::Done));
     }
 }

@@ -183,11 +183,11 @@ mod tests {
         for (at, frame) in run(&mut robot, 12_000) {
             listener.frame("can0", &frame, at);
         }
-        let heard: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
+        let messages: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
         let stable = |row: &crate::decode::ContactRow| row.stable > 0.9;
-        let rows: Vec<_> = heard
+        let rows: Vec<_> = messages
             .iter()
-            .filter_map(|heard| match &heard.body {
+            .filter_map(|message| match &message.body {
                 MessageBody::Contact(row) => Some(row),
                 _ => None,
             })
@@ -196,7 +196,9 @@ mod tests {
         let share = rows.iter().filter(|row| stable(row)).count() as f64 / rows.len() as f64;
         assert!((0.2..0.9).contains(&share), "{share}");
         assert!(
-            heard.iter().any(|heard| matches!(heard.body, MessageBody::Load(load) if load > 10.0))
+            messages
+                .iter()
+                .any(|message| matches!(message.body, MessageBody::Load(load) if load > 10.0))
         );
     }
 
@@ -211,14 +213,14 @@ mod tests {
                 listener.bytes(&foot.to_string(), &bytes, robot.now());
             }
         }
-        let heard: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
+        let messages: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
         for foot in ["0", "1"] {
-            let of = |said: fn(&MessageBody) -> bool| {
-                let heard = heard.iter().filter(|heard| &*heard.foot.line == foot);
-                heard.filter(|heard| said(&heard.body)).count()
+            let of = |is_wanted: fn(&MessageBody) -> bool| {
+                let of_foot = messages.iter().filter(|message| &*message.foot.line == foot);
+                of_foot.filter(|message| is_wanted(&message.body)).count()
             };
-            assert_eq!(of(|said| matches!(said, MessageBody::Contact(_))), 500);
-            assert_eq!(of(|said| matches!(said, MessageBody::Raw(_))), 500);
+            assert_eq!(of(|body| matches!(body, MessageBody::Contact(_))), 500);
+            assert_eq!(of(|body| matches!(body, MessageBody::Raw(_))), 500);
         }
     }
 }

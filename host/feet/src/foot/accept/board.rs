@@ -1,4 +1,4 @@
-//! Board and sensor, without hands.
+//! Measurements of board and sensor that need no person.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use super::{AcceptStep, Figure, Person, StepFigures, figure};
 use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 
-/// Part of the hardware's name where the board is on USB and has the sensor on it.
+/// Part of the hardware name of boards on USB that carry the sensor.
 pub(super) const NANO: &str = "Nano RP2040";
 
 /// Polling interval of a value that the foot may not have yet.
@@ -42,7 +42,7 @@ pub(super) fn measure(client: &mut Client) -> StepFigures {
         costs.push(match cost {
             Ok(None) => limit.not_tested("the foot is simulated, lacks CAN, or has just started"),
             Ok(Some(cost)) => {
-                // A foot that measures times measures the stack, too, ten seconds after its start.
+                // A foot that measures times also measures the stack, from ten seconds after its start.
                 looks = STACK_LOOKS;
                 limit.measured(f64::from(cost) * unit)
             }
@@ -66,14 +66,14 @@ pub(super) fn measure(client: &mut Client) -> StepFigures {
     Ok(figures)
 }
 
-/// Reads the faults that last, as bits. Those of CAN do not count on a serial line: a CAN bus may be absent.
+/// Reads the active faults as bits; on a serial line without those of CAN, because a CAN bus may be absent.
 pub(super) fn faults(client: &mut Client) -> Result<u32, RequestError> {
     let bits: u32 = client.read_number(index::FAULTS, 0)?;
     let of_can = Faults::NONE.with(Fault::CanErrorPassive).with(Fault::CanBusOff);
     Ok(if client.node().is_some() { bits } else { bits & !of_can.bits() })
 }
 
-/// Number and names of faults, also of those that only a newer foot has.
+/// Returns the figure of active faults: their number and names, including faults that this version does not know.
 pub(super) fn of_faults(bits: u32) -> Figure {
     let faults = Faults::from_bits(bits);
     let mut names: Vec<_> = faults.iter().map(|fault| fault.name().to_owned()).collect();
@@ -84,7 +84,7 @@ pub(super) fn of_faults(bits: u32) -> Figure {
     figure::FAULTS.measured(f64::from(bits.count_ones())).with(names.join(", "))
 }
 
-/// Reads the hardware that the foot names.
+/// Reads the name of the hardware.
 pub(super) fn hardware(client: &mut Client) -> Result<String, RequestError> {
     client.read_text(Address::new(index::HARDWARE_VERSION, 0))
 }
@@ -95,7 +95,7 @@ pub(super) fn tick_us(client: &mut Client) -> Result<u64, RequestError> {
     Ok(u64::from(period_us.max(1)))
 }
 
-/// Reads a value up to `looks` times while the foot has none; `None` if it stays so.
+/// Reads a value up to `looks` times until the foot has one; `None` if it never has.
 fn poll<T>(
     client: &mut Client,
     looks: u32,
@@ -112,7 +112,7 @@ fn poll<T>(
     Ok(None)
 }
 
-/// Reads the temperature of the sensor, °C, which has no value while up is not yet known; `None` if it stays so.
+/// Reads the temperature of the sensor, °C. It is unknown until the attitude is initialised; `None` if it stays unknown.
 fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError> {
     poll(client, TEMPERATURE_LOOKS, |client| {
         let read = client.read(Address::new(index::TEMPERATURE, 0), DataType::Integer16)?;

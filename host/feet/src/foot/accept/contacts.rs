@@ -13,12 +13,13 @@ use super::{AcceptStep, Person, StepFigures, board, figure};
 use crate::foot::calibration;
 use crate::foot::client::{Client, RequestError};
 
-/// Number of taps, steps and loads that are asked for.
+/// Number of requested taps, steps and loads.
 const TAPS: usize = 5;
 const STEPS: usize = 10;
 const LOADS: usize = 3;
 
-/// Probability below which a tap is seen. It is above 0.99 at rest; a tap is over before all of the foot's mean is motion.
+/// Probability below which a tap is detected. It is above 0.99 at rest. A tap is shorter than the window of the mean, so
+/// that the probability does not fall to 0.
 const TAPPED: f32 = 0.9;
 
 /// Probability below which a sample counts as motion.
@@ -57,7 +58,7 @@ fn count(
     (name, wanted): (&str, usize),
     mut take: impl FnMut(&ContactRow) -> usize,
 ) -> Result<(), RequestError> {
-    let &mut Person { patience, ref mut tell, has_left } = person;
+    let (patience, tell, has_left) = person.parts();
     let mut told = 0;
     listen(client, has_left, patience, |row| {
         let count = take(row);
@@ -69,7 +70,7 @@ fn count(
     })
 }
 
-/// Taps, seen by their contacts.
+/// Taps, detected in the contacts.
 #[derive(Default)]
 struct TapCounter {
     /// Start of a tap from which the foot has not recovered, µs.
@@ -98,7 +99,7 @@ impl TapCounter {
 
 /// Measures taps on the sole.
 pub(super) fn taps(client: &mut Client, person: &mut Person) -> StepFigures {
-    let &mut Person { patience, ref mut tell, has_left } = person;
+    let (patience, tell, has_left) = person.parts();
     tell("put the foot down, let it rest, then tap its sole five times, two seconds apart");
     let mut is_ready = false;
     listen(client, has_left, patience, |row| {
@@ -174,7 +175,7 @@ pub(super) fn steps(client: &mut Client, person: &mut Person) -> StepFigures {
     Ok(vec![figure::STEPS.counted(steps.count), figure::STEPS_VALID.measured(percent), settled])
 }
 
-/// Measures loads, where the foot has a source of them.
+/// Measures loads, if the foot has a source of them.
 pub(super) fn load(client: &mut Client, person: &mut Person) -> StepFigures {
     if client.read_number(index::LOAD_INPUT, 1)? == 0 {
         return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
@@ -245,7 +246,7 @@ fn reports_stable(row: &ContactRow) -> bool {
 
 /// Measures a foot whose sensor is unplugged and plugged in again.
 pub(super) fn unplug(client: &mut Client, person: &mut Person) -> StepFigures {
-    let &mut Person { patience, ref mut tell, has_left } = person;
+    let (patience, tell, has_left) = person.parts();
     let hardware = board::hardware(client)?;
     if hardware.contains(board::NANO) || hardware == "simulated" {
         return Ok(AcceptStep::Unplug.not_tested("it cannot be unplugged"));

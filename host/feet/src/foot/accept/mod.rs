@@ -110,11 +110,21 @@ pub struct Person<'a> {
     pub has_left: &'a dyn Fn() -> bool,
 }
 
+/// Patience of a person, the function that shows a text, and the one that returns whether the person has left.
+type PersonParts<'a> = (Duration, &'a mut dyn FnMut(&str), &'a dyn Fn() -> bool);
+
+impl Person<'_> {
+    /// Borrows the parts one by one: texts are shown while the foot is watched.
+    fn parts(&mut self) -> PersonParts<'_> {
+        (self.patience, &mut *self.tell, self.has_left)
+    }
+}
+
 /// Measures the foot in these steps, in order.
 ///
-/// Figures are passed to `found` step by step; those of a step in which the person has left are not. On a serial line,
-/// raw samples are switched on meanwhile. A step in which the foot stops to respond, or starts again, has failed, and the
-/// next one is tried. Faults and sensor restarts that a step brings are figures beside its own.
+/// The figures of each step are passed to `found` when it ends, unless the person has left in it. New faults and sensor
+/// restarts in a step are figures beside its own. A step fails if the foot stops responding or restarts; the next one is
+/// done nevertheless. On a serial line, raw samples are switched on meanwhile.
 ///
 /// # Errors
 /// The line does not work, or the foot's settings could not be put back.
@@ -196,8 +206,8 @@ fn faults_in_step(
     Ok(figures)
 }
 
-/// Streams each contact and each raw sample, where the foot is on a serial line; returns the
-/// previous values of the settings that it changed.
+/// Switches on the stream of each contact and each raw sample if the foot is on a serial line. Returns the previous values
+/// of the changed settings.
 fn switch_on_streams(client: &mut Client) -> Result<SettingValues, AcceptError> {
     if client.node().is_some() {
         return Ok(SettingValues::new());

@@ -66,7 +66,7 @@ impl SampleTimes {
         }
         let all_us: u64 = spans.clone().map(|(_, (_, sum_us))| sum_us).sum();
         let period_us = all_us as f64 / edges as f64;
-        // Edges of another rate, or none, were counted as nominal ones, of which only some seem to occur.
+        // At another rate, or if samples are read by the timer, only some numbers of nominal edges seem to occur.
         let divisor = spans.clone().fold(0, |divisor, (k, _)| greatest_divisor(divisor, k));
         let is_off = |(k, (count, sum_us)): (u64, (u64, u64))| {
             let mean_us = sum_us as f64 / count as f64;
@@ -85,7 +85,7 @@ fn greatest_divisor(a: u64, b: u64) -> u64 {
 
 /// Measures a foot that lies still.
 pub(super) fn measure(client: &mut Client, person: &mut Person) -> StepFigures {
-    let &mut Person { patience, ref mut tell, has_left } = person;
+    let (patience, tell, has_left) = person.parts();
     tell("put the foot down level, and do not touch it for ten seconds");
     let period_us = contact_period_us(client)?;
     let mut stillness = RestDetector::default();
@@ -125,7 +125,7 @@ pub(super) fn measure(client: &mut Client, person: &mut Person) -> StepFigures {
         let (before, after) = (before.get(counter), after.get(counter));
         f64::from(after.wrapping_sub(before))
     };
-    // Where a CAN bus may be absent, its frames do not count.
+    // On a serial line a CAN bus may be absent, so that its frames do not count.
     let dropped = match client.node() {
         Some(_) => grown(Counter::CanDropped) + grown(Counter::UartDropped),
         None => grown(Counter::UartDropped),
@@ -139,10 +139,10 @@ pub(super) fn measure(client: &mut Client, person: &mut Person) -> StepFigures {
     Ok(figures)
 }
 
-/// Reads the period at which the foot sends contacts, µs; 0 where they are tied to SYNCs.
+/// Reads the period at which the foot sends contacts, µs; 0 if SYNCs trigger them.
 fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
     let ms = match client.node() {
-        // The transmission type of the contact's PDO; its timer counts without SYNCs alone.
+        // The transmission type of the contact's PDO; its timer applies only without SYNCs.
         Some(_) if (1..=240).contains(&client.read_number(index::TPDO, 2)?) => 0,
         Some(_) => client.read_number(index::TPDO, 5)?,
         None => client.read_number(index::UART_STREAMS, 1)?,
@@ -155,7 +155,7 @@ fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
     })
 }
 
-/// Reads how often the foot has started its sensor again.
+/// Reads the number of restarts of the sensor.
 pub(super) fn sensor_restarts(client: &mut Client) -> Result<u32, RequestError> {
     client.read_number(index::COUNTERS, Counter::SensorRestarts as u8 + 1)
 }

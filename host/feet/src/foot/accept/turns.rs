@@ -59,7 +59,8 @@ impl Turning {
         }
     }
 
-    /// Axis of the turn and its error, °, where gravity has moved to `up`: a turn about the vertical shows nothing.
+    /// Returns the axis of the turn and its error, °, if gravity has moved enough to `up`. A turn about the vertical does
+    /// not move gravity.
     fn error(&self, up: Vector) -> Option<(usize, f64)> {
         let moved = self.from.angle_to(up).max(self.from.angle_to(self.up));
         let across = self.angle + self.from * -self.angle.dot(self.from);
@@ -141,7 +142,7 @@ impl SidesProgress {
         self.sides.iter().all(Option::is_some) && self.turns.iter().all(Option::is_some)
     }
 
-    /// Axes that no turn was about.
+    /// Returns the axes about which there was no turn.
     fn missing_turns(&self) -> String {
         let missing = AXES.into_iter().zip(self.turns);
         let missing = missing.filter(|(_, turn)| turn.is_none());
@@ -152,7 +153,7 @@ impl SidesProgress {
 
 /// Measures the six sides of a foot, and a turn about each of its axes.
 pub(super) fn measure(client: &mut Client, person: &mut Person) -> StepFigures {
-    let &mut Person { patience, ref mut tell, has_left } = person;
+    let (patience, tell, has_left) = person.parts();
     tell("put the foot on each of its six sides, and let go of it for a second on each");
     let mut progress = SidesProgress::default();
     let mut has_asked = false;
