@@ -1,7 +1,7 @@
 //! True motion of a foot that follows a plan.
 //!
-//! A [`Track`] consists of [`Segment`]s: each step of the plan becomes a peel, a swing and a stance, which
-//! [`stride`] joins to the stance before. A segment has three positions and three angles, each a base path plus terms,
+//! A [`Track`] consists of segments: each step of the plan becomes a peel, a swing and a stance, which
+//! `stride` joins to the stance before. A segment has three positions and three angles, each a base path plus terms,
 //! and the load during contact. All of them are closed forms, so that velocity and acceleration are exact at any moment.
 
 use recordings::space::{Rotation, Vector};

@@ -139,7 +139,7 @@ impl MonitorState {
                     self.waits = true;
                 }
                 Update::Line(Fed::NotSent(error)) => {
-                    self.add_event(None, format!("not sent: {error}"))
+                    self.add_event(None, format!("not sent: {error}"));
                 }
                 Update::Line(Fed::Ended(error)) => {
                     self.add_event(None, with_hint(&error, error.hint()));

@@ -2,9 +2,9 @@
 //!
 //! | file | is played by |
 //! |---|---|
-//! | a log of CAN frames in any format that `footfall decode` reads | [`PlayedLog`] |
-//! | a recording of the serial line | [`PlayedBytes`] |
-//! | a recording of an IMU in any format that `footfall replay` reads, estimated here | [`imu`] |
+//! | a log of CAN frames in any format that `footfall decode` reads | `PlayedLog` |
+//! | a recording of the serial line | `PlayedBytes` |
+//! | a recording of an IMU in any format that `footfall replay` reads, estimated here | `imu` |
 
 mod imu;
 
