@@ -458,7 +458,7 @@ impl Part {
     }
 
     /// Returns the bank that an address refers to, if it is not the one described in
-    /// [`register`](crate::register): that of the embedded functions or of the sensor hub.
+    /// [`register`]: that of the embedded functions or of the sensor hub.
     fn other_bank(&self, address: u8) -> Option<Bank> {
         const SENSOR_HUB: u8 = 0b01;
         if address == register::FUNC_CFG_ACCESS.address {

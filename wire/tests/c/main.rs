@@ -104,7 +104,7 @@ fn serial_line(random: &mut SmallRng) -> Vec<u8> {
             0 => frame.truncate(random.random_range(0..frame.len() + 1)),
             1 => frame.extend((0..random.random_range(0..160)).map(|_| random.random::<u8>())),
             2 if frame.len() > 1 => {
-                frame[1] = Kind::ALL[random.random_range(0..Kind::ALL.len())].code()
+                frame[1] = Kind::ALL[random.random_range(0..Kind::ALL.len())].code();
             }
             _ => {}
         }
