@@ -202,7 +202,8 @@ const LONGEST_GAP_US: u64 = 10_000;
 /// Maximum time counted for an idle poll, µs; a longer gap means that the program has stalled.
 const LONGEST_WAIT_US: u64 = 50_000;
 
-/// Accumulated listening time.
+/// Accumulated listening time, against which silent feet are detected. A stall of this machine delays all feet, one after
+/// the other, and does not count.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Listening {
     us: u64,

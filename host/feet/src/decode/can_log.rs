@@ -200,7 +200,7 @@ fn printed_times(text: &str) -> LogTimes {
 /// Maximum number of bytes kept of a line, more than any line of a log has. Excess bytes are skipped.
 const LONGEST: usize = 4096;
 
-/// Iterates over the lines of a file.
+/// Reads the lines of a file one at a time, whatever their content and length.
 pub(crate) struct Lines<R> {
     source: R,
     number: u64,

@@ -829,8 +829,8 @@ impl From<RequestError> for Ended {
 }
 
 impl Client {
-    /// Writes bytes to an object of a node by block download. `sent` is called with the number of bytes that have
-    /// arrived.
+    /// Writes bytes of any length to an object of a node, with a CRC: block download of `CiA` 301 (7.2.4.3.9). `sent` is
+    /// called with the number of bytes that have arrived.
     ///
     /// # Errors
     /// The download is refused, or a response is missing: the download is aborted then.
@@ -979,6 +979,9 @@ const START: Duration = Duration::from_secs(5);
 /// Timeout for detecting a start; over CAN, the foot reports it at once.
 const HEARD: Duration = Duration::from_secs(2);
 
+/// Polling interval for a start.
+const LOOK: Duration = Duration::from_millis(5);
+
 impl Client {
     /// Resets the foot, waits for its first response, and restores its previous state, because a commanded reset
     /// leaves it in the pre-operational state. `node` is its new id, if that changes.
@@ -1093,12 +1096,9 @@ impl Client {
     }
 }
 
-/// Polling interval for a start.
-const LOOK: Duration = Duration::from_millis(5);
-
 impl Client {
     /// Returns the feet with these serial numbers (object 0x1018:4), in their order and each once, among the nodes of a
-    /// bus or the one foot of a serial line, which is `None`.
+    /// bus or the one foot of a serial line, which is `None`. Serial numbers stay with the boards when node ids change.
     ///
     /// # Errors
     /// No foot has one of the numbers, or the line does not work.
@@ -1114,7 +1114,7 @@ impl Client {
             }
             match self.serial_number() {
                 Ok(serial) => heard.push((serial, *foot)),
-                // It may be another one than those that are wanted.
+                // The silent foot may have another serial number.
                 Err(RequestError::NoAnswer { .. }) => {}
                 Err(error) => return Err(error),
             }

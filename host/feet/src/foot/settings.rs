@@ -376,8 +376,8 @@ fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: State
     }
 }
 
-/// Sets and stores the position of the board, with the default node id of that position, and restarts the
-/// board.
+/// Sets and stores the position of the board, with the default node id of that position, and restarts the board. A new
+/// board is the front left foot.
 ///
 /// # Errors
 /// Another board has this id, or the board does not accept the settings.

@@ -521,7 +521,7 @@ const MOST_PERIODS: i64 = 8;
 /// Modulus of the sequence numbers.
 const NUMBERS: i64 = 1 << 8;
 
-/// Mean period of the contacts of a foot.
+/// Mean period of the contacts of a foot, which gives the number of contacts made in a given time.
 #[derive(Clone, Copy, Debug, Default)]
 struct ContactPace {
     elapsed_us: u64,
@@ -608,7 +608,11 @@ const LARGEST_STEP_US: u64 = 100_000;
 /// Time of reception of the newest SYNC of each number.
 pub(super) type Syncs = BTreeMap<u8, Timestamp>;
 
-/// Offset from the clock of a foot to the clock of the log.
+/// Offset from the clock of a foot to the clock of the log, by numbered SYNCs, which reach all nodes at the same moment.
+///
+/// The log holds the time of reception of the SYNC, the foot reports the time on its own clock, both with the SYNC's
+/// number. The difference is the offset to add to the foot's clock. It includes the delay of the reception, which varies,
+/// so the median of several differences is used.
 #[derive(Clone, Debug, Default)]
 struct SyncAlignment {
     /// Recent differences, µs, newest last.

@@ -430,7 +430,7 @@ const fn kind_name(pdo: Pdo) -> &'static str {
 /// milliseconds; the first SYNC that a foot reports follows within a tenth of a second.
 const KEPT: usize = 4096;
 
-/// The newest rows of a log, and the number of rows already handed on.
+/// The newest rows of a log, which further frames may still complete, and the number of rows already handed on.
 #[derive(Default)]
 pub(crate) struct Pending {
     rows: VecDeque<ContactRow>,

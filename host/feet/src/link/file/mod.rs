@@ -193,7 +193,7 @@ impl PlayedLog {
 /// Maximum size of one read, bytes.
 const PIECE: usize = 4096;
 
-/// Recording of a serial line, read piece by piece.
+/// Recording of a serial line, read piece by piece and timed by the contact messages in it.
 struct PlayedBytes {
     port: Arc<str>,
     source: Box<dyn Read>,
