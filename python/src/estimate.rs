@@ -14,6 +14,7 @@ use recordings::samples::{RecordedSample, Recording, VALIDITIES};
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};
 use crate::result::run;
+use crate::words::refused;
 
 /// Arrays of a recording, for use without the interpreter lock.
 struct Recorded<'a> {
@@ -220,7 +221,7 @@ pub(crate) fn calibrate<'py>(
     settings: SettingsArguments,
 ) -> PyResult<(String, String)> {
     let settings = settings.read()?.of_unnamed_foot()?;
-    let mut calibration = LearntCalibration::new(&settings.params()).map_err(value_error)?;
+    let mut calibration = LearntCalibration::new(&settings.params()).map_err(refused)?;
     for (place, arguments) in recordings.into_iter().enumerate() {
         let arrays = Arrays::of(arguments, &settings)?;
         let recorded = arrays.recorded()?;
@@ -236,7 +237,7 @@ pub(crate) fn calibrate<'py>(
         let learnt = py.detach(|| calibration.add(&recording, || ()));
         learnt.map_err(|error| value_error(format!("parameter {error}")))?;
     }
-    let foot = calibration.finish().map_err(value_error)?;
+    let foot = calibration.finish().map_err(refused)?;
     let mut file = RobotFile::keeping("").map_err(value_error)?;
     file.set_learnt(&foot);
     let keys: toml::Value = toml::from_str(&file.text()).map_err(value_error)?;
@@ -249,7 +250,7 @@ pub(crate) fn calibrate<'py>(
 fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
     let rate = settings.hints.sample_rate;
     match times_us {
-        Some(times) => rate_of_times(times, rate).map_err(value_error),
+        Some(times) => rate_of_times(times, rate).map_err(refused),
         None => rate
             .ok_or_else(|| value_error("give the times t in s, or the sample rate in Hz as rate")),
     }

@@ -25,6 +25,7 @@ mod reading;
 mod result;
 mod simulation;
 mod stream;
+mod words;
 
 use pyo3::prelude::*;
 

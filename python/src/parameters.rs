@@ -7,6 +7,7 @@ use estimator_core::{Gravity, Params};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
+use recordings::hint::Notice;
 use recordings::input::{BagOptions, Format, Hints, TableOptions};
 
 /// Settings of the estimator, and properties of the recording.
@@ -106,7 +107,7 @@ impl Settings {
     }
 
     /// Returns a notice if the window of the preset lasts longer or shorter than the paper's.
-    pub(crate) fn window_notice(&self, format: Format, name: &str, rate: f32) -> Option<String> {
+    pub(crate) fn window_notice(&self, format: Format, name: &str, rate: f32) -> Option<Notice> {
         let params = self.resolved.params(format);
         let preset = self.resolved.preset;
         preset.window_notice(format, &params, name, rate)

@@ -13,8 +13,9 @@ use pyo3::exceptions::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::config::{GRAVITIES, Resolved, word_of};
+use recordings::file_kind::FileKind;
 use recordings::input::{
-    About, BagOptions, ContactUse, ContainerError, Format, Hints, InputError, Opened, Stored,
+    About, BagOptions, ContactUse, Format, Hints, InputError, Opened, Problem, Stored,
     TableOptions, Topics,
 };
 use recordings::output::seconds;
@@ -24,6 +25,7 @@ use recordings::space::components;
 use crate::arrays::table;
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
 use crate::result::{Estimated, Failure, run, run_recorded};
+use crate::words::{all_said, refused, said};
 
 /// Columns of a recording, filled without the interpreter lock.
 #[derive(Default)]
@@ -104,27 +106,22 @@ impl ReadOptions {
 /// Returns the Python exception of an error: a subclass of `OSError` if the file cannot be read, `ImportError` if a feature
 /// or a program is missing, `ValueError` if the content is wrong.
 pub(crate) fn input_error(error: InputError) -> PyErr {
-    match error {
-        InputError::Unreadable { ref source, .. } | InputError::Spool { ref source, .. } => {
-            let text = error.to_string();
-            match source.kind() {
-                io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),
-                io::ErrorKind::PermissionDenied => PyPermissionError::new_err(text),
-                io::ErrorKind::IsADirectory => PyIsADirectoryError::new_err(text),
-                _ => PyOSError::new_err(text),
-            }
-        }
-        InputError::Container(ContainerError::NotBuilt { file, feature, .. }) => {
-            PyImportError::new_err(format!(
-                "{file} needs the feature {feature}, and this footfall is built without it; build it with: \
-                 pip install ./python --config-settings build-args='--features {feature}'"
-            ))
-        }
+    let text = said(&error);
+    match error.problem {
+        Problem::Unreadable(source) | Problem::Spool(source) => match source.kind() {
+            io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),
+            io::ErrorKind::PermissionDenied => PyPermissionError::new_err(text),
+            io::ErrorKind::IsADirectory => PyIsADirectoryError::new_err(text),
+            _ => PyOSError::new_err(text),
+        },
+        Problem::NotBuilt { feature, .. } => PyImportError::new_err(format!(
+            "{} needs the feature {feature}, and this footfall is built without it; build it with: \
+             pip install ./python --config-settings build-args='--features {feature}'",
+            error.file
+        )),
         // A program is missing on this machine; the file is not at fault.
-        InputError::Container(ref cause) if cause.is_of_this_machine() => {
-            PyImportError::new_err(error.to_string())
-        }
-        other => value_error(other),
+        Problem::Foreign(FileKind::Ros1Bag) => PyImportError::new_err(text),
+        _ => value_error(text),
     }
 }
 
@@ -149,7 +146,7 @@ pub(crate) fn read<'py>(
         let stored = opened.store_all(&hints)?.into_iter();
         let file = path.display().to_string();
         let columns = stored.map(columns).collect::<Result<Vec<_>, _>>();
-        let columns = columns.map_err(|source| InputError::Spool { file, source })?;
+        let columns = columns.map_err(|source| InputError::spool(&file, source))?;
         Ok((format, columns))
     });
     let (format, recordings) = read.map_err(input_error)?;
@@ -169,7 +166,7 @@ pub(crate) fn estimate_file<'py>(
     let settings = settings.read()?;
     let (hints, format) = options.hints(&settings.resolved)?;
     let checked = settings.resolved.check_before_reading(format.unwrap_or(Format::Csv));
-    checked.map_err(value_error)?;
+    checked.map_err(refused)?;
     let feet = py.detach(|| {
         let opened = Opened::new(&path, format).map_err(input_error)?;
         let format = opened.format();
@@ -189,7 +186,7 @@ pub(crate) fn estimate_file<'py>(
         let dict = estimated.into_dict(py)?;
         dict.set_item("recording", about.name)?;
         dict.set_item("foot", about.foot.or_else(|| foot.clone()))?;
-        dict.set_item("notices", about.notices)?;
+        dict.set_item("notices", all_said(&about.notices))?;
         Ok(dict)
     };
     feet.into_iter().map(into_dict).collect()
@@ -269,7 +266,7 @@ impl RecordingColumns {
         dict.set_item("format", format.name())?;
         dict.set_item("rate", f64::from(about.sample_rate))?;
         dict.set_item("gravity", word_of(&GRAVITIES, about.gravity))?;
-        dict.set_item("notices", about.notices)?;
+        dict.set_item("notices", all_said(&about.notices))?;
         dict.set_item("t", self.time_s.into_pyarray(py))?;
         dict.set_item("acc", table(self.acc, 3).into_pyarray(py))?;
         dict.set_item("gyr", table(self.gyr, 3).into_pyarray(py))?;

@@ -12,7 +12,6 @@ import pyarrow.parquet as parquet
 import pytest
 
 import footfall
-from footfall._words import with_arguments
 
 TABLES = pytest.mark.parametrize("library", ["pandas", "polars"])
 
@@ -104,24 +103,6 @@ def test_classifier_has_the_parameters_of_its_constructor() -> None:
         other.predict([1.0, 2.0, 3.0])
     sklearn = pytest.importorskip("sklearn.base")
     assert sklearn.clone(one).get_params() == one.get_params()
-
-
-@pytest.mark.parametrize(
-    ("message", "expected"),
-    [
-        ("it must be given: --sample-rate HZ", "it must be given: rate="),
-        ("in g: --units g,dps.", 'in g: units="g,dps".'),
-        ("--map says which, such as --map ax=a,ay=b", 'map= says which, such as map="ax=a,ay=b"'),
-        ("--times drop-bad leaves such rows out", 'times="drop-bad" leaves such rows out'),
-        ("choose with --frame, or --topic all: /a", 'choose with frame=, or topic="all": /a'),
-        ("--topic, --frame and --load-topic are for mcap", "topic=, frame= and load_topic= are for mcap"),
-        ("where the foot has z: --axes -x,z,y", 'where the foot has z: axes="-x,z,y"'),
-        ("--features all", "--features all"),
-    ],
-)
-def test_options_of_the_program_become_arguments(message: str, expected: str) -> None:
-    assert with_arguments(message) == expected
-    assert with_arguments(expected) == expected
 
 
 def test_errors_and_findings_name_arguments(tmp_path: Path) -> None:

@@ -7,14 +7,15 @@ use feet::decode::DecodeError;
 use feet::decode::feet::NamedTwice;
 use feet::link::{LinkError, RecordingError};
 use recordings::calibrate::CalibrationError;
-use recordings::config::{ConfigError, ParameterRefusal};
-use recordings::input::{ContainerError, InputError};
+use recordings::config::{ConfigError, NoSuchFoot, ParameterRefusal};
+use recordings::input::{InputError, Problem};
 use recordings::replay::ReplayError;
 use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
 use crate::foot_error::{FootError, with_hint};
+use crate::words::said;
 
 /// Reason a command failed.
 #[derive(Debug, Error)]
@@ -23,7 +24,7 @@ pub enum Error {
     #[error(transparent)]
     NotBuilt(#[from] NotBuilt),
     /// The recording cannot be used.
-    #[error(transparent)]
+    #[error("{}", said(.0))]
     Input(InputError),
     /// The input of a decoding cannot be used.
     #[error(transparent)]
@@ -43,10 +44,10 @@ pub enum Error {
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
     /// The parameters are invalid; described by the option or key that sets them.
-    #[error(transparent)]
+    #[error("{}", said(.0))]
     Refused(#[from] ParameterRefusal),
     /// The recordings do not contain the data a calibration needs.
-    #[error(transparent)]
+    #[error("{}", said(.0))]
     Calibration(#[from] CalibrationError),
     /// A recording is implausible and `--strict` is given.
     #[error("{file}: --strict does not let {count} of the above pass")]
@@ -167,8 +168,8 @@ pub enum Error {
         what: String,
     },
     /// Axes are given for a foot that is not in the recordings.
-    #[error(transparent)]
-    NoSuchFoot(#[from] recordings::config::NoSuchFoot),
+    #[error("{}", said(.0))]
+    NoSuchFoot(#[from] NoSuchFoot),
     /// The viewer server failed.
     #[cfg(feature = "foxglove")]
     #[error(transparent)]
@@ -207,10 +208,10 @@ impl From<LinkError> for Error {
 /// An unsupported format is reported as a missing feature.
 impl From<InputError> for Error {
     fn from(error: InputError) -> Self {
-        if let InputError::Container(ContainerError::NotBuilt { file, feature, .. }) = &error
+        if let Problem::NotBuilt { feature, .. } = error.problem
             && let Some(feature) = Feature::of_name(feature)
         {
-            Self::NotBuilt(feature.missing_for(file))
+            Self::NotBuilt(feature.missing_for(error.file))
         } else {
             Self::Input(error)
         }

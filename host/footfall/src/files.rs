@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use recordings::input::{InputError, recording_name};
+use recordings::input::{InputError, Place, Problem, recording_name};
 use recordings::replay::Layout;
 use recordings::whole_file::WholeFile;
 use thiserror::Error;
@@ -150,7 +150,8 @@ pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
         let is_same =
             |before: &PathBuf| same_file(before, input) || (is_standard && before == input);
         if inputs[..k].iter().any(is_same) {
-            return Err(InputError::Twice { file: named(input) });
+            let (file, problem) = (named(input), Problem::Twice);
+            return Err(InputError { file, place: Place::File, problem });
         }
     }
     Ok(())

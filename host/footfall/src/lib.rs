@@ -16,7 +16,7 @@
 //! | summaries on standard output, as text or JSON | [`report`] |
 //! | checking and writing output files | [`files`] |
 //! | removing unfinished files on interruption | [`interruption`] |
-//! | messages on standard error | [`messages`] |
+//! | messages on standard error, in words of the command line | [`messages`], [`words`] |
 //! | optional features | [`feature`] |
 
 pub mod commands;
@@ -31,5 +31,6 @@ pub mod progress;
 pub mod report;
 pub mod ros;
 pub mod stream;
+pub mod words;
 
 pub use error::Error;

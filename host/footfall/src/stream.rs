@@ -11,10 +11,12 @@ use feet::feed::Fed;
 use feet::link::{LineClock, Remark};
 use feet::session::SEVERAL_BOARDS;
 use feet::{Feed, LinkError, Session, Source, Update};
+use recordings::hint::Hint;
 
 use crate::error::Error;
 use crate::interruption::is_interrupted;
 use crate::messages::warn;
+use crate::words::said;
 
 /// Time without arrivals after which [`Sink::idle`] is called.
 const QUIET: Duration = Duration::from_millis(200);
@@ -254,9 +256,11 @@ pub fn unless_ended(ended: Option<LinkError>) -> Result<(), Error> {
 /// Returns a remark about a recording that is played, in words. Commands that play accept the options that a finding
 /// advises, except `--gravity`.
 pub fn remark_text(remark: &Remark) -> String {
-    let text = remark.to_string();
-    let is_of_convert = matches!(remark, Remark::Implausible(..)) && text.contains("--gravity");
-    if is_of_convert { text + ", in footfall convert" } else { text }
+    let is_of_convert = matches!(
+        remark,
+        Remark::Implausible(_, finding) if matches!(finding.hint(), Some(Hint::Gravity(_)))
+    );
+    said(remark) + if is_of_convert { ", in footfall convert" } else { "" }
 }
 
 fn warn_of_waiting(error: &LinkError) {

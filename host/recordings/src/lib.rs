@@ -19,6 +19,7 @@
 //! | part | module |
 //! |---|---|
 //! | kinds of files by their first bytes; gzip and zstd | [`file_kind`], [`compressed`] |
+//! | hints of errors, findings and notices, in the words of a program | [`hint`] |
 //! | messages of ROS 2 | [`ros`] |
 //! | vectors and rotations in f64 | [`space`] |
 //! | numbers in messages, enums whose variants have names | [`number`], [`mod@named`] |
@@ -29,6 +30,7 @@ pub mod config;
 pub mod estimate;
 pub mod events;
 pub mod file_kind;
+pub mod hint;
 pub mod input;
 pub mod jobs;
 pub mod mounting;

@@ -4,14 +4,17 @@
 //! Rest is the tenth of the recording with the quietest accelerations, in pieces of 0.1 s. The findings about a
 //! foot that never rests may be wrong, and no finding is an error by itself.
 
+use std::fmt::{self, Formatter};
+
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Gravity, Mounting, Timestamp, Validity, Vec3};
-use thiserror::Error;
 
+use crate::hint::{Hint, Say, Vocabulary};
 use crate::input::rate::{Steps, median};
+use crate::input::{AccelerationUnit, RateUnit};
 use crate::mounting;
-use crate::mounting::axes_text;
 use crate::samples::{RecordedSample, Recording};
+use crate::say_plainly;
 use crate::space::components;
 
 /// Value of |a| at rest from which it cannot be gravity, whatever the motion of a foot at its quietest, m/s².
@@ -33,27 +36,19 @@ const NEAR: f32 = 1.2;
 const NO_GRAVITY: f32 = 0.5;
 
 /// One implausible property of a recording.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
     /// Accelerations look like g, but are read as m/s².
-    #[error("the acceleration is {at_rest:.2} m/s² at rest, which looks like g: --units g")]
     AccelerationInG {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// Accelerations are in an unsupported unit, or of another full scale.
-    #[error(
-        "the acceleration is {at_rest:.*} m/s² at rest, {:.*} times gravity, so it is in another unit or of another full scale: --units m/s2, g or mg, or --scale with the value of a count",
-        decimals(*at_rest), decimals(*at_rest), at_rest / STANDARD_GRAVITY
-    )]
     AccelerationInOtherUnit {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// Samples have an axis that is not a number.
-    #[error(
-        "{samples} of {of} samples have an axis that is blank or no number, and are invalid: where accelerations and rates have rows of their own, join these first (pandas.merge_asof)"
-    )]
     NotNumbers {
         /// Number of such samples.
         samples: u64,
@@ -61,39 +56,26 @@ pub enum Finding {
         of: u64,
     },
     /// Angular rates look like °/s, but are read as rad/s.
-    #[error(
-        "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like °/s: --units dps"
-    )]
     RateInDegrees {
         /// Rate exceeded by one sample in a hundred, rad/s.
         percentile: f32,
     },
     /// The angular rate stays the same while the acceleration changes.
-    #[error(
-        "the angular rate is the same in each sample for {longest_s:.1} s, though the acceleration changes: the gyroscope is off, dead, or not recorded"
-    )]
     DeadGyroscope {
         /// Longest such time, s.
         longest_s: f64,
     },
     /// Gravity is declared removed, but is included.
-    #[error(
-        "gravity is declared removed, but the acceleration is {at_rest:.2} m/s² at rest: --gravity included"
-    )]
     GravityIncluded {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// Gravity is declared included, but is missing.
-    #[error(
-        "gravity is declared included, but the acceleration is {at_rest:.2} m/s² at rest: --gravity removed"
-    )]
     GravityRemoved {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// At rest, gravity is not along the z axis.
-    #[error("{up} is up at rest, where the foot has z: --axes {}", axes_text(axes))]
     GravityNotAlongZ {
         /// The axis that is up, such as `-x`.
         up: &'static str,
@@ -101,10 +83,6 @@ pub enum Finding {
         axes: Mounting,
     },
     /// The clock jumps.
-    #[error(
-        "the clock jumps {}, by up to {longest_s:.1} s: samples are missing, or --times rate",
-        times(*count)
-    )]
     ClockJumps {
         /// Number of jumps.
         count: usize,
@@ -112,18 +90,11 @@ pub enum Finding {
         longest_s: f64,
     },
     /// Rows arrive in batches.
-    #[error(
-        "{:.0} % of the rows come right after another, as if they arrive in batches: --times rate",
-        100.0 * share
-    )]
     Batches {
         /// The share of steps that are much shorter than the mean, in [0, 1].
         share: f64,
     },
     /// Rows come more often than new readings of the sensor.
-    #[error(
-        "{samples} of {of} samples repeat the one before in all axes: the sensor was read at about {rate:.0} Hz, and its readings were held"
-    )]
     HeldReadings {
         /// Number of samples that repeat the one before.
         samples: u64,
@@ -133,13 +104,25 @@ pub enum Finding {
         rate: f32,
     },
     /// A window has few samples.
-    #[error(
-        "{rate} Hz is too low for the windows of the estimate, which was chosen with {LOWEST_RATE} Hz and more"
-    )]
     LowRate {
         /// The sample rate, Hz.
         rate: f32,
     },
+}
+
+say_plainly!(Finding);
+
+impl Say for Finding {
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        self.write(f)?;
+        match self.hint() {
+            Some(hint) => {
+                f.write_str(": ")?;
+                hint.say(words, f)
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// Names of all findings, with their conditions.
@@ -181,6 +164,85 @@ impl Finding {
             Self::Batches { .. } => "batches",
             Self::HeldReadings { .. } => "held_readings",
             Self::LowRate { .. } => "low_rate",
+        }
+    }
+
+    /// Returns what to do about the finding, where the values show it.
+    #[must_use]
+    pub const fn hint(&self) -> Option<Hint> {
+        Some(match self {
+            Self::AccelerationInG { .. } => {
+                Hint::AccelerationUnit(AccelerationUnit::StandardGravity)
+            }
+            Self::AccelerationInOtherUnit { .. } => Hint::OtherUnit,
+            Self::RateInDegrees { .. } => Hint::RateUnit(RateUnit::DegreesPerSecond),
+            Self::GravityIncluded { .. } => Hint::Gravity(Gravity::Included),
+            Self::GravityRemoved { .. } => Hint::Gravity(Gravity::Removed),
+            Self::GravityNotAlongZ { axes, .. } => Hint::Axes(*axes),
+            Self::ClockJumps { .. } => Hint::MissingSamples,
+            Self::Batches { .. } => Hint::SpaceRows,
+            Self::NotNumbers { .. }
+            | Self::DeadGyroscope { .. }
+            | Self::HeldReadings { .. }
+            | Self::LowRate { .. } => return None,
+        })
+    }
+
+    /// Writes what is not plausible.
+    fn write(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AccelerationInG { at_rest } => {
+                write!(f, "the acceleration is {at_rest:.2} m/s² at rest, which looks like g")
+            }
+            Self::AccelerationInOtherUnit { at_rest } => write!(
+                f,
+                "the acceleration is {at_rest:.digits$} m/s² at rest, {:.digits$} times gravity, so it is in another \
+                 unit or of another full scale",
+                at_rest / STANDARD_GRAVITY,
+                digits = decimals(*at_rest)
+            ),
+            Self::NotNumbers { samples, of } => write!(
+                f,
+                "{samples} of {of} samples have an axis that is blank or no number, and are invalid: where accelerations \
+                 and rates have rows of their own, join these first (pandas.merge_asof)"
+            ),
+            Self::RateInDegrees { percentile } => write!(
+                f,
+                "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like °/s"
+            ),
+            Self::DeadGyroscope { longest_s } => write!(
+                f,
+                "the angular rate is the same in each sample for {longest_s:.1} s, though the acceleration changes: the \
+                 gyroscope is off, dead, or not recorded"
+            ),
+            Self::GravityIncluded { at_rest } => write!(
+                f,
+                "gravity is declared removed, but the acceleration is {at_rest:.2} m/s² at rest"
+            ),
+            Self::GravityRemoved { at_rest } => write!(
+                f,
+                "gravity is declared included, but the acceleration is {at_rest:.2} m/s² at rest"
+            ),
+            Self::GravityNotAlongZ { up, .. } => {
+                write!(f, "{up} is up at rest, where the foot has z")
+            }
+            Self::ClockJumps { count, longest_s } => {
+                write!(f, "the clock jumps {}, by up to {longest_s:.1} s", times(*count))
+            }
+            Self::Batches { share } => write!(
+                f,
+                "{:.0} % of the rows come right after another, as if they arrive in batches",
+                100.0 * share
+            ),
+            Self::HeldReadings { samples, of, rate } => write!(
+                f,
+                "{samples} of {of} samples repeat the one before in all axes: the sensor was read at about {rate:.0} Hz, \
+                 and its readings were held"
+            ),
+            Self::LowRate { rate } => write!(
+                f,
+                "{rate} Hz is too low for the windows of the estimate, which was chosen with {LOWEST_RATE} Hz and more"
+            ),
         }
     }
 
@@ -660,7 +722,7 @@ mod tests {
     use super::*;
     use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
-    use crate::mounting::parse_axes;
+    use crate::mounting::{axes_text, parse_axes};
 
     #[test]
     fn quantile_is_right_to_its_bin() {
@@ -795,11 +857,11 @@ mod tests {
         recording.gravity = Gravity::Removed;
         assert_eq!(found(&recording), ["gravity_included"]);
         let said = check(&recording)[0].to_string();
-        assert!(said.ends_with(" m/s² at rest: --gravity included"), "{said}");
+        assert!(said.ends_with(" m/s² at rest: gravity included"), "{said}");
         let mut recording = with_force(|force| Vec3::new(force.x, force.y, force.z - 9.81));
         assert_eq!(found(&recording), ["gravity_removed"]);
         let said = check(&recording)[0].to_string();
-        assert!(said.ends_with(" m/s² at rest: --gravity removed"), "{said}");
+        assert!(said.ends_with(" m/s² at rest: gravity removed"), "{said}");
         recording.gravity = Gravity::Removed;
         assert_eq!(found(&recording), [""; 0]);
     }
@@ -831,7 +893,7 @@ mod tests {
         };
         assert_eq!(
             finding.with_mounting(&wrong).to_string(),
-            "x is up at rest, where the foot has z: --axes -x,z,y"
+            "x is up at rest, where the foot has z: axes -x,z,y"
         );
         let right = parse_axes("-x,z,y").expect("axes");
         let recording = with_force(|f| right.turn(Vec3::new(f.x, f.z, -f.y)));
@@ -879,12 +941,12 @@ mod tests {
             let found = found(&with_force(scaled(factor)));
             assert_eq!(found, ["acceleration_in_other_unit"], "{factor}");
         }
-        // As read with --units g.
+        // As read in g.
         let counts = check(&with_force(scaled(16384.0)));
         assert_eq!(
             counts[0].to_string(),
             "the acceleration is 160800 m/s² at rest, 16397 times gravity, so it is in another unit or of \
-         another full scale: --units m/s2, g or mg, or --scale with the value of a count"
+         another full scale: units m/s2, g or mg, or scale with the value of a count"
         );
     }
 
@@ -910,7 +972,7 @@ mod tests {
         assert_eq!(found(&gap(500_000)), [""; 0]);
         assert_eq!(
             check(&gap(5_000_000))[0].to_string(),
-            "the clock jumps once, by up to 5.0 s: samples are missing, or --times rate"
+            "the clock jumps once, by up to 5.0 s: samples are missing, or times rate"
         );
     }
 

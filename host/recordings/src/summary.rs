@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::config::preset::Preset;
 use crate::config::value::{GRAVITIES, LEARNINGS, METHODS, word_of};
+use crate::hint::{Notice, Say, Vocabulary};
 use crate::input::Correction;
 use crate::input::Format;
 use crate::input::Repairs;
@@ -80,23 +81,24 @@ pub struct FindingReport {
 }
 
 impl InputReport {
-    /// Reports the notices, repairs and findings of a file.
+    /// Reports the notices, repairs and findings of a file, in the words of a program.
     #[must_use]
     pub fn new(
         file: &str,
         format: Format,
-        notices: &[String],
+        notices: &[Notice],
         repairs: Repairs,
         findings: &[Finding],
+        words: &dyn Vocabulary,
     ) -> Self {
         let report = |finding: &Finding| FindingReport {
             name: finding.name(),
-            message: finding.to_string(),
+            message: finding.said(words),
         };
         Self {
             file: file.to_owned(),
             format: format.name(),
-            notices: notices.to_vec(),
+            notices: notices.iter().map(|notice| notice.said(words)).collect(),
             blank_rows: repairs.blank_rows,
             dropped_rows: repairs.dropped_rows,
             retimed_rows: repairs.retimed_rows,

@@ -10,7 +10,6 @@ from typing import Any
 from . import _footfall
 from ._recording import Recording
 from ._settings import Config, Preset, settings
-from ._words import arguments_in_errors
 
 
 @dataclass(frozen=True)
@@ -54,6 +53,5 @@ def calibrate(
         raise ValueError("recordings differ in their axes")
     chosen = settings(preset, config, first.gravity, None, first.axes, first.format)
     arrays = [recording._arrays() for recording in several]
-    with arguments_in_errors():
-        keys, report = _footfall.calibrate(arrays, chosen)
+    keys, report = _footfall.calibrate(arrays, chosen)
     return Calibration(config=json.loads(keys), report=json.loads(report))

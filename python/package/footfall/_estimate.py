@@ -21,7 +21,6 @@ from ._settings import (
     read_options,
     settings,
 )
-from ._words import arguments_in_errors
 
 
 def estimate(
@@ -89,8 +88,7 @@ def estimate(
         "load": None if load is None else floats(load),
         "validity": None if validity is None else np.ascontiguousarray(validity, dtype=np.uint8),
     }
-    with arguments_in_errors():
-        arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate, axes))
+    arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate, axes))
     return Result._of(arrays)
 
 
@@ -153,6 +151,5 @@ def estimate_file(
         scale, decimal, estimate_again,
     )
     chosen = settings(preset, config, gravity, rate, axes)
-    with arguments_in_errors():
-        feet = _footfall.estimate_file(os.fspath(path), options, chosen, foot)
+    feet = _footfall.estimate_file(os.fspath(path), options, chosen, foot)
     return [Result._of(arrays) for arrays in feet]

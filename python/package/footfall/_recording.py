@@ -24,7 +24,6 @@ from ._settings import (
     read_options,
     settings,
 )
-from ._words import arguments_in_errors, with_arguments
 
 if TYPE_CHECKING:
     import pyarrow
@@ -67,7 +66,7 @@ class Recording:
 
     @classmethod
     def _of(cls: type[R], arrays: dict[str, Any]) -> R:
-        return cls(**arrays | {"notices": tuple(map(with_arguments, arrays["notices"]))})
+        return cls(**arrays | {"notices": tuple(arrays["notices"])})
 
     def __len__(self) -> int:
         return len(self.t)
@@ -108,8 +107,7 @@ class Recording:
             As in :func:`footfall.estimate`.
         """
         chosen = settings(preset, config, self.gravity, self.rate, self.axes, self.format)
-        with arguments_in_errors():
-            arrays = _footfall.estimate(self._arrays(), chosen)
+        arrays = _footfall.estimate(self._arrays(), chosen)
         named = {"recording": self.name, "foot": self.foot, "notices": self.notices}
         return Result._of(arrays | named)
 
@@ -198,8 +196,7 @@ def read(
         format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,
         scale, decimal,
     )
-    with arguments_in_errors():
-        feet = _footfall.read(os.fspath(path), options)
+    feet = _footfall.read(os.fspath(path), options)
     return [Recording._of(arrays | {"axes": axes}) for arrays in feet]
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ._footfall import AXES, FLAGS, STATES
-from ._words import with_arguments
 
 if TYPE_CHECKING:
     import pandas
@@ -99,13 +98,11 @@ class Result:
 
     @classmethod
     def _of(cls, arrays: dict[str, Any]) -> Result:
-        findings = tuple(
-            Finding(name, with_arguments(message)) for name, message in arrays.pop("findings")
-        )
+        findings = tuple(Finding(*finding) for finding in arrays.pop("findings"))
         for name in ("learnt", "first_gyro_bias"):
             arrays[name] = np.asarray(arrays[name], dtype=np.float32)
         events = tuple(Event(*event) for event in arrays.pop("events"))
-        arrays["notices"] = tuple(map(with_arguments, arrays.get("notices", ())))
+        arrays["notices"] = tuple(arrays.get("notices", ()))
         return cls(**arrays, findings=findings, _events=events)
 
     def __len__(self) -> int:

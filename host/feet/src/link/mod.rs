@@ -26,6 +26,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use estimator_core::Timestamp;
+use recordings::hint::{Notice, Say, Vocabulary};
 use recordings::plausible::Finding;
 use thiserror::Error;
 use wire::CanFrame;
@@ -71,23 +72,28 @@ pub enum Arrival {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Remark {
     /// How the recording was read.
-    Read(String),
+    Read(Notice),
     /// The accelerations of this foot have no gravity.
     NoGravity(Arc<str>),
     /// A property of this foot's recording is implausible, such as the unit of its accelerations.
     Implausible(Arc<str>, Finding),
 }
 
-impl fmt::Display for Remark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+recordings::say_plainly!(Remark);
+
+impl Say for Remark {
+    fn say(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Read(notice) => f.write_str(notice),
+            Self::Read(notice) => notice.say(words, f),
             Self::NoGravity(foot) => write!(
                 f,
                 "{foot}: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
                  gravity by the estimated orientation"
             ),
-            Self::Implausible(foot, finding) => write!(f, "{foot}: {finding}"),
+            Self::Implausible(foot, finding) => {
+                write!(f, "{foot}: ")?;
+                finding.say(words, f)
+            }
         }
     }
 }

@@ -25,6 +25,7 @@ use crate::files::{self, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
 use crate::report::{Described, SummaryStyle, print};
+use crate::words::{CommandLine, said};
 
 /// Examples of `footfall calibrate`.
 pub const EXAMPLES: &str = "\
@@ -145,7 +146,7 @@ impl CalibrateArguments {
         let place = options::place(file, foot);
         self.recording.reading.report(&place, findings)?;
         let (notices, repairs) = (&input.loaded.notices, input.loaded.repairs);
-        Ok(InputReport::new(file, format, notices, repairs, findings))
+        Ok(InputReport::new(file, format, notices, repairs, findings, &CommandLine))
     }
 
     fn learn(&self, resolved: &Resolved) -> Result<(), Error> {
@@ -219,7 +220,7 @@ impl CalibrateArguments {
                 Some(calibration) => calibration,
                 none => none.insert(LearntCalibration::new(&params)?),
             };
-            loaded.notices.iter().for_each(warn);
+            loaded.notices.iter().map(said).for_each(warn);
             detail(format!(
                 "{file}: format {}, {} samples at {} Hz; {}",
                 format.name(),
@@ -256,7 +257,7 @@ impl CalibrateArguments {
         hints.correction = Correction::NONE;
         let recordings = self.recordings(&hints).collect::<Result<Vec<_>, _>>()?;
         let notices = recordings.iter().flat_map(|input| &input.loaded.notices);
-        notices.for_each(warn);
+        notices.map(said).for_each(warn);
         let mut inputs = BTreeMap::new();
         for input in &recordings {
             let recording = &input.loaded.recording;

@@ -27,6 +27,13 @@ pub struct ConfigArguments {
     pub preset: Preset,
 }
 
+/// First lines of a file with every key.
+const HEAD: &str = "\
+# A configuration of footfall, for --config, with the values of --preset PRESET.
+# All keys may be left out. Remove the # before those that are to differ;
+# `footfall config --check FILE` says whether they can be what they are.
+";
+
 impl ConfigArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let text = if let Some(path) = &self.check {
@@ -34,7 +41,7 @@ impl ConfigArguments {
             resolved.check(Format::Csv)?;
             format!("{}: ok\n", path.display())
         } else {
-            example(self.preset)
+            HEAD.replace("PRESET", self.preset.name()) + &example(self.preset)
         };
         print_text(&text).map_err(Error::Print)
     }

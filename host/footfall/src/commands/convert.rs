@@ -37,6 +37,7 @@ use crate::ros::recording::{LAST_US, clock_shift_us};
 use crate::ros::topics::unused_name;
 #[cfg(feature = "bags")]
 use crate::ros::{McapFile, SampleMessages, mcap_file::earliest};
+use crate::words::said;
 
 /// Examples of `footfall convert`.
 pub const EXAMPLES: &str = "\
@@ -93,7 +94,7 @@ impl ConvertArguments {
         resolved.check_axes(&names.collect::<Vec<_>>())?;
         let mut feet: Vec<ConvertedFoot> = Vec::new();
         for stored in stored {
-            stored.about.notices.iter().for_each(warn);
+            stored.about.notices.iter().map(said).for_each(warn);
             let taken = feet.iter().map(|foot| foot.name.as_str());
             let name = unused_name(stored.about.foot_or_name(), &taken.collect::<Vec<_>>());
             feet.push(ConvertedFoot { name, stored });
@@ -104,8 +105,8 @@ impl ConvertArguments {
         }
         let mut scans = Vec::new();
         for foot in &mut feet {
-            let (scan, findings) = scan(foot, span)
-                .map_err(|source| InputError::Spool { file: file.clone(), source })?;
+            let (scan, findings) =
+                scan(foot, span).map_err(|source| InputError::spool(&file, source))?;
             let place = options::place(&file, foot.stored.about.foot.as_deref());
             self.reading.report(&place, &findings)?;
             scans.push(scan);

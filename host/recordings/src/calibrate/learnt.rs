@@ -12,7 +12,9 @@ use wire::dictionary::index;
 
 use crate::calibrate::CalibrationError;
 use crate::estimate::estimates_and_learnt;
+use crate::hint::{Hint, Say, Vocabulary};
 use crate::samples::Recording;
+use crate::say_plainly;
 
 /// Least share of usable samples; below it, unusable samples are reported as the cause.
 const LEAST_USABLE: f64 = 0.1;
@@ -130,37 +132,41 @@ pub struct Unsettled {
 }
 
 impl Unsettled {
-    /// Returns the remedy for the cause.
-    fn advice(&self) -> String {
+    /// Writes the remedy for the cause.
+    fn advise(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let usable = self.samples - self.unusable;
         if (usable as f64) < LEAST_USABLE * self.samples as f64 {
-            return format!(
+            return write!(
+                f,
                 "{} of {} samples are invalid, stale, saturated, or from before up was known",
                 self.unusable, self.samples
             );
         }
         let nearly_none = 0.1 * SETTLED_AFTER;
         if self.moving_seconds < nearly_none {
-            "the foot never swung: record it walking".to_owned()
+            f.write_str("the foot never swung: record it walking")
         } else if self.still_seconds < nearly_none {
-            "the foot was never still: see whether units and --gravity are right".to_owned()
+            f.write_str("the foot was never still: ")?;
+            Hint::UnitsAndGravity.say(words, f)
         } else {
-            "record more steps".to_owned()
+            f.write_str("record more steps")
         }
     }
 }
 
-impl fmt::Display for Unsettled {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Say for Unsettled {
+    fn say(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{:.1} s of stance and {:.1} s of swing were seen; {SETTLED_AFTER} s of each is needed: {}",
+            "{:.1} s of stance and {:.1} s of swing were seen; {SETTLED_AFTER} s of each is needed: ",
             rounded_down(self.still_seconds),
-            rounded_down(self.moving_seconds),
-            self.advice()
-        )
+            rounded_down(self.moving_seconds)
+        )?;
+        self.advise(words, f)
     }
 }
+
+say_plainly!(Unsettled);
 
 /// Rounds down to a tenth, so that an insufficient duration does not look sufficient.
 fn rounded_down(seconds: f32) -> f32 {
@@ -211,10 +217,7 @@ impl fmt::Display for LearntFoot {
             "rests on {:.1} s of stance and {:.1} s of swing: {}",
             self.stance_s,
             self.swing_s,
-            match self.settled {
-                true => "settled",
-                false => "not settled",
-            }
+            if self.settled { "settled" } else { "not settled" }
         )?;
         let Amplitudes { at_rest, edge, in_motion } = self.acceleration;
         writeln!(
@@ -244,7 +247,7 @@ mod tests {
             "0.4 s of stance and 0.9 s of swing were seen; 0.5 s of each is needed: record more steps"
         );
         assert!(unsettled(3.0, 0.0, 0).ends_with("the foot never swung: record it walking"));
-        assert!(unsettled(0.0, 3.0, 0).ends_with("units and --gravity are right"));
+        assert!(unsettled(0.0, 3.0, 0).ends_with("units and gravity are right"));
         assert!(unsettled(0.0, 0.0, 990).contains("990 of 1000 samples are invalid"));
     }
 

@@ -11,25 +11,50 @@ pub mod learnt;
 pub mod robot_file;
 pub mod sensor;
 
-use thiserror::Error;
+use std::fmt::{self, Formatter};
+
+use crate::hint::{Hint, Say, Vocabulary};
+use crate::say_plainly;
 
 /// Error of a calibration without result.
-#[derive(Clone, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CalibrationError {
     /// Too little stance or swing.
-    #[error("{0}")]
     Unsettled(learnt::Unsettled),
     /// Stance and swing do not differ.
-    #[error(
-        "the foot moves as much at rest as in motion: see whether units and --gravity are right, and whether it walks"
-    )]
     Alike,
     /// The method has nothing to learn.
-    #[error(
-        "method = \"half_widths\" learns nothing: half-widths are set by hand; leave out --preset paper, or set method = \"self_calibrating\" in the configuration"
-    )]
     HalfWidths,
     /// The rests do not determine bias and scale of the accelerometer.
-    #[error("{0}")]
-    Rests(#[from] sensor::RestsError),
+    Rests(sensor::RestsError),
+}
+
+impl std::error::Error for CalibrationError {}
+
+impl From<sensor::RestsError> for CalibrationError {
+    fn from(error: sensor::RestsError) -> Self {
+        Self::Rests(error)
+    }
+}
+
+say_plainly!(CalibrationError);
+
+impl Say for CalibrationError {
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unsettled(unsettled) => unsettled.say(words, f),
+            Self::Alike => {
+                f.write_str("the foot moves as much at rest as in motion: ")?;
+                Hint::UnitsAndGravity.say(words, f)?;
+                f.write_str(", and whether it walks")
+            }
+            Self::HalfWidths => {
+                f.write_str(
+                    "method = \"half_widths\" learns nothing: half-widths are set by hand; ",
+                )?;
+                Hint::SelfCalibrating.say(words, f)
+            }
+            Self::Rests(error) => write!(f, "{error}"),
+        }
+    }
 }

@@ -308,12 +308,7 @@ impl Limits {
 #[must_use]
 pub fn example(preset: Preset) -> String {
     let params = preset.params(Format::Csv);
-    let name = preset.name();
-    let mut text = format!(
-        "# A configuration of footfall, for --config, with the values of --preset {name}.\n\
-         # All keys may be left out. Remove the # before those that are to differ;\n\
-         # `footfall config --check FILE` says whether they can be what they are.\n"
-    );
+    let mut text = String::new();
     for key in keys() {
         text += &format!("\n# {}\n", key.meaning());
         text += &format!("# {}\n", facts(&key, &params));

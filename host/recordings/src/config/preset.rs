@@ -3,6 +3,7 @@
 use estimator_core::{Params, PerAxis, WindowLength};
 use lsm6dsox::{Config, Noise};
 
+use crate::hint::{Hint, Notice};
 use crate::input::Format;
 
 /// Relative difference below which durations count as equal, because the rate is measured.
@@ -48,7 +49,7 @@ impl Preset {
         match self {
             Self::Default => "Self-calibrating, for any foot and sensor",
             Self::Paper => {
-                "The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS"
+                "The paper's settings: those for the GO1 with the format pce-go1, else those for ATLAS"
             }
         }
     }
@@ -79,7 +80,7 @@ impl Preset {
         params: &Params,
         recording: &str,
         sample_rate: f32,
-    ) -> Option<String> {
+    ) -> Option<Notice> {
         let preset = self.params(format);
         let WindowLength::Samples(samples) = preset.window else {
             return None;
@@ -90,10 +91,11 @@ impl Preset {
         let [there, here] = [preset.sample_rate, sample_rate]
             .map(|rate| 1.0e3 * f64::from(samples) / f64::from(rate));
         ((here / there - 1.0).abs() > SAME_DURATION).then(|| {
-            format!(
+            let text = format!(
                 "{recording}: the window of the paper's preset, {samples} samples, lasts {here:.0} ms at {sample_rate} Hz \
-                 and {there:.0} ms at the paper's rate: --window {there:.0}ms has the same duration"
-            )
+                 and {there:.0} ms at the paper's rate"
+            );
+            Notice::with_hint(text, Hint::Window(there))
         })
     }
 }

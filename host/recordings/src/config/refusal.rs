@@ -1,19 +1,66 @@
 //! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
+use std::fmt::{self, Formatter};
+
 use estimator_core::{Method, Params, ParamsError, WindowLength};
-use thiserror::Error;
 
 use crate::config::file::{Overrides, Position};
 use crate::config::keys::split_axis;
 use crate::config::value::Notation;
 use crate::estimate::CAPACITY;
-use crate::input::error::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
+use crate::hint::{Hint, Say, Setting, Vocabulary};
+use crate::input::TimeUnit;
+use crate::say_plainly;
 
-/// Error of the parameters that result from preset, configuration file, recording and options: one sentence with
-/// the source of the parameter, its value, unit and range.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{0}")]
-pub struct ParameterRefusal(String);
+/// Error of the parameters that result from preset, configuration file, recording and options: at least one refusal, a
+/// line for each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterRefusal(Vec<Refusal>);
+
+/// A parameter that is refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// Where the parameter comes from.
+    pub subject: Subject,
+    /// What is wrong with it.
+    pub reason: Reason,
+}
+
+/// Source of a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// A setting of the program.
+    Option(Setting),
+    /// A key of the configuration file or of the preset, with its position.
+    Key(String),
+    /// The sample rate of the recording with this name.
+    RateOf(String),
+}
+
+/// Reason of a refusal.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// The value is out of its range.
+    OutOfRange {
+        /// The value, the least and the most, as they are written in this unit.
+        numbers: [String; 3],
+        /// Unit after the numbers, with a space before it; empty without one.
+        unit: String,
+        /// Further limit of the range; empty without one.
+        limit: &'static str,
+        /// What to do, if the value shows it.
+        hint: Option<Hint>,
+    },
+    /// The window has too few or too many samples.
+    WindowLength {
+        /// Its samples at the sample rate.
+        samples: u32,
+        /// Most samples of a window.
+        capacity: usize,
+    },
+    /// The parameter has an effect with half-widths only.
+    WithoutEffect,
+}
 
 /// Sample rate up to which times in s are taken for those in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
 const FASTEST_IN_S: f32 = 2.0;
@@ -21,7 +68,7 @@ const FASTEST_IN_S: f32 = 2.0;
 /// Source of the sample rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateOrigin {
-    /// `--sample-rate`.
+    /// An option of the program.
     Option,
     /// The configuration file.
     Configuration,
@@ -47,12 +94,62 @@ pub struct Origins<'a> {
 }
 
 impl ParameterRefusal {
-    /// Joins the refusals of several parameters, a line for each.
+    /// Returns the refusals.
+    #[must_use]
+    pub fn refusals(&self) -> &[Refusal] {
+        &self.0
+    }
+
+    /// Joins the refusals of several parameters.
     pub(super) fn of_all(refusals: Vec<Self>) -> Result<(), Self> {
-        let sentences: Vec<String> = refusals.into_iter().map(|Self(sentence)| sentence).collect();
-        match sentences.is_empty() {
-            true => Ok(()),
-            false => Err(Self(sentences.join("\n"))),
+        let all: Vec<Refusal> = refusals.into_iter().flat_map(|Self(each)| each).collect();
+        if all.is_empty() { Ok(()) } else { Err(Self(all)) }
+    }
+
+    fn of(subject: Subject, reason: Reason) -> Self {
+        Self(vec![Refusal { subject, reason }])
+    }
+}
+
+impl std::error::Error for ParameterRefusal {}
+
+say_plainly!(ParameterRefusal, Refusal);
+
+impl Say for ParameterRefusal {
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        for (k, refusal) in self.0.iter().enumerate() {
+            f.write_str(if k == 0 { "" } else { "\n" })?;
+            refusal.say(words, f)?;
+        }
+        Ok(())
+    }
+}
+
+impl Say for Refusal {
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.subject {
+            Subject::Option(setting) => f.write_str(&words.name(*setting))?,
+            Subject::Key(key) => f.write_str(key)?,
+            Subject::RateOf(recording) => write!(f, "{recording}: the sample rate")?,
+        }
+        match &self.reason {
+            Reason::OutOfRange { numbers: [is, low, high], unit, limit, hint } => {
+                write!(f, " is {is}{unit}, allowed is {low} to {high}{unit}{limit}")?;
+                match hint {
+                    Some(hint) => {
+                        f.write_str("; ")?;
+                        hint.say(words, f)
+                    }
+                    None => Ok(()),
+                }
+            }
+            Reason::WindowLength { samples, capacity } => write!(
+                f,
+                " comes to {samples} samples at this sample rate, allowed is 1 to {capacity}"
+            ),
+            Reason::WithoutEffect => f.write_str(
+                " has an effect with method = \"half_widths\" only: leave it out, or set this method in the configuration",
+            ),
         }
     }
 }
@@ -70,8 +167,8 @@ impl Origins<'_> {
                 of_foot.validate::<CAPACITY>()
                 && own.determines(field)
             {
-                let key = self.in_file(&format!("feet.{foot}.{field}"));
-                return Err(out_of_range(&key, field, [value, min, max]));
+                let key = Subject::Key(self.in_file(&format!("feet.{foot}.{field}")));
+                return Err(out_of_range(key, field, [value, min, max], None));
             }
         }
         let all = &self.overrides.all;
@@ -79,15 +176,12 @@ impl Origins<'_> {
         let table = tables.find(|table| all.has(table));
         let key = table.or(all.window.map(|_| "window"));
         let set = match self.window {
-            Some(_) => Some("--window".to_owned()),
-            None => key.map(|key| self.in_file(key)),
+            Some(_) => Some(Subject::Option(Setting::Window)),
+            None => key.map(|key| Subject::Key(self.in_file(key))),
         };
         match set.filter(|_| params.method != Method::HalfWidths) {
             None => Ok(()),
-            Some(set) => Err(ParameterRefusal(format!(
-                "{set} has an effect with method = \"half_widths\" only: leave it out, or set this method in the \
-                 configuration"
-            ))),
+            Some(set) => Err(ParameterRefusal::of(set, Reason::WithoutEffect)),
         }
     }
 
@@ -95,39 +189,37 @@ impl Origins<'_> {
     #[must_use]
     pub fn explain(&self, error: &ParamsError) -> ParameterRefusal {
         match error {
-            ParamsError::WindowLength { samples, capacity } => ParameterRefusal(format!(
-                "{} comes to {samples} samples at this sample rate, allowed is 1 to {capacity}",
-                self.window_name()
-            )),
+            ParamsError::WindowLength { samples, capacity } => {
+                let reason = Reason::WindowLength { samples: *samples, capacity: *capacity };
+                ParameterRefusal::of(self.window(), reason)
+            }
             ParamsError::OutOfRange { field, value, min, max } => {
-                let (subject, hint) = match *field {
-                    "window" => (self.window_name(), ""),
+                let numbers = [*value, *min, *max];
+                match *field {
+                    "window" => out_of_range(self.window(), field, numbers, None),
                     "sample_rate_hz" => {
-                        let hint = self.unit_of_times(*value, *min, *max);
-                        (self.sample_rate_name(), hint)
+                        let hint = self.unit_of_times(numbers);
+                        out_of_range(self.rate(), field, numbers, hint)
                     }
-                    _ => (self.key_name(field), ""),
-                };
-                let ParameterRefusal(sentence) =
-                    out_of_range(&subject, field, [*value, *min, *max]);
-                ParameterRefusal(sentence + hint)
+                    _ => out_of_range(Subject::Key(self.key_name(field)), field, numbers, None),
+                }
             }
         }
     }
 
-    fn window_name(&self) -> String {
+    fn window(&self) -> Subject {
         match (self.window, self.overrides.all.window) {
-            (Some(_), _) => "--window".to_owned(),
-            (None, Some(_)) => self.in_file("window"),
-            (None, None) => "the preset's window".to_owned(),
+            (Some(_), _) => Subject::Option(Setting::Window),
+            (None, Some(_)) => Subject::Key(self.in_file("window")),
+            (None, None) => Subject::Key("the preset's window".to_owned()),
         }
     }
 
-    fn sample_rate_name(&self) -> String {
+    fn rate(&self) -> Subject {
         match self.sample_rate {
-            RateOrigin::Option => "--sample-rate".to_owned(),
-            RateOrigin::Configuration => self.in_file("sample_rate_hz"),
-            RateOrigin::Recording => format!("{}: the sample rate", self.recording),
+            RateOrigin::Option => Subject::Option(Setting::SampleRate),
+            RateOrigin::Configuration => Subject::Key(self.in_file("sample_rate_hz")),
+            RateOrigin::Recording => Subject::RateOf(self.recording.to_owned()),
         }
     }
 
@@ -149,33 +241,43 @@ impl Origins<'_> {
         }
     }
 
-    /// Returns a hint on the unit of the times if the rate measured from them is far too low or too high.
-    fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
+    /// Returns a hint on the unit of the times if the rate measured from them is far too low or too high; `numbers` are the
+    /// rate and the ends of its range, Hz.
+    fn unit_of_times(&self, [rate, min, max]: [f32; 3]) -> Option<Hint> {
         let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
-        match self.sample_rate {
-            RateOrigin::Recording if rate <= FASTEST_IN_S && fits(1.0e3) => MILLISECONDS_HINT,
-            RateOrigin::Recording if rate < min && fits(1.0e6) => MICROSECONDS_HINT,
-            RateOrigin::Recording if rate > max => BATCHES_HINT,
-            _ => "",
+        if self.sample_rate != RateOrigin::Recording {
+            None
+        } else if rate <= FASTEST_IN_S && fits(1.0e3) {
+            Some(Hint::TimesLookLike(TimeUnit::Milliseconds))
+        } else if rate < min && fits(1.0e6) {
+            Some(Hint::TimesLookLike(TimeUnit::Microseconds))
+        } else {
+            (rate > max).then_some(Hint::Batches)
         }
     }
 }
 
 /// Refuses a parameter outside its range; `numbers` are its value and the ends of the range.
-fn out_of_range(subject: &str, field: &str, numbers: [f32; 3]) -> ParameterRefusal {
+fn out_of_range(
+    subject: Subject,
+    field: &str,
+    numbers: [f32; 3],
+    hint: Option<Hint>,
+) -> ParameterRefusal {
     let notation = Notation::of(field);
-    let [is, low, high] = numbers.map(|number| notation.number(number));
-    let unit = notation.symbol();
-    let end = match field {
+    let limit = match field {
         "load.off_threshold" => ", and not above load.on_threshold",
         _ => "",
     };
-    ParameterRefusal(format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}{end}"))
+    let numbers = numbers.map(|number| notation.number(number));
+    let reason = Reason::OutOfRange { numbers, unit: notation.symbol(), limit, hint };
+    ParameterRefusal::of(subject, reason)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hint::Bracketed;
 
     /// Returns the overrides in a file, and the default preset with them.
     fn applied(text: &str) -> (Overrides, Params) {
@@ -197,7 +299,7 @@ mod tests {
             sample_rate: RateOrigin::Configuration,
         };
         let error = params.validate::<CAPACITY>().unwrap_err();
-        origins.explain(&error).to_string()
+        origins.explain(&error).said(&Bracketed)
     }
 
     #[test]
@@ -308,14 +410,14 @@ mod tests {
                 sample_rate: RateOrigin::Configuration,
             };
             let refusal = origins.check_effects(&params).err();
-            refusal.map(|refusal| refusal.to_string())
+            refusal.map(|refusal| refusal.said(&Bracketed))
         };
         let window = Some(WindowLength::Samples(50));
         for (text, window, name) in [
             ("half_width.acceleration_m_s2 = 1", None, "c.toml, key half_width"),
             ("[bandwidth]\nangular_rate_rad_s = { wx = 1 }", None, "c.toml, key bandwidth"),
             ("window = '20ms'", None, "c.toml, key window"),
-            ("", window, "--window"),
+            ("", window, "[window]"),
         ] {
             let refusal = refused(text, window).expect(text);
             let expected = format!("{name} has an effect with method = \"half_widths\" only");
@@ -330,7 +432,7 @@ mod tests {
     fn option_is_named_before_key() {
         assert_eq!(
             refusal("window = '20ms'", Some(WindowLength::Duration(-0.005))),
-            "--window is -5 ms, allowed is 0.1 to 1000000 ms"
+            "[window] is -5 ms, allowed is 0.1 to 1000000 ms"
         );
         assert_eq!(
             refusal("window = '0samples'", None),

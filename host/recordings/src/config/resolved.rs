@@ -1,6 +1,7 @@
 //! Settings of preset, configuration file and options, merged in this order.
 
 use std::collections::BTreeMap;
+use std::fmt::{self, Formatter};
 use std::str::FromStr;
 
 use estimator_core::{Gravity, Mounting, Parameter, Params, ParamsError, WindowLength};
@@ -9,10 +10,12 @@ use crate::config::file::{ConfigError, Overrides};
 use crate::config::preset::Preset;
 use crate::config::refusal::{Origins, ParameterRefusal, RateOrigin};
 use crate::estimate::CAPACITY;
+use crate::hint::{Say, Setting, Vocabulary};
 use crate::input::Format;
 use crate::input::table::options::TableOptions;
 use crate::input::{BagOptions, ContactUse, Correction, Hints, is_among};
 use crate::mounting::parse_axes;
+use crate::say_plainly;
 
 /// Name and text of a configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -24,13 +27,23 @@ pub struct ConfigFile {
 }
 
 /// Axes are given for a foot that is not in the recordings.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("--axes names the foot {foot}, but there is {feet}")]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NoSuchFoot {
     /// Name of the foot, as given.
     pub foot: String,
     /// Names of the feet in the recordings, separated by commas.
     pub feet: String,
+}
+
+impl std::error::Error for NoSuchFoot {}
+
+say_plainly!(NoSuchFoot);
+
+impl Say for NoSuchFoot {
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        let (axes, Self { foot, feet }) = (words.name(Setting::Axes), self);
+        write!(f, "{axes} names the foot {foot}, but there is {feet}")
+    }
 }
 
 /// Settings of preset, configuration file and options. Options override the file, and the file overrides the

@@ -8,6 +8,7 @@ use estimator_core::{
     AccelerometerCorrection, AngularRate, Gravity, ImuSample, Mounting, SpecificForce, Vec3,
 };
 
+use crate::hint::{Hint, Notice};
 use crate::input::table::options::TableOptions;
 
 /// Properties of a file that its format does not define.
@@ -95,22 +96,19 @@ impl ContactUse {
     /// Returns the use of contacts in a recording whose estimates may be computed again from its samples.
     #[must_use]
     pub const fn unless_estimated(again: bool) -> Self {
-        match again {
-            true => Self::Ignored,
-            false => Self::Recorded,
-        }
+        if again { Self::Ignored } else { Self::Recorded }
     }
 }
 
-/// Returns a sentence about the given options that change an estimate and nothing else, for a file whose estimates are
+/// Returns a notice about the given options that change an estimate and nothing else, for a file whose estimates are
 /// its contacts; `None` without such an option.
 #[must_use]
-pub fn without_effect(file: &str, options: &[&str]) -> Option<String> {
+pub fn without_effect(file: &str, options: &[&str]) -> Option<Notice> {
     let named = options.join(", ");
     (!options.is_empty()).then(|| {
-        format!(
-            "{file}: {named} apply to estimates, not to contacts as they were recorded: --estimate-again"
-        )
+        let text =
+            format!("{file}: {named} apply to estimates, not to contacts as they were recorded");
+        Notice::with_hint(text, Hint::EstimateAgain)
     })
 }
 

@@ -35,13 +35,14 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use error::OptionsFor;
 use open::{Container, Readable};
 #[cfg(feature = "parquet")]
 use table::parquet;
 use table::reader::Table;
 use table::{csv, header};
 
-pub use error::{Cell, ContainerError, InputError, RowPlace, Suggestion};
+pub use error::{InputError, Place, Problem, RowPlace};
 pub use format::{Content, Format};
 pub use hints::{
     BagOptions, ContactUse, Correction, Hints, LoadTopic, Rename, Topics, is_among, without_effect,
@@ -112,7 +113,7 @@ impl Opened {
     /// The errors of [`Self::store`].
     pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
         let file = self.file().to_owned();
-        self.store(hints)?.into_loaded().map_err(|source| InputError::Spool { file, source })
+        self.store(hints)?.into_loaded().map_err(|source| InputError::spool(&file, source))
     }
 
     /// Reads the recording of each foot: one per selected topic of a bag, one in all other files.
@@ -145,7 +146,8 @@ impl Opened {
             }
             Readable::Container(Container { file, format, .. }) => {
                 let feature = format.missing_feature().unwrap_or_default();
-                return Err(ContainerError::NotBuilt { file, format, feature }.into());
+                let problem = Problem::NotBuilt { format, feature };
+                return Err(InputError::of_file(file, problem));
             }
         };
         if let ([only], Some(_)) = (&mut feet[..], foot) {
@@ -168,27 +170,23 @@ impl Opened {
         if feet.len() > 1 {
             let names = feet.into_iter().filter_map(|stored| stored.about.foot);
             let feet = names.collect();
-            return Err(ContainerError::SeveralFeet { file, feet }.into());
+            return Err(InputError::of_file(file, Problem::SeveralFeet(feet)));
         }
-        feet.pop().ok_or(InputError::Empty { file })
+        feet.pop().ok_or_else(|| InputError::empty(&file))
     }
 
     /// Checks that the options apply to this kind of file.
     fn check_options(&self, hints: &Hints) -> Result<(), InputError> {
-        let (file, format) = (self.file().to_owned(), self.format);
-        let options = match format.content() {
-            Content::Fixed if hints.table != TableOptions::default() => {
-                "--time-unit is for csv and parquet, --map, --units and --times for mcap and rosbag2, too"
-            }
-            Content::Messages if hints.table.time_unit.is_some() => {
-                "--time-unit is for csv and parquet"
-            }
+        let format = self.format;
+        let given = match format.content() {
+            Content::Fixed if hints.table != TableOptions::default() => OptionsFor::Tables,
+            Content::Messages if hints.table.time_unit.is_some() => OptionsFor::TimesOfTables,
             Content::Fixed | Content::Columns if hints.bag != BagOptions::default() => {
-                return Err(ContainerError::BagOptions { file, format }.into());
+                OptionsFor::Bags
             }
             _ => return Ok(()),
         };
-        Err(InputError::TableOptions { file, format, options })
+        Err(InputError::of_file(self.file(), Problem::Options { format, given }))
     }
 }
 
@@ -223,9 +221,7 @@ fn guess_format(table: &mut Table) -> Result<Format, InputError> {
         Ok(Format::Csv)
     } else {
         let names: Vec<String> = first.cells().map(str::to_owned).collect();
-        Err(InputError::UnknownFormat {
-            file: table.file.clone(),
-            suggestion: header::example(&OURS, &names),
-        })
+        let mapping = header::example(&OURS, &names);
+        Err(InputError::of_file(&table.file, Problem::UnknownFormat { mapping }))
     }
 }

@@ -9,7 +9,7 @@ use tempfile::{NamedTempFile, TempPath};
 use crate::compressed::decompressed;
 use crate::file_kind;
 use crate::file_kind::FileKind;
-use crate::input::error::{ContainerError, InputError};
+use crate::input::error::{InputError, Problem};
 use crate::input::format::Format;
 use crate::input::table::reader::{Table, beginning_with, recording_name};
 
@@ -73,7 +73,9 @@ impl Readable {
             Recognised::file(path, wrap).map_err(|source| InputError::unreadable(&file, source))?
         };
         match (opened, given) {
-            (Recognised::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
+            (Recognised::Foreign(kind), _) => {
+                Err(InputError::of_file(file, Problem::Foreign(kind)))
+            }
             (Recognised::Table(_), Some(given))
                 if matches!(given, Format::Parquet | Format::Mcap | Format::Rosbag2) =>
             {
@@ -84,7 +86,9 @@ impl Readable {
                 Err(other_format(file, given, Some(format)))
             }
             (Recognised::Container(format, parts), _) => match format.missing_feature() {
-                Some(feature) => Err(ContainerError::NotBuilt { file, format, feature }.into()),
+                Some(feature) => {
+                    Err(InputError::of_file(file, Problem::NotBuilt { format, feature }))
+                }
                 None => Ok(Self::Container(Container {
                     format,
                     file,
@@ -116,14 +120,14 @@ impl Readable {
             }
         }
         if parts.is_empty() {
-            return Err(ContainerError::Folder { file }.into());
+            return Err(InputError::of_file(file, Problem::Folder));
         }
         Ok(parts)
     }
 }
 
 fn other_format(file: String, given: Format, found: Option<Format>) -> InputError {
-    ContainerError::OtherFormat { file, given, found }.into()
+    InputError::of_file(file, Problem::OtherFormat { given, found })
 }
 
 /// Kind of an opened file.

@@ -37,7 +37,7 @@
 
 use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
-use crate::input::error::InputError;
+use crate::input::error::{InputError, Problem};
 use crate::input::format::Format;
 use crate::input::hints::Hints;
 use crate::input::stored::{Stored, finite_load, imu_sample, steady_time};
@@ -132,7 +132,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Stored, InputE
         row.expect_columns(COLUMNS.len())?;
         if let Some(axes) = axes_of(&row)? {
             if imu_rows.len() < forces.len() {
-                return Err(InputError::ImuAfterForceOnly { cell: row.cell(1, COLUMNS[1]) });
+                return Err(row.error(1, COLUMNS[1], Problem::ImuAfterForceOnly));
             }
             imu_rows.push(axes);
         }
@@ -158,7 +158,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Stored, InputE
         load_title: "foot force (raw)".to_owned(),
         samples,
     };
-    Stored::from_recording(recording, vec![notice], &table.file)
+    Stored::from_recording(recording, vec![notice.into()], &table.file)
 }
 
 /// Six axes of a row in g and °/s; `None` if all of them are blank.
@@ -207,7 +207,7 @@ mod tests {
     use estimator_core::params::STANDARD_GRAVITY;
     use estimator_core::{Load, Vec3};
 
-    use crate::input::error::RowPlace;
+    use crate::input::error::{Place, RowPlace};
     use crate::input::stored::Loaded;
 
     fn load(text: &str) -> Result<Loaded, InputError> {
@@ -240,7 +240,7 @@ mod tests {
     fn label_of_another_dataset_is_rejected() {
         let text = "0,0,0,0,0,0,0,0,0,0,0,0,2\n";
         match load(text) {
-            Err(InputError::Label { text, .. }) => assert_eq!(text, "2"),
+            Err(InputError { problem: Problem::Label(text), .. }) => assert_eq!(text, "2"),
             other => panic!("{other:?}"),
         }
     }
@@ -259,7 +259,11 @@ mod tests {
         assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 10_000);
 
         match load_with(&rows(&[0, 3]), Format::Lcd) {
-            Err(InputError::Label { cell, .. }) => assert_eq!(cell.place, RowPlace::Line(2)),
+            Err(InputError {
+                place: Place::Cell { row, .. }, problem: Problem::Label(_), ..
+            }) => {
+                assert_eq!(row, RowPlace::Line(2));
+            }
             other => panic!("{other:?}"),
         }
     }
@@ -294,9 +298,10 @@ mod tests {
         assert_eq!(recording.samples[10].load, Some(Load(69.0)));
         // 1.9 · 79 + 50 = 200.1 lies past the last force row, 199.
         assert_eq!(recording.samples[79].load, None);
-        assert!(notices[0].contains("120 of 200 rows are force only"), "{notices:?}");
+        assert!(notices[0].text.contains("120 of 200 rows are force only"), "{notices:?}");
         assert!(
             notices[0]
+                .text
                 .ends_with("leaves 0 force rows at the end unused and 1 samples without load")
         );
     }
@@ -314,9 +319,11 @@ mod tests {
     fn imu_values_after_a_row_without_any_are_rejected() {
         let text = "0,0,0,1,0,0,0\n0,,,,,,\n0,0,0,1,0,0,0\n";
         match load_go1(text) {
-            Err(InputError::ImuAfterForceOnly { cell }) => {
-                assert_eq!(cell.place, RowPlace::Line(3));
-            }
+            Err(InputError {
+                place: Place::Cell { row, .. },
+                problem: Problem::ImuAfterForceOnly,
+                ..
+            }) => assert_eq!(row, RowPlace::Line(3)),
             other => panic!("{other:?}"),
         }
     }
@@ -324,7 +331,11 @@ mod tests {
     #[test]
     fn row_with_some_axes_blank_is_rejected() {
         match load_go1("0,0,0,,0,0,0\n") {
-            Err(InputError::Blank { cell }) => assert_eq!(cell.name, "az"),
+            Err(InputError {
+                place: Place::Cell { name, .. }, problem: Problem::Blank, ..
+            }) => {
+                assert_eq!(name, "az");
+            }
             other => panic!("{other:?}"),
         }
     }

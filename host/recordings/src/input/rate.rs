@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use crate::input::error::InputError;
+use crate::input::error::{InputError, Problem};
 
 /// Largest deviation of a given sample rate from that of the times, as a fraction.
 const RATE_TOLERANCE: f64 = 0.01;
@@ -27,17 +27,14 @@ pub(super) fn sample_rate(
 ) -> Result<f32, InputError> {
     match (measured_rate(steps), given) {
         (Some(Measured { rate, tolerance }), Some(given)) if !agree(rate, given, tolerance) => {
-            Err(InputError::SampleRateConflict {
-                file: file.to_owned(),
-                measured: rate,
-                given,
-                in_milliseconds: agree(1.0e3 * rate, given, tolerance),
-            })
+            let in_milliseconds = agree(1.0e3 * rate, given, tolerance);
+            let problem = Problem::SampleRateConflict { measured: rate, given, in_milliseconds };
+            Err(InputError::of_file(file, problem))
         }
         (_, Some(given)) => Ok(given),
         (Some(Measured { rate, .. }), None) => Ok(rate as f32),
         (None, None) => {
-            Err(InputError::UnknownSampleRate { file: file.to_owned(), time_column: None })
+            Err(InputError::of_file(file, Problem::UnknownSampleRate { time_column: None }))
         }
     }
 }

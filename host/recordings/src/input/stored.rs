@@ -7,8 +7,9 @@ use estimator_core::{
     Timestamp, Validity, Vec3,
 };
 
+use crate::hint::Notice;
 use crate::input::contacts::{Contacts, SentContact};
-use crate::input::error::InputError;
+use crate::input::error::{InputError, Problem};
 use crate::input::hints::{Correction, Hints};
 use crate::input::rate::{Steps, longest_increase, mean_rate, moved, sample_rate};
 use crate::input::table::options::Times;
@@ -38,7 +39,7 @@ pub struct About {
     /// a trigger, or count from 1970.
     pub start_us: i64,
     /// One sentence for each thing that was left out or reinterpreted, for people to read.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
     /// Rows that were left out or whose time was changed.
     pub repairs: Repairs,
     /// Calibration and mounting of the sensor that are applied to the samples.
@@ -204,7 +205,7 @@ impl Stored {
     /// Stores a recording that is in memory and whose times begin at 0; `file` is the path that it was read from.
     pub(super) fn from_recording(
         recording: Recording,
-        notices: Vec<String>,
+        notices: Vec<Notice>,
         file: &str,
     ) -> Result<Self, InputError> {
         let mut spool = Spool::default();
@@ -436,7 +437,7 @@ pub struct Loaded {
     /// a trigger, or count from 1970.
     pub start_us: i64,
     /// One sentence for each thing that was left out or reinterpreted, for people to read.
-    pub notices: Vec<String>,
+    pub notices: Vec<Notice>,
     /// Rows that were left out or whose time was changed.
     pub repairs: Repairs,
 }
@@ -494,7 +495,7 @@ impl Refused {
     pub(super) fn into_error(self, file: &str) -> InputError {
         match self {
             Self::Time { previous_us } => {
-                InputError::MessageOrder { file: file.to_owned(), previous_us }
+                InputError::of_file(file, Problem::MessageOrder { previous_us })
             }
             Self::Spool(source) => InputError::spool(file, source),
         }
@@ -579,7 +580,8 @@ impl Rows {
             (Timing::Steady, _) | (_, None) => steady_time(samples - 1, sample_rate).as_micros(),
             (_, Some(clock)) => clock.newest_us.abs_diff(clock.start_us),
         };
-        about.notices.extend(self.repairs.notices(file));
+        let repaired = self.repairs.notices(file);
+        about.notices.extend(repaired.into_iter().map(Notice::from));
         let about = About {
             samples,
             duration_us,

@@ -13,6 +13,7 @@ use std::thread;
 use estimator_core::{ContactEstimate, Flags, Gravity, ImuSample, Load, Timestamp};
 use recordings::config::{NoSuchFoot, ParameterRefusal};
 use recordings::estimate::Estimator;
+use recordings::hint::Notice;
 use recordings::input::{About, InputError, Opened, Stored, without_effect};
 use recordings::plausible::Finding;
 use recordings::replay::{Span, check_samples, findings_beside_contacts};
@@ -76,7 +77,8 @@ impl PlayedImu {
                 let window = preset.window_notice(format, &params, foot, about.sample_rate);
                 (Some(replay), window)
             };
-            let notices = unused.take().into_iter().chain(notice);
+            let unused = unused.take().map(Notice::from);
+            let notices = unused.into_iter().chain(notice);
             about.notices.extend(notices);
             let (sender, receiver) = sync_channel(AHEAD);
             let line: Arc<str> = name.as_str().into();
@@ -99,7 +101,6 @@ impl PlayedImu {
     }
 }
 
-/// Error of a file, with this sentence.
 /// Reason why a thread that plays a recording ends early.
 enum PlayEnd {
     /// The receiver was dropped.

@@ -8,6 +8,8 @@
 
 mod imu;
 
+pub use imu::RecordingError;
+
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -22,7 +24,6 @@ use super::clock::PlaybackPace;
 use super::{Arrival, Arrived, Link, LinkError, Sending};
 use crate::decode::can_log::{Lines, LogContent, LogReader, recognise};
 use crate::source::{Playback, Speed};
-pub use imu::RecordingError;
 
 /// Number of bytes read to recognise the format.
 const HEAD: u64 = 1 << 16;

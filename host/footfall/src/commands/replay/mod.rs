@@ -14,6 +14,7 @@ use estimator_core::{ContactEstimate, Params, WindowLength};
 use indicatif::ProgressBar;
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::events::{ContactEvent, HEADER};
+use recordings::hint::Notice;
 use recordings::input::{About, ContactUse, Format, Hints, Stored, without_effect};
 use recordings::jobs;
 use recordings::output::TableFeet;
@@ -35,6 +36,7 @@ use crate::plot::{self, RecordingPlot};
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
 use crate::ros::Compat;
+use crate::words::{CommandLine, said};
 #[cfg(feature = "bags")]
 use bag_copy::{AllFeetOptions, LowStateSource};
 
@@ -98,7 +100,7 @@ pub struct ReplayArguments {
 struct ReplayedRecording {
     file: String,
     /// Notices about reading the recording.
-    notices: Vec<String>,
+    notices: Vec<Notice>,
     /// Details of the recognised format.
     details: Vec<String>,
     /// Names of each foot in the recording.
@@ -177,7 +179,7 @@ impl ReplayArguments {
         for recording in replayed {
             copied.extend(recording.copied);
             recording.details.iter().for_each(detail);
-            recording.notices.iter().for_each(warn);
+            recording.notices.iter().map(said).for_each(warn);
             for ReplayedFoot { results, .. } in &recording.feet {
                 let place = options::place(&recording.file, results.summary.foot.as_deref());
                 self.recording.reading.report(&place, &results.findings)?;
@@ -323,7 +325,7 @@ impl ReplayArguments {
         format: Format,
         params: &Params,
         stored: &[Stored],
-    ) -> Vec<String> {
+    ) -> Vec<Notice> {
         let preset = self.recording.preset;
         let mut notices = Vec::new();
         if stored.iter().any(Stored::has_estimates) {
@@ -384,7 +386,7 @@ impl ReplayArguments {
         let about = &stored.about;
         results.findings = with_mounting(results.findings, &about.correction.mounting);
         let (notices, findings) = (&about.notices, &results.findings);
-        let report = InputReport::new(file, format, notices, about.repairs, findings);
+        let report = InputReport::new(file, format, notices, about.repairs, findings, &CommandLine);
         results.summary.input = Some(report);
         results.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
             preset: self.recording.preset.name(),

@@ -14,9 +14,10 @@ use std::collections::HashMap;
 
 use estimator_core::{Gravity, Load, Timestamp, Validity};
 
+use crate::hint::Notice;
 use crate::input::bag::loads::LoadSeries;
 use crate::input::bag::messages::{Channel, decode, micros};
-use crate::input::error::{ContainerError, ImuTopic, InputError};
+use crate::input::error::{ImuTopic, InputError, Place, Problem};
 use crate::input::hints::Hints;
 use crate::input::stored::{About, OLDEST_LOAD_US, Rows, Stored, imu_sample};
 use crate::ros::Imu;
@@ -198,12 +199,11 @@ impl Feed {
             (self.without.rates, "angular_velocity"),
         ] {
             if without > 0 && without == taken {
-                return Err(ContainerError::Absent {
+                return Err(InputError {
                     file: file.to_owned(),
-                    topic: self.topic,
-                    sensor,
-                }
-                .into());
+                    place: Place::Topic(self.topic),
+                    problem: Problem::Absent(sensor),
+                });
             }
         }
         let notices = self.notices(&place, load);
@@ -212,7 +212,7 @@ impl Feed {
             foot,
             gravity: Gravity::Included,
             load_title: load.map_or_else(|| "load".to_owned(), LoadSeries::title),
-            notices,
+            notices: notices.into_iter().map(Notice::from).collect(),
             anchors_us: self.anchors_us,
             ..About::default()
         };

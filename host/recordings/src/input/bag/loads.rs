@@ -11,7 +11,7 @@ use crate::input::bag::selection::{
     order,
 };
 use crate::input::bag::visit::visit;
-use crate::input::error::{ContainerError, InputError};
+use crate::input::error::{InputError, Problem};
 use crate::input::hints::{Hints, LoadTopic, Topics};
 use crate::input::open::Container;
 use crate::input::stored::OLDEST_LOAD_US;
@@ -77,13 +77,12 @@ fn read(
     }
     for series in &mut reader.series {
         if !series.is_declared() {
-            return Err(ContainerError::NoSuchTopic {
-                file: container.file.clone(),
+            let problem = Problem::NoSuchTopic {
                 topic: series.topic.topic.clone(),
                 wanted: "numbers",
                 topics: reader.others.iter().map(described).collect(),
-            }
-            .into());
+            };
+            return Err(InputError::of_file(&container.file, problem));
         }
         series.sort();
     }
@@ -226,12 +225,11 @@ impl LoadSeries {
         } else {
             Err(format!("is in {}, not in CDR", channel.encoding))
         };
-        self.place = Some(found.map_err(|what| ContainerError::LoadField {
-            file: file.to_owned(),
-            load: self.topic.clone(),
-            message: channel.message.clone(),
-            what,
-        })?);
+        let no_field = |what| {
+            let (load, message) = (self.topic.clone(), channel.message.clone());
+            InputError::of_file(file, Problem::LoadField { load, message, what })
+        };
+        self.place = Some(found.map_err(no_field)?);
         Ok(true)
     }
 
@@ -259,12 +257,9 @@ impl LoadSeries {
             return Ok(());
         };
         self.messages += 1;
-        let (value, stamp_us) = place.number(payload).map_err(|what| ContainerError::Message {
-            file: file.to_owned(),
-            topic: self.topic.topic.clone(),
-            number: self.messages,
-            what,
-        })?;
+        let (value, stamp_us) = place
+            .number(payload)
+            .map_err(|what| InputError::of_message(file, &self.topic.topic, self.messages, what))?;
         self.by_log.push((micros(log_ns), value as f32));
         match (&mut self.by_stamp, stamp_us) {
             (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, value as f32)),

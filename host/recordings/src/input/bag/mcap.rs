@@ -14,7 +14,7 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::input::bag::messages::{Channel, Schema, Visitor, Written};
-use crate::input::error::{ContainerError, InputError};
+use crate::input::error::{InputError, Problem};
 use crate::input::open::ContainerFile;
 
 /// Length of the magic bytes at the start of a file.
@@ -81,12 +81,10 @@ pub(super) fn visit(
         Ok(()) => Ok(None),
         Err(Stop::Early(why)) => Ok(Some(why)),
         Err(Stop::Unreadable(source)) => Err(InputError::unreadable(file, source)),
-        Err(Stop::Damaged(error)) => Err(ContainerError::Damaged {
-            file: file.to_owned(),
-            source: Box::new(error),
-            advice: Some(ADVICE),
-        }
-        .into()),
+        Err(Stop::Damaged(error)) => Err(InputError::of_file(
+            file,
+            Problem::Damaged { source: Box::new(error), advice: Some(ADVICE) },
+        )),
         Err(Stop::Refused(error)) => Err(error),
     }
 }

@@ -32,7 +32,8 @@ use reader::Reader;
 use selection::{names_of, renamed};
 use visit::visit;
 
-use crate::input::error::{ContainerError, ImuTopic, InputError, STREAM_ADVICE};
+use crate::hint::{Hint, Notice};
+use crate::input::error::{ImuTopic, InputError, OptionsFor, Problem, STREAM_ADVICE};
 use crate::input::format::Format;
 use crate::input::hints::{BagOptions, Hints, Topics};
 use crate::input::open::Container;
@@ -59,28 +60,22 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
             let name = container.name;
             let mut feet = of_contacts_alone(&file, &name, contacts, &hints.bag)?;
             if let Some(first) = feet.first_mut() {
-                first.about.notices.extend(endings);
+                first.about.notices.extend(endings.into_iter().map(Notice::from));
             }
             return Ok(feet);
         }
         chosen => chosen?,
     };
     if !hints.table.mapping.is_empty() && !has_parts {
-        return Err(InputError::TableOptions {
-            format: container.parts.first().map_or(Format::Mcap, |part| part.format),
-            file,
-            options: "--map is for messages of other types than sensor_msgs/msg/Imu",
-        });
+        let format = container.parts.first().map_or(Format::Mcap, |part| part.format);
+        let given = OptionsFor::OtherMessages;
+        return Err(InputError::of_file(file, Problem::Options { format, given }));
     }
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
     let feet = renamed(&names_of(&topics, &all), &topics, &hints.bag, &file)?;
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
-        return Err(ContainerError::LoadCount {
-            file,
-            loads: hints.bag.loads.clone(),
-            feet: topics,
-        }
-        .into());
+        let problem = Problem::LoadCount { loads: hints.bag.loads.len(), feet: topics };
+        return Err(InputError::of_file(file, problem));
     }
     let mut recordings = Vec::new();
     let mut used = Vec::new();
@@ -95,16 +90,15 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         if let Some((topic, contacts, notices)) = of_foot
             && stored.use_contacts(contacts)
         {
-            let notices = notices.iter();
-            let notices = notices.map(|notice| format!("{file}, topic {notice}"));
-            stored.about.notices.extend(notices);
+            let notices = notices.iter().map(|notice| format!("{file}, topic {notice}"));
+            stored.about.notices.extend(notices.map(Notice::from));
             used.push(topic);
         }
         recordings.push(stored);
     }
     let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
     if let Some(first) = recordings.first_mut() {
-        let notices = endings.into_iter().chain(contacts);
+        let notices = endings.into_iter().map(Notice::from).chain(contacts);
         first.about.notices.splice(0..0, notices);
     }
     Ok(recordings)
@@ -113,12 +107,8 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
 /// Returns whether the error is that a bag has no samples of an IMU, or none on a topic that is named.
 const fn is_without_samples(error: &InputError) -> bool {
     matches!(
-        error,
-        InputError::Container(
-            ContainerError::NoImu { .. }
-                | ContainerError::NoMessage { .. }
-                | ContainerError::NoSuchTopic { .. }
-        )
+        error.problem,
+        Problem::NoImu { .. } | Problem::NoMessage { .. } | Problem::NoSuchTopic { .. }
     )
 }
 
@@ -151,11 +141,7 @@ fn of_contacts_alone(
             messages: messages as u64,
             rate: None,
         });
-        return Err(ContainerError::SeveralTopics {
-            file: file.to_owned(),
-            topics: topics.collect(),
-        }
-        .into());
+        return Err(InputError::of_file(file, Problem::SeveralTopics(topics.collect())));
     }
     let known = all.iter().map(|(topic, _)| topic.clone()).collect();
     let feet = renamed(&names_of(&named, &known), &named, bag, file)?;
@@ -166,10 +152,11 @@ fn of_contacts_alone(
         let stored = of_topic.and_then(|(_, contacts, notices)| {
             let mut stored = Stored::of_contacts(name.to_owned(), foot, contacts)?;
             let notices = notices.iter().map(|notice| format!("{file}, topic {notice}"));
-            stored.about.notices.extend(notices);
-            stored.about.notices.push(format!(
+            stored.about.notices.extend(notices.map(Notice::from));
+            let alone = format!(
                 "{file} has contacts on {topic} without samples; they are used as they were recorded{STREAM_ADVICE}"
-            ));
+            );
+            stored.about.notices.push(alone.into());
             stored.about.address = Some(topic);
             Some(stored)
         });
@@ -184,13 +171,11 @@ fn contact_notices(
     topics: Vec<String>,
     used: &[String],
     feet: usize,
-) -> impl Iterator<Item = String> {
+) -> impl Iterator<Item = Notice> {
     let taken = (!used.is_empty()).then(|| {
-        format!(
-            "{file} has contacts on {}, which are used as they were recorded: --estimate-again computes the estimate from the samples",
-            used.join(", ")
-        )
+        format!("{file} has contacts on {}, which are used as they were recorded", used.join(", "))
     });
+    let taken = taken.map(|text| Notice::with_hint(text, Hint::EstimateFromSamples));
     let mut others = topics;
     others.retain(|topic| !used.contains(topic));
     let ignored = (!others.is_empty() && used.len() < feet).then(|| {
@@ -199,7 +184,7 @@ fn contact_notices(
             others.join(", ")
         )
     });
-    taken.into_iter().chain(ignored)
+    taken.into_iter().chain(ignored.map(Notice::from))
 }
 
 #[cfg(test)]

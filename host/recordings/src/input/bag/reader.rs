@@ -13,7 +13,7 @@ use crate::input::bag::messages::{Channel, Visitor, Written, decode};
 use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
 };
-use crate::input::error::{ContainerError, ImuTopic, InputError};
+use crate::input::error::{FieldsProblem, ImuTopic, InputError, Place, Problem};
 use crate::input::hints::{ContactUse, Hints, Topics};
 use crate::input::table::names::{Found, Triple, find};
 use crate::input::table::options::{Mapping, is_axis};
@@ -141,14 +141,13 @@ impl<'a> Reader<'a> {
                     self.feeds.push(feed);
                     self.parts.push((address.to_owned(), fields));
                 }
-                Err(what) => {
-                    let error = ContainerError::ImuFields {
+                Err(problem) => {
+                    let message = channel.message.clone();
+                    self.refused.get_or_insert(InputError {
                         file: self.file.to_owned(),
-                        topic: address.to_owned(),
-                        message: channel.message.clone(),
-                        what,
-                    };
-                    self.refused.get_or_insert(error.into());
+                        place: Place::Topic(address.to_owned()),
+                        problem: Problem::ImuFields { message, problem },
+                    });
                 }
             }
         }
@@ -169,12 +168,8 @@ impl<'a> Reader<'a> {
                 first.count(log_ns);
             }
             let of_topic = self.feeds.iter().filter(|feed| feed.topic == topic);
-            ContainerError::Message {
-                file: self.file.to_owned(),
-                topic: topic.to_owned(),
-                number: of_topic.map(|feed| feed.messages).sum(),
-                what,
-            }
+            let number = of_topic.map(|feed| feed.messages).sum();
+            InputError::of_message(self.file, topic, number, what)
         })?;
         self.feeds[at].count(log_ns);
         if !is_wanted(&imu.header.frame_id, self.hints) {
@@ -224,12 +219,11 @@ impl<'a> Reader<'a> {
         if let Some(frame) = frames.iter().find(|frame| !is_there(frame)) {
             let filled = self.feeds.iter().filter(|feed| feed.frame.is_some());
             let with_frame = |feed: &Feed| ImuTopic { frame: feed.frame.clone(), ..feed.about() };
-            return Err(ContainerError::NoSuchFrame {
-                file: self.file.to_owned(),
+            let problem = Problem::NoSuchFrame {
                 frame: frame.clone(),
                 frames: filled.map(with_frame).collect(),
-            }
-            .into());
+            };
+            return Err(InputError::of_file(self.file, problem));
         }
         if !frames.is_empty() {
             self.feeds.retain(|feed| frames.iter().any(|frame| has(feed, frame)));
@@ -272,13 +266,9 @@ impl<'a> Reader<'a> {
                 let topic = topic.clone();
                 let Some(feed) = of_topic else {
                     let all = topics.iter().map(ToString::to_string);
-                    return Err(ContainerError::NoSuchTopic {
-                        file,
-                        topic,
-                        wanted: Imu::TYPE,
-                        topics: all.chain(self.others.iter().map(described)).collect(),
-                    }
-                    .into());
+                    let topics = all.chain(self.others.iter().map(described)).collect();
+                    let problem = Problem::NoSuchTopic { topic, wanted: Imu::TYPE, topics };
+                    return Err(InputError::of_file(file, problem));
                 };
                 if feed.messages == 0 {
                     return Err(no_message(file, topic, topics));
@@ -292,25 +282,25 @@ impl<'a> Reader<'a> {
                 |channel: &Channel, part| Fields::of(channel, part, &Mapping::default()).is_ok();
             let with_axes = self.others.iter().find_map(|channel| {
                 let topic = channel.topic.clone();
-                match has_axes(channel, "") {
-                    true => Some(topic),
-                    false => has_axes(channel, TRUNK).then(|| format!("{topic}.{TRUNK}")),
+                if has_axes(channel, "") {
+                    Some(topic)
+                } else {
+                    has_axes(channel, TRUNK).then(|| format!("{topic}.{TRUNK}"))
                 }
             });
-            return Err(ContainerError::NoImu {
-                file,
+            let problem = Problem::NoImu {
                 topics: self.others.iter().map(described).collect(),
                 with_axes,
                 has_contacts: self.others.iter().any(is_contact),
-            }
-            .into());
+            };
+            return Err(InputError::of_file(file, problem));
         }
         feeds.retain(|feed| feed.messages > 0);
         match (feeds.len(), &self.hints.bag.topics) {
             (0, _) => Err(no_message(file, Imu::TYPE.to_owned(), topics)),
             // Each of the frames that were selected may be a foot.
             (several @ 2.., Topics::TheOnly) if several > self.hints.bag.frames.len() => {
-                Err(ContainerError::SeveralTopics { file, topics }.into())
+                Err(InputError::of_file(file, Problem::SeveralTopics(topics)))
             }
             _ => self.failed.map_or(Ok(feeds), Err),
         }
@@ -318,7 +308,7 @@ impl<'a> Reader<'a> {
 }
 
 fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError {
-    ContainerError::NoMessage { file, topic, topics }.into()
+    InputError::of_file(file, Problem::NoMessage { topic, topics })
 }
 
 /// End of the types of states of Unitree's robots, whose one IMU is that of the trunk.
@@ -344,25 +334,22 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    /// Axes in a part of the messages of a channel; the error is half a sentence.
-    pub(super) fn of(channel: &Channel, part: &str, mapping: &Mapping) -> Result<Self, String> {
+    /// Axes in a part of the messages of a channel.
+    pub(super) fn of(
+        channel: &Channel,
+        part: &str,
+        mapping: &Mapping,
+    ) -> Result<Self, FieldsProblem> {
         let definition = Definition::of_channel(channel)?;
         let numbers = definition.numbers(part)?;
         let names: Vec<String> = numbers.iter().map(|(name, _)| name.clone()).collect();
         let mut taken = None;
         let axes = if mapping.is_empty() {
-            let axes = recognised(&names).ok_or_else(|| {
-                format!(
-                    "no accelerometer and gyroscope among {}; --map names the six axes, such as \
-                     ax=imu.accelerometer[0]",
-                    definition.listed(part)
-                )
-            })?;
+            let no_axes = || FieldsProblem::NoAxes(definition.listed(part));
+            let axes = recognised(&names).ok_or_else(no_axes)?;
             if part.is_empty() && channel.message.ends_with(LOW_STATE) {
-                let topic = &channel.topic;
-                return Err(format!(
-                    "{TRUNK} is the IMU of the robot's trunk, not of a foot; --topic {topic}.{TRUNK} reads it all the same"
-                ));
+                let address = format!("{}.{TRUNK}", channel.topic);
+                return Err(FieldsProblem::OfTrunk { part: TRUNK, address });
             }
             let names = Axis::ALL.iter().zip(axes);
             let named =
@@ -374,14 +361,11 @@ impl Fields {
             for (path, axis) in axes.iter_mut().zip(Axis::ALL) {
                 let mut pairs = mapping.pairs();
                 let named = pairs.find(|(ours, _)| *ours == axis.name());
-                let (_, name) =
-                    named.ok_or_else(|| format!("--map does not name {}", axis.name()))?;
+                let (_, name) = named.ok_or_else(|| FieldsProblem::NotNamed(axis.name()))?;
                 *path = definition.number(&within(part, name))?;
             }
             if let Some((other, _)) = mapping.pairs().find(|(ours, _)| !is_axis(ours)) {
-                return Err(format!(
-                    "--map of a message names its axes alone, not {other}: a load is given as --load-topic"
-                ));
+                return Err(FieldsProblem::NoAxis(other));
             }
             axes
         };

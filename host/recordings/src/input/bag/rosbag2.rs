@@ -13,7 +13,7 @@ use tempfile::{NamedTempFile, TempPath};
 
 use crate::file_kind::FileKind;
 use crate::input::bag::messages::{Channel, Schema, Visitor, Written};
-use crate::input::error::{ContainerError, InputError};
+use crate::input::error::{InputError, Problem};
 use crate::input::open::ContainerFile;
 
 /// Advice in the error about a file that is damaged rather than truncated.
@@ -32,13 +32,9 @@ pub(super) fn visit(
     file: &str,
     visitor: &mut dyn Visitor,
 ) -> Result<Option<String>, InputError> {
-    let damaged = |error: rusqlite::Error| -> InputError {
-        ContainerError::Damaged {
-            file: file.to_owned(),
-            source: Box::new(error),
-            advice: Some(ADVICE),
-        }
-        .into()
+    let damaged = |error: rusqlite::Error| {
+        let problem = Problem::Damaged { source: Box::new(error), advice: Some(ADVICE) };
+        InputError::of_file(file, problem)
     };
     let whole = whole_pages(&part.path).map_err(|source| InputError::unreadable(file, source))?;
     let path = whole.as_deref().unwrap_or(&part.path);
@@ -53,9 +49,7 @@ pub(super) fn visit(
         .map_err(damaged)?;
     for table in ["topics", "messages"] {
         if !has_table(&database, table).map_err(damaged)? {
-            let kind = FileKind::Sqlite;
-            let file = file.to_owned();
-            return Err(ContainerError::Foreign { file, kind }.into());
+            return Err(InputError::of_file(file, Problem::Foreign(FileKind::Sqlite)));
         }
     }
     let has_definitions = has_table(&database, "message_definitions").map_err(damaged)?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::input::bag::messages::Channel;
-use crate::input::error::{ContainerError, InputError};
+use crate::input::error::{InputError, Problem};
 use crate::input::hints::{BagOptions, Hints, Topics, is_among};
 use crate::ros::Imu;
 
@@ -93,12 +93,9 @@ pub(super) fn renamed(
         };
         let mut meant = (0..names.len()).filter(is_meant);
         let (Some(at), None) = (meant.next(), meant.next()) else {
-            return Err(ContainerError::NoFootToRename {
-                file: file.to_owned(),
-                name: rename.old.clone(),
-                feet: topics.to_vec(),
-            }
-            .into());
+            let problem =
+                Problem::NoFootToRename { name: rename.old.clone(), feet: topics.to_vec() };
+            return Err(InputError::of_file(file, problem));
         };
         new[at] = Some(rename.new.clone());
     }
@@ -107,7 +104,7 @@ pub(super) fn renamed(
             && new != names
             && is_among(&name, new[..at].iter().flatten())
         {
-            return Err(ContainerError::TwoFeet { file: file.to_owned(), name }.into());
+            return Err(InputError::of_file(file, Problem::TwoFeet(name)));
         }
     }
     Ok(new)

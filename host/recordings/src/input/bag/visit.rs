@@ -9,7 +9,7 @@ use crate::input::bag::definition::{Definition, FieldPath};
 use crate::input::bag::mcap::LONGEST_RECORD;
 use crate::input::bag::messages::{Channel, Visitor, Written, decompressed_message};
 use crate::input::bag::{mcap, rosbag2};
-use crate::input::error::{ContainerError, InputError};
+use crate::input::error::InputError;
 use crate::input::format::Format;
 use crate::input::open::{ContainerFile, Readable};
 
@@ -84,12 +84,8 @@ impl Visitor for Copier<'_> {
             "cdr" => decompressed_message(payload, LONGEST_RECORD as u64),
             _ => Ok(Cow::Borrowed(payload)),
         };
-        let message = message.map_err(|what| ContainerError::Message {
-            file: self.file.clone(),
-            topic: channel.topic.clone(),
-            number: *number,
-            what,
-        })?;
+        let message = message
+            .map_err(|what| InputError::of_message(&self.file, &channel.topic, *number, what))?;
         let received = (self.receiver)(channel, written, &message);
         received.map_err(|error| {
             // The visit ends; the error itself is returned apart.

@@ -21,7 +21,8 @@ use std::borrow::Cow;
 
 use estimator_core::{Axis, Gravity, Timestamp, Validity};
 
-use crate::input::error::{Cell, InputError, MAX_TIME_S, Suggestion};
+use crate::hint::{Hint, Notice};
+use crate::input::error::{InputError, MAX_TIME_S, Place, Problem};
 use crate::input::hints::Hints;
 use crate::input::iso8601::micros_since_1970;
 use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored, finite_load, imu_sample};
@@ -191,7 +192,7 @@ impl<'a> Intake<'a> {
             name,
             gravity: Gravity::Included,
             load_title: LOAD_TITLE.to_owned(),
-            notices,
+            notices: notices.into_iter().map(Notice::from).collect(),
             ..About::default()
         };
         let stored = self
@@ -222,7 +223,9 @@ fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> 
     let mut smaller = TimeUnit::ALL.into_iter();
     let meant = smaller.find(|other| other.per_second() > unit.per_second() && is_plausible(other));
     match meant {
-        Some(meant) => Err(InputError::GuessedUnit { file: file.to_owned(), read_in: unit, meant }),
+        Some(meant) => {
+            Err(InputError::of_file(file, Problem::GuessedUnit { read_in: unit, meant }))
+        }
         None => Ok(()),
     }
 }
@@ -299,7 +302,7 @@ impl Columns {
     pub(super) fn checked(header: &Row) -> Result<Self, InputError> {
         let columns = Self::from_header(header);
         if let Some((index, name)) = &columns.duplicate {
-            return Err(InputError::DuplicateColumn { cell: header.cell(*index, name) });
+            return Err(header.error(*index, name, Problem::DuplicateColumn));
         }
         let axes = Axis::ALL.into_iter().zip(columns.axes);
         let missing = axes.filter(|(_, index)| index.is_none());
@@ -307,13 +310,9 @@ impl Columns {
         if missing.is_empty() {
             return Ok(columns);
         }
-        let suggestion = columns.slip().or_else(|| suggestion(header, &missing));
-        Err(InputError::MissingColumns {
-            file: header.file.clone(),
-            place: header.place,
-            columns: missing.join(", "),
-            suggestion,
-        })
+        let hint = columns.slip().or_else(|| suggestion(header, &missing));
+        let problem = Problem::MissingColumns { columns: missing.join(", "), hint };
+        Err(InputError::of_row(&header.file, header.place, problem))
     }
 
     /// Indices of all columns that are read.
@@ -324,7 +323,7 @@ impl Columns {
     }
 
     /// Reason why known names are not recognised, if any.
-    fn slip(&self) -> Option<Suggestion> {
+    fn slip(&self) -> Option<Hint> {
         let known = |name: &str| is_ours(&name.to_lowercase());
         self.ignored.iter().find_map(|name| {
             let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
@@ -332,9 +331,9 @@ impl Columns {
                 // A single name is followed by something else, such as a unit.
                 Some(found) => {
                     let names = name.split(found).map(str::trim).filter(|name| known(name));
-                    (names.count() > 1).then_some(Suggestion::Separator(found))
+                    (names.count() > 1).then_some(Hint::Separator(found))
                 }
-                None => known(name).then_some(Suggestion::UpperCase),
+                None => known(name).then_some(Hint::LowerCase),
             }
         })
     }
@@ -402,13 +401,12 @@ pub(in crate::input) trait Cells {
     /// Time in a cell, µs, if the cell defines its unit.
     fn moment_us(&self, index: usize) -> Option<i64>;
 
-    /// Position of a cell, for messages.
-    fn cell(&self, index: usize, name: &str) -> Cell;
+    /// An error in a cell of the column with this name.
+    fn error(&self, index: usize, name: &str, problem: Problem) -> InputError;
 
     /// Number in a cell that must not be blank.
     fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
-        self.optional(index, name)?
-            .ok_or_else(|| InputError::Blank { cell: self.cell(index, name) })
+        self.optional(index, name)?.ok_or_else(|| self.error(index, name, Problem::Blank))
     }
 }
 
@@ -424,10 +422,9 @@ impl Cells for Row {
     fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
         match self.text(index) {
             "" => Ok(None),
-            text => number(text).map(Some).ok_or_else(|| InputError::NotANumber {
-                cell: self.cell(index, name),
-                text: text.to_owned(),
-            }),
+            text => number(text)
+                .map(Some)
+                .ok_or_else(|| self.error(index, name, Problem::NotANumber(text.to_owned()))),
         }
     }
 
@@ -439,13 +436,9 @@ impl Cells for Row {
         micros_since_1970(self.text(index))
     }
 
-    fn cell(&self, index: usize, name: &str) -> Cell {
-        Cell {
-            file: self.file.clone(),
-            place: self.place,
-            column: index + 1,
-            name: name.to_owned(),
-        }
+    fn error(&self, index: usize, name: &str, problem: Problem) -> InputError {
+        let place = Place::Cell { row: self.place, column: index + 1, name: name.to_owned() };
+        InputError { file: self.file.clone(), place, problem }
     }
 }
 
@@ -471,10 +464,7 @@ pub(in crate::input) fn label(
     } else if value == 0.0 {
         Ok(Label::NotStable)
     } else {
-        Err(InputError::Label {
-            cell: row.cell(index, "label"),
-            text: row.shown(index).into_owned(),
-        })
+        Err(row.error(index, "label", Problem::Label(row.shown(index).into_owned())))
     }
 }
 
@@ -499,10 +489,8 @@ pub(super) fn validity(row: &impl Cells, index: usize) -> Result<Validity, Input
         return Ok(Validity::Valid);
     }
     let text = row.shown(index);
-    validity_of_name(&text).ok_or_else(|| InputError::Validity {
-        cell: row.cell(index, "validity"),
-        text: text.into_owned(),
-    })
+    let unknown = || row.error(index, "validity", Problem::Validity(text.to_string()));
+    validity_of_name(&text).ok_or_else(unknown)
 }
 
 /// Largest distance from 1970 of times with a known unit, µs; it includes the year 9999.
@@ -521,10 +509,9 @@ pub(super) struct TimeColumn {
 impl TimeColumn {
     /// Time of a row, rounded to 1 µs.
     pub(super) fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
-        let no_time = |unit| InputError::Time {
-            cell: row.cell(self.index, "t"),
-            text: row.shown(self.index).into_owned(),
-            unit,
+        let no_time = |unit| {
+            let text = row.shown(self.index).into_owned();
+            row.error(self.index, "t", Problem::Time { text, unit })
         };
         if let Some(micros) = row.moment_us(self.index) {
             return match micros.unsigned_abs() {
@@ -551,12 +538,9 @@ impl TimeColumn {
 
     /// Error about a time that is not after that of the previous row.
     pub(super) fn order_error(&self, row: &impl Cells, previous_us: i64) -> InputError {
-        InputError::TimeOrder {
-            cell: row.cell(self.index, "t"),
-            text: row.shown(self.index).into_owned(),
-            unit: self.unit,
-            previous: previous_us as f64 / (1.0e6 / self.unit.per_second()),
-        }
+        let text = row.shown(self.index).into_owned();
+        let previous = previous_us as f64 / (1.0e6 / self.unit.per_second());
+        row.error(self.index, "t", Problem::TimeOrder { text, unit: self.unit, previous })
     }
 }
 
@@ -576,7 +560,7 @@ mod tests {
     use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
 
     use crate::input::Opened;
-    use crate::input::error::{Cell, RowPlace};
+    use crate::input::error::RowPlace;
     use crate::input::stored::Loaded;
     use crate::input::table::options::{TimeUnit, Units};
     use crate::samples::{Label, VALIDITIES};
@@ -621,8 +605,8 @@ mod tests {
             let lines = ["ax,ay,az,wx,wy,wz", "0,0,0,0,0,0", "", "0,0,x,0,0,0"];
             for text in [lines.join(end), lines.join(end) + end] {
                 match read_text(text, &Hints::default()) {
-                    Err(InputError::NotANumber { cell, .. }) => {
-                        assert_eq!((cell.place, cell.column), (RowPlace::Line(4), 3));
+                    Err(InputError { place: Place::Cell { row, column, .. }, .. }) => {
+                        assert_eq!((row, column), (RowPlace::Line(4), 3));
                     }
                     other => panic!("{other:?}"),
                 }
@@ -632,8 +616,8 @@ mod tests {
 
     #[test]
     fn unknown_names_error_shows_how_to_map() {
-        let missing = ": missing in the header: ax, ay, az, wx, wy, wz; --map says which columns \
-                   stand for them, such as --map ";
+        let missing = ": missing in the header: ax, ay, az, wx, wy, wz; map says which columns \
+                   stand for them, such as map ";
         for (header, mapping) in [
             ("a,b,c,d,e,f,g,h", "t=a,ax=b,ay=c,az=d,wx=e,wy=f,wz=g"),
             ("a,b,c,d,e,f", "ax=a,ay=b,az=c,wx=d,wy=e,wz=f"),
@@ -654,8 +638,8 @@ mod tests {
         let said = Opened::new(file.path(), None).err().unwrap().to_string();
         assert!(
             said.ends_with(
-                "--format pce-atlas, pce-go1, lcd or csv; --map says which columns stand for them, \
-             such as --map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
+                "format pce-atlas, pce-go1, lcd or csv; map says which columns stand for them, \
+             such as map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
             ),
             "{said}"
         );
@@ -710,7 +694,7 @@ mod tests {
             let cut = loaded(&WHOLE[..length]);
             assert_eq!(cut.recording.samples.len(), 2, "{length}");
             assert!(
-                cut.notices[0].ends_with(", line 4: the last line is cut off, and left out"),
+                cut.notices[0].text.ends_with(", line 4: the last line is cut off, and left out"),
                 "{:?}",
                 cut.notices
             );
@@ -723,7 +707,7 @@ mod tests {
         assert_eq!((whole.recording.samples.len(), whole.notices.len()), (3, 0));
         for text in [WHOLE.replace("0.01,1,", ""), WHOLE.replace("0.02,1,", "")] {
             let error = read_text(text, &Hints::default());
-            assert!(matches!(error, Err(InputError::ColumnCount { .. })));
+            assert!(error.is_err_and(|e| matches!(e.problem, Problem::ColumnCount { .. })));
         }
     }
 
@@ -739,7 +723,9 @@ mod tests {
         assert!((1000..2000).contains(&samples.len()), "{}", samples.len());
         assert_eq!(samples[..], whole[..samples.len()]);
         assert!(
-            cut.notices[0].ends_with(": the compressed data ends early; what comes before is read"),
+            cut.notices[0]
+                .text
+                .ends_with(": the compressed data ends early; what comes before is read"),
             "{:?}",
             cut.notices
         );
@@ -769,8 +755,8 @@ mod tests {
         };
         for (first, last, closes) in [("\"start", "end\"", 8), ("\"start", "", 10)] {
             match rows(first, last) {
-                Err(InputError::RowsInQuotes { line, until, .. }) => {
-                    assert_eq!((line, until), (4, closes));
+                Err(InputError { place, problem: Problem::RowsInQuotes { until }, .. }) => {
+                    assert_eq!((place, until), (Place::Row(RowPlace::Line(4)), closes));
                 }
                 other => panic!("{other:?}"),
             }
@@ -786,7 +772,8 @@ mod tests {
         let endless = begin.chain(std::io::repeat(b'0'));
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
         let error = read(table, &Hints::default()).err().unwrap();
-        assert!(matches!(error, InputError::LongRow { line: 3, .. }), "{error}");
+        assert_eq!(error.place, Place::Row(RowPlace::Line(3)));
+        assert!(matches!(error.problem, Problem::LongRow { .. }), "{error}");
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(std::io::repeat(0)));
         assert!(read(table.unwrap(), &Hints::default()).is_err());
     }
@@ -797,14 +784,14 @@ mod tests {
         let read = loaded(&above);
         assert_eq!(read.recording.samples, loaded(WHOLE).recording.samples);
         assert!(
-            read.notices[0].ends_with(": 2 lines above the header are passed over"),
+            read.notices[0].text.ends_with(": 2 lines above the header are passed over"),
             "{:?}",
             read.notices
         );
         let error = read_text(above.replace("0.01,1", "0.01,x"), &Hints::default());
         assert!(matches!(
             error,
-            Err(InputError::NotANumber { cell: Cell { place: RowPlace::Line(5), .. }, .. })
+            Err(InputError { place: Place::Cell { row: RowPlace::Line(5), .. }, .. })
         ));
     }
 
@@ -837,7 +824,7 @@ mod tests {
         assert!(
         said.ends_with(
             "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction, not between thousands, \
-             is read with --decimal ,"
+             is read with decimal ,"
         ),
         "{said}"
     );
@@ -871,7 +858,7 @@ mod tests {
         assert!(
             error.ends_with(
                 ", line 1: column \"acc_x [g]\" is in g by its name, but would be read in m/s2: \
-             --units g,dps"
+             units g,dps"
             ),
             "{error}"
         );
@@ -895,14 +882,14 @@ mod tests {
             (
                 1_200_000_000_000_u64,
                 1_000_000,
-                Err("ms since 1970, but looks like ns: --time-unit ns"),
+                Err("ms since 1970, but looks like ns: time unit ns"),
             ),
             (
                 1_700_000_000_000_000,
                 1_000_000,
-                Err("us since 1970, but looks like ns: --time-unit ns"),
+                Err("us since 1970, but looks like ns: time unit ns"),
             ),
-            (1_700_000_000_000, 1_000, Err("ms since 1970, but looks like us: --time-unit us")),
+            (1_700_000_000_000, 1_000, Err("ms since 1970, but looks like us: time unit us")),
             (1_700_000_000_000, 1, Ok(1000.0)),
             (1_700_000_000_000_000_000, 1_000_000, Ok(1000.0)),
         ] {
@@ -928,7 +915,7 @@ mod tests {
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(
         said.ends_with(
-            "10000029000 is no time in s: -4e9 to 4e9 is expected; --time-unit says the unit: s, ms, us or ns"
+            "10000029000 is no time in s: -4e9 to 4e9 is expected; time unit says the unit: s, ms, us or ns"
         ),
         "{said}"
     );
@@ -961,7 +948,7 @@ mod tests {
         let (old, new) = (Some(70.0), Some(71.0));
         assert_eq!(loads, [None, old, old, None, new, new, None]);
         assert_eq!(read.repairs.blank_rows, 2);
-        let said = read.notices.concat();
+        let said: String = read.notices.iter().map(ToString::to_string).collect();
         assert!(
         said.contains(
             ": 3 samples have no load: none of the 2 rows with a load alone stands before and is at most \
@@ -985,7 +972,7 @@ mod tests {
         for (line, end) in [
             (
                 "s,m/s^2,m/s^2,m/s^2,rad/s,rad/s,rad/s",
-                ": take out the line of units, and name them with --units and --time-unit",
+                ": take out the line of units, and name them with units and time unit",
             ),
             (
                 "t,ax,ay,az,wx,wy,wz",
@@ -1009,7 +996,7 @@ mod tests {
     fn possible_time_column_is_suggested() {
         let text = "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n0,1,2,3,4,5,6\n";
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
-        assert!(said.ends_with("--map t=SampleTimeFine"), "{said}");
+        assert!(said.ends_with("map t=SampleTimeFine"), "{said}");
     }
 
     #[test]

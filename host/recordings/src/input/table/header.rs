@@ -2,7 +2,8 @@
 
 use csv::StringRecord;
 
-use crate::input::error::{InputError, Suggestion, first_of};
+use crate::hint::Hint;
+use crate::input::error::{InputError, Problem, first_of};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::table::csv::Cells;
 use crate::input::table::names::{
@@ -144,6 +145,11 @@ struct Naming<'a> {
 }
 
 impl Naming<'_> {
+    /// An error in the header.
+    fn error(&self, problem: Problem) -> InputError {
+        InputError::of_row(&self.header.file, self.header.place, problem)
+    }
+
     fn has(&self, name: &str) -> bool {
         self.names.iter().any(|given| given == name)
     }
@@ -166,25 +172,18 @@ impl Naming<'_> {
             match position(theirs, &given)[..] {
                 [index] => self.take(ours, index),
                 [] => {
-                    return Err(InputError::NoSuchColumn {
-                        file: self.header.file.clone(),
-                        place: self.header.place,
-                        name: theirs.to_owned(),
-                        columns: shortened(&given),
-                    });
+                    let (name, columns) = (theirs.to_owned(), shortened(&given));
+                    return Err(self.error(Problem::NoSuchColumn { name, columns }));
                 }
                 [one, other, ..] if given[one] == given[other] => {
-                    return Err(InputError::DuplicateColumn {
-                        cell: self.header.cell(other, &given[other]),
-                    });
+                    let problem = Problem::DuplicateColumn;
+                    return Err(self.header.error(other, &given[other], problem));
                 }
                 [one, other, ..] => {
-                    return Err(InputError::AmbiguousColumn {
-                        file: self.header.file.clone(),
-                        place: self.header.place,
+                    return Err(self.error(Problem::AmbiguousColumn {
                         name: theirs.to_owned(),
                         candidates: [given[one].clone(), given[other].clone()],
-                    });
+                    }));
                 }
             }
         }
@@ -208,12 +207,10 @@ impl Naming<'_> {
                 }
                 Found::Several(several) => {
                     let first_axes = several.iter().map(|[x, ..]| given[*x].clone());
-                    return Err(InputError::SeveralSensors {
-                        file: self.header.file.clone(),
-                        place: self.header.place,
+                    return Err(self.error(Problem::SeveralSensors {
                         candidates: first_axes.collect(),
                         mappings: choices(triple, &several, &given),
-                    });
+                    }));
                 }
                 Found::Nowhere => {}
             }
@@ -272,14 +269,8 @@ impl Naming<'_> {
             }
         }
         wrong.map_or(Ok(()), |(index, unit, read_in)| {
-            Err(InputError::NamedUnit {
-                file: self.header.file.clone(),
-                place: self.header.place,
-                name: self.header.text(index).to_owned(),
-                unit,
-                read_in,
-                units: named,
-            })
+            let name = self.header.text(index).to_owned();
+            Err(self.error(Problem::NamedUnit { name, unit, read_in, units: named }))
         })
     }
 
@@ -297,9 +288,9 @@ impl Naming<'_> {
     }
 }
 
-/// Suggestion for a header that lacks our names: a mapping if the names allow one, otherwise an example of the
+/// Hint for a header that lacks our names: a mapping if the names allow one, otherwise an example of the
 /// syntax.
-pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Suggestion> {
+pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Hint> {
     let names: Vec<String> = header.cells().map(str::to_owned).collect();
     let mut wanted: Vec<&'static str> = missing.to_vec();
     if !names.iter().any(|name| name == "t") {
@@ -315,14 +306,15 @@ pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Sugge
         }
     }
     if columns.iter().any(|(ours, _)| is_axis(ours)) {
-        return Some(Suggestion::Meant(Mapping { columns }));
+        return Some(Hint::Map(Mapping { columns }));
     }
     // An example of the syntax does not help if a single axis is missing.
-    (missing.len() == AXES).then(|| example(&wanted, &names))?
+    let example = (missing.len() == AXES).then(|| example(&wanted, &names));
+    example.flatten().map(Hint::MapExample)
 }
 
 /// Example of a mapping of the first columns of a file, if they have names.
-pub(in crate::input) fn example(wanted: &[&'static str], names: &[String]) -> Option<Suggestion> {
+pub(in crate::input) fn example(wanted: &[&'static str], names: &[String]) -> Option<Mapping> {
     let is_name =
         |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
     let mut theirs: Vec<&String> = Vec::new();
@@ -338,7 +330,7 @@ pub(in crate::input) fn example(wanted: &[&'static str], names: &[String]) -> Op
     let wanted = &wanted[wanted.len().saturating_sub(theirs.len())..];
     let columns = wanted.iter().copied().zip(theirs.into_iter().cloned());
     let columns = columns.collect();
-    Some(Suggestion::Example(Mapping { columns }))
+    Some(Mapping { columns })
 }
 
 /// List of names, shortened to the first ones if there are many.

@@ -277,12 +277,6 @@ pub(super) fn choices(triple: Triple, found: &[[usize; 3]], names: &[String]) ->
     found.iter().map(of_sensor).collect()
 }
 
-/// Options with mappings, for an error.
-pub(in crate::input) fn options(mappings: &[Mapping]) -> String {
-    let options = mappings.iter().map(|mapping| format!("--map {mapping}"));
-    options.collect::<Vec<_>>().join(" or ")
-}
-
 /// Number of bytes with which both names begin.
 fn common_start(a: &str, b: &str) -> usize {
     let both = a.bytes().zip(b.bytes());

@@ -71,7 +71,7 @@ impl FromStr for Scale {
         let (acceleration, rate) = factors.ok_or_else(|| {
             format!(
                 "{text:?} is no scale: write the factors of accelerometer and gyroscope, finite and not 0, such as \
-                 0.000122,0.07 with --units g,dps"
+                 0.000122,0.07 with units g,dps"
             )
         })?;
         Ok(Self { acceleration, rate })

@@ -10,7 +10,7 @@ use std::rc::Rc;
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
 use crate::compressed::without_ending;
-use crate::input::error::{InputError, RowPlace};
+use crate::input::error::{InputError, Place, Problem, RowPlace};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::table::names::is_header;
 use crate::input::table::options::{Decimal, is_ours};
@@ -172,7 +172,8 @@ impl Table {
         if !cells.iter().any(swallowed) {
             return Ok(());
         }
-        Err(InputError::RowsInQuotes { file: self.file.clone(), line, until: self.line() })
+        let problem = Problem::RowsInQuotes { until: self.line() };
+        Err(InputError::of_row(&self.file, RowPlace::Line(line), problem))
     }
 
     /// Returns whether the row just taken is the last and lacks a line end, so that the rest of it may be missing.
@@ -191,21 +192,20 @@ impl Table {
     }
 
     fn failure(&self, error: csv::Error) -> InputError {
-        let file = self.file.clone();
         if self.progress.is_too_long() {
-            return InputError::LongRow {
-                file,
-                line: self.reader.position().line(),
-                most_bytes: LONGEST_ROW,
-            };
+            let line = RowPlace::Line(self.reader.position().line());
+            let problem = Problem::LongRow { most_bytes: LONGEST_ROW };
+            return InputError::of_row(&self.file, line, problem);
         }
         let message = error.to_string();
         match error.into_kind() {
             csv::ErrorKind::Utf8 { err, .. } => {
-                InputError::NotUtf8 { file, line: self.line(), column: err.field() + 1 }
+                let row = RowPlace::Line(self.line());
+                let place = Place::Cell { row, column: err.field() + 1, name: String::new() };
+                InputError { file: self.file.clone(), place, problem: Problem::NotUtf8 }
             }
-            csv::ErrorKind::Io(source) => InputError::Unreadable { file, source },
-            _ => InputError::Unreadable { file, source: io::Error::other(message) },
+            csv::ErrorKind::Io(source) => InputError::unreadable(&self.file, source),
+            _ => InputError::unreadable(&self.file, io::Error::other(message)),
         }
     }
 }
@@ -258,12 +258,8 @@ impl Row {
         if self.cells.len() == expected {
             Ok(())
         } else {
-            Err(InputError::ColumnCount {
-                file: self.file.clone(),
-                place: self.place,
-                found: self.cells.len(),
-                expected,
-            })
+            let problem = Problem::ColumnCount { found: self.cells.len(), expected };
+            Err(InputError::of_row(&self.file, self.place, problem))
         }
     }
 

@@ -265,7 +265,7 @@ fn foot_is_the_same_in_every_storage_and_byte_order() {
                 panic!("one foot");
             };
             assert_eq!(foot.about.foot, None);
-            assert_eq!(foot.about.notices, [""; 0], "{kind:?}");
+            assert_eq!(foot.about.notices, [], "{kind:?}");
             assert_eq!(foot.about.sample_rate, 1000.0);
             assert_eq!(foot.about.start_us, 1_700_000_000_100_000);
             let samples = samples(foot);
@@ -288,7 +288,7 @@ fn several_feet_are_listed_selected_or_all_read() {
         let bytes = written(kind, &two_feet(Order::Little), &[("/imu/rear", IMU)]);
         assert_eq!(
             why(open(&bytes, &Hints::default())),
-            " has several IMUs, choose with --topic, or --topic all: \
+            " has several IMUs, choose with topic, or topic all: \
              /imu/rear (0 messages), /imu/fl (200 messages, 1003 Hz), \
              /imu/fr (200 messages, 1003 Hz)"
         );
@@ -341,7 +341,7 @@ fn frames_of_one_topic_are_separate_feet() {
     let found = FRAMES.map(|frame| format!("/foot_imus frame \"{frame}\" (100 messages, 500 Hz)"));
     assert_eq!(
         why(open(&bytes, &Hints::default())),
-        format!(" has several IMUs, choose with --frame, or --topic all: {}", found.join(", "))
+        format!(" has several IMUs, choose with frame, or topic all: {}", found.join(", "))
     );
     let of_frames = |feet: &[usize]| {
         let mut hints = Hints::default();
@@ -439,7 +439,7 @@ fn log_times_are_used_without_any_stamp() {
         assert_eq!((about.start_us, about.sample_rate), (5_000_000, 500.0));
         assert_eq!(about.notices.len(), 1);
         assert!(
-            about.notices[0].ends_with(
+            about.notices[0].text.ends_with(
                 "topic /imu/fl: no message has a stamp, so times are those when messages were written"
             ),
             "{:?}",
@@ -458,7 +458,7 @@ fn messages_without_a_stamp_among_others_are_left_out() {
     let bytes = written(Kind::Records, &messages, &[]);
     let mut feet = open(&bytes, &Hints::default()).unwrap();
     assert_eq!(feet[0].about.samples, 196);
-    assert!(feet[0].about.notices[0].ends_with("4 messages left out, without a stamp"));
+    assert!(feet[0].about.notices[0].text.ends_with("4 messages left out, without a stamp"));
     assert_eq!(feet[0].about.start_us, 1_700_000_000_103_000);
     assert_eq!(samples(&mut feet[0])[0].imu.timestamp.as_micros(), 0);
 }
@@ -538,7 +538,7 @@ fn load_is_the_last_before_the_sample_unless_old() {
         assert_eq!(loads[150], Some(Load(102.0)));
         assert_eq!(loads[151], None);
         assert_eq!(feet[0].about.load_title, "/ft (N)");
-        assert!(feet[0].about.notices[0].contains("60 messages without a load"));
+        assert!(feet[0].about.notices[0].text.contains("60 messages without a load"));
     }
     let hints = with_loads(Hints::default(), &["/ft:force"]);
     let mut feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
@@ -557,7 +557,7 @@ fn samples_without_a_load_say_which_kind_is_missing() {
     let hints = with_loads(Hints::default(), &["/load"]);
     let feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
     let notices = &feet[0].about.notices;
-    let said = |text: &str| notices.iter().any(|notice| notice.ends_with(text));
+    let said = |text: &str| notices.iter().any(|notice| notice.text.ends_with(text));
     assert!(
         said(": 3 messages without a load: the last value on /load is not a number"),
         "{notices:?}"
@@ -570,7 +570,7 @@ fn samples_without_a_load_say_which_kind_is_missing() {
     let feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
     let notice = feet[0].about.notices.last().unwrap();
     assert!(
-        notice.ends_with(": 1 message without a load: nothing on /load in the 100 ms before"),
+        notice.text.ends_with(": 1 message without a load: nothing on /load in the 100 ms before"),
         "{notice}"
     );
 }
@@ -596,7 +596,7 @@ fn loads_without_stamps_use_log_times_in_order_of_feet() {
     }
     assert_eq!(
         why(open(&bytes, &with_loads(topics(&["all"]), &["/load/a"]))),
-        ": there are loads for 1 of 2 feet: give --load-topic once for each of /imu/fl, /imu/fr"
+        ": there are loads for 1 of 2 feet: give load topic once for each of /imu/fl, /imu/fr"
     );
     let one = |load| open(&bytes, &with_loads(topics(&["/imu/fl"]), &[load]));
     assert_eq!(
@@ -652,7 +652,7 @@ fn truncated_file_yields_its_messages() {
                 assert!(read.len() >= longest || kind == Kind::Database);
                 longest = read.len();
                 let notices = &feet[0].about.notices;
-                assert!(read.len() == 200 || notices[0].contains("ends early"), "{notices:?}");
+                assert!(read.len() == 200 || notices[0].text.contains("ends early"), "{notices:?}");
             }
         }
         assert!(longest > 100, "{kind:?}: {longest}");
@@ -756,7 +756,7 @@ fn folder_is_read_in_order_of_its_numbers() {
     let whole = written(Kind::Records, &messages, &[]);
     let mut expected = open(&whole, &Hints::default()).unwrap();
     assert_eq!(samples(&mut feet[0]), samples(&mut expected[0]));
-    assert_eq!(feet[0].about.notices, [""; 0]);
+    assert_eq!(feet[0].about.notices, []);
     let empty = tempfile::tempdir().unwrap();
     let said = read(empty.path(), &Hints::default()).err().unwrap().to_string();
     assert!(said.ends_with("is a folder without files of a rosbag2: .mcap or .db3"), "{said}");
@@ -783,17 +783,17 @@ fn options_for_other_formats_are_rejected() {
     let bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
     let mut hints = Hints::default();
     hints.table.time_unit = Some(TimeUnit::Seconds);
-    assert!(why(open(&bytes, &hints)).ends_with("--time-unit is for csv and parquet"));
+    assert!(why(open(&bytes, &hints)).ends_with("time unit is for csv and parquet"));
     let mut hints = Hints::default();
     hints.table.mapping = "ax=x".parse().unwrap();
     assert!(
         why(open(&bytes, &hints))
-            .ends_with("--map is for messages of other types than sensor_msgs/msg/Imu")
+            .ends_with("map is for messages of other types than sensor_msgs/msg/Imu")
     );
     let table = b"t,ax,ay,az,wx,wy,wz\n0,0,0,0,0,0,0\n";
     assert_eq!(
         why(open(table, &topics(&["/imu"]))),
-        " is read as csv: --topic, --not-topic, --frame and --load-topic are for mcap and rosbag2"
+        " is read as csv: topic, not topic, frame and load topic are for mcap and rosbag2"
     );
     let given = |bytes: &[u8], format| {
         let mut file = tempfile::NamedTempFile::new().unwrap();
@@ -806,7 +806,7 @@ fn options_for_other_formats_are_rejected() {
         (&bytes, Format::Rosbag2, "mcap"),
         (table, Format::Mcap, "a table or of no kind that is known"),
     ] {
-        let expected = format!(" is {is}, but was given as --format {format}");
+        let expected = format!(" is {is}, but was given as format {format}");
         assert_eq!(why(given(bytes, format)), expected);
     }
 }

@@ -70,7 +70,7 @@ fn frames_of_other_messages_are_separate_feet() {
     let mut feet = open(&bytes, &hints).unwrap();
     for ((foot, name), stored) in (1_u8..).zip(["fl", "fr"]).zip(&mut feet) {
         assert_eq!(stored.about.foot.as_deref(), Some(name));
-        let said = stored.about.notices.concat();
+        let said: String = stored.about.notices.iter().map(ToString::to_string).collect();
         assert!(
             said.ends_with(
                 ": ax is ax, ay is ay, az is az, wx is gyro[0], wy is gyro[1], wz is gyro[2]"

@@ -27,7 +27,7 @@ use parquet::arrow::arrow_reader::{
 };
 use parquet::errors::ParquetError;
 
-use crate::input::error::{Cell, ContainerError, InputError, RowPlace};
+use crate::input::error::{InputError, Place, Problem, RowPlace};
 use crate::input::hints::Hints;
 use crate::input::iso8601::micros_since_1970;
 use crate::input::open::Container;
@@ -90,17 +90,14 @@ pub(in crate::input) fn read(container: &Container, hints: &Hints) -> Result<Sto
 
 /// Result of the library, or an error if it finds the file damaged.
 fn sound<T>(file: &str, call: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, InputError> {
-    let damaged = |error: ParquetError| ContainerError::Damaged {
-        file: file.to_owned(),
+    let damaged = |error: ParquetError| {
         // One line, although the library's errors may have several.
-        source: error.to_string().replace('\n', " ").into(),
-        advice: None,
+        let source = error.to_string().replace('\n', " ").into();
+        InputError::of_file(file, Problem::Damaged { source, advice: None })
     };
     match guarded(call) {
-        Some(result) => Ok(result.map_err(damaged)?),
-        None => {
-            Err(damaged(ParquetError::General("its parts do not fit together".to_owned())).into())
-        }
+        Some(result) => result.map_err(damaged),
+        None => Err(damaged(ParquetError::General("its parts do not fit together".to_owned()))),
     }
 }
 
@@ -150,13 +147,12 @@ impl Leaf {
         if is_read(&self.data_type) {
             return Ok(());
         }
-        Err(ContainerError::ColumnType {
-            file: file.to_owned(),
+        let problem = Problem::ColumnType {
             column: self.name.clone(),
             found: self.data_type.to_string(),
             wanted: "numbers, times or texts",
-        }
-        .into())
+        };
+        Err(InputError::of_file(file, problem))
     }
 
     /// Values in a batch that has the columns `roots` of the file.
@@ -204,10 +200,9 @@ impl Cells for BatchRow<'_> {
         let Some(column) = self.column(index) else {
             return Ok(None);
         };
-        column.number(self.row).map_err(|text| InputError::NotANumber {
-            cell: self.cell(index, name),
-            text: text.to_owned(),
-        })
+        column
+            .number(self.row)
+            .map_err(|text| self.error(index, name, Problem::NotANumber(text.to_owned())))
     }
 
     fn whole(&self, index: usize) -> Option<i64> {
@@ -222,13 +217,10 @@ impl Cells for BatchRow<'_> {
         }
     }
 
-    fn cell(&self, index: usize, name: &str) -> Cell {
-        Cell {
-            file: self.file.to_owned(),
-            place: RowPlace::Row(self.number),
-            column: index + 1,
-            name: name.to_owned(),
-        }
+    fn error(&self, index: usize, name: &str, problem: Problem) -> InputError {
+        let row = RowPlace::Row(self.number);
+        let place = Place::Cell { row, column: index + 1, name: name.to_owned() };
+        InputError { file: self.file.to_owned(), place, problem }
     }
 }
 

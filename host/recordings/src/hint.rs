@@ -1,0 +1,388 @@
+//! Hints of errors, findings and notices, and the words of the program that shows them.
+//!
+//! An error is data: what is wrong, where, the values, and a [`Hint`] on what to do. Most hints name a setting, and each
+//! program has names of its own for these: `--units g,dps` on a command line, `units="g,dps"` in Python. A [`Vocabulary`]
+//! is those names. [`Say::said`] gives the text in the words of a program; `Display` gives it in plain words.
+
+use std::fmt::{self, Display, Formatter};
+
+use estimator_core::{Gravity, Mounting};
+
+use crate::config::{GRAVITIES, word_of};
+use crate::input::{AccelerationUnit, Mapping, RateUnit, TimeUnit, Units};
+use crate::mounting::axes_text;
+
+crate::named! {
+    /// A setting of how a recording is read or estimated, by its name in plain words.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Setting {
+        /// Mounting of the sensor.
+        Axes = "axes",
+        /// Configuration file.
+        Config = "config",
+        /// Mark before the fraction of a number.
+        Decimal = "decimal",
+        /// Whether recorded contacts are ignored; it has no value.
+        EstimateAgain = "estimate again",
+        /// Format of the file.
+        Format = "format",
+        /// Frames of the feet on a topic.
+        Frame = "frame",
+        /// Whether accelerations contain gravity.
+        Gravity = "gravity",
+        /// Topics of the loads.
+        LoadTopic = "load topic",
+        /// Mapping of columns or fields.
+        Map = "map",
+        /// Topics that are left out.
+        NotTopic = "not topic",
+        /// Preset of the parameters.
+        Preset = "preset",
+        /// Other names of feet.
+        Rename = "rename",
+        /// Samples per second.
+        SampleRate = "sample rate",
+        /// Factors of readings.
+        Scale = "scale",
+        /// Unit of times.
+        TimeUnit = "time unit",
+        /// Treatment of times that are not in order.
+        Times = "times",
+        /// Topics of the feet.
+        Topic = "topic",
+        /// Units of readings.
+        Units = "units",
+        /// Length of the window.
+        Window = "window",
+    }
+}
+
+/// Names of settings in a program.
+pub trait Vocabulary: Sync {
+    /// Name of a setting, such as `--units`.
+    fn name(&self, setting: Setting) -> String;
+
+    /// A setting with a value, such as `--units g,dps`.
+    fn set(&self, setting: Setting, value: &dyn Display) -> String;
+}
+
+/// Plain words, in which no program is meant: `units g,dps`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Plain;
+
+impl Vocabulary for Plain {
+    fn name(&self, setting: Setting) -> String {
+        setting.to_string()
+    }
+
+    fn set(&self, setting: Setting, value: &dyn Display) -> String {
+        format!("{setting} {value}")
+    }
+}
+
+/// Words of tests, in which settings stand out: `[units] g,dps`.
+#[cfg(test)]
+pub(crate) struct Bracketed;
+
+#[cfg(test)]
+impl Vocabulary for Bracketed {
+    fn name(&self, setting: Setting) -> String {
+        format!("[{setting}]")
+    }
+
+    fn set(&self, setting: Setting, value: &dyn Display) -> String {
+        format!("[{setting}] {value}")
+    }
+}
+
+/// An error, finding or notice that may name settings.
+pub trait Say {
+    /// Writes the text in the words of a program.
+    ///
+    /// # Errors
+    /// The error of the formatter.
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result;
+
+    /// Returns the text in the words of a program.
+    fn said(&self, words: &dyn Vocabulary) -> String
+    where
+        Self: Sized,
+    {
+        Said { what: self, words }.to_string()
+    }
+}
+
+struct Said<'a, S> {
+    what: &'a S,
+    words: &'a dyn Vocabulary,
+}
+
+impl<S: Say> Display for Said<'_, S> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.what.say(self.words, f)
+    }
+}
+
+/// Gives types that say their text in the words of a program a `Display` in plain words.
+#[macro_export]
+macro_rules! say_plainly {
+    ($($type:ty),+) => {
+        $(impl std::fmt::Display for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                $crate::hint::Say::say(self, &$crate::hint::Plain, f)
+            }
+        })+
+    };
+}
+
+/// What to do about an error, a finding or a notice. The text is a clause without punctuation around it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Hint {
+    /// The axes of a table are in these units.
+    Units(Units),
+    /// Accelerations are in this unit.
+    AccelerationUnit(AccelerationUnit),
+    /// Rates are in this unit.
+    RateUnit(RateUnit),
+    /// Accelerations are in another unit, or counts.
+    OtherUnit,
+    /// There is a line of units below the header.
+    UnitsLine,
+    /// The header stands in the middle of the table.
+    SecondHeader,
+    /// Units or gravity may be wrong: half a sentence.
+    UnitsAndGravity,
+    /// Times are in this unit.
+    TimeUnit(TimeUnit),
+    /// Times are in another unit.
+    OtherTimeUnit,
+    /// The column `t`, which is read in s, looks like this unit.
+    TimesLookLike(TimeUnit),
+    /// A number has a comma before its fraction.
+    DecimalComma,
+    /// Rows are not in order.
+    RowOrder,
+    /// Messages are not in order.
+    MessageOrder,
+    /// Rows arrive in batches.
+    Batches,
+    /// Rows are spaced by the sample rate.
+    SpaceRows,
+    /// Samples are missing, or rows arrive in batches.
+    MissingSamples,
+    /// The file needs one of the formats of tables without names.
+    Format,
+    /// The sample rate is not known.
+    SampleRate,
+    /// The known names of a header are in upper case.
+    LowerCase,
+    /// The known names of a header are separated by this character.
+    Separator(char),
+    /// Mapping that may be intended.
+    Map(Mapping),
+    /// Column that may be the times.
+    MapTime(String),
+    /// Mapping of the first names of a header, as an example.
+    MapExample(Mapping),
+    /// Mapping of each of several sensors.
+    ChooseSensor(Vec<Mapping>),
+    /// The six axes of a message are to be named.
+    MapFields,
+    /// The part of a message is the IMU of the trunk; this is its address.
+    ReadTrunk(String),
+    /// A message on this topic has six axes.
+    TopicWithAxes(String),
+    /// One of several IMUs is to be chosen, by these settings.
+    ChooseTopic {
+        /// Whether their topics differ.
+        topics: bool,
+        /// Whether a topic has several frames.
+        frames: bool,
+    },
+    /// A load is to be given for each of these feet.
+    LoadForEach(String),
+    /// Each foot gets a name of its own.
+    Rename,
+    /// Contacts were used as they were recorded.
+    EstimateAgain,
+    /// Contacts are used as they were recorded, and the estimate could be computed.
+    EstimateFromSamples,
+    /// Gravity is as given here.
+    Gravity(Gravity),
+    /// The sensor lies like this in the foot.
+    Axes(Mounting),
+    /// A window of this length has the same duration, ms.
+    Window(f64),
+    /// The preset and its method are to be left out.
+    SelfCalibrating,
+}
+
+impl Say for Hint {
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        let name = |setting| words.name(setting);
+        let times = |value: &str| words.set(Setting::Times, &value);
+        match self {
+            Self::Units(units) => f.write_str(&words.set(Setting::Units, units)),
+            Self::AccelerationUnit(unit) => f.write_str(&words.set(Setting::Units, unit)),
+            Self::RateUnit(unit) => f.write_str(&words.set(Setting::Units, unit)),
+            Self::OtherUnit => write!(
+                f,
+                "{}, g or mg, or {} with the value of a count",
+                words.set(Setting::Units, &"m/s2"),
+                name(Setting::Scale)
+            ),
+            Self::UnitsLine => write!(
+                f,
+                "take out the line of units, and name them with {} and {}",
+                name(Setting::Units),
+                name(Setting::TimeUnit)
+            ),
+            Self::SecondHeader => f.write_str(
+                "the header stands here again, as where two tables were put into one file",
+            ),
+            Self::UnitsAndGravity => {
+                write!(f, "see whether units and {} are right", name(Setting::Gravity))
+            }
+            Self::TimeUnit(unit) => f.write_str(&words.set(Setting::TimeUnit, unit)),
+            Self::OtherTimeUnit => {
+                write!(f, "{} says the unit: s, ms, us or ns", name(Setting::TimeUnit))
+            }
+            Self::TimesLookLike(unit) => write!(
+                f,
+                "column t looks like {}, but is read in s: {}",
+                if *unit == TimeUnit::Milliseconds { "milliseconds" } else { "microseconds" },
+                words.set(Setting::TimeUnit, unit)
+            ),
+            Self::DecimalComma => write!(
+                f,
+                "a comma before the fraction, not between thousands, is read with {}",
+                words.set(Setting::Decimal, &',')
+            ),
+            Self::RowOrder => write!(
+                f,
+                "sort the rows, leave such rows out with {}, or space all by the sample rate with {}",
+                times("drop-bad"),
+                times("rate")
+            ),
+            Self::MessageOrder => write!(
+                f,
+                "{} leaves such messages out, {} spaces them by the sample rate",
+                times("drop-bad"),
+                times("rate")
+            ),
+            Self::Batches => {
+                write!(f, "rows that arrive in batches are spaced by {}", times("rate"))
+            }
+            Self::SpaceRows => f.write_str(&times("rate")),
+            Self::MissingSamples => write!(f, "samples are missing, or {}", times("rate")),
+            Self::Format => {
+                write!(f, "{}, pce-go1, lcd or csv", words.set(Setting::Format, &"pce-atlas"))
+            }
+            Self::SampleRate => f.write_str(&words.set(Setting::SampleRate, &"HZ")),
+            Self::LowerCase => f.write_str("names are written in lower case"),
+            Self::Separator(found) => {
+                write!(f, "columns are separated by commas, semicolons or tabs, not by {found:?}")
+            }
+            Self::Map(mapping) => {
+                write!(f, "did you mean {}?", words.set(Setting::Map, mapping))
+            }
+            Self::MapTime(column) => {
+                let mapping = format!("t={column}");
+                write!(f, "did you mean `t` for `{column}`? {}", words.set(Setting::Map, &mapping))
+            }
+            Self::MapExample(mapping) => write!(
+                f,
+                "{} says which columns stand for them, such as {}",
+                name(Setting::Map),
+                words.set(Setting::Map, mapping)
+            ),
+            Self::ChooseSensor(mappings) => {
+                let each = mappings.iter().map(|mapping| words.set(Setting::Map, mapping));
+                write!(f, "choose one, {}", each.collect::<Vec<_>>().join(" or "))
+            }
+            Self::MapFields => write!(
+                f,
+                "{} names the six axes, such as ax=imu.accelerometer[0]",
+                name(Setting::Map)
+            ),
+            Self::ReadTrunk(address) => {
+                write!(f, "{} reads it all the same", words.set(Setting::Topic, address))
+            }
+            Self::TopicWithAxes(topic) => write!(
+                f,
+                "{topic} has six axes, of a foot or of the trunk: {}",
+                words.set(Setting::Topic, topic)
+            ),
+            Self::ChooseTopic { topics, frames } => {
+                let (topic, frame) = (name(Setting::Topic), name(Setting::Frame));
+                let one = match (topics, frames) {
+                    (true, true) => format!("{topic} and {frame}"),
+                    (false, true) => frame,
+                    (_, false) => topic,
+                };
+                write!(f, "choose with {one}, or {}", words.set(Setting::Topic, &"all"))
+            }
+            Self::LoadForEach(feet) => {
+                write!(f, "give {} once for each of {feet}", name(Setting::LoadTopic))
+            }
+            Self::Rename => {
+                write!(f, "{} gives each foot a name of its own", name(Setting::Rename))
+            }
+            Self::EstimateAgain => f.write_str(&name(Setting::EstimateAgain)),
+            Self::EstimateFromSamples => {
+                write!(f, "{} computes the estimate from the samples", name(Setting::EstimateAgain))
+            }
+            Self::Gravity(gravity) => {
+                f.write_str(&words.set(Setting::Gravity, &word_of(&GRAVITIES, *gravity)))
+            }
+            Self::Axes(axes) => f.write_str(&words.set(Setting::Axes, &axes_text(axes))),
+            Self::Window(ms) => {
+                let window = words.set(Setting::Window, &format!("{ms:.0}ms"));
+                write!(f, "{window} has the same duration")
+            }
+            Self::SelfCalibrating => write!(
+                f,
+                "leave out {}, or set method = \"self_calibrating\" in the configuration",
+                words.set(Setting::Preset, &"paper")
+            ),
+        }
+    }
+}
+
+/// A sentence about something that was left out or reinterpreted, for people to read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Notice {
+    /// The sentence, without the hint.
+    pub text: String,
+    /// What to do, if there is anything.
+    pub hint: Option<Hint>,
+}
+
+impl Notice {
+    /// Creates a notice with a hint.
+    #[must_use]
+    pub const fn with_hint(text: String, hint: Hint) -> Self {
+        Self { text, hint: Some(hint) }
+    }
+}
+
+impl From<String> for Notice {
+    fn from(text: String) -> Self {
+        Self { text, hint: None }
+    }
+}
+
+impl Say for Notice {
+    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)?;
+        match &self.hint {
+            Some(hint) => {
+                f.write_str(": ")?;
+                hint.say(words, f)
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+say_plainly!(Hint, Notice);

@@ -1,0 +1,69 @@
+//! Words of Python for the settings that errors, findings and notices name: `units="g,dps"`.
+
+use std::fmt::Display;
+
+use pyo3::PyErr;
+use recordings::hint::{Say, Setting, Vocabulary};
+
+use crate::parameters::value_error;
+
+/// Arguments of the package.
+struct Arguments;
+
+impl Vocabulary for Arguments {
+    fn name(&self, setting: Setting) -> String {
+        match setting {
+            Setting::EstimateAgain => "estimate_again=True".to_owned(),
+            other => format!("{}=", argument(other)),
+        }
+    }
+
+    fn set(&self, setting: Setting, value: &dyn Display) -> String {
+        match setting {
+            // A number.
+            Setting::SampleRate => format!("{}={value}", argument(setting)),
+            other => format!("{}=\"{value}\"", argument(other)),
+        }
+    }
+}
+
+fn argument(setting: Setting) -> String {
+    match setting {
+        Setting::SampleRate => "rate".to_owned(),
+        other => other.name().replace(' ', "_"),
+    }
+}
+
+/// Returns the text of an error, a finding or a notice, with arguments in it.
+pub(crate) fn said(what: &impl Say) -> String {
+    what.said(&Arguments)
+}
+
+/// Returns the error of a wrong argument or recording, with arguments in its text.
+#[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
+pub(crate) fn refused(error: impl Say) -> PyErr {
+    value_error(said(&error))
+}
+
+/// Texts of notices, with arguments in them.
+pub(crate) fn all_said<S: Say>(all: &[S]) -> Vec<String> {
+    all.iter().map(said).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use recordings::hint::Hint;
+
+    use super::*;
+
+    #[test]
+    fn hint_names_the_argument_with_its_value() {
+        assert_eq!(said(&Hint::Units("g,dps".parse().unwrap())), "units=\"g,dps\"");
+        assert_eq!(
+            said(&Hint::ChooseTopic { topics: false, frames: true }),
+            "choose with frame=, or topic=\"all\""
+        );
+        assert_eq!(said(&Hint::SampleRate), "rate=HZ");
+        assert_eq!(said(&Hint::EstimateAgain), "estimate_again=True");
+    }
+}
