@@ -89,7 +89,10 @@ fn bus_of_each_wiring_carries_all_contacts() {
         "Load of the CAN bus and times between contacts in each wiring, with all frames on and a robot that sends loads \
          and SYNCs at 100 Hz.",
     )
-    .measured_by("cargo test -p virtual-board bus_of_each_wiring_carries_all_contacts");
+    .measured_by("cargo test -p virtual-board bus_of_each_wiring_carries_all_contacts")
+    // The times of frames depend on the instructions of a tick.
+    .tolerance("bus_load_percent", 0.05)
+    .tolerance("longest_between_contacts_ms", 0.1);
     for profile in PROFILES {
         let (wiring, feet, kbit_s, period_ms) = profile;
         let all = carry(profile, &elf);
@@ -115,7 +118,7 @@ fn bus_of_each_wiring_carries_all_contacts() {
             ("feet", feet.into()),
             ("bit_rate_kbit_s", kbit_s.into()),
             ("contact_period_ms", period_ms.into()),
-            ("bus_load_percent", rounded(percent, 0).into()),
+            ("bus_load_percent", (percent.round() as u64).into()),
             ("longest_between_contacts_ms", rounded(longest_ms, 2).into()),
         ]);
     }
