@@ -223,7 +223,7 @@ impl Foot {
     ///
     /// # Errors
     /// The defaults do not fit each other either.
-    pub fn or_with_defaults(settings: Settings, start: Start) -> Result<Self, ParamsError> {
+    pub fn new_or_default(settings: Settings, start: Start) -> Result<Self, ParamsError> {
         // Checked first: a foot that is made twice takes its size twice of the stack.
         if settings.params().validate::<WINDOW_CAPACITY>().is_ok() {
             Self::new(settings, start)

@@ -350,7 +350,8 @@ impl UartBatch {
     }
 }
 
-/// Lane of an item.
+/// Lane of an item. Notices are rare and go first. Then come estimates: no request delays them. Responses go before the
+/// stream, which goes when nothing else waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
     /// Rare reports of the foot itself: boot-up, heartbeat, faults. Goes first.

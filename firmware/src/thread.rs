@@ -112,3 +112,139 @@ pub async fn blink(
         delay.delay_ms(off_ms).await;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use core::cell::{Cell, RefCell};
+    use core::future::poll_fn;
+    use core::pin::pin;
+    use core::task::{Context, Poll, Waker};
+    use std::vec::Vec;
+
+    use super::*;
+    use crate::sampling::Tick;
+    use crate::supervision::Worker;
+
+    /// A board that counts what it is asked for.
+    #[derive(Default)]
+    struct Counting {
+        fed: Cell<u32>,
+        is_acknowledged: Cell<bool>,
+        confirms: Cell<bool>,
+        /// Number of feedings before each attempt to confirm the program.
+        attempts: RefCell<Vec<u32>>,
+    }
+
+    impl Board for Counting {
+        const FEEDING_MS: u32 = 100;
+
+        fn load_reading(&self) -> Option<u16> {
+            None
+        }
+
+        fn micros_since_edge(&self, _: &Tick) -> u32 {
+            0
+        }
+
+        fn is_acknowledged(&self) -> bool {
+            self.is_acknowledged.get()
+        }
+
+        fn feed_watchdog(&self) {
+            self.fed.set(self.fed.get() + 1);
+        }
+
+        fn look_at_stack(&self, _: &mut StackDepth) -> Option<usize> {
+            Some(self.fed.get() as usize)
+        }
+
+        fn apply_rates(&self, _: &Settings) {}
+
+        fn protect(&self) -> Result<(), StoreFailed> {
+            Ok(())
+        }
+
+        fn confirm_program(&self) -> Result<(), StoreFailed> {
+            self.attempts.borrow_mut().push(self.fed.get());
+            if self.confirms.get() { Ok(()) } else { Err(StoreFailed::SupplyLow) }
+        }
+
+        fn start_bootloader(&self) -> ! {
+            panic!("no request asks for it")
+        }
+
+        fn reset(&self) -> ! {
+            panic!("no request asks for it")
+        }
+    }
+
+    /// A delay that ends at the next poll.
+    struct NextPoll;
+
+    impl DelayNs for NextPoll {
+        async fn delay_ns(&mut self, _: u32) {
+            let mut is_over = false;
+            poll_fn(|_| {
+                if is_over {
+                    return Poll::Ready(());
+                }
+                is_over = true;
+                Poll::Pending
+            })
+            .await;
+        }
+    }
+
+    /// Feeds the watchdog of `board`, and calls `act` with the number of each interval before it.
+    fn feed(board: &Counting, ports: &Ports, intervals: u32, mut act: impl FnMut(u32)) {
+        let mut future = pin!(feed_watchdog(NextPoll, board, ports));
+        let mut context = Context::from_waker(Waker::noop());
+        for interval in 0..=intervals {
+            assert!(future.as_mut().poll(&mut context).is_pending());
+            act(interval);
+        }
+    }
+
+    fn report_all(ports: &Ports) {
+        for worker in Worker::ALL {
+            ports.liveness.report(worker);
+        }
+    }
+
+    #[test]
+    fn the_watchdog_is_fed_while_all_workers_report() {
+        let (board, ports) = (Counting::default(), Ports::new());
+        feed(&board, &ports, 30, |interval| {
+            if interval < 20 {
+                report_all(&ports);
+            }
+        });
+        assert_eq!(board.fed.get(), 20);
+        assert_eq!(ports.costs.largest(), [0, 0, 20]);
+    }
+
+    #[test]
+    fn a_program_is_confirmed_once_it_has_run_and_can_be_reached() {
+        let (board, ports) = (Counting::default(), Ports::new());
+        feed(&board, &ports, 500, |interval| {
+            report_all(&ports);
+            board.is_acknowledged.set(interval >= 150);
+            board.confirms.set(interval >= 300);
+        });
+        // Reached after fifteen seconds; tried again ten seconds after each failure, and never after a success.
+        assert_eq!(*board.attempts.borrow(), [151, 251, 351]);
+    }
+
+    #[test]
+    fn a_request_over_the_serial_line_shows_that_a_foot_can_be_reached() {
+        let (board, ports) = (Counting::default(), Ports::new());
+        board.confirms.set(true);
+        let request = wire::uart::NmtRequest(wire::node::Command::StartRemoteNode);
+        let request = Input::Uart(crate::ports::UartRequest::Nmt(request));
+        let mut put = pin!(ports.put(request));
+        let mut context = Context::from_waker(Waker::noop());
+        assert!(put.as_mut().poll(&mut context).is_ready());
+        feed(&board, &ports, 200, |_| report_all(&ports));
+        assert_eq!(*board.attempts.borrow(), [100]);
+    }
+}

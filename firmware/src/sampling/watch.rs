@@ -495,7 +495,7 @@ mod tests {
             }
         };
         ticks(&mut watch, 999, ordinary());
-        // One tick without begins anew, as does one with too many.
+        // A tick without an edge resets the count, as does one with too many.
         ticks(&mut watch, 1, tick(true, Some(60)));
         ticks(&mut watch, 999, ordinary());
         assert_eq!(watch.read_at, ReadAt::Timer);

@@ -111,7 +111,7 @@ fn main() -> ! {
             ..Program::default()
         },
     };
-    let Ok(foot) = Foot::or_with_defaults(settings, start) else { halt() };
+    let Ok(foot) = Foot::new_or_default(settings, start) else { halt() };
     let foot = FOOT.init(foot.without_can(TICK_US));
     let range = foot.settings().accelerometer_range();
 

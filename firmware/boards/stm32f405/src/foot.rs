@@ -172,7 +172,7 @@ fn log_boot(start: &Start) {
 fn make_foot(settings: Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
     let place = FOOT.uninit();
-    Some(place.write(Foot::or_with_defaults(settings, start).ok()?))
+    Some(place.write(Foot::new_or_default(settings, start).ok()?))
 }
 
 /// Spawns a task that exists once.
