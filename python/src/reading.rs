@@ -25,7 +25,7 @@ use recordings::space::components;
 use crate::arrays::table;
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
 use crate::result::{Estimated, Failure, run, run_recorded};
-use crate::words::{all_said, refused, said};
+use crate::words::{all_in_words, in_words, refused};
 
 /// Columns of a recording, filled without the interpreter lock.
 #[derive(Default)]
@@ -106,7 +106,7 @@ impl ReadOptions {
 /// Returns the Python exception of an error: a subclass of `OSError` if the file cannot be read, `ImportError` if a feature
 /// or a program is missing, `ValueError` if the content is wrong.
 pub(crate) fn input_error(error: InputError) -> PyErr {
-    let text = said(&error);
+    let text = in_words(&error);
     match error.problem {
         Problem::Unreadable(source) | Problem::Spool(source) => match source.kind() {
             io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),
@@ -186,7 +186,7 @@ pub(crate) fn estimate_file<'py>(
         let dict = estimated.into_dict(py)?;
         dict.set_item("recording", about.name)?;
         dict.set_item("foot", about.foot.or_else(|| foot.clone()))?;
-        dict.set_item("notices", all_said(&about.notices))?;
+        dict.set_item("notices", all_in_words(&about.notices))?;
         Ok(dict)
     };
     feet.into_iter().map(into_dict).collect()
@@ -266,7 +266,7 @@ impl RecordingColumns {
         dict.set_item("format", format.name())?;
         dict.set_item("rate", f64::from(about.sample_rate))?;
         dict.set_item("gravity", word_of(&GRAVITIES, about.gravity))?;
-        dict.set_item("notices", all_said(&about.notices))?;
+        dict.set_item("notices", all_in_words(&about.notices))?;
         dict.set_item("t", self.time_s.into_pyarray(py))?;
         dict.set_item("acc", table(self.acc, 3).into_pyarray(py))?;
         dict.set_item("gyr", table(self.gyr, 3).into_pyarray(py))?;

@@ -21,7 +21,7 @@ use recordings::space::components;
 use thiserror::Error;
 
 use crate::arrays::table;
-use crate::words::said;
+use crate::words::in_words;
 
 /// Estimate of a recording.
 pub(crate) struct Estimated {
@@ -121,7 +121,7 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
 
 /// Name of a finding, and its sentence.
 fn sentence(finding: Finding) -> (&'static str, String) {
-    (finding.name(), said(&finding))
+    (finding.name(), in_words(&finding))
 }
 
 /// Fields of `footfall.Event`, in order.

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use pyo3::PyErr;
-use recordings::hint::{Say, Setting, Vocabulary};
+use recordings::hint::{InWords, Setting, Vocabulary};
 
 use crate::parameters::value_error;
 
@@ -35,19 +35,19 @@ fn argument(setting: Setting) -> String {
 }
 
 /// Returns the text of an error, a finding or a notice, with arguments in it.
-pub(crate) fn said(what: &impl Say) -> String {
-    what.said(&Arguments)
+pub(crate) fn in_words(what: &impl InWords) -> String {
+    what.in_words(&Arguments)
 }
 
 /// Returns the error of a wrong argument or recording, with arguments in its text.
 #[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
-pub(crate) fn refused(error: impl Say) -> PyErr {
-    value_error(said(&error))
+pub(crate) fn refused(error: impl InWords) -> PyErr {
+    value_error(in_words(&error))
 }
 
 /// Texts of notices, with arguments in them.
-pub(crate) fn all_said<S: Say>(all: &[S]) -> Vec<String> {
-    all.iter().map(said).collect()
+pub(crate) fn all_in_words<S: InWords>(all: &[S]) -> Vec<String> {
+    all.iter().map(in_words).collect()
 }
 
 #[cfg(test)]
@@ -58,12 +58,12 @@ mod tests {
 
     #[test]
     fn hint_names_the_argument_with_its_value() {
-        assert_eq!(said(&Hint::Units("g,dps".parse().unwrap())), "units=\"g,dps\"");
+        assert_eq!(in_words(&Hint::Units("g,dps".parse().unwrap())), "units=\"g,dps\"");
         assert_eq!(
-            said(&Hint::ChooseTopic { topics: false, frames: true }),
+            in_words(&Hint::ChooseTopic { topics: false, frames: true }),
             "choose with frame=, or topic=\"all\""
         );
-        assert_eq!(said(&Hint::SampleRate), "rate=HZ");
-        assert_eq!(said(&Hint::EstimateAgain), "estimate_again=True");
+        assert_eq!(in_words(&Hint::SampleRate), "rate=HZ");
+        assert_eq!(in_words(&Hint::EstimateAgain), "estimate_again=True");
     }
 }

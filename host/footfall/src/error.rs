@@ -15,7 +15,7 @@ use thiserror::Error;
 use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
 use crate::foot_error::{FootError, with_hint};
-use crate::words::said;
+use crate::words::in_words;
 
 /// Reason a command failed.
 #[derive(Debug, Error)]
@@ -24,7 +24,7 @@ pub enum Error {
     #[error(transparent)]
     NotBuilt(#[from] NotBuilt),
     /// The recording cannot be used.
-    #[error("{}", said(.0))]
+    #[error("{}", in_words(.0))]
     Input(InputError),
     /// The input of a decoding cannot be used.
     #[error(transparent)]
@@ -44,10 +44,10 @@ pub enum Error {
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
     /// The parameters are invalid; described by the option or key that sets them.
-    #[error("{}", said(.0))]
+    #[error("{}", in_words(.0))]
     Refused(#[from] ParameterRefusal),
     /// The recordings do not contain the data a calibration needs.
-    #[error("{}", said(.0))]
+    #[error("{}", in_words(.0))]
     Calibration(#[from] CalibrationError),
     /// A recording is implausible and `--strict` is given.
     #[error("{file}: --strict does not let {count} of the above pass")]
@@ -168,7 +168,7 @@ pub enum Error {
         what: String,
     },
     /// Axes are given for a foot that is not in the recordings.
-    #[error("{}", said(.0))]
+    #[error("{}", in_words(.0))]
     NoSuchFoot(#[from] NoSuchFoot),
     /// The viewer server failed.
     #[cfg(feature = "foxglove")]

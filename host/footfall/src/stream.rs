@@ -16,7 +16,7 @@ use recordings::hint::Hint;
 use crate::error::Error;
 use crate::interruption::is_interrupted;
 use crate::messages::warn;
-use crate::words::said;
+use crate::words::in_words;
 
 /// Time without arrivals after which [`Sink::idle`] is called.
 const QUIET: Duration = Duration::from_millis(200);
@@ -260,7 +260,7 @@ pub fn remark_text(remark: &Remark) -> String {
         remark,
         Remark::Implausible(_, finding) if matches!(finding.hint(), Some(Hint::Gravity(_)))
     );
-    said(remark) + if is_of_convert { ", in footfall convert" } else { "" }
+    in_words(remark) + if is_of_convert { ", in footfall convert" } else { "" }
 }
 
 fn warn_of_waiting(error: &LinkError) {

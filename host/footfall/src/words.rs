@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use recordings::hint::{Say, Setting, Vocabulary};
+use recordings::hint::{InWords, Setting, Vocabulary};
 
 /// Options of the command line.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +19,8 @@ impl Vocabulary for CommandLine {
 }
 
 /// Returns the text of an error, a finding or a notice, with options in it.
-pub fn said(what: &impl Say) -> String {
-    what.said(&CommandLine)
+pub fn in_words(what: &impl InWords) -> String {
+    what.in_words(&CommandLine)
 }
 
 #[cfg(test)]
@@ -31,11 +31,11 @@ mod tests {
 
     #[test]
     fn hint_names_the_option_with_its_value() {
-        assert_eq!(said(&Hint::Units("g,dps".parse().unwrap())), "--units g,dps");
+        assert_eq!(in_words(&Hint::Units("g,dps".parse().unwrap())), "--units g,dps");
         assert_eq!(
-            said(&Hint::ChooseTopic { topics: true, frames: true }),
+            in_words(&Hint::ChooseTopic { topics: true, frames: true }),
             "choose with --topic and --frame, or --topic all"
         );
-        assert_eq!(said(&Hint::SampleRate), "--sample-rate HZ");
+        assert_eq!(in_words(&Hint::SampleRate), "--sample-rate HZ");
     }
 }

@@ -20,9 +20,10 @@ const ENDINGS: [&str; 3] = ["gz", "zst", "zstd"];
 #[must_use]
 pub fn without_ending(path: &Path) -> &Path {
     let is_ending = |extension: &OsStr| ENDINGS.iter().any(|known| extension == *known);
-    match path.extension().is_some_and(is_ending) {
-        true => Path::new(path.file_stem().unwrap_or_default()),
-        false => path,
+    if path.extension().is_some_and(is_ending) {
+        Path::new(path.file_stem().unwrap_or_default())
+    } else {
+        path
     }
 }
 

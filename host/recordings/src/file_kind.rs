@@ -7,9 +7,16 @@ const BY_PYTHON_CAN: &str =
 
 const UNPACK: &str = "unpack it";
 
-/// Defines the kinds by name, with its article, advice for a file that should be a recording and cannot be read, and advice
-/// for one that should be a log, with `FILE` for its name: `None` if it is read, or if a recording of the serial line may
-/// have the same first bytes.
+/// Advice for a file of a kind.
+struct Advice {
+    /// For one that should be a recording and cannot be read; `None` if every file of the kind is read.
+    recording: Option<&'static str>,
+    /// For one that should be a log, with `FILE` for its name; `None` if it is read, or if a recording of the serial line
+    /// may have the same first bytes.
+    log: Option<&'static str>,
+}
+
+/// Defines the kinds by name, with its article, advice for a recording and advice for a log, as in [`Advice`].
 macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $recording:expr, $log:expr;)+) => {
         crate::named! {
@@ -21,10 +28,9 @@ macro_rules! kinds {
         }
 
         impl FileKind {
-            /// Advice for a recording, and for a log.
-            const fn advices(self) -> [Option<&'static str>; 2] {
+            const fn advice_for(self) -> Advice {
                 match self {
-                    $(Self::$kind => [$recording, $log]),+
+                    $(Self::$kind => Advice { recording: $recording, log: $log }),+
                 }
             }
         }
@@ -87,15 +93,13 @@ impl FileKind {
     /// Advice for a file that should be a recording and cannot be read; `None` if every file of the kind is read.
     #[must_use]
     pub const fn advice(self) -> Option<&'static str> {
-        let [recording, _] = self.advices();
-        recording
+        self.advice_for().recording
     }
 
     /// Advice for the file of this name that should be a log; `None` if it may be one.
     #[must_use]
     pub fn log_advice(self, file: &str) -> Option<String> {
-        let [_, log] = self.advices();
-        log.map(|advice| advice.replace("FILE", file))
+        self.advice_for().log.map(|advice| advice.replace("FILE", file))
     }
 }
 
@@ -167,9 +171,10 @@ fn zip(first: &[u8]) -> Option<FileKind> {
 /// Kind of a file by its first line, in which a table has no zero.
 fn other(first: &[u8]) -> Option<FileKind> {
     let line = first.split(|byte| *byte == b'\n').next()?;
-    match line.contains(&0) {
-        true => Some(FileKind::Other),
-        false => is_can_log(line).then_some(FileKind::CanLog),
+    if line.contains(&0) {
+        Some(FileKind::Other)
+    } else {
+        is_can_log(line).then_some(FileKind::CanLog)
     }
 }
 

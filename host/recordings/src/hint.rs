@@ -2,7 +2,7 @@
 //!
 //! An error is data: what is wrong, where, the values, and a [`Hint`] on what to do. Most hints name a setting, and each
 //! program has names of its own for these: `--units g,dps` on a command line, `units="g,dps"` in Python. A [`Vocabulary`]
-//! is those names. [`Say::said`] gives the text in the words of a program; `Display` gives it in plain words.
+//! is those names. [`InWords::in_words`] gives the text in the words of a program; `Display` gives it in plain words.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -96,40 +96,40 @@ impl Vocabulary for Bracketed {
 }
 
 /// An error, finding or notice that may name settings.
-pub trait Say {
+pub trait InWords {
     /// Writes the text in the words of a program.
     ///
     /// # Errors
     /// The error of the formatter.
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result;
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result;
 
     /// Returns the text in the words of a program.
-    fn said(&self, words: &dyn Vocabulary) -> String
+    fn in_words(&self, words: &dyn Vocabulary) -> String
     where
         Self: Sized,
     {
-        Said { what: self, words }.to_string()
+        Worded { what: self, words }.to_string()
     }
 }
 
-struct Said<'a, S> {
+struct Worded<'a, S> {
     what: &'a S,
     words: &'a dyn Vocabulary,
 }
 
-impl<S: Say> Display for Said<'_, S> {
+impl<S: InWords> Display for Worded<'_, S> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        self.what.say(self.words, f)
+        self.what.write_in(self.words, f)
     }
 }
 
 /// Gives types that say their text in the words of a program a `Display` in plain words.
 #[macro_export]
-macro_rules! say_plainly {
+macro_rules! display_in_plain_words {
     ($($type:ty),+) => {
         $(impl std::fmt::Display for $type {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                $crate::hint::Say::say(self, &$crate::hint::Plain, f)
+                $crate::hint::InWords::write_in(self, &$crate::hint::Plain, f)
             }
         })+
     };
@@ -217,8 +217,8 @@ pub enum Hint {
     SelfCalibrating,
 }
 
-impl Say for Hint {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for Hint {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         let name = |setting| words.name(setting);
         let times = |value: &str| words.set(Setting::Times, &value);
         match self {
@@ -372,17 +372,17 @@ impl From<String> for Notice {
     }
 }
 
-impl Say for Notice {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for Notice {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)?;
         match &self.hint {
             Some(hint) => {
                 f.write_str(": ")?;
-                hint.say(words, f)
+                hint.write_in(words, f)
             }
             None => Ok(()),
         }
     }
 }
 
-say_plainly!(Hint, Notice);
+display_in_plain_words!(Hint, Notice);

@@ -209,9 +209,10 @@ pub(crate) fn numbers(estimate: &ContactEstimate) -> impl Iterator<Item = f32> {
 fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
     for number in numbers(estimate) {
         // The shortest decimals that read back as the same f32.
-        match number.is_nan() {
-            true => write!(to, ",")?,
-            false => write!(to, ",{number}")?,
+        if number.is_nan() {
+            write!(to, ",")?;
+        } else {
+            write!(to, ",{number}")?;
         }
     }
     let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();

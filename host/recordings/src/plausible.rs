@@ -9,12 +9,12 @@ use std::fmt::{self, Formatter};
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Gravity, Mounting, Timestamp, Validity, Vec3};
 
-use crate::hint::{Hint, Say, Vocabulary};
+use crate::display_in_plain_words;
+use crate::hint::{Hint, InWords, Vocabulary};
 use crate::input::rate::{Steps, median};
 use crate::input::{AccelerationUnit, RateUnit};
 use crate::mounting;
 use crate::samples::{RecordedSample, Recording};
-use crate::say_plainly;
 use crate::space::components;
 
 /// Value of |a| at rest from which it cannot be gravity, whatever the motion of a foot at its quietest, m/s².
@@ -110,15 +110,15 @@ pub enum Finding {
     },
 }
 
-say_plainly!(Finding);
+display_in_plain_words!(Finding);
 
-impl Say for Finding {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for Finding {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         self.write(f)?;
         match self.hint() {
             Some(hint) => {
                 f.write_str(": ")?;
-                hint.say(words, f)
+                hint.write_in(words, f)
             }
             None => Ok(()),
         }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::config::preset::Preset;
 use crate::config::value::{GRAVITIES, LEARNINGS, METHODS, word_of};
-use crate::hint::{Notice, Say, Vocabulary};
+use crate::hint::{InWords, Notice, Vocabulary};
 use crate::input::Correction;
 use crate::input::Format;
 use crate::input::Repairs;
@@ -93,12 +93,12 @@ impl InputReport {
     ) -> Self {
         let report = |finding: &Finding| FindingReport {
             name: finding.name(),
-            message: finding.said(words),
+            message: finding.in_words(words),
         };
         Self {
             file: file.to_owned(),
             format: format.name(),
-            notices: notices.iter().map(|notice| notice.said(words)).collect(),
+            notices: notices.iter().map(|notice| notice.in_words(words)).collect(),
             blank_rows: repairs.blank_rows,
             dropped_rows: repairs.dropped_rows,
             retimed_rows: repairs.retimed_rows,

@@ -26,7 +26,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use estimator_core::Timestamp;
-use recordings::hint::{Notice, Say, Vocabulary};
+use recordings::hint::{InWords, Notice, Vocabulary};
 use recordings::plausible::Finding;
 use thiserror::Error;
 use wire::CanFrame;
@@ -79,12 +79,12 @@ pub enum Remark {
     Implausible(Arc<str>, Finding),
 }
 
-recordings::say_plainly!(Remark);
+recordings::display_in_plain_words!(Remark);
 
-impl Say for Remark {
-    fn say(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl InWords for Remark {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Read(notice) => notice.say(words, f),
+            Self::Read(notice) => notice.write_in(words, f),
             Self::NoGravity(foot) => write!(
                 f,
                 "{foot}: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
@@ -92,7 +92,7 @@ impl Say for Remark {
             ),
             Self::Implausible(foot, finding) => {
                 write!(f, "{foot}: ")?;
-                finding.say(words, f)
+                finding.write_in(words, f)
             }
         }
     }

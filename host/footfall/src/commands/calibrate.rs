@@ -25,7 +25,7 @@ use crate::files::{self, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
 use crate::report::{Described, SummaryStyle, print};
-use crate::words::{CommandLine, said};
+use crate::words::{CommandLine, in_words};
 
 /// Examples of `footfall calibrate`.
 pub const EXAMPLES: &str = "\
@@ -220,7 +220,7 @@ impl CalibrateArguments {
                 Some(calibration) => calibration,
                 none => none.insert(LearntCalibration::new(&params)?),
             };
-            loaded.notices.iter().map(said).for_each(warn);
+            loaded.notices.iter().map(in_words).for_each(warn);
             detail(format!(
                 "{file}: format {}, {} samples at {} Hz; {}",
                 format.name(),
@@ -257,7 +257,7 @@ impl CalibrateArguments {
         hints.correction = Correction::NONE;
         let recordings = self.recordings(&hints).collect::<Result<Vec<_>, _>>()?;
         let notices = recordings.iter().flat_map(|input| &input.loaded.notices);
-        notices.map(said).for_each(warn);
+        notices.map(in_words).for_each(warn);
         let mut inputs = BTreeMap::new();
         for input in &recordings {
             let recording = &input.loaded.recording;

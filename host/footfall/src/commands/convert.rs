@@ -37,7 +37,7 @@ use crate::ros::recording::{LAST_US, clock_shift_us};
 use crate::ros::topics::unused_name;
 #[cfg(feature = "bags")]
 use crate::ros::{McapFile, SampleMessages, mcap_file::earliest};
-use crate::words::said;
+use crate::words::in_words;
 
 /// Examples of `footfall convert`.
 pub const EXAMPLES: &str = "\
@@ -94,7 +94,7 @@ impl ConvertArguments {
         resolved.check_axes(&names.collect::<Vec<_>>())?;
         let mut feet: Vec<ConvertedFoot> = Vec::new();
         for stored in stored {
-            stored.about.notices.iter().map(said).for_each(warn);
+            stored.about.notices.iter().map(in_words).for_each(warn);
             let taken = feet.iter().map(|foot| foot.name.as_str());
             let name = unused_name(stored.about.foot_or_name(), &taken.collect::<Vec<_>>());
             feet.push(ConvertedFoot { name, stored });

@@ -35,7 +35,7 @@ use crate::messages::{error, warn};
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
 use crate::ros::Bridge;
 use crate::ros::Compat;
-use crate::words::said;
+use crate::words::in_words;
 
 /// Heading of the options for reading the input.
 pub const INPUT: &str = "Input";
@@ -115,7 +115,7 @@ impl ReadingArguments {
     /// There are findings, and `--strict` is given.
     pub(crate) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
         for finding in findings {
-            let message = format!("{file}: {}", said(finding));
+            let message = format!("{file}: {}", in_words(finding));
             // With `--strict` findings are errors, as the failure refers to them.
             if self.strict {
                 error(message);

@@ -11,10 +11,10 @@ use serde::Serialize;
 use wire::dictionary::index;
 
 use crate::calibrate::CalibrationError;
+use crate::display_in_plain_words;
 use crate::estimate::estimates_and_learnt;
-use crate::hint::{Hint, Say, Vocabulary};
+use crate::hint::{Hint, InWords, Vocabulary};
 use crate::samples::Recording;
-use crate::say_plainly;
 
 /// Least share of usable samples; below it, unusable samples are reported as the cause.
 const LEAST_USABLE: f64 = 0.1;
@@ -147,15 +147,15 @@ impl Unsettled {
             f.write_str("the foot never swung: record it walking")
         } else if self.still_seconds < nearly_none {
             f.write_str("the foot was never still: ")?;
-            Hint::UnitsAndGravity.say(words, f)
+            Hint::UnitsAndGravity.write_in(words, f)
         } else {
             f.write_str("record more steps")
         }
     }
 }
 
-impl Say for Unsettled {
-    fn say(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl InWords for Unsettled {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
             "{:.1} s of stance and {:.1} s of swing were seen; {SETTLED_AFTER} s of each is needed: ",
@@ -166,7 +166,7 @@ impl Say for Unsettled {
     }
 }
 
-say_plainly!(Unsettled);
+display_in_plain_words!(Unsettled);
 
 /// Rounds down to a tenth, so that an insufficient duration does not look sufficient.
 fn rounded_down(seconds: f32) -> f32 {

@@ -13,8 +13,8 @@ pub mod sensor;
 
 use std::fmt::{self, Formatter};
 
-use crate::hint::{Hint, Say, Vocabulary};
-use crate::say_plainly;
+use crate::display_in_plain_words;
+use crate::hint::{Hint, InWords, Vocabulary};
 
 /// Error of a calibration without result.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,22 +37,22 @@ impl From<sensor::RestsError> for CalibrationError {
     }
 }
 
-say_plainly!(CalibrationError);
+display_in_plain_words!(CalibrationError);
 
-impl Say for CalibrationError {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for CalibrationError {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unsettled(unsettled) => unsettled.say(words, f),
+            Self::Unsettled(unsettled) => unsettled.write_in(words, f),
             Self::Alike => {
                 f.write_str("the foot moves as much at rest as in motion: ")?;
-                Hint::UnitsAndGravity.say(words, f)?;
+                Hint::UnitsAndGravity.write_in(words, f)?;
                 f.write_str(", and whether it walks")
             }
             Self::HalfWidths => {
                 f.write_str(
                     "method = \"half_widths\" learns nothing: half-widths are set by hand; ",
                 )?;
-                Hint::SelfCalibrating.say(words, f)
+                Hint::SelfCalibrating.write_in(words, f)
             }
             Self::Rests(error) => write!(f, "{error}"),
         }

@@ -7,10 +7,10 @@ use estimator_core::{Method, Params, ParamsError, WindowLength};
 use crate::config::file::{Overrides, Position};
 use crate::config::keys::split_axis;
 use crate::config::value::Notation;
+use crate::display_in_plain_words;
 use crate::estimate::CAPACITY;
-use crate::hint::{Hint, Say, Setting, Vocabulary};
+use crate::hint::{Hint, InWords, Setting, Vocabulary};
 use crate::input::TimeUnit;
-use crate::say_plainly;
 
 /// Error of the parameters that result from preset, configuration file, recording and options: at least one refusal, a
 /// line for each.
@@ -113,20 +113,20 @@ impl ParameterRefusal {
 
 impl std::error::Error for ParameterRefusal {}
 
-say_plainly!(ParameterRefusal, Refusal);
+display_in_plain_words!(ParameterRefusal, Refusal);
 
-impl Say for ParameterRefusal {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for ParameterRefusal {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         for (k, refusal) in self.0.iter().enumerate() {
             f.write_str(if k == 0 { "" } else { "\n" })?;
-            refusal.say(words, f)?;
+            refusal.write_in(words, f)?;
         }
         Ok(())
     }
 }
 
-impl Say for Refusal {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for Refusal {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         match &self.subject {
             Subject::Option(setting) => f.write_str(&words.name(*setting))?,
             Subject::Key(key) => f.write_str(key)?,
@@ -138,7 +138,7 @@ impl Say for Refusal {
                 match hint {
                     Some(hint) => {
                         f.write_str("; ")?;
-                        hint.say(words, f)
+                        hint.write_in(words, f)
                     }
                     None => Ok(()),
                 }
@@ -299,7 +299,7 @@ mod tests {
             sample_rate: RateOrigin::Configuration,
         };
         let error = params.validate::<CAPACITY>().unwrap_err();
-        origins.explain(&error).said(&Bracketed)
+        origins.explain(&error).in_words(&Bracketed)
     }
 
     #[test]
@@ -410,7 +410,7 @@ mod tests {
                 sample_rate: RateOrigin::Configuration,
             };
             let refusal = origins.check_effects(&params).err();
-            refusal.map(|refusal| refusal.said(&Bracketed))
+            refusal.map(|refusal| refusal.in_words(&Bracketed))
         };
         let window = Some(WindowLength::Samples(50));
         for (text, window, name) in [

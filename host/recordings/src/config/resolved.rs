@@ -9,13 +9,13 @@ use estimator_core::{Gravity, Mounting, Parameter, Params, ParamsError, WindowLe
 use crate::config::file::{ConfigError, Overrides};
 use crate::config::preset::Preset;
 use crate::config::refusal::{Origins, ParameterRefusal, RateOrigin};
+use crate::display_in_plain_words;
 use crate::estimate::CAPACITY;
-use crate::hint::{Say, Setting, Vocabulary};
+use crate::hint::{InWords, Setting, Vocabulary};
 use crate::input::Format;
 use crate::input::table::options::TableOptions;
 use crate::input::{BagOptions, ContactUse, Correction, Hints, is_among};
 use crate::mounting::parse_axes;
-use crate::say_plainly;
 
 /// Name and text of a configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -37,10 +37,10 @@ pub struct NoSuchFoot {
 
 impl std::error::Error for NoSuchFoot {}
 
-say_plainly!(NoSuchFoot);
+display_in_plain_words!(NoSuchFoot);
 
-impl Say for NoSuchFoot {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for NoSuchFoot {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         let (axes, Self { foot, feet }) = (words.name(Setting::Axes), self);
         write!(f, "{axes} names the foot {foot}, but there is {feet}")
     }

@@ -11,8 +11,8 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::config::keys::{Key, Kind, Limits, axis, keys, keys_of_a_foot};
 use crate::config::value::{
-    LEARNINGS, METHODS, checked_sample_rate, parse_gravity, parse_gyro_timing, parse_window,
-    value_of,
+    checked_sample_rate, parse_gravity, parse_gyro_timing, parse_learning, parse_method,
+    parse_window,
 };
 use crate::input::Correction;
 use crate::mounting::parse_axes;
@@ -159,8 +159,8 @@ impl Reader {
         match kind {
             Kind::Gravity => to.gravity = self.word(value, parse_gravity),
             Kind::Axes => to.axes = self.word(value, parse_axes),
-            Kind::Method => to.method = self.word(value, |text| value_of(&METHODS, text)),
-            Kind::Learning => to.learning = self.word(value, |text| value_of(&LEARNINGS, text)),
+            Kind::Method => to.method = self.word(value, parse_method),
+            Kind::Learning => to.learning = self.word(value, parse_learning),
             Kind::Window => to.window = self.word(value, parse_window),
             Kind::GyroTiming => to.gyro_timing = self.word(value, parse_gyro_timing),
             Kind::Learnt(place) => self.learnt[*place] = self.take(value, "a number"),

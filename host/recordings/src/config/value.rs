@@ -27,7 +27,7 @@ pub fn word_of<T: Copy + PartialEq, const N: usize>(
 }
 
 /// Returns the value of a word in one of these tables.
-pub(super) fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, String> {
+fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, String> {
     let mut rows = table.iter();
     rows.find_map(|(word, value)| (*word == text).then_some(*value)).ok_or_else(|| {
         let [(one, _), (other, _)] = table;
@@ -105,6 +105,22 @@ pub fn parse_gravity(text: &str) -> Result<Gravity, String> {
     value_of(&GRAVITIES, text)
 }
 
+/// Parses the method: `self_calibrating` or `half_widths`.
+///
+/// # Errors
+/// A sentence with both words.
+pub(super) fn parse_method(text: &str) -> Result<Method, String> {
+    value_of(&METHODS, text)
+}
+
+/// Parses whether learning is `on` or `frozen`.
+///
+/// # Errors
+/// A sentence with both words.
+pub(super) fn parse_learning(text: &str) -> Result<Learning, String> {
+    value_of(&LEARNINGS, text)
+}
+
 /// Parses the time of the gyroscope's measurement: `period_mean`, or a delay such as `1.5ms`.
 ///
 /// # Errors
@@ -172,12 +188,12 @@ mod tests {
 
     #[test]
     fn method_and_learning_are_words() {
-        assert_eq!(value_of(&METHODS, "half_widths"), Ok(Method::HalfWidths));
-        assert_eq!(value_of(&METHODS, "self_calibrating"), Ok(Method::SelfCalibrating));
-        assert!(value_of(&METHODS, "paper").is_err());
-        assert_eq!(value_of(&LEARNINGS, "on"), Ok(Learning::On));
-        assert_eq!(value_of(&LEARNINGS, "frozen"), Ok(Learning::Frozen));
-        assert!(value_of(&LEARNINGS, "off").is_err());
+        assert_eq!(parse_method("half_widths"), Ok(Method::HalfWidths));
+        assert_eq!(parse_method("self_calibrating"), Ok(Method::SelfCalibrating));
+        assert!(parse_method("paper").is_err());
+        assert_eq!(parse_learning("on"), Ok(Learning::On));
+        assert_eq!(parse_learning("frozen"), Ok(Learning::Frozen));
+        assert!(parse_learning("off").is_err());
     }
 
     #[test]

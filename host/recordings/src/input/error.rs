@@ -7,10 +7,10 @@ use super::format::Format;
 use super::hints::LoadTopic;
 use super::iso8601::micros_since_1970;
 use super::table::options::{Mapping, TimeUnit, Units, is_ours};
+use crate::display_in_plain_words;
 use crate::file_kind::FileKind;
-use crate::hint::{Hint, Say, Setting, Vocabulary};
+use crate::hint::{Hint, InWords, Setting, Vocabulary};
 use crate::number::{shown, shown_rate};
-use crate::say_plainly;
 
 /// An error in a file.
 #[derive(Debug)]
@@ -447,15 +447,15 @@ impl InputError {
 
 impl std::error::Error for InputError {}
 
-say_plainly!(InputError);
+display_in_plain_words!(InputError);
 
-impl Say for InputError {
-    fn say(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+impl InWords for InputError {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{}{}", self.file, self.place)?;
         self.problem.write(words, f)?;
         if let Some(hint) = self.problem.hint() {
             f.write_str(self.problem.before_hint())?;
-            hint.say(words, f)?;
+            hint.write_in(words, f)?;
         }
         self.problem.write_end(words, f)
     }
@@ -656,11 +656,11 @@ impl Problem {
         match self {
             Self::UnknownFormat { mapping: Some(mapping) } => {
                 f.write_str("; ")?;
-                Hint::MapExample(mapping.clone()).say(words, f)
+                Hint::MapExample(mapping.clone()).write_in(words, f)
             }
             Self::UnknownSampleRate { time_column: Some(column) } => {
                 f.write_str("; ")?;
-                Hint::MapTime(column.clone()).say(words, f)
+                Hint::MapTime(column.clone()).write_in(words, f)
             }
             Self::NoImu { has_contacts: true, .. } => f.write_str(STREAM_ADVICE),
             Self::SeveralTopics(topics) => write!(f, ": {}", listed(topics)),

@@ -73,6 +73,12 @@ impl Format {
         }
     }
 
+    /// Returns whether its files are recognised by their first bytes and read from a disk only.
+    #[must_use]
+    pub const fn is_container(self) -> bool {
+        matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2)
+    }
+
     /// Format of a kind of file that is recognised by its first bytes; `None` if it is not read.
     pub(super) const fn of_kind(kind: FileKind) -> Option<Self> {
         match kind {

@@ -76,9 +76,7 @@ impl Readable {
             (Recognised::Foreign(kind), _) => {
                 Err(InputError::of_file(file, Problem::Foreign(kind)))
             }
-            (Recognised::Table(_), Some(given))
-                if matches!(given, Format::Parquet | Format::Mcap | Format::Rosbag2) =>
-            {
+            (Recognised::Table(_), Some(given)) if given.is_container() => {
                 Err(other_format(file, given, None))
             }
             (Recognised::Table(table), _) => Ok(Self::Table(table)),

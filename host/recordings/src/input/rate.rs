@@ -99,9 +99,8 @@ fn measured_rate(steps: &Steps) -> Option<Measured> {
     let is_short = |(step, _): &&(u64, u64)| 2 * step < median;
     let short: u64 = sorted.iter().filter(is_short).map(|(_, count)| count).sum();
     let scatters = short as f64 >= SCATTERED_SHARE * steps.total() as f64;
-    sorted.retain(|(step, _)| match scatters {
-        true => *step < GAP_STEPS * median,
-        false => 2 * step.abs_diff(median) <= median,
+    sorted.retain(|(step, _)| {
+        if scatters { *step < GAP_STEPS * median } else { 2 * step.abs_diff(median) <= median }
     });
     let (shortest, longest) = (sorted.first()?.0, sorted.last()?.0);
     let kept: u64 = sorted.iter().map(|(_, count)| count).sum();

@@ -36,7 +36,7 @@ use crate::plot::{self, RecordingPlot};
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
 use crate::ros::Compat;
-use crate::words::{CommandLine, said};
+use crate::words::{CommandLine, in_words};
 #[cfg(feature = "bags")]
 use bag_copy::{AllFeetOptions, LowStateSource};
 
@@ -179,7 +179,7 @@ impl ReplayArguments {
         for recording in replayed {
             copied.extend(recording.copied);
             recording.details.iter().for_each(detail);
-            recording.notices.iter().map(said).for_each(warn);
+            recording.notices.iter().map(in_words).for_each(warn);
             for ReplayedFoot { results, .. } in &recording.feet {
                 let place = options::place(&recording.file, results.summary.foot.as_deref());
                 self.recording.reading.report(&place, &results.findings)?;

@@ -332,10 +332,8 @@ impl Sidecar {
                 known.validity = text.and_then(|text| validity_of_name(&text));
             }
             Kind::Label => {
-                known.label = decode(payload).ok().map(|is_stable| match is_stable {
-                    true => Label::Stable,
-                    false => Label::NotStable,
-                });
+                let label = |is_stable| if is_stable { Label::Stable } else { Label::NotStable };
+                known.label = decode(payload).ok().map(label);
             }
         }
     }

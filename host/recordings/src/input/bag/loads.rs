@@ -44,9 +44,12 @@ pub(super) fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, I
 /// Names of feet as recordings have them; that of an only foot is the last part of its topic that does not name a sensor.
 fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> Vec<String> {
     let is_shared = |topic: &str| all.iter().filter(|(other, _)| other == topic).count() > 1;
-    let address = |(topic, frame): &ImuKey| match is_shared(topic) {
-        true => format!("{topic}/{}", frame.trim_matches('/')),
-        false => topic.clone(),
+    let address = |(topic, frame): &ImuKey| {
+        if is_shared(topic) {
+            format!("{topic}/{}", frame.trim_matches('/'))
+        } else {
+            topic.clone()
+        }
     };
     let selected: Vec<String> = feet.iter().map(address).collect();
     let all = all.iter().map(address).chain(hidden).collect();
@@ -319,10 +322,12 @@ impl LoadPlace {
         let is_force = default == Some("force.z");
         let bare = field.strip_prefix("wrench.").unwrap_or(field);
         let part = if message == WRENCH_STAMPED { "wrench" } else { "" };
-        let names = match is_force {
-            true if bare == "force" => ["x", "y", "z"].map(|axis| format!("force.{axis}")).to_vec(),
-            true => vec![bare.to_owned()],
-            false => vec![field.to_owned()],
+        let names = if is_force && bare == "force" {
+            ["x", "y", "z"].map(|axis| format!("force.{axis}")).to_vec()
+        } else if is_force {
+            vec![bare.to_owned()]
+        } else {
+            vec![field.to_owned()]
         };
         let paths = names.iter().map(|name| definition.number(&within(part, name)));
         let paths: Result<_, String> = paths.collect();
