@@ -49,21 +49,3 @@ pub(crate) fn refused(error: impl InWords) -> PyErr {
 pub(crate) fn all_in_words<S: InWords>(all: &[S]) -> Vec<String> {
     all.iter().map(in_words).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use recordings::hint::Hint;
-
-    use super::*;
-
-    #[test]
-    fn hint_names_the_argument_with_its_value() {
-        assert_eq!(in_words(&Hint::Units("g,dps".parse().unwrap())), "units=\"g,dps\"");
-        assert_eq!(
-            in_words(&Hint::ChooseTopic { topics: false, frames: true }),
-            "choose with frame=, or topic=\"all\""
-        );
-        assert_eq!(in_words(&Hint::SampleRate), "rate=HZ");
-        assert_eq!(in_words(&Hint::EstimateAgain), "estimate_again=True");
-    }
-}
