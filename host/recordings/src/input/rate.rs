@@ -240,6 +240,8 @@ pub(crate) fn median(sorted: &[(u64, u64)]) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::rngs::SmallRng;
+    use rand::{RngExt, SeedableRng};
 
     /// Steps between times, µs.
     fn steps(times: &[u64]) -> Steps {
@@ -289,13 +291,12 @@ mod tests {
     #[test]
     fn times_of_arrival_have_their_mean_rate_or_the_given_one() {
         // Delays from 0 to 3 ms of samples at 1 kHz, in order: many arrive with the one before, and there is a gap of 2 s.
-        let mut random = 1_u64;
+        let mut random = SmallRng::seed_from_u64(1);
         let mut newest = 0;
         let times: Vec<u64> = (0..20_000)
             .map(|tick: u64| {
-                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 let sent = 1000 * tick + if tick < 9000 { 0 } else { 2_000_000 };
-                newest = (sent + (random >> 33) % 3000).max(newest + 20);
+                newest = (sent + random.random_range(0..3000)).max(newest + 20);
                 newest
             })
             .collect();

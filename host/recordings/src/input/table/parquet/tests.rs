@@ -14,6 +14,8 @@ use arrow_array::{
 };
 use arrow_schema::Field;
 use estimator_core::{Load, Saturation, Validity};
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
 
 use crate::input::{Format, Hints, InputError, Opened, Stored};
 
@@ -277,21 +279,15 @@ fn damage_is_an_error_without_panic() {
     for length in 4..whole.len() {
         assert!(open(&whole[..length], &Hints::default()).is_err(), "{length}");
     }
-    let mut state = 0x1234_5678_9abc_def1_u64;
-    let mut random = |below: usize| {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as usize % below
-    };
+    let mut random = SmallRng::seed_from_u64(0x5EED);
     for _ in 0..6_000 {
         let mut bytes = whole.clone();
-        for _ in 0..=random(3) {
-            let at = 4 + random(bytes.len() - 4);
-            bytes[at] = match random(3) {
+        for _ in 0..=random.random_range(0..3) {
+            let at = 4 + random.random_range(0..bytes.len() - 4);
+            bytes[at] = match random.random_range(0..3) {
                 0 => 0xFF,
-                1 => bytes[at] ^ 1 << random(8),
-                _ => random(256) as u8,
+                1 => bytes[at] ^ 1 << random.random_range(0..8),
+                _ => random.random(),
             };
         }
         if let Err(error) = open(&bytes, &Hints::default()) {
