@@ -58,7 +58,7 @@ impl Session {
         Self { listener: Listener::new(feet), ..Self::default() }
     }
 
-    /// Waits up to `longest` for the next item of a feed, and processes it, or that there is none. All updates
+    /// Waits up to `longest` for the next event of a feed, and processes it; without one, the time advances. All updates
     /// must have been taken.
     pub fn listen(&mut self, feed: &Feed, longest: Duration) {
         self.clock.clone_from(feed.clock());
@@ -68,7 +68,7 @@ impl Session {
         }
     }
 
-    /// Processes an item of a feed. All updates must have been taken.
+    /// Processes an event of a feed. All updates must have been taken.
     pub fn take(&mut self, fed: Fed) {
         match fed {
             Fed::Arrived((at, arrival)) => {

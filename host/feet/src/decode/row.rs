@@ -103,7 +103,7 @@ pub struct ContactRow {
     /// Recorded sample, gravity included, that a recording has with this estimate. Its time is on the clock of
     /// [`Self::timestamp`], at or before it.
     pub measured: Option<ImuSample>,
-    /// Load recorded with that sample, N or the unit of its recording; NaN where it is no longer known.
+    /// Load recorded with that sample, N or the unit of its recording; NaN once it is unknown.
     pub load: Option<f32>,
 }
 

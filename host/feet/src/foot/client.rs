@@ -504,7 +504,7 @@ impl fmt::Display for FootRequest {
 }
 
 impl FootRequest {
-    /// Number of attempts in words, where a request is repeated until it has a response.
+    /// Returns the number of attempts in words, if the request is repeated until it has a response.
     fn attempts(self) -> String {
         match self {
             Self::Read(_) | Self::Write(_) => format!(", asked {TRIES} times"),

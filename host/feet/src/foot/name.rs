@@ -89,7 +89,7 @@ impl Named {
         found.ok_or_else(|| NameError::Unknown(text.to_owned()))
     }
 
-    /// Name: the key of a configuration file where it has the setting, else the titles of the object and its part.
+    /// Name: the key of the configuration file if it has the setting, else the titles of the object and its part.
     #[must_use]
     pub fn name(&self) -> String {
         match self.entry.key.as_str() {

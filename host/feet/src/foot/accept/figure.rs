@@ -25,7 +25,7 @@ pub struct Limit {
     pub hint: Option<FigureHint>,
 }
 
-/// Remedy of a value that is out, where it depends on the program.
+/// Remedy of a value out of its limits that depends on the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FigureHint {
     /// Look up the remedy of each fault.
@@ -38,7 +38,7 @@ pub enum FigureHint {
     CalibrateRests,
 }
 
-/// Value of a quantity, or why there is none.
+/// Value of a quantity, or the reason why it has none.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FigureOutcome {
     /// Measured value, in the unit of its [`Limit`].

@@ -84,14 +84,14 @@ impl AcceptStep {
         all.filter(move |limit| limit.step == self)
     }
 
-    /// Figures of this step where there was nothing to measure, for a reason.
+    /// Returns the figures of this step if there was nothing to measure, with the reason.
     #[must_use]
     pub fn not_tested(self, reason: &str) -> Vec<Figure> {
         let figures = self.limits().map(|limit| limit.not_tested(reason));
         figures.collect()
     }
 
-    /// Figures of this step where the measurement failed.
+    /// Returns the figures of this step if the measurement failed, with the reason.
     fn failed(self, reason: &str) -> Vec<Figure> {
         self.limits().map(|limit| limit.failed(reason)).collect()
     }

@@ -176,7 +176,7 @@ pub(super) struct RestDetector {
 }
 
 impl RestDetector {
-    /// Takes a motion; returns the statistics of the newest half a second where the foot was at rest in it.
+    /// Processes a motion; returns the statistics of the newest half second if the foot was at rest in it.
     pub(super) fn take(&mut self, motion: FootMotion) -> Option<Statistics> {
         let newest_us = motion.at.as_micros();
         self.motions.push_back(motion);
