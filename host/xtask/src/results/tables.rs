@@ -437,8 +437,6 @@ fn hour(result: &Stored) -> Result<String> {
     row("of which differ in a bit", &["different"], "")?;
     let load = fixed(&values, "processor_load_percent", 1)?;
     table.row(["estimated load of the processor", &format!("{load} %")]);
-    let factor = fixed(&values, "times_real_time_on_a_core", 1)?;
-    table.row(["speed on one core", &format!("{factor} times real time")]);
     Ok(table.0)
 }
 
