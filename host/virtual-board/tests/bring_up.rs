@@ -159,9 +159,10 @@ fn fastest_clock_without_error_is_named_and_used() {
         let full = ["sensor's bus, 5 MHz", "1000 of 1000 wrong"];
         let limit = ["sensor's bus, 10 MHz", "not tested"];
         let clock = ["sensor's clock", "2500 kHz without error"];
-        match is_enough {
-            true => assert_troubles(&lines, &[full, limit]),
-            false => assert_troubles(&lines, &[full, limit, clock]),
+        if is_enough {
+            assert_troubles(&lines, &[full, limit]);
+        } else {
+            assert_troubles(&lines, &[full, limit, clock]);
         }
     }
 }

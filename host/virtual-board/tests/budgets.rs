@@ -7,9 +7,9 @@ use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::part::can::BusFrame;
 use virtual_board::emulator::time;
 use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::motion;
 use virtual_board::product::report::{self, RunOptions};
-use virtual_board::product::traffic::Traffic;
-use virtual_board::product::{motion, streams};
+use virtual_board::product::traffic::{self, Traffic};
 use wire::board::EDGE_TO_MAILBOX_US;
 use xtask::results::Measurement;
 
@@ -95,7 +95,7 @@ const BRIEFLY: u64 = 2_500;
 fn with_all_streams(elf: &[u8]) -> Value {
     let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
-    streams::turn_all_on(&mut board).expect("it runs");
+    traffic::turn_all_streams_on(&mut board).expect("it runs");
     let run = RunOptions { milliseconds: MEASURED, ..RunOptions::default() };
     report::run(&mut board, &run).expect("it runs")
 }

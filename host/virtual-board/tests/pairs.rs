@@ -4,7 +4,7 @@
 use crate::common::digest::assert_reproduced_on;
 use crate::common::product;
 use virtual_board::emulator::wiring::Wiring;
-use virtual_board::product::cores::on_all_cores;
+use virtual_board::product::on_all_cores;
 use virtual_board::product::scenario::pairs::{self, Pair};
 use xtask::results::Measurement;
 

@@ -61,9 +61,10 @@ fn markdown(columns: &[(&str, &str)], rows: &[&Table]) -> String {
 fn blocks(pins: &Pins) -> [(&'static str, String); 4] {
     let wires = pins.rows("wire");
     // A board on sale prints labels; of a bare chip the pins of the package count.
-    let place = match wires.iter().any(|row| row.contains_key("label")) {
-        true => ("printed", "label"),
-        false => ("LQFP64", "package"),
+    let place = if wires.iter().any(|row| row.contains_key("label")) {
+        ("printed", "label")
+    } else {
+        ("LQFP64", "package")
     };
     let wiring = [
         ("pin", "pin"),

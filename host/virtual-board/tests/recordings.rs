@@ -8,8 +8,8 @@ use recordings::input::Format;
 use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::wiring::Wiring;
-use virtual_board::product::cores::on_all_cores;
-use virtual_board::product::recorded;
+use virtual_board::product::motion;
+use virtual_board::product::on_all_cores;
 use virtual_board::product::report::{self, RunOptions};
 use xtask::results::{Measurement, rounded};
 
@@ -45,7 +45,7 @@ fn play(elf: &[u8], which: &str) -> Option<Vec<(&'static str, Value)>> {
     let (format, skip): (Format, f64) =
         (format.parse().expect("a format"), skip.parse().expect("a number"));
     let path = recorded(name)?;
-    let motion = recorded::read(&path, Some(format), skip).expect("a recording");
+    let motion = motion::recorded(&path, Some(format), skip).expect("a recording");
     let seconds = motion.duration().min(LONGEST);
     let run = RunOptions { milliseconds: (seconds * 1000.0) as u64, ..RunOptions::default() };
     let mut board =

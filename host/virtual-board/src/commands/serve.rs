@@ -95,9 +95,10 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
         },
         links: arguments.links.clone(),
         ms: arguments.seconds.map(|seconds| (seconds * 1e3) as u64),
-        passage: match arguments.lock_step {
-            true => Passage::LockStep,
-            false => Passage::Speed(arguments.speed),
+        passage: if arguments.lock_step {
+            Passage::LockStep
+        } else {
+            Passage::Speed(arguments.speed)
         },
     };
     let mut tell = |note: Note| match note {

@@ -6,19 +6,26 @@
 //! | all output of a board, its statistics | [`report`]; [`spread`] |
 //! | boards in real time behind terminals | `serve` |
 //! | comparison with the estimator on the host | [`parity`] |
-//! | motion of the sensor, simulated and recorded | [`motion`], [`recorded`] |
-//! | runs on all cores | [`cores`] |
-//! | additional messages and traffic | [`streams`], [`traffic`] |
+//! | motion of the sensor, simulated and recorded | [`motion`] |
+//! | runs on all cores | [`on_all_cores`] |
+//! | additional messages and traffic | [`traffic`] |
 
-pub mod cores;
 pub mod fault;
 pub mod motion;
 pub mod parity;
-pub mod recorded;
 pub mod report;
 pub mod scenario;
 #[cfg(unix)]
 pub mod serve;
 pub mod spread;
-pub mod streams;
 pub mod traffic;
+
+use std::convert::Infallible;
+
+use recordings::jobs::{all_cores, run};
+
+/// Calls a function with each item, on all cores. Returns the results in the order of the items.
+pub fn on_all_cores<T: Sync, R: Send>(items: &[T], act: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let results = run(items, all_cores(), |item| Ok::<_, Infallible>(act(item)));
+    results.into_iter().map(|Ok(result)| result).collect()
+}

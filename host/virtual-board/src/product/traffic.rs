@@ -1,13 +1,16 @@
-//! Additional traffic on the board's lines.
+//! Traffic on the board's lines beyond its default: optional messages, other nodes, requests.
 
 use wire::dictionary::index;
+use wire::node::Command;
+use wire::uart::{ConfigSet, Message, NmtRequest, encode};
 use wire::{Address, Foot, Pdo, Value};
 
 use crate::emulator::board::{Board, Injection};
+use crate::emulator::failure::Failure;
 use crate::emulator::part::can::BusFrame;
 use crate::emulator::part::usart::LineFault;
+use crate::emulator::time::PER_SECOND;
 use crate::product::scenario::{BEFORE_MS, ScenarioStep};
-use crate::product::streams;
 
 /// Traffic on the lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,7 +37,7 @@ impl Traffic {
             return;
         }
         if ms == BEFORE_MS {
-            for (subindex, every) in (1..).zip(streams::ALL) {
+            for (subindex, every) in (1..).zip(ALL_STREAMS) {
                 let stream = Address::new(index::UART_STREAMS, subindex);
                 ScenarioStep::Set(stream, Value::U16(every)).act(board);
             }
@@ -61,4 +64,35 @@ impl Traffic {
             }
         }
     }
+}
+
+/// Period of each kind of message on the serial line with all streams on, in ticks: contact, raw sample, health.
+/// Contact and raw sample take 81 of the 100 bytes that 1 Mbaud carries in a millisecond, so health cannot be sent
+/// with each.
+pub const ALL_STREAMS: [u16; 3] = [1, 1, 10];
+
+/// Runs the board for a quarter of a second from power-up and enables all messages: all kinds over the serial line
+/// ([`ALL_STREAMS`]), next to the seven process data objects and the heartbeat on CAN, which are always sent.
+///
+/// # Errors
+/// As [`Board::run_for`].
+pub fn turn_all_streams_on(board: &mut Board) -> Result<(), Failure> {
+    const STARTED: u64 = PER_SECOND / 5;
+    const ANSWERED: u64 = PER_SECOND / 20;
+    board.record_sensor_bus();
+    board.run_for(STARTED)?;
+    let nmt = |command| Message::Nmt(NmtRequest(command));
+    let every = (1..).zip(ALL_STREAMS).map(|(subindex, every)| {
+        Message::ConfigSet(ConfigSet {
+            address: Address::new(index::UART_STREAMS, subindex),
+            value: Value::U16(every).into(),
+        })
+    });
+    let requests = core::iter::once(nmt(Command::EnterPreOperational))
+        .chain(every)
+        .chain([nmt(Command::StartRemoteNode)]);
+    for (sequence, request) in (0..).zip(requests) {
+        board.push_uart(encode(sequence, &request).as_bytes());
+    }
+    board.run_for(ANSWERED)
 }

@@ -9,7 +9,7 @@ use virtual_board::emulator::part::can::BusFault;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::part::usart::LineFault;
 use virtual_board::emulator::wiring::Wiring;
-use virtual_board::product::cores::on_all_cores;
+use virtual_board::product::on_all_cores;
 use xtask::results::{Measurement, rounded};
 use xtask::{DEVELOPMENT_KEY, image};
 

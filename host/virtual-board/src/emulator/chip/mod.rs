@@ -2,25 +2,21 @@
 //!
 //! | step | where |
 //! |---|---|
-//! | the core loads or stores: which peripheral is at the address | `access`, `map` |
-//! | reset and clock control: clocks on and off, consequences of a change | `clocks` |
+//! | the core loads or stores: which peripheral is at the address | `access` |
+//! | reset and clock control: clocks on and off, consequences of a change | here |
 //! | time passes: every peripheral acts when it is due, [`Chip::advance`] | here |
 //! | bytes to and from the sensor, edges of its pin | `sensor` |
 //! | requests of DMA are served | `dma` |
-//! | interrupt lines | `interrupts` |
-//! | pins that a peripheral needs | `pins` |
+//! | interrupt lines, and pins that a peripheral needs | here |
 
 mod access;
-mod clocks;
 mod dma;
-mod interrupts;
-mod map;
-mod pins;
 mod sensor;
 
 use lsm6dsox::sim::Part as Sensor;
 
-use crate::emulator::core::dbgmcu::Dbgmcu;
+use crate::emulator::core::debugger::Dbgmcu;
+use crate::emulator::core::nvic::Nvic;
 use crate::emulator::corner::Corner;
 use crate::emulator::memory::Memory;
 use crate::emulator::part::adc::Adc;
@@ -36,7 +32,8 @@ use crate::emulator::part::tim11::Tim11;
 use crate::emulator::part::timer::Timer;
 use crate::emulator::part::usart::Usart;
 use crate::emulator::time::{NEVER, cycle};
-use crate::emulator::wiring::Wiring;
+use crate::emulator::wiring::{Connection, Wiring};
+use access::MAP;
 pub use sensor::Transaction;
 
 /// The nominal supply, mV.
@@ -294,5 +291,135 @@ impl Chip {
         }
         self.can.advance(now);
         self.adc.advance(now);
+    }
+}
+
+/// Clocks of the peripherals, and the consequences of their change.
+impl Chip {
+    /// Period of the core's clock.
+    #[must_use]
+    pub const fn period(&self) -> u64 {
+        cycle(self.rcc.clocks.hclk)
+    }
+
+    /// The clock of an SPI controller, hertz.
+    pub(super) const fn spi_clock(&self, index: usize) -> u32 {
+        match index {
+            0 => self.rcc.clocks.pclk2,
+            _ => self.rcc.clocks.pclk1,
+        }
+    }
+
+    /// The clock of a serial line, hertz.
+    #[must_use]
+    pub const fn usart_clock(&self, index: usize) -> u32 {
+        match index {
+            0 | 3 => self.rcc.clocks.pclk2,
+            _ => self.rcc.clocks.pclk1,
+        }
+    }
+
+    /// A store to reset and clock control.
+    pub(super) fn write_rcc(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
+        let before = self.rcc.clocks;
+        self.rcc.write(offset, value, now, self.flash.wait_states())?;
+        if self.rcc.clocks != before {
+            self.follow_clocks(now);
+        }
+        // Reset registers lie 0x20 below the enables.
+        if matches!(offset, 0x10 | 0x20 | 0x24) {
+            for entry in &MAP {
+                if let Some((register, bit)) = entry.enable
+                    && register == offset + 0x20
+                    && value & 1 << bit != 0
+                {
+                    self.reset_part(entry.part, now);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Updates the clocks of timers and CAN.
+    fn follow_clocks(&mut self, now: u64) {
+        let clocks = self.rcc.clocks;
+        for timer in &mut self.timers {
+            timer.set_period(now, cycle(clocks.timers1));
+        }
+        self.can.pclk = clocks.pclk1;
+    }
+
+    /// Stops the crystal. Returns whether an NMI is due.
+    ///
+    /// # Errors
+    /// As [`Rcc::lose_crystal`].
+    pub(crate) fn lose_crystal(&mut self, now: u64) -> Result<bool, String> {
+        let watched = self.rcc.lose_crystal(now, self.flash.wait_states())?;
+        self.follow_clocks(now);
+        Ok(watched)
+    }
+}
+
+/// Interrupt line of each peripheral (RM0090, table 62).
+const TIMER_INTERRUPTS: [u16; 4] = [28, 29, 30, 50];
+const SPI_INTERRUPTS: [u16; 3] = [35, 36, 51];
+const USART_INTERRUPTS: [u16; 4] = [37, 38, 39, 71];
+const CAN_INTERRUPTS: [u16; 4] = [19, 20, 21, 22];
+const DMA_INTERRUPTS: [[u16; 8]; 2] =
+    [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
+
+impl Chip {
+    /// Drives the levels of all interrupt lines.
+    pub(crate) fn drive_lines(&self, nvic: &mut Nvic) {
+        let mut levels = 0;
+        let mut set = |line: u16, level: bool| levels |= u128::from(level) << line;
+        for (timer, line) in self.timers.iter().zip(TIMER_INTERRUPTS) {
+            set(line, timer.interrupts());
+        }
+        for (spi, line) in self.spis.iter().zip(SPI_INTERRUPTS) {
+            set(line, spi.interrupts());
+        }
+        for (usart, line) in self.usarts.iter().zip(USART_INTERRUPTS) {
+            set(line, usart.interrupts());
+        }
+        for (level, line) in self.can.lines().into_iter().zip(CAN_INTERRUPTS) {
+            set(line, level);
+        }
+        for (dma, lines) in self.dmas.iter().zip(DMA_INTERRUPTS) {
+            for (stream, line) in dma.streams.iter().zip(lines) {
+                set(line, stream.interrupts());
+            }
+        }
+        set(4, self.flash.interrupts());
+        nvic.set_lines(levels);
+    }
+}
+
+/// Pins that a peripheral needs: a program that uses it without them fails the run, with the name of the pin.
+impl Chip {
+    /// Checks that pins are connected to their peripheral.
+    pub(super) fn check_connections(&self, connections: &[Connection]) -> Result<(), String> {
+        match connections.iter().find(|made| !made.is_made(&self.ports)) {
+            None => Ok(()),
+            Some(missing) => Err(format!(
+                "{} is used, and {} is not connected to it",
+                missing.name,
+                missing.pin.name()
+            )),
+        }
+    }
+
+    /// Checks that no pin is driven that the board connects to a supply.
+    pub(super) fn check_tied_pins(&self, port: usize) -> Result<(), String> {
+        const OUTPUT: u32 = 1;
+        const ALTERNATE: u32 = 2;
+        let is_driven = |number| matches!(self.ports[port].mode(number), OUTPUT | ALTERNATE);
+        let mut tied = self.wiring.tied.iter().filter(|pin| pin.port == port);
+        match tied.find(|pin| is_driven(pin.number)) {
+            None => Ok(()),
+            Some(pin) => {
+                Err(format!("{} is driven, and the board connects it to a supply", pin.name()))
+            }
+        }
     }
 }

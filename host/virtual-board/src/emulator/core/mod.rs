@@ -2,8 +2,7 @@
 //! reference manual.
 
 pub mod cpu;
-pub mod dbgmcu;
+pub mod debugger;
 pub mod nvic;
 pub mod scb;
-pub mod semihosting;
 pub mod systick;

@@ -97,9 +97,10 @@ impl Spi {
 
     /// Starts the time of the frame on the bus, if any.
     const fn time_frame(&mut self, now: u64, pclk: u32) {
-        self.done_at = match self.shifting.is_some() && !self.stopped {
-            true => now + 8 * cycle(self.bit_rate(pclk)),
-            false => NEVER,
+        self.done_at = if self.shifting.is_some() && !self.stopped {
+            now + 8 * cycle(self.bit_rate(pclk))
+        } else {
+            NEVER
         };
     }
 

@@ -8,12 +8,10 @@
 //! | settings pages in which the next store has to erase | `pages` |
 //! | prepare, inject, clear, wait for recovery: [`Scenario::run`] | here |
 //! | record everything the board sends | `watch` |
-//! | measure it against the scenario | `outcome`, [`ScenarioOutcome`] |
-//! | compare it with the requirements | `judge` |
+//! | measure it against the scenario, and compare it with the requirements | `outcome`, [`ScenarioOutcome`] |
 //! | run all of them; the figures of an outcome | `table` |
 //! | two scenarios at once | [`pairs`] |
 
-mod judge;
 mod list;
 mod outcome;
 mod pages;
@@ -277,10 +275,11 @@ impl Scenario {
     ) -> Result<ScenarioOutcome, ScenarioError> {
         let mut options = BoardOptions::default();
         options.set_corner(corner);
-        let at_us = match self.at_power_up {
-            true => 0,
+        let at_us = if self.at_power_up {
+            0
+        } else {
             // Strides that cover all of four ticks, at another phase each time.
-            false => AT_MS * 1000 + phase * 1_283,
+            AT_MS * 1000 + phase * 1_283
         };
         (self.board)(&mut options, at_us as u32);
         let (motion, at_s) = (self.motion, at_us as f64 / 1.0e6);
@@ -339,7 +338,7 @@ impl Scenario {
             watch.run_until(&mut board, until)?;
             outcome.take_setting(watch.answered(address), values);
         }
-        outcome.violations = judge::violations(self, &outcome);
+        outcome.violations = outcome::violations(self, &outcome);
         Ok(outcome)
     }
 

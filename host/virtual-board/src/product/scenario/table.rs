@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{Case, Scenario, ScenarioOutcome};
 use crate::emulator::corner::Corner;
-use crate::product::cores::on_all_cores;
+use crate::product::on_all_cores;
 
 /// Runs scenarios in all their variants, on all cores, and returns the worst outcome of each. A run that fails is
 /// a violation.

@@ -280,9 +280,10 @@ impl Server<'_> {
 
     fn order(&mut self, foot: Option<Position>, order: Order) {
         let whom = foot.map_or("all feet", Position::name);
-        let words = match self.robot.order(foot, order) {
-            true => format!("{:.3} s  {whom}: {order}", self.now_s()),
-            false => format!("error: the robot has no foot {whom}"),
+        let words = if self.robot.order(foot, order) {
+            format!("{:.3} s  {whom}: {order}", self.now_s())
+        } else {
+            format!("error: the robot has no foot {whom}")
         };
         self.report(words);
     }

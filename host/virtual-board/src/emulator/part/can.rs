@@ -1,0 +1,798 @@
+//! The CAN controller bxCAN, and a bus with a second node (RM0090, 32).
+//!
+//! In the order of a frame: the program puts it into a mailbox ([`Can::write`]); mailboxes and other nodes compete for
+//! the bus, and the frame ends ([`Can::advance`]); errors are counted; a frame of another node passes the filters, and the
+//! program reads it from its FIFO ([`Can::read`]).
+
+use std::collections::VecDeque;
+
+use wire::{CanFrame, slcan};
+
+use crate::emulator::part::unknown;
+use crate::emulator::time::{NEVER, cycle};
+
+/// The controller and its bus.
+#[derive(Clone, Debug, Default)]
+pub struct Can {
+    control: u32,
+    status: u32,
+    transmit: u32,
+    fifo: [VecDeque<[u32; 4]>; 2],
+    fifo_flags: [u32; 2],
+    interrupts: u32,
+    last_error: u32,
+    transmit_errors: u32,
+    receive_errors: u32,
+    /// Whether the controller is off the bus.
+    pub off: bool,
+    timing: u32,
+    mailboxes: [Mailbox; 3],
+    order: u64,
+    filter_master: u32,
+    filter_mode: u32,
+    filter_scale: u32,
+    filter_fifo: u32,
+    filter_active: u32,
+    filters: [[u32; 2]; 28],
+    /// Clock of the peripheral, Hz.
+    pub(crate) pclk: u32,
+    now: u64,
+    busy: Option<(Sender, u64)>,
+    /// Time at which the bus was idle long enough to join, or to recover from bus-off.
+    joined_at: u64,
+    /// Fault of the bus.
+    pub fault: BusFault,
+    /// Frames that the controller has sent.
+    pub sent: Vec<TimedFrame>,
+    /// Time at which each frame was put into a mailbox, and its identifier; kept until taken.
+    pub requested: Vec<(u64, u32)>,
+    /// Frames of the other node with their earliest times.
+    incoming: VecDeque<TimedFrame>,
+    /// Frames that arrived while a FIFO was full.
+    pub overruns: u64,
+}
+
+/// A fault of the bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BusFault {
+    /// No fault.
+    #[default]
+    None,
+    /// No other node: frames are not acknowledged.
+    NoAcknowledge,
+    /// The same, and the controller does not abort a frame.
+    AbortIgnored,
+    /// The lines are shorted: every transmitted bit reads back wrong, and the bus is never idle.
+    Shorted,
+    /// Another node sends frames of the highest priority without a pause.
+    Saturated,
+}
+
+/// Sender of the frame on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sender {
+    Mailbox(usize),
+    Peer,
+    /// The node that saturates the bus.
+    Flood,
+}
+
+/// A data frame with an identifier of 11 bits.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BusFrame {
+    /// Identifier.
+    pub id: u32,
+    /// Payload, up to eight bytes.
+    pub data: Vec<u8>,
+}
+
+impl BusFrame {
+    /// A frame with at most eight bytes of the data.
+    #[must_use]
+    pub fn new(id: u16, data: &[u8]) -> Self {
+        Self { id: u32::from(id), data: data.iter().copied().take(8).collect() }
+    }
+
+    /// The frame of a node of the workspace.
+    #[must_use]
+    pub fn of(frame: &CanFrame) -> Self {
+        Self::new(frame.id(), frame.data())
+    }
+
+    /// Its line as an slcan adapter sends it, with CR.
+    #[must_use]
+    pub fn line(&self) -> Vec<u8> {
+        let frame = CanFrame::new(self.id as u16, &self.data);
+        frame.map_or_else(Vec::new, |frame| slcan::encode(&frame).to_vec())
+    }
+
+    /// Number of bits on the bus, with stuff bits and the three bits between frames.
+    #[must_use]
+    pub fn bits(&self) -> u64 {
+        let mut bits = Vec::with_capacity(128);
+        let mut push = |value: u64, count: u32| {
+            bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
+        };
+        push(0, 1);
+        let length = self.data.len() as u64;
+        push(u64::from(self.id), 11);
+        // RTR, IDE, and a reserved bit.
+        push(0, 3);
+        push(length, 4);
+        for &byte in &self.data {
+            push(u64::from(byte), 8);
+        }
+        let crc = bits.iter().fold(0_u32, |crc, &bit| {
+            let out = crc >> 14 & 1 == 1;
+            let crc = crc << 1 & 0x7FFF;
+            if out == bit { crc } else { crc ^ 0x4599 }
+        });
+        bits.extend((0..15).rev().map(|bit| crc >> bit & 1 == 1));
+        let (mut stuffed, mut run, mut last) = (0, 0, None);
+        for bit in bits {
+            stuffed += 1;
+            run = if last == Some(bit) { run + 1 } else { 1 };
+            last = Some(bit);
+            if run == 5 {
+                stuffed += 1;
+                (run, last) = (1, Some(!bit));
+            }
+        }
+        // CRC delimiter, acknowledge and its delimiter, end of frame, intermission.
+        stuffed + 1 + 2 + 7 + 3
+    }
+}
+
+/// A frame on the bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TimedFrame {
+    /// Time of its end, in units of [`time`](crate::emulator::time).
+    pub time: u64,
+    /// The frame.
+    pub frame: BusFrame,
+}
+
+// Bits of the registers.
+const INRQ: u32 = 1;
+const SLEEP: u32 = 2;
+const TXFP: u32 = 4;
+const NART: u32 = 1 << 4;
+const ABOM: u32 = 1 << 6;
+const INAK: u32 = 1;
+const SLAK: u32 = 2;
+const ERRI: u32 = 4;
+/// Of a mailbox, in the status of transmission.
+const ABRQ: u32 = 0x80;
+/// Bit timing after a reset.
+const RESET_TIMING: u32 = 0x0123_0000;
+const LOOPBACK: u32 = 1 << 30;
+const SILENT: u32 = 1 << 31;
+
+/// A frame that waits for transmission.
+#[derive(Clone, Debug, Default)]
+struct Mailbox {
+    registers: [u32; 4],
+    pending: bool,
+    order: u64,
+}
+
+impl Mailbox {
+    fn frame(&self) -> BusFrame {
+        let [identifier, length, low, high] = self.registers;
+        let mut data = [low.to_le_bytes(), high.to_le_bytes()].concat();
+        data.truncate((length & 0xF) as usize);
+        BusFrame { id: identifier >> 21, data }
+    }
+}
+
+impl Can {
+    /// Creates a controller after reset.
+    #[must_use]
+    pub fn new(pclk: u32) -> Self {
+        Self {
+            control: 0x0001_0002,
+            status: SLAK,
+            timing: RESET_TIMING,
+            filter_master: 0x2A1C_0E01,
+            pclk,
+            joined_at: NEVER,
+            ..Self::default()
+        }
+    }
+
+    /// Resets the controller; the bus stays.
+    pub fn reset(&mut self, pclk: u32, now: u64) {
+        *self = Self {
+            now,
+            fault: self.fault,
+            sent: core::mem::take(&mut self.sent),
+            requested: core::mem::take(&mut self.requested),
+            incoming: core::mem::take(&mut self.incoming),
+            overruns: self.overruns,
+            ..Self::new(pclk)
+        };
+    }
+
+    /// The bit rate, hertz.
+    #[must_use]
+    pub const fn bit_rate(&self) -> u32 {
+        let quanta = 3 + (self.timing >> 16 & 0xF) + (self.timing >> 20 & 7);
+        self.pclk / ((self.timing & 0x3FF) + 1) / quanta
+    }
+
+    const fn bit(&self) -> u64 {
+        cycle(self.bit_rate())
+    }
+
+    /// Queues a frame of the other node, to be sent no earlier than `time`.
+    pub fn push(&mut self, frame: BusFrame, time: u64) {
+        self.incoming.push_back(TimedFrame { time, frame });
+    }
+
+    /// Discards frames of the other node that should have begun before `time`.
+    pub fn withdraw(&mut self, time: u64) {
+        // The first frame may already be on the bus, and completes.
+        let on_bus = usize::from(matches!(self.busy, Some((Sender::Peer, _))));
+        let waiting = self.incoming.iter().skip(on_bus);
+        let late = waiting.take_while(|timed| timed.time < time).count();
+        self.incoming.drain(on_bus..on_bus + late);
+    }
+
+    const fn is_normal(&self) -> bool {
+        self.status & (INAK | SLAK) == 0
+    }
+
+    /// Returns whether the controller takes part in bus traffic: it is initialised, and not off the bus.
+    #[must_use]
+    pub const fn takes_part(&self) -> bool {
+        self.is_normal() && !self.off
+    }
+}
+
+impl Can {
+    /// Lines of the transmit, the two receive and the status interrupts.
+    #[must_use]
+    pub fn lines(&self) -> [bool; 4] {
+        let fifo = |index: usize| {
+            let shift = 3 * index;
+            self.interrupts & 2 << shift != 0 && !self.fifo[index].is_empty()
+                || self.interrupts & 4 << shift != 0 && self.fifo_flags[index] & 8 != 0
+                || self.interrupts & 8 << shift != 0 && self.fifo_flags[index] & 0x10 != 0
+        };
+        [
+            self.interrupts & 1 != 0 && self.transmit & 0x01_0101 != 0,
+            fifo(0),
+            fifo(1),
+            self.interrupts & 1 << 15 != 0 && self.status & ERRI != 0,
+        ]
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// If the register does not exist.
+    pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
+        self.advance(now);
+        Ok(match offset {
+            0x00 => self.control & !(1 << 15),
+            // The receive pin is recessive while no node sends.
+            0x04 => self.status | 0xC00,
+            0x08 => {
+                let empty = (0..3)
+                    .filter(|&index| !self.mailboxes[index].pending)
+                    .fold(0, |word, index| word | 1 << (26 + index));
+                let code = self
+                    .mailboxes
+                    .iter()
+                    .position(|mailbox| !mailbox.pending)
+                    .or_else(|| self.next_mailbox())
+                    .unwrap_or(0) as u32;
+                self.transmit | empty | code << 24
+            }
+            0x0C | 0x10 => {
+                let index = (offset as usize - 0xC) / 4;
+                self.fifo[index].len() as u32 | self.fifo_flags[index]
+            }
+            0x14 => self.interrupts,
+            0x18 => {
+                self.error_state()
+                    | self.last_error << 4
+                    | (self.transmit_errors & 0xFF) << 16
+                    | (self.receive_errors & 0xFF) << 24
+            }
+            0x1C => self.timing,
+            0x180..0x1B0 => {
+                let at = offset as usize - 0x180;
+                let mailbox = &self.mailboxes[at / 16];
+                mailbox.registers[at % 16 / 4] | u32::from(mailbox.pending && at.is_multiple_of(16))
+            }
+            0x1B0..0x1D0 => {
+                let at = offset as usize - 0x1B0;
+                self.fifo[at / 16].front().map_or(0, |entry| entry[at % 16 / 4])
+            }
+            0x200 => self.filter_master,
+            0x204 => self.filter_mode,
+            0x20C => self.filter_scale,
+            0x214 => self.filter_fifo,
+            0x21C => self.filter_active,
+            0x240..0x320 => {
+                let at = offset as usize - 0x240;
+                self.filters[at / 8][at % 8 / 4]
+            }
+            _ => return unknown("CAN", offset),
+        })
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// If the register does not exist, or it is locked.
+    pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
+        self.advance(now);
+        self.now = self.now.max(now);
+        match offset {
+            0x00 if value & 1 << 15 != 0 => self.reset(self.pclk, now),
+            0x00 => self.set_control(value)?,
+            0x04 => self.status &= !(value & 0x1C),
+            0x08 => {
+                for index in 0..3 {
+                    let shift = 8 * index;
+                    if value >> shift & 1 == 1 {
+                        self.transmit &= !(0xF << shift);
+                    }
+                    if value >> shift & ABRQ != 0 && self.mailboxes[index].pending {
+                        self.transmit |= ABRQ << shift;
+                        // The frame on the bus is completed first.
+                        let sending =
+                            matches!(self.busy, Some((Sender::Mailbox(at), _)) if at == index);
+                        if !sending && self.is_aborted(index) {
+                            self.complete(index, false);
+                        }
+                    }
+                }
+            }
+            0x0C | 0x10 => {
+                let index = (offset as usize - 0xC) / 4;
+                self.fifo_flags[index] &= !(value & 0x18);
+                if value & 0x20 != 0 {
+                    self.fifo[index].pop_front();
+                    self.fifo_flags[index] &= !8;
+                }
+            }
+            0x14 => self.interrupts = value,
+            0x18 => self.last_error = value >> 4 & 7,
+            0x1C if self.status & INAK == 0 => {
+                return Err("the bit timing is set outside initialisation".into());
+            }
+            0x1C => self.timing = value,
+            0x180..0x1B0 => {
+                let at = offset as usize - 0x180;
+                let order = self.order;
+                let mailbox = &mut self.mailboxes[at / 16];
+                if mailbox.pending {
+                    return Err("a mailbox is written while its frame waits".into());
+                }
+                if at.is_multiple_of(16) && value & 0b110 != 0 {
+                    return Err("29-bit identifiers and remote frames are not modelled".into());
+                }
+                mailbox.registers[at % 16 / 4] = value;
+                if at.is_multiple_of(16) {
+                    mailbox.registers[0] = value & !1;
+                    if value & 1 != 0 {
+                        mailbox.pending = true;
+                        mailbox.order = order;
+                        let id = mailbox.frame().id;
+                        self.requested.push((now, id));
+                        self.order += 1;
+                        self.transmit &= !(0xF << (8 * (at / 16)));
+                    }
+                }
+            }
+            0x200 => self.filter_master = value & 0x3F01 | 0x2A1C_0000,
+            0x204 | 0x20C if self.filter_master & 1 == 0 => {
+                return Err("filters are set outside their initialisation".into());
+            }
+            0x204 => self.filter_mode = value,
+            0x20C => self.filter_scale = value,
+            0x214 => self.filter_fifo = value,
+            0x21C => self.filter_active = value,
+            0x240..0x320 => {
+                let at = offset as usize - 0x240;
+                self.filters[at / 8][at % 8 / 4] = value;
+            }
+            _ => return unknown("CAN", offset),
+        }
+        Ok(())
+    }
+
+    /// Enters initialisation mode, if requested.
+    const fn acknowledge(&mut self) {
+        if self.control & INRQ == 0 {
+            return;
+        }
+        self.status = self.status & !SLAK | INAK;
+        self.joined_at = NEVER;
+        if self.control & SLEEP == 0 {
+            // Initialisation ends bus-off after a time; the model ends it at once.
+            self.off = false;
+        }
+    }
+
+    fn set_control(&mut self, value: u32) -> Result<(), String> {
+        let old = core::mem::replace(&mut self.control, value & 0x1_00FF);
+        if value & INRQ != 0 {
+            // The frame on the bus is completed first, and a bus that is never idle delays this indefinitely.
+            let is_held = self.busy.is_some() || self.is_shorted();
+            if !(self.is_normal() && is_held) {
+                self.acknowledge();
+            }
+        } else if value & SLEEP != 0 {
+            self.status = self.status & !INAK | SLAK;
+            self.joined_at = NEVER;
+        } else if old & (INRQ | SLEEP) != 0 {
+            if self.timing == RESET_TIMING {
+                return Err("the bus is joined at the bit timing after a reset".into());
+            }
+            // Synchronises to eleven recessive bits.
+            self.wait_for_idle(11);
+        }
+        Ok(())
+    }
+
+    fn next_mailbox(&self) -> Option<usize> {
+        (0..3).filter(|&index| self.mailboxes[index].pending).min_by_key(|&index| {
+            let mailbox = &self.mailboxes[index];
+            let rank = match self.control & TXFP {
+                0 => u64::from(mailbox.frame().id),
+                _ => mailbox.order,
+            };
+            (rank, index)
+        })
+    }
+
+    /// Returns whether the program has withdrawn the frame of a mailbox, and the controller obeys.
+    fn is_aborted(&self, index: usize) -> bool {
+        self.transmit >> (8 * index) & ABRQ != 0 && self.fault != BusFault::AbortIgnored
+    }
+
+    fn complete(&mut self, index: usize, sent: bool) {
+        self.mailboxes[index].pending = false;
+        let shift = 8 * index;
+        self.transmit &= !((ABRQ | 0xF) << shift);
+        self.transmit |= (1 | u32::from(sent) << 1) << shift;
+    }
+}
+
+impl Can {
+    /// Time of the next event on the bus.
+    #[must_use]
+    pub fn next_event(&self) -> u64 {
+        let mut next = self.joined_at;
+        if let Some((_, end)) = self.busy {
+            return end;
+        }
+        if self.starts_now() {
+            next = next.min(self.now);
+        }
+        if self.is_normal()
+            && self.hears_others()
+            && let Some(first) = self.incoming.front()
+        {
+            next = next.min(first.time);
+        }
+        next
+    }
+
+    fn starts_now(&self) -> bool {
+        let own = self.takes_part() && self.mailboxes.iter().any(|mailbox| mailbox.pending);
+        own || (self.fault == BusFault::Saturated && self.is_normal() && self.hears_others())
+    }
+
+    fn hears_others(&self) -> bool {
+        self.timing & LOOPBACK == 0 && matches!(self.fault, BusFault::None | BusFault::Saturated)
+    }
+
+    /// Returns whether the controller sees a shorted bus. In loop-back mode it disregards its pin (RM0090, 32.5.3).
+    fn is_shorted(&self) -> bool {
+        self.fault == BusFault::Shorted && self.timing & LOOPBACK == 0
+    }
+
+    /// Advances to `now`.
+    pub fn advance(&mut self, now: u64) {
+        loop {
+            if self.joined_at <= now && self.busy.is_none() {
+                self.join(self.joined_at);
+            }
+            match self.busy {
+                Some((sender, end)) if end <= now => {
+                    self.busy = None;
+                    self.now = end;
+                    self.finish(sender, end);
+                    if !self.is_shorted() {
+                        self.acknowledge();
+                    }
+                }
+                Some(_) => break,
+                None => {
+                    let peer = match self.incoming.front() {
+                        Some(first) if self.hears_others() => first.time,
+                        _ => NEVER,
+                    };
+                    let start = if self.starts_now() { self.now } else { peer.max(self.now) };
+                    if start <= now && self.is_normal() {
+                        self.arbitrate(start);
+                    }
+                    if self.busy.is_none() {
+                        self.now = now;
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Selects the winner: the lowest identifier among the next mailbox and the other nodes.
+    fn arbitrate(&mut self, start: u64) {
+        let own = self.next_mailbox().filter(|_| self.takes_part());
+        let connected = self.hears_others();
+        let peer = self
+            .incoming
+            .front()
+            .filter(|first| connected && first.time <= start)
+            .map(|first| first.frame.clone());
+        let flood = (self.fault == BusFault::Saturated && connected).then(flooding);
+        let rivals = [
+            own.map(|index| (self.mailboxes[index].frame(), Sender::Mailbox(index))),
+            peer.map(|frame| (frame, Sender::Peer)),
+            flood.map(|frame| (frame, Sender::Flood)),
+        ];
+        let Some((frame, sender)) = rivals.into_iter().flatten().min_by_key(|(frame, _)| frame.id)
+        else {
+            return;
+        };
+        if let Some(index) = own
+            && sender != Sender::Mailbox(index)
+        {
+            // ALST.
+            self.transmit |= 4 << (8 * index);
+            if self.control & NART != 0 {
+                self.complete(index, false);
+            }
+        }
+        // An error flag ends a frame early: no bit after the first few is sent.
+        let bits = if self.is_shorted() { 1 + 6 + 8 + 3 } else { frame.bits() };
+        let length = bits * self.bit();
+        self.busy = Some((sender, start + length));
+    }
+
+    fn finish(&mut self, sender: Sender, time: u64) {
+        match sender {
+            Sender::Mailbox(index) => {
+                let alone = self.timing & (LOOPBACK | SILENT) == 0;
+                let error = match self.fault {
+                    BusFault::Shorted if alone => Some(5),
+                    BusFault::NoAcknowledge | BusFault::AbortIgnored if alone => Some(3),
+                    _ => None,
+                };
+                if let Some(code) = error {
+                    self.last_error = code;
+                    // A passive node does not count further errors without an acknowledge.
+                    if !(code == 3 && self.transmit_errors >= 128) {
+                        self.transmit_errors += 8;
+                    }
+                    self.transmit |= 8 << (8 * index);
+                    if self.control & NART != 0 || self.is_aborted(index) {
+                        self.complete(index, false);
+                        self.transmit |= 8 << (8 * index);
+                    }
+                    self.error_raised();
+                } else {
+                    let frame = self.mailboxes[index].frame();
+                    self.transmit_errors = self.transmit_errors.saturating_sub(1);
+                    self.last_error = 0;
+                    self.complete(index, true);
+                    if self.timing & LOOPBACK != 0 {
+                        self.receive(&frame);
+                    }
+                    if self.timing & SILENT == 0 {
+                        self.sent.push(TimedFrame { time, frame });
+                    }
+                }
+            }
+            Sender::Peer => {
+                if let Some(TimedFrame { frame, .. }) = self.incoming.pop_front()
+                    && self.takes_part()
+                {
+                    self.receive_errors = self.receive_errors.saturating_sub(1);
+                    self.last_error = 0;
+                    self.receive(&frame);
+                }
+            }
+            Sender::Flood if self.takes_part() => self.receive(&flooding()),
+            Sender::Flood => {}
+        }
+    }
+
+    /// Waits for this many recessive bits until the controller takes part again.
+    fn wait_for_idle(&mut self, bits: u64) {
+        self.joined_at = if self.is_shorted() { NEVER } else { self.now + bits * self.bit() };
+    }
+
+    fn join(&mut self, time: u64) {
+        self.joined_at = NEVER;
+        self.now = self.now.max(time);
+        if self.off {
+            self.off = false;
+            self.transmit_errors = 0;
+            self.receive_errors = 0;
+        }
+        if self.control & (INRQ | SLEEP) == 0 {
+            self.status &= !(INAK | SLAK);
+        }
+    }
+
+    /// Sets or clears a fault of the bus.
+    pub fn set_fault(&mut self, fault: BusFault) {
+        let was = core::mem::replace(&mut self.fault, fault);
+        if fault != BusFault::Shorted && self.busy.is_none() && self.is_normal() {
+            self.acknowledge();
+        }
+        if was == BusFault::Shorted && self.joined_at == NEVER {
+            if self.off && self.control & ABOM != 0 {
+                self.wait_for_idle(128 * 11);
+            } else if !self.is_normal() && self.control & (INRQ | SLEEP) == 0 {
+                self.wait_for_idle(11);
+            }
+        }
+    }
+}
+
+fn flooding() -> BusFrame {
+    BusFrame::new(0, &[0x55; 8])
+}
+
+impl Can {
+    fn error_raised(&mut self) {
+        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for the new state.
+        if self.transmit_errors > 255 && !self.off {
+            self.off = true;
+            self.transmit_errors = 0;
+            if self.control & ABOM != 0 {
+                self.wait_for_idle(128 * 11);
+            }
+        }
+        let state = self.error_state();
+        let watched = self.interrupts >> 8;
+        if state & watched & 7 != 0 || watched & 8 != 0 {
+            self.status |= ERRI;
+        }
+    }
+
+    const fn error_state(&self) -> u32 {
+        let (transmit, receive) = (self.transmit_errors, self.receive_errors);
+        let warning = transmit >= 96 || receive >= 96 || self.off;
+        let passive = transmit > 127 || receive > 127 || self.off;
+        warning as u32 | (passive as u32) << 1 | (self.off as u32) << 2
+    }
+}
+
+impl Can {
+    /// Puts a frame into the FIFO of the filter that accepts it.
+    fn receive(&mut self, frame: &BusFrame) {
+        let identifier = frame.id << 21;
+        let Some((fifo, index)) = self.filter(frame, identifier) else {
+            return;
+        };
+        let word = |from: usize| {
+            u32::from_le_bytes(core::array::from_fn(|i| {
+                frame.data.get(from + i).copied().unwrap_or(0)
+            }))
+        };
+        let entry = [identifier, frame.data.len() as u32 | index << 8, word(0), word(4)];
+        if self.fifo[fifo].len() == 3 {
+            self.overruns += 1;
+            self.fifo_flags[fifo] |= 0x10;
+            // Unless the FIFO is locked, the last message is replaced.
+            if self.control & 8 == 0 {
+                self.fifo[fifo].pop_back();
+                self.fifo[fifo].push_back(entry);
+            }
+            return;
+        }
+        self.fifo[fifo].push_back(entry);
+        if self.fifo[fifo].len() == 3 {
+            self.fifo_flags[fifo] |= 8;
+        }
+    }
+
+    /// FIFO and filter number for a frame, if a filter accepts it.
+    fn filter(&self, frame: &BusFrame, wide: u32) -> Option<(usize, u32)> {
+        if self.filter_master & 1 != 0 {
+            return None;
+        }
+        let narrow = frame.id << 5;
+        let banks = (self.filter_master >> 8 & 0x3F) as usize;
+        let mut numbers = [0_u32; 2];
+        for (bank, [first, second]) in self.filters.into_iter().enumerate().take(banks.min(28)) {
+            let bit = |word: u32| word >> bank & 1 == 1;
+            let fifo = usize::from(bit(self.filter_fifo));
+            let (list, is_wide) = (bit(self.filter_mode), bit(self.filter_scale));
+            let masked = |value: u32, id: u32, mask: u32| (value ^ id) & mask == 0;
+            let hits: Vec<bool> = match (is_wide, list) {
+                (true, false) => vec![masked(wide, first, second & !1)],
+                (true, true) => vec![wide == first & !1, wide == second & !1],
+                (false, false) => {
+                    [first, second].map(|word| masked(narrow, word & 0xFFFF, word >> 16)).to_vec()
+                }
+                (false, true) => [first & 0xFFFF, first >> 16, second & 0xFFFF, second >> 16]
+                    .map(|id| narrow == id)
+                    .to_vec(),
+            };
+            if bit(self.filter_active)
+                && let Some(hit) = hits.iter().position(|&hit| hit)
+            {
+                return Some((fifo, numbers[fifo] + hit as u32));
+            }
+            numbers[fifo] += hits.len() as u32;
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn initialisation_is_acknowledged_once_the_bus_is_idle() {
+        const MILLISECOND: u64 = crate::emulator::time::PER_SECOND / 1000;
+        let acknowledged =
+            |can: &mut Can, now: u64| can.read(0x04, now).expect("a register") & INAK != 0;
+        let mut can = Can::new(40_000_000);
+        can.write(0x00, INRQ, 0).expect("a register");
+        assert!(acknowledged(&mut can, 0));
+        assert!(can.write(0x00, 0, 0).is_err(), "the timing of the reset");
+        for (offset, value) in [(0x00, INRQ), (0x1C, 0x0123_0001), (0x00, 0)] {
+            can.write(offset, value, 0).expect("a register");
+        }
+        assert!(!acknowledged(&mut can, MILLISECOND), "it takes part");
+        can.set_fault(BusFault::Shorted);
+        can.write(0x00, INRQ, MILLISECOND).expect("a register");
+        assert!(!acknowledged(&mut can, 100 * MILLISECOND));
+        can.set_fault(BusFault::None);
+        assert!(acknowledged(&mut can, 100 * MILLISECOND));
+    }
+
+    #[test]
+    fn silent_loop_back_works_on_a_shorted_bus_and_is_not_seen() {
+        const MILLISECOND: u64 = crate::emulator::time::PER_SECOND / 1000;
+        let mut can = Can::new(40_000_000);
+        can.set_fault(BusFault::Shorted);
+        let timing = LOOPBACK | SILENT | 0x0123_0001;
+        for (offset, value) in [(0x00, INRQ), (0x1C, timing), (0x00, 0)] {
+            can.write(offset, value, 0).expect("a register");
+        }
+        // A filter that accepts all.
+        for (offset, value) in [(0x200, 0xE01), (0x20C, 1), (0x21C, 1), (0x200, 0xE00)] {
+            can.write(offset, value, 0).expect("a register");
+        }
+        assert_eq!(can.read(0x04, MILLISECOND).expect("a register") & INAK, 0);
+        let request = 0x123 << 21 | 1;
+        can.write(0x180, request, MILLISECOND).expect("a register");
+        let waiting = |can: &mut Can, now| can.read(0x0C, now).expect("a register") & 3;
+        assert_eq!(waiting(&mut can, 2 * MILLISECOND), 1);
+        assert!(can.sent.is_empty());
+        can.write(0x00, INRQ, 2 * MILLISECOND).expect("a register");
+        let status = can.read(0x04, 2 * MILLISECOND).expect("a register");
+        assert_ne!(status & INAK, 0);
+    }
+
+    #[test]
+    fn a_frame_of_eight_bytes_has_the_specified_length() {
+        // 111 bits and intermission without a stuffed bit; at most 24 of them with 8 bytes.
+        let plain = BusFrame::new(0x555, &[0x55; 8]).bits();
+        let stuffed = BusFrame::new(0, &[0; 8]).bits();
+        assert!((111..=113).contains(&plain), "{plain}");
+        assert!((125..=135).contains(&stuffed), "{stuffed}");
+    }
+}
