@@ -539,7 +539,7 @@ impl Machine {
     }
 }
 
-// What the machine keeps of blocks, stops and calls.
+// State of blocks, stops and watched calls.
 
 /// Maximum length of a block of the engine, bytes.
 const LONGEST_BLOCK: u32 = 0x1000;
