@@ -4,7 +4,7 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3,
 };
 use pyo3::prelude::*;
-use recordings::estimate::Estimator;
+use recordings::estimate;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::samples::RecordedSample;
@@ -25,7 +25,7 @@ pub(crate) struct Estimator {
 /// State that changes with each sample.
 #[derive(Clone)]
 struct State {
-    replay: Estimator,
+    replay: estimate::Estimator,
     events: Events,
     /// Time of the first sample on the caller's clock, µs.
     start_us: Option<i64>,
@@ -53,7 +53,7 @@ impl Estimator {
         let settings = settings.read()?.of_unnamed_foot()?;
         let rate = settings.hints.sample_rate;
         let rate = rate.ok_or_else(|| value_error("give the sample rate in Hz as rate"))?;
-        let replay = Estimator::new(rate, settings.gravity(), &settings.params());
+        let replay = estimate::Estimator::new(rate, settings.gravity(), &settings.params());
         let replay = replay.map_err(|error| value_error(format!("parameter {error}")))?;
         let state = State {
             replay,
