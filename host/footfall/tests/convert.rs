@@ -93,7 +93,7 @@ fn metrics(bench: &Bench, arguments: &str) -> Vec<(Value, Value)> {
 }
 
 /// Returns the options that a conversion suggests for reading its output.
-fn told(bench: &Bench, said: &str) -> String {
+fn suggested_options(bench: &Bench, said: &str) -> String {
     let line = said.lines().find_map(|line| line.strip_prefix("read it with "));
     let options = line.unwrap_or_default().to_owned();
     match said.split_once("and a configuration file with\n") {
@@ -125,7 +125,7 @@ fn estimates_from_output_match_those_from_source() {
             let said =
                 bench.stdout(&format!("--quiet convert {source} {target} {options} --overwrite"));
             let name = target.split_whitespace().next().expect("a name");
-            let reading = format!("{name} {}", told(&bench, &said));
+            let reading = format!("{name} {}", suggested_options(&bench, &said));
             assert_eq!(reading.contains("told.toml"), source == "atlas.txt", "{said}");
             let found =
                 bench.stdout(&format!("--quiet replay --estimate-again {reading} --output -"));

@@ -59,39 +59,11 @@ pub struct CalibrateArguments {
     pub json: bool,
 }
 
-/// Recording of a foot.
+/// Recording of a foot, with its file.
 struct Input {
     file: String,
     format: Format,
     loaded: Loaded,
-}
-
-/// Calibration of each foot.
-#[derive(Debug, Serialize)]
-pub struct FeetReport {
-    /// By the name of the foot.
-    feet: BTreeMap<String, WithInputs<LearntFoot>>,
-}
-
-impl Described for FeetReport {
-    const SCHEMA: &'static str = "urn:footfall:calibrate-feet:1";
-}
-
-impl Display for FeetReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, (foot, report)) in self.feet.iter().enumerate() {
-            let gap = if k > 0 { "\n\n" } else { "" };
-            write!(f, "{gap}foot {foot}\n{report}")?;
-        }
-        Ok(())
-    }
-}
-
-/// Sets what was learnt of the foot whose settings the file sets.
-fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile {
-    file.set_learnt(&report.report);
-    file.set_mounting(report.mounting.as_ref());
-    file
 }
 
 impl CalibrateArguments {
@@ -119,6 +91,7 @@ impl CalibrateArguments {
         Ok(hints)
     }
 
+    /// Opens a recording, with a progress bar.
     fn open(&self, input: &Path) -> Result<Opened, InputError> {
         progress::open(input, self.recording.reading.format, &Bars::default())
     }
@@ -149,6 +122,7 @@ impl CalibrateArguments {
         Ok(InputReport::new(file, format, notices, repairs, findings, &CommandLine))
     }
 
+    /// Learns a foot, or each foot of a bag with several.
     fn learn(&self, resolved: &Resolved) -> Result<(), Error> {
         if self.foot.is_none() && self.recording.reading.bag.may_be_of_several_feet() {
             return self.learn_feet(resolved);
@@ -236,6 +210,7 @@ impl CalibrateArguments {
             bar.finish_and_clear();
             learnt.map_err(|error| origins.explain(&error))?;
         }
+        // Without a recording, the empty calibration reports that nothing was learnt.
         let calibration =
             calibration.map_or_else(|| LearntCalibration::new(&Params::default()), Ok)?;
         let learnt = calibration.finish()?;
@@ -251,6 +226,7 @@ impl CalibrateArguments {
         })
     }
 
+    /// Finds the errors of the sensor from rests on each of its sides.
     fn calibrate_sensor(&self, resolved: &Resolved) -> Result<(), Error> {
         let mut hints = self.hints(resolved)?;
         // Previous results are replaced, not added to.
@@ -277,6 +253,7 @@ impl CalibrateArguments {
         })
     }
 
+    /// Writes the configuration file, if any, and prints the report.
     fn write_outputs(
         &self,
         resolved: &Resolved,
@@ -294,4 +271,32 @@ impl CalibrateArguments {
         }
         print(report, SummaryStyle::of(self.json), &self.output).map_err(Error::Print)
     }
+}
+
+/// Report on the calibration of several feet.
+#[derive(Debug, Serialize)]
+pub struct FeetReport {
+    /// Reports by the name of the foot.
+    feet: BTreeMap<String, WithInputs<LearntFoot>>,
+}
+
+impl Described for FeetReport {
+    const SCHEMA: &'static str = "urn:footfall:calibrate-feet:1";
+}
+
+impl Display for FeetReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, (foot, report)) in self.feet.iter().enumerate() {
+            let gap = if k > 0 { "\n\n" } else { "" };
+            write!(f, "{gap}foot {foot}\n{report}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Sets the learnt values and the mounting in the file, for the foot that it is set to.
+fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile {
+    file.set_learnt(&report.report);
+    file.set_mounting(report.mounting.as_ref());
+    file
 }

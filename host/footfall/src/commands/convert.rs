@@ -82,7 +82,7 @@ struct Scan {
 impl ConvertArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let span = options::span(self.from, self.to)?;
-        let form = self.form()?;
+        let output_format = self.output_format()?;
         let file = self.input.display().to_string();
         let opened = progress::open(&self.input, self.reading.format, &Bars::default())?;
         let format = opened.format();
@@ -99,7 +99,7 @@ impl ConvertArguments {
             let name = unused_name(stored.about.foot_or_name(), &taken.collect::<Vec<_>>());
             feet.push(ConvertedFoot { name, stored });
         }
-        if feet.len() > 1 && !form.holds_several() {
+        if feet.len() > 1 && !output_format.holds_several() {
             let feet = feet.into_iter().map(|foot| foot.name).collect();
             return Err(Error::OneFootOnly { file, feet });
         }
@@ -114,23 +114,23 @@ impl ConvertArguments {
         if scans.iter().all(|scan| scan.samples == 0) {
             return Err(Error::NothingInSpan(file));
         }
-        let bag = self.write(form, &mut feet, &scans, span)?;
+        let bag = self.write(output_format, &mut feet, &scans, span)?;
         let has_loads = scans.iter().any(|scan| scan.has_load);
         let thresholds = thresholds(format).filter(|_| has_loads);
         self.print_summary(&feet, &scans, bag.as_ref(), thresholds)
     }
 
     /// Returns the output format if it can be written.
-    fn form(&self) -> Result<ConvertFormat, OutputError> {
+    fn output_format(&self) -> Result<ConvertFormat, OutputError> {
         let output = self.output.as_path();
         let named = || output.display().to_string();
-        let form = self.form.or_else(|| ConvertFormat::of(output));
-        let form = form.ok_or_else(|| OutputError::Extension {
+        let format = self.form.or_else(|| ConvertFormat::of(output));
+        let format = format.ok_or_else(|| OutputError::Extension {
             file: named(),
             kind: "recordings are CSV, Parquet or bags",
             expected: ConvertFormat::ENDINGS.to_owned(),
         })?;
-        if let Some(feature) = form.feature() {
+        if let Some(feature) = format.feature() {
             feature.needed_for(named())?;
         }
         let target = Target::Samples(output);
@@ -138,21 +138,21 @@ impl ConvertArguments {
         if output.is_file() && !self.overwrite {
             Err(OutputError::Exists(named()))
         } else {
-            Ok(form)
+            Ok(format)
         }
     }
 
     fn write(
         &self,
-        form: ConvertFormat,
+        format: ConvertFormat,
         feet: &mut [ConvertedFoot],
         scans: &[Scan],
         span: Span,
     ) -> Result<Option<Bag>, Error> {
         let path = self.output.as_path();
-        if !form.holds_several() {
+        if !format.holds_several() {
             for foot in feet {
-                write_file(path, |to| write_table(form, &mut foot.stored, span, to))?;
+                write_file(path, |to| write_table(format, &mut foot.stored, span, to))?;
             }
             return Ok(None);
         }
@@ -220,13 +220,13 @@ impl ConvertArguments {
     }
 }
 
-/// Returns the default load thresholds of a format if they differ from those of the output.
+/// Returns the default load thresholds of the input format if they differ from those of the output, which is read as CSV.
 fn thresholds(format: Format) -> Option<LoadParams> {
     let of = |format| Preset::default().params(format).load;
     Some(of(format)).filter(|load| *load != of(Format::Csv))
 }
 
-/// Scans the samples to be converted for findings and for the options the output needs.
+/// Scans the samples to be converted for findings, and for the options with which the output is read.
 fn scan(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Scan, Vec<Finding>)> {
     let about = foot.stored.about.clone();
     let mut check = Check::new(about.sample_rate, about.gravity);
@@ -273,9 +273,9 @@ impl ConvertFormat {
             return Some(Self::Csv);
         }
         let name = path.file_name()?.to_string_lossy().to_lowercase();
-        let forms = [(".csv", Self::Csv), (".parquet", Self::Parquet), (".mcap", Self::Mcap)];
-        let found = forms.into_iter().find(|(ending, _)| name.ends_with(ending));
-        found.map(|(_, form)| form)
+        let formats = [(".csv", Self::Csv), (".parquet", Self::Parquet), (".mcap", Self::Mcap)];
+        let found = formats.into_iter().find(|(ending, _)| name.ends_with(ending));
+        found.map(|(_, format)| format)
     }
 
     /// Returns the feature that writes the format; `None` if it needs none.
@@ -323,13 +323,13 @@ pub fn samples(
 /// # Errors
 /// Errors of the writer and of the temporary file.
 pub fn write_table(
-    form: ConvertFormat,
+    format: ConvertFormat,
     stored: &mut Stored,
     span: Span,
     to: &mut dyn Write,
 ) -> io::Result<()> {
     let start_us = stored.about.start_us;
-    match form {
+    match format {
         #[cfg(feature = "parquet")]
         ConvertFormat::Parquet => {
             let mut table = ParquetSamples::new(to)?;
@@ -375,6 +375,7 @@ impl Bag {
             shift_us,
         })
     }
+
     /// Writes the messages of all feet in order of time.
     ///
     /// # Errors

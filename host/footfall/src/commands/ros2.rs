@@ -4,8 +4,6 @@ use std::env;
 use std::fmt::Write;
 use std::net::{IpAddr, Ipv4Addr};
 
-use crate::ros::Published;
-use crate::ros::node::{FootNode, FootNodeOptions, Reliability};
 use clap::Args;
 
 use super::options::{ListenArguments, PublishedArguments};
@@ -13,6 +11,8 @@ use crate::error::Error;
 use crate::interruption::finish_when_interrupted;
 use crate::messages::warn;
 use crate::report::print_text;
+use crate::ros::Published;
+use crate::ros::node::{FootNode, FootNodeOptions, Reliability};
 use crate::stream::{Sink, Stream, deadline, unless_ended};
 
 /// Arguments of `footfall ros2`.

@@ -1,11 +1,11 @@
-//! Conversion of a foot's data to messages on topics.
+//! Conversion of streaming feet to messages on topics.
 //!
 //! | topic | message | from |
 //! |---|---|---|
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
 //! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone | each contact; 0 if invalid, because a number cannot express validity |
 //! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | each contact: zero, with the default variance of the [zero-velocity measurement](estimator_core::velocity); 10⁴ (m/s)² if there is no information |
-//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot sends to the foot over CAN, and each that a recording has with a sample; NaN where it is no longer known |
+//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot sends to the foot over CAN, and each that a recording has with a sample; NaN once it is no longer known |
 //! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line, and each sample of a recording with gravity as it was recorded; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: for display, not for integration |
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once on a change, otherwise once a second |
 //!
@@ -40,7 +40,31 @@ use crate::ros::topics::{DIAGNOSTICS, FootTopics, NODE, Published};
 /// Diagnostic message of a foot without contacts.
 pub const SILENT: &str = "silent: no contact for half a second";
 
-/// Messages from the updates of a session.
+/// Standard gravity, m/s².
+const GRAVITY: f64 = 9.806_65;
+
+/// Period of a foot's diagnostics if nothing changes, µs.
+const DIAGNOSTIC_US: u64 = 1_000_000;
+
+/// Maximum age of an orientation or a rate combined with an acceleration, µs; by default they are sent every
+/// 20 ms.
+const BESIDE_US: u64 = 25_000;
+
+/// Variance of a value about which nothing is known.
+const UNKNOWN: f64 = 1.0e4;
+
+/// Standard deviation of inclination, rad: 2°, within which it is in 95 % of each recording of BROAD but one
+/// (docs/evaluation.md).
+const INCLINATION_SIGMA: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+/// Covariance of an orientation about x, y and z of the world: the heading is arbitrary.
+const ORIENTATION: [f64; 9] = diagonal([
+    INCLINATION_SIGMA * INCLINATION_SIGMA,
+    INCLINATION_SIGMA * INCLINATION_SIGMA,
+    UNKNOWN,
+]);
+
+/// Converter of the updates of a session to messages.
 #[derive(Debug)]
 pub struct Bridge {
     frame: String,
@@ -81,7 +105,8 @@ impl Bridge {
         let mut published = Vec::new();
         let (at, contact) = match update {
             Update::Message(foot, heard) => {
-                let contact = self.of_foot(*foot, &session.feet()[*foot], heard, &mut published);
+                let contact =
+                    self.add_messages_of_foot(*foot, &session.feet()[*foot], heard, &mut published);
                 (heard.at, contact)
             }
             Update::Quiet(now) => (*now, None),
@@ -98,7 +123,7 @@ impl Bridge {
     }
 
     /// Adds the messages of a foot; returns its contact, if it has sent one.
-    fn of_foot(
+    fn add_messages_of_foot(
         &mut self,
         index: usize,
         state: &LiveFoot,
@@ -148,7 +173,7 @@ impl Bridge {
         published
     }
 
-    /// Returns the messages of feet silent at `listened_us`, which are due at once and then once a second.
+    /// Returns the messages of feet that are silent at `listened_us`, which are due at once and then once a second.
     fn silent(&mut self, session: &Session, listened_us: u64, at: Timestamp) -> Vec<Published> {
         let mut published = Vec::new();
         let feet = self.feet.iter_mut();
@@ -166,34 +191,6 @@ impl Bridge {
         }
         published
     }
-}
-
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
-
-/// Period of a foot's diagnostics if nothing changes, µs.
-const DIAGNOSTIC_US: u64 = 1_000_000;
-
-/// Maximum age of an orientation or a rate combined with an acceleration, µs; by default they are sent every
-/// 20 ms.
-const BESIDE_US: u64 = 25_000;
-
-/// Variance of a value about which nothing is known.
-const UNKNOWN: f64 = 1.0e4;
-
-/// Standard deviation of inclination, rad: 2°, within which it is in 95 % of each recording of BROAD but one
-/// (docs/evaluation.md).
-const INCLINATION_SIGMA: f64 = 2.0 * std::f64::consts::PI / 180.0;
-
-/// Covariance of an orientation about x, y and z of the world: the heading is arbitrary.
-const ORIENTATION: [f64; 9] = diagonal([
-    INCLINATION_SIGMA * INCLINATION_SIGMA,
-    INCLINATION_SIGMA * INCLINATION_SIGMA,
-    UNKNOWN,
-]);
-
-const fn diagonal([x, y, z]: [f64; 3]) -> [f64; 9] {
-    [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
 }
 
 /// Condition of a foot whose change is reported in diagnostics at once: faults, silence, several boards.
@@ -229,6 +226,7 @@ impl FootMessages {
         }
     }
 
+    /// Returns the message of a contact, and of the IMU if the contact has its values.
     fn contact(&mut self, row: &ContactRow, foot: &LiveFoot) -> (RosContact, Option<Imu>) {
         self.is_silent = false;
         let stamp = foot.stamp;
@@ -282,7 +280,7 @@ impl FootMessages {
         (contact, imu)
     }
 
-    /// Sample as it was recorded, with the estimated orientation; `None` if it is invalid or not a number.
+    /// Returns a recorded sample with the estimated orientation; `None` if the sample is invalid or NaN.
     fn recorded(
         &self,
         sample: &ImuSample,
@@ -296,7 +294,7 @@ impl FootMessages {
         is_usable.then(|| self.imu(stamp, orientation, vector(rate), vector(force)))
     }
 
-    /// Message of a sample, with covariances of rate and acceleration that stand for unknown.
+    /// Returns the message of a sample; the covariances of rate and acceleration are 0, which stands for unknown.
     fn imu(
         &self,
         stamp: Timestamp,
@@ -314,9 +312,9 @@ impl FootMessages {
         }
     }
 
-    /// Zero-velocity measurement of a contact. The variance is that of its row, else it follows from
-    /// probability and rate with the [default settings](VelocityParams::DEFAULT); the measurement carries no
-    /// information if the contact is invalid or the rate unknown. The angular part never carries information.
+    /// Returns the zero-velocity measurement of a contact. Its variance is that of the row; without one, it follows from
+    /// probability and rate with the [default settings](VelocityParams::DEFAULT). The measurement carries no information
+    /// if the contact is invalid or the rate is unknown. The angular part never carries information.
     fn velocity(&self, contact: &RosContact, row: &ContactRow) -> TwistWithCovarianceStamped {
         const COEFFICIENTS: VelocityCoefficients =
             VelocityCoefficients::new(&VelocityParams::DEFAULT);
@@ -330,6 +328,7 @@ impl FootMessages {
         zero_velocity(&contact.header, sigma)
     }
 
+    /// Returns the message of a raw sample; `None` if the sample is invalid.
     fn raw(&self, raw: &RawMessage, stamp: Timestamp) -> Option<Imu> {
         let scaled =
             |codes: [i16; 3], scale: f32| codes.map(|code| f64::from(code) * f64::from(scale));
@@ -384,7 +383,7 @@ impl FootMessages {
     }
 }
 
-/// Counters of the board, or on CAN the number of drops.
+/// Returns the counters of the board; on CAN, the number of dropped frames.
 fn counts(foot: &LiveFoot) -> Vec<KeyValue> {
     let pair = |key: &str, value: String| KeyValue { key: key.to_owned(), value };
     if let Some(board) = &foot.board {
@@ -405,7 +404,7 @@ fn quaternion(q: Orientation) -> [f64; 4] {
     [q.x, q.y, q.z, q.w].map(f64::from)
 }
 
-/// Specific force as measured by an accelerometer: `acceleration` plus gravity, in the frame of the foot.
+/// Returns the specific force that an accelerometer measures: `acceleration` plus gravity, in the frame of the foot.
 fn with_gravity(acceleration: Vec3, orientation: Orientation) -> [f64; 3] {
     let [x, y, z, w] = quaternion(orientation);
     let measured = vector(acceleration);
@@ -417,8 +416,12 @@ fn with_gravity(acceleration: Vec3, orientation: Orientation) -> [f64; 3] {
     ]
 }
 
-/// Sets the covariances of rate and acceleration: of the noise of the board's sensor with its default settings. Zeros,
-/// which stand for unknown, of a part that it does not state.
+const fn diagonal([x, y, z]: [f64; 3]) -> [f64; 9] {
+    [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
+}
+
+/// Sets the covariances of rate and acceleration to the noise of the board's sensor with its default settings; zeros, which
+/// stand for unknown, if the sensor's data sheet does not state it.
 fn with_noise(imu: Imu) -> Imu {
     let noise = lsm6dsox::Config::FRESH_KILOHERTZ.noise();
     let covariance = |sigma: Option<f32>| diagonal([f64::from(sigma.unwrap_or(0.0)).powi(2); 3]);

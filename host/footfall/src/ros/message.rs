@@ -10,6 +10,68 @@ use serde::Serialize;
 
 pub use recordings::ros::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
 
+/// A message that is published, encoded as its content.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum RosMessage {
+    /// Contact of a foot.
+    Contact(RosContact),
+    /// Event of a recording.
+    Event(RosEvent),
+    /// IMU sample of a foot.
+    Imu(Box<Imu>),
+    /// Velocity of a foot.
+    Velocity(Box<TwistWithCovarianceStamped>),
+    /// `std_msgs/msg/Float64`: a probability or a load.
+    Number(f64),
+    /// `std_msgs/msg/String`: the validity of a sample.
+    Text(String),
+    /// `std_msgs/msg/Bool`: a decision, or the label of a sample.
+    Bool(bool),
+    /// Health and faults of a board.
+    Diagnostics(DiagnosticArray),
+    /// `champ_msgs/msg/ContactsStamped` of [champ](https://github.com/chvmp/champ).
+    Champ(Stances<Vec<bool>>),
+    /// `pronto_msgs/msg/QuadrupedStance` of [pronto](https://github.com/ori-drs/pronto): 1, or 0.
+    Pronto(Stances<[f32; 4]>),
+    /// `inekf_msgs/msg/ContactArray` of [InEKF](https://github.com/RossHartley/invariant-ekf-ros), with numbers of the
+    /// feet.
+    Inekf(Stances<Vec<(i32, bool)>>),
+    /// `custom_sensor_msgs/msg/ContactArray` of [DRIFT](https://github.com/UMich-CURLY/drift), with numbers of the feet,
+    /// right feet first.
+    Drift(Stances<Vec<(i32, bool)>>),
+    /// `state_estimator_msgs/msg/ContactDetection` of [MUSE](https://github.com/iit-DLSLab/muse).
+    Muse(Stances<[bool; 4]>),
+    /// State of a Unitree robot, with the forces of all feet.
+    Unitree(Box<LowState>),
+}
+
+impl RosMessage {
+    /// Creates the message of a number.
+    pub(crate) fn number(data: impl Into<f64>) -> Self {
+        Self::Number(data.into())
+    }
+
+    /// Creates the message of the probability of a contact alone: 0 if it is invalid.
+    pub(crate) fn probability(contact: &RosContact) -> Self {
+        Self::number(if contact.valid { contact.p_stable } else { 0.0 })
+    }
+}
+
+#[cfg(feature = "cdr")]
+impl RosMessage {
+    /// Returns the encoded message with its header.
+    #[must_use]
+    pub fn cdr(&self) -> Vec<u8> {
+        // Encapsulation header: CDR, little-endian, no options.
+        let mut bytes = vec![0, 1, 0, 0];
+        // CDR can represent all fields of these messages; a test encodes each.
+        let encoded = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self);
+        bytes.extend(encoded.unwrap_or_default());
+        bytes
+    }
+}
+
 /// `footfall_msgs/msg/Event`; `ros2/footfall_msgs/msg/Event.msg` describes its fields.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the definition has them")]
@@ -25,7 +87,7 @@ pub struct RosEvent {
 /// A message of other programs about all feet.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Stances<T> {
-    /// When the newest of its samples was acquired.
+    /// Header with the time of the newest sample.
     pub header: Header,
     /// Whether each foot stands: left front, right front, left hind, right hind; of [`RosMessage::Drift`](crate::ros::RosMessage),
     /// the right feet come first.
@@ -98,78 +160,16 @@ pub struct DiagnosticStatus {
 /// `diagnostic_msgs/msg/DiagnosticArray`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DiagnosticArray {
-    /// When.
+    /// Time of the diagnostics.
     pub header: Header,
-    /// Of each part.
+    /// Status of each component.
     pub status: Vec<DiagnosticStatus>,
-}
-
-/// A message that is published. Its bytes are those of what it holds.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum RosMessage {
-    /// The contact.
-    Contact(RosContact),
-    /// Event of a recording.
-    Event(RosEvent),
-    /// The IMU.
-    Imu(Box<Imu>),
-    /// A velocity.
-    Velocity(Box<TwistWithCovarianceStamped>),
-    /// `std_msgs/msg/Float64`: a probability or a load.
-    Number(f64),
-    /// `std_msgs/msg/String`: how far a sample is to be trusted.
-    Text(String),
-    /// `std_msgs/msg/Bool`: a decision, or the truth about a sample.
-    Bool(bool),
-    /// How the board is.
-    Diagnostics(DiagnosticArray),
-    /// `champ_msgs/msg/ContactsStamped` of [champ](https://github.com/chvmp/champ).
-    Champ(Stances<Vec<bool>>),
-    /// `pronto_msgs/msg/QuadrupedStance` of [pronto](https://github.com/ori-drs/pronto): 1, or 0.
-    Pronto(Stances<[f32; 4]>),
-    /// `inekf_msgs/msg/ContactArray` of [InEKF](https://github.com/RossHartley/invariant-ekf-ros), with numbers of the
-    /// feet.
-    Inekf(Stances<Vec<(i32, bool)>>),
-    /// `custom_sensor_msgs/msg/ContactArray` of [DRIFT](https://github.com/UMich-CURLY/drift), with numbers of the feet,
-    /// right feet first.
-    Drift(Stances<Vec<(i32, bool)>>),
-    /// `state_estimator_msgs/msg/ContactDetection` of [MUSE](https://github.com/iit-DLSLab/muse).
-    Muse(Stances<[bool; 4]>),
-    /// All feet of a robot, as Unitree has them.
-    Unitree(Box<LowState>),
-}
-
-impl RosMessage {
-    /// Creates the message of a number.
-    pub(crate) fn number(data: impl Into<f64>) -> Self {
-        Self::Number(data.into())
-    }
-
-    /// Creates the message of the probability of a contact alone: 0 if it is invalid.
-    pub(crate) fn probability(contact: &RosContact) -> Self {
-        Self::number(if contact.valid { contact.p_stable } else { 0.0 })
-    }
-}
-
-#[cfg(feature = "cdr")]
-impl RosMessage {
-    /// Returns the encoded message with its header.
-    #[must_use]
-    pub fn cdr(&self) -> Vec<u8> {
-        // Encapsulation header: CDR, little-endian, no options.
-        let mut bytes = vec![0, 1, 0, 0];
-        // CDR can represent all fields of these messages; a test encodes each.
-        let encoded = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self);
-        bytes.extend(encoded.unwrap_or_default());
-        bytes
-    }
 }
 
 /// Covariance that marks a missing value.
 pub(crate) const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
-/// Zero velocity with this standard deviation in each direction; the angular part carries no information.
+/// Returns zero velocity with this standard deviation in each direction; the angular part carries no information.
 pub(crate) fn zero_velocity(
     header: &Header,
     VelocitySigma(sigma): VelocitySigma,
@@ -188,7 +188,7 @@ pub(crate) fn zero_velocity(
     velocity
 }
 
-/// Components of a vector, as messages have them.
+/// Returns the components of a vector as f64.
 pub(crate) fn vector(v: Vec3) -> [f64; 3] {
     components(v).map(f64::from)
 }
