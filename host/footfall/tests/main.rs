@@ -1,8 +1,6 @@
 //! The program as its users run it: each command, its output, its files and its errors.
 
 mod common;
-#[cfg(feature = "ros2")]
-mod domain;
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "parquet", feature = "ros2"))]
 #[path = "../../../wire/tests/python/environment.rs"]
 mod environment;
@@ -25,8 +23,6 @@ mod foot;
 mod monitor;
 #[cfg(feature = "bags")]
 mod others;
-#[cfg(feature = "ros2")]
-mod parameters;
 mod plausible;
 #[cfg(all(feature = "bags", feature = "foxglove", feature = "ros2"))]
 mod played;
