@@ -417,16 +417,16 @@ fn pandas_reads_the_table_estimates_from_parquet() {
 fn files_of_unsupported_kinds_are_named() {
     let Some(folder) = roads() else { return };
     let kinds = [
-        ("arrow_ipc.feather", Foreign::Other),
-        ("html.parquet", Foreign::Other),
-        ("json.json", Foreign::Other),
-        ("json_records.json", Foreign::Other),
-        ("numpy.npy", Foreign::Numpy),
-        ("numpy_archive.npz", Foreign::Numpy),
-        ("pickle.pkl", Foreign::Other),
-        ("sqlite.db", Foreign::Sqlite),
-        ("tar.tar.gz", Foreign::Other),
-        ("zip.zip", Foreign::Zip),
+        ("arrow_ipc.feather", FileKind::Other),
+        ("html.parquet", FileKind::Other),
+        ("json.json", FileKind::Other),
+        ("json_records.json", FileKind::Other),
+        ("numpy.npy", FileKind::Numpy),
+        ("numpy_archive.npz", FileKind::Numpy),
+        ("pickle.pkl", FileKind::Other),
+        ("sqlite.db", FileKind::Sqlite),
+        ("tar.tar.gz", FileKind::Other),
+        ("zip.zip", FileKind::Zip),
     ];
     let paths = entries(&folder.join("other"));
     assert_eq!(paths.len(), kinds.len());
@@ -443,7 +443,7 @@ fn files_of_unsupported_kinds_are_named() {
 #[test]
 fn the_document_lists_the_unsupported_kinds() {
     let mut table = "| it is | do this |\n|---|---|\n".to_owned();
-    for kind in Foreign::ALL {
+    for kind in FileKind::ALL {
         let Some(advice) = kind.advice() else {
             continue;
         };
