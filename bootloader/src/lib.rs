@@ -6,15 +6,15 @@
 //! | the flash: its use and its operations | [`flash`] |
 //! | the header in front of a program | [`image`] |
 //! | progress of an update, record by record | [`journal`] |
-//! | programs in their slots | [`program`] |
+//! | programs in their slots; their hash and signature | [`program`], [`verify`] |
 //! | the steps at a start, and a download | [`update`] |
 //! | the objects that a master sees, and their node | [`device`], [`node`] |
 //! | the serial line to that node | [`adapter`] |
 //! | notes between program and bootloader in RAM | [`note`] |
 //! | the crystal: its start and measurement; a supply too low for the flash; both on the target | `crystal`, `supply` |
 //!
-//! No allocation, no `unsafe`, no panic on any bytes. The other parts that touch the chip are those of the program,
-//! in `src/main.rs` and `src/chip`.
+//! No allocation, no `unsafe`, no panic on any bytes. Besides `crystal` and `supply`, only the bootloader's binary
+//! touches the chip: `src/main.rs` and `src/chip`.
 
 #![no_std]
 #![forbid(unsafe_code)]

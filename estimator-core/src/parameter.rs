@@ -1,9 +1,9 @@
 //! Table of all parameters, with their names, units, ranges and defaults.
 //!
 //! [`Params::validate`], the object dictionary and the configuration file check by it. A new
-//! parameter needs only a row here, beside its field in [`Params`]. The numbers of a warm start
-//! have their rows in [`Learnt::ROWS`]; the constants of self-calibration cannot be set and are
-//! checked by the compiler.
+//! parameter needs a row here, its field in [`Params`], and an entry in the object dictionary: see
+//! `docs/architecture.md`. The numbers of a warm start have their rows in [`Learnt::ROWS`]. The constants of
+//! self-calibration cannot be set, and are checked by the compiler.
 
 use crate::attitude::GyroTiming;
 use crate::learnt::Learnt;

@@ -27,7 +27,7 @@ pub trait Board {
         BusState::Active
     }
 
-    /// Receives the frames for a node id, 0 for none, which the foot has from now on.
+    /// Sets the node id whose frames are received; 0 for none.
     fn listen_as(&self, node_id: u8) {
         let _ = node_id;
     }

@@ -284,7 +284,7 @@ impl Foot {
         &self.counters
     }
 
-    /// Advances by one tick, a millisecond. `reading` is the newest of the analog load input, if the board has one.
+    /// Advances by one tick. `reading` is the newest of the analog load input, if the board has one.
     pub fn tick(
         &mut self,
         tick: &Tick,

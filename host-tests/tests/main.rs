@@ -1,4 +1,5 @@
-//! Checks from outside, in one program: recordings, the oracle, simulated truth, the foot's program on a host.
+//! Checks from outside, in one program: recordings, the oracle, simulated truth. Tests of the foot's program on a host are in
+//! `foot/main.rs`.
 //!
 //! The feature `full` adds what `.ci/full` runs alone: bags, browsers, instruction counts, research.
 

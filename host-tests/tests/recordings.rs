@@ -1,7 +1,7 @@
 //! The recordings stored in the repository: made by the simulator, the same on every machine, with the same
 //! estimates as when they were committed.
 //!
-//! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test recordings` writes them again.
+//! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test host recordings::` writes them again.
 
 use estimator_core::{ContactEstimate, Flag, ImuSample, Phase, Timestamp};
 use footfall::files::write_file;

@@ -48,7 +48,7 @@ impl<D: DelayNs> embedded_hal_async::delay::DelayNs for Blocking<&mut D> {
     }
 }
 
-/// Runs a future that is always ready.
+/// Runs a future that never waits: its first poll completes it, and the loop spares a panic.
 fn run<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());

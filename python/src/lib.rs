@@ -12,6 +12,7 @@
 //! | decoded output of feet | [`decoding`] |
 //! | simulated foot | [`simulation`] |
 //! | default method with other constants, for research | [`constants`] |
+//! | settings in errors, in words of Python | [`words`] |
 
 // Arguments from Python are owned values even where a reference would do.
 #![allow(clippy::needless_pass_by_value)]

@@ -1,4 +1,4 @@
-"""The package says what the program says, to the last bit."""
+"""The package gives the program's results, to the last bit."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ pub struct LoadInput {
     pub offset: f32,
 }
 
-/// Periods of the UART messages: every N ticks, or never with 0.
+/// Periods of the UART messages, ms, to the nearest tick; 0: never.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UartStreams {
     /// The contact.

@@ -6,6 +6,7 @@
 //! | syntax of a source: `uart:/dev/ttyACM0`, `can:can0`, `demo:feet=4` | [`source`] |
 //! | line to feet: received and sent data, and errors | [`link`] |
 //! | kinds of lines: serial port, slcan adapter, CAN interface, playback of a file | [`link`]'s files |
+//! | feet on USB | [`usb`] |
 //! | robot with simulated feet that run the board's own program | [`robot`] |
 //! | line that is read by its own thread and reopened when it breaks | [`feed`] |
 //! | state of all feet of a source, with the changes to show, record or publish | [`session`] |

@@ -93,17 +93,17 @@ pub enum FootError {
 }
 
 /// Returns an error or a notice of [`feet`] with its hint, in the options and commands of this program.
-pub(crate) fn with_hint(said: impl fmt::Display, hint: Option<FootHint>) -> String {
+pub(crate) fn with_hint(message: impl fmt::Display, hint: Option<FootHint>) -> String {
     match hint {
-        None => said.to_string(),
-        Some(FootHint::NameOneFoot) => format!("{said}: name one with --node"),
-        Some(FootHint::NameNodeAsFoot(node)) => format!("{said}: --node {node}"),
-        Some(FootHint::ListObjects) => format!("{said}; `footfall foot SOURCE get` lists all"),
+        None => message.to_string(),
+        Some(FootHint::NameOneFoot) => format!("{message}: name one with --node"),
+        Some(FootHint::NameNodeAsFoot(node)) => format!("{message}: --node {node}"),
+        Some(FootHint::ListObjects) => format!("{message}; `footfall foot SOURCE get` lists all"),
         Some(FootHint::SwitchSelfTestOff) => {
-            format!("{said} until footfall foot … set self_test_at_start=0 --save")
+            format!("{message} until footfall foot … set self_test_at_start=0 --save")
         }
         Some(FootHint::OmitEstimateOptions) => format!(
-            "{said}: --config, --topic, --load-topic, --axes, --units and their like are for recordings of an IMU"
+            "{message}: --config, --topic, --load-topic, --axes, --units and their like are for recordings of an IMU"
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! The estimator applied to a recording in memory: one estimate per sample.
+//! The estimator applied to a recording, sample by sample or to one in memory.
 
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError,

@@ -123,7 +123,7 @@ impl<S: InWords> Display for Worded<'_, S> {
     }
 }
 
-/// Gives types that say their text in the words of a program a `Display` in plain words.
+/// Implements `Display` in plain words for types that implement [`InWords`].
 #[macro_export]
 macro_rules! display_in_plain_words {
     ($($type:ty),+) => {

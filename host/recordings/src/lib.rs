@@ -5,7 +5,7 @@
 //! | reading a file into a stored recording | [`input`] |
 //! | a sample with its load and label, in memory; many of them in a temporary file | [`samples`], [`spool`] |
 //! | parameters, from preset, configuration file and options | [`config`] |
-//! | the estimator applied to a recording in memory | [`estimate`] |
+//! | the estimator applied to a recording, sample by sample or in memory | [`estimate`] |
 //! | a stored recording through the estimator, into tables, events and a summary | [`replay`], several in parallel by [`jobs`] |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | implausible values in a recording | [`plausible`] |

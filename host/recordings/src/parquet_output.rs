@@ -1,4 +1,4 @@
-//! Tables in Parquet, written row by row. Their memory is that of a row group.
+//! Tables in Parquet, written row by row. One row group is held in memory.
 //!
 //! Estimates have the columns of [`HEADER`]:
 //!
@@ -42,7 +42,7 @@ use crate::output::{FOOT, HEADER, TableFeet, numbers, seconds};
 use crate::samples::{Label, RecordedSample, validity_name};
 use crate::space::components;
 
-/// A table of estimates that is being written. Its memory is that of a row group.
+/// A table of estimates that is being written. One row group is held in memory.
 pub struct ParquetEstimates<W: Write> {
     rows: ParquetRows<W>,
     feet: TableFeet,
@@ -125,7 +125,7 @@ pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
     encoder.map_or(Ok(()), |encoder| encoder.finish().map(|_| ()))
 }
 
-/// A recording that is being written. Its memory is that of a row group.
+/// A recording that is being written. One row group is held in memory.
 pub struct ParquetSamples<W: Write>(ParquetRows<W>);
 
 impl<W: Write> ParquetSamples<W> {

@@ -1,5 +1,5 @@
 //! Plausibility checks of a recording's values: wrong units, gravity included or removed, a sensor on its side,
-//! clock jumps, too few samples. [`FINDINGS`] has what is found.
+//! clock jumps, too few samples. [`FINDINGS`] lists the findings.
 //!
 //! Rest is the tenth of the recording with the quietest accelerations, in pieces of 0.1 s. The findings about a
 //! foot that never rests may be wrong, and no finding is an error by itself.

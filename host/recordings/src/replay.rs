@@ -325,7 +325,7 @@ pub enum Layout {
     /// CSV text.
     #[default]
     Csv,
-    /// As Parquet.
+    /// Parquet.
     Parquet,
 }
 
@@ -345,7 +345,7 @@ impl Layout {
 pub enum EstimateTable {
     /// CSV text.
     Csv(CsvRows),
-    /// As Parquet.
+    /// Parquet.
     #[cfg(feature = "parquet")]
     Parquet {
         /// Name of the foot, if the table names it.

@@ -1,4 +1,4 @@
-//! `virtual-board serve` runs an ELF at the speed of real time behind terminals.
+//! `virtual-board serve` runs an ELF in real time behind pseudo-terminals, or in lock step behind sockets.
 
 #![forbid(unsafe_code)]
 
@@ -18,8 +18,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Sub {
-    /// Run an ELF at the speed of real time behind pseudo-terminals: a serial line for each foot, and one bus
-    /// behind an slcan adapter.
+    /// Run an ELF in real time behind pseudo-terminals, or in lock step behind sockets: a serial line for each foot,
+    /// and one bus behind an slcan adapter.
     #[cfg(unix)]
     Serve(commands::serve::ServeArguments),
 }

@@ -1,5 +1,5 @@
-//! Images of a foot's program, as an update sends them: from its ELF, with hash and signature. [`results`]: figures of
-//! measurements, and the documents that show them.
+//! What the tasks share with tests: images of a foot's program, with hash and signature; and [`results`], measured
+//! figures and the documents that show them.
 
 pub mod results;
 

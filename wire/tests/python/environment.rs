@@ -1,5 +1,5 @@
-//! A virtual environment under `target` with the packages of `requirements.txt`, for the tests of
-//! this crate and of host-tests.
+//! A virtual environment under `target` with the packages of `requirements.txt`, for the
+//! Python tests of this crate, footfall, virtual-board and host-tests.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

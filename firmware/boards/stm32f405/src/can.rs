@@ -19,7 +19,7 @@ use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::{Load, Pdo};
 
-use super::{COMMUNICATION_PRIORITY, URGENT_PRIORITY, timebase, wiring};
+use crate::{COMMUNICATION_PRIORITY, URGENT_PRIORITY, timebase, wiring};
 
 /// Task that waits for a frame.
 static FRAME_CAME: AtomicWaker = AtomicWaker::new();
@@ -63,9 +63,9 @@ static STARTED: AtomicBool = AtomicBool::new(false);
 /// Peripherals, until the bit rate is known.
 pub struct Parts {
     /// Owned, so that no other code uses it.
-    pub(super) _controller: Peri<'static, peripherals::CAN1>,
-    pub(super) receive: Peri<'static, wiring::CanReceive>,
-    pub(super) transmit: Peri<'static, wiring::CanTransmit>,
+    pub(crate) _controller: Peri<'static, peripherals::CAN1>,
+    pub(crate) receive: Peri<'static, wiring::CanReceive>,
+    pub(crate) transmit: Peri<'static, wiring::CanTransmit>,
 }
 
 /// Settings of the controller.

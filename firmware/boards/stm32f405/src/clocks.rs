@@ -14,7 +14,7 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
-use super::wiring::CRYSTAL_MHZ;
+use crate::wiring::CRYSTAL_MHZ;
 
 /// Internal oscillator, MHz.
 const HSI_MHZ: u32 = crystal::HSI_MHZ;

@@ -26,7 +26,7 @@ use embedded_storage::nor_flash::{
 };
 use storage::StoreFailed;
 
-use super::{uart, watchdog};
+use crate::{uart, watchdog};
 
 /// Size of a sector, bytes.
 pub const PAGE: u32 = 16 * 1024;
@@ -121,7 +121,7 @@ impl NorFlashError for Error {
 }
 
 impl ConfigFlash {
-    pub(super) const fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
+    pub(crate) const fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
         Self { _flash: flash }
     }
 }
@@ -247,8 +247,8 @@ impl NorFlash for ConfigFlash {
     }
 }
 
-/// Programs a word of the [journal](super::update), at the thread level, where nothing else uses the flash.
-pub(super) fn program_word(at: usize, word: u32) -> Result<(), Error> {
+/// Programs a word of the [journal](crate::update), at the thread level, where nothing else uses the flash.
+pub(crate) fn program_word(at: usize, word: u32) -> Result<(), Error> {
     unlock_to_program();
     let written = write_word(at, word);
     lock();

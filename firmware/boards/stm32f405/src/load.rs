@@ -5,7 +5,7 @@ use embassy_stm32::pac::adccommon::vals::Adcpre;
 use embassy_stm32::pac::{ADC1, ADC123_COMMON};
 use embassy_stm32::{Peri, peripherals, rcc};
 
-use super::wiring::{self, LOAD_INPUT};
+use crate::wiring::{self, LOAD_INPUT};
 
 /// Inputs from 10 on have their sampling time in `ADC_SMPR1` (RM0090, 13.13.4).
 const FIRST_OF_SMPR1: u8 = 10;
@@ -18,7 +18,7 @@ pub struct LoadSensor(());
 impl LoadSensor {
     /// Starts the conversion: 12 bits at 20 MHz, sampled over 480 cycles since load sensors are weak
     /// sources; a new value every 25 µs.
-    pub(super) fn start(
+    pub(crate) fn start(
         _converter: Peri<'static, peripherals::ADC1>,
         pin: Peri<'static, wiring::Load>,
     ) -> Self {

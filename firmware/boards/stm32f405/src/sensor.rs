@@ -22,9 +22,9 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use lsm6dsox::{BusSpeed, SetBusSpeed};
 
-use super::URGENT_PRIORITY;
-use super::timebase::Deadline;
-use super::wiring;
+use crate::URGENT_PRIORITY;
+use crate::timebase::Deadline;
+use crate::wiring;
 
 /// Delay by the HAL's timer, at least as long as requested.
 pub struct Delay;
@@ -87,7 +87,7 @@ pub struct SensorBus {
 }
 
 /// Peripherals.
-pub(super) struct Parts {
+pub(crate) struct Parts {
     pub controller: Peri<'static, peripherals::SPI1>,
     pub clock: Peri<'static, wiring::SensorClock>,
     pub to_sensor: Peri<'static, wiring::ToSensor>,

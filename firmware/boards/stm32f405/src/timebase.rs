@@ -20,8 +20,8 @@ use embassy_sync::signal::Signal;
 use estimator_core::Timestamp;
 use firmware::sampling::{EDGE_LIMIT_US, Tick, Ticks};
 
-use super::URGENT_PRIORITY;
-use super::wiring::CAPTURE_INPUT;
+use crate::URGENT_PRIORITY;
+use crate::wiring::CAPTURE_INPUT;
 
 /// Duration of a tick, µs.
 const TICK_MICROS: u32 = 1_000;
@@ -172,7 +172,7 @@ impl Deadline {
 }
 
 impl Drop for Deadline {
-    /// Behind the counter the value matches once more in half an hour, without effect.
+    /// Moves the compare value half a wrap behind the counter. Its next match, in 36 minutes, only ends a sleep.
     fn drop(&mut self) {
         TIM2.ccr(SLEEP_DEADLINE).write_value(self.end.wrapping_sub(1 << 31));
     }

@@ -17,7 +17,7 @@ use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use static_cell::ConstStaticCell;
 
-use super::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, wiring};
+use crate::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, wiring};
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
@@ -103,11 +103,11 @@ const RECEIVE_BUFFER: usize = 512;
 
 /// Peripherals, until the rate is known.
 pub struct Parts {
-    pub(super) controller: Peri<'static, peripherals::USART1>,
-    pub(super) transmit: Peri<'static, wiring::UartTransmit>,
-    pub(super) receive: Peri<'static, wiring::UartReceive>,
-    pub(super) transmit_dma: Peri<'static, peripherals::DMA2_CH7>,
-    pub(super) receive_dma: Peri<'static, peripherals::DMA2_CH2>,
+    pub(crate) controller: Peri<'static, peripherals::USART1>,
+    pub(crate) transmit: Peri<'static, wiring::UartTransmit>,
+    pub(crate) receive: Peri<'static, wiring::UartReceive>,
+    pub(crate) transmit_dma: Peri<'static, peripherals::DMA2_CH7>,
+    pub(crate) receive_dma: Peri<'static, peripherals::DMA2_CH2>,
 }
 
 /// Sending half.

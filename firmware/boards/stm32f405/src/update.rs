@@ -7,7 +7,7 @@ use bootloader::note;
 use storage::StoreFailed;
 use wire::node::Program;
 
-use super::flash::program_word;
+use crate::flash::program_word;
 
 /// Journal and slots: read at any time, and programmed at the thread level alone.
 struct Words;

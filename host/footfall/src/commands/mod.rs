@@ -11,6 +11,7 @@
 //! | `view` | [`view`] |
 //! | `ros2` | `ros2` |
 //! | `calibrate` | [`calibrate`] |
+//! | `accept` | [`accept`] |
 //! | `config` | [`config`] |
 //! | `explain` | [`explain`] |
 //! | `foot` | [`foot`] |

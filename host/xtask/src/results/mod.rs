@@ -10,7 +10,7 @@
 //!    use xtask::results::{Measurement, rounded};
 //!
 //!    let mut result = Measurement::new("bus-load", "Load of the CAN bus by the number of feet.")
-//!        .measured_by("cargo test -p virtual-board bus_load -- --ignored")
+//!        .measured_by("cargo test -p virtual-board bus_of_each_wiring_carries_all_contacts")
 //!        .on_elf("foot", "1c6cc2a9e1fa1490".to_owned())
 //!        .value("bit_rate_kbit_s", 1000);
 //!    for (feet, load) in [(1, 13.02), (4, 52.11)] {

@@ -199,8 +199,8 @@ impl<'a> Intake<'a> {
             .rows
             .finish(self.file, about, self.hints)
             .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
-        let told = self.hints.table.time_unit.or(self.layout.time_unit);
-        if let (Some(time), None) = (self.time, told) {
+        let known_unit = self.hints.table.time_unit.or(self.layout.time_unit);
+        if let (Some(time), None) = (self.time, known_unit) {
             check_guess(self.file, time.unit, stored.about.sample_rate)?;
         }
         Ok(stored)

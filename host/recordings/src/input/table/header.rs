@@ -1,4 +1,4 @@
-//! Header of a table into one with our names for the known columns.
+//! Translation of the header of a table to our column names.
 
 use csv::StringRecord;
 

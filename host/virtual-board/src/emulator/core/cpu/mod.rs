@@ -6,6 +6,7 @@
 //! | an exception is due: push a frame, go to its handler | `exceptions` |
 //! | run blocks of instructions until a hook stops the engine | `stops` |
 //! | the engine's hooks: blocks, peripherals, addresses without memory | `engine` |
+//! | writes to flash from a hook, delayed until the engine stops | `late` |
 //! | a fault, or a return from an exception | `exceptions` |
 
 mod engine;
