@@ -1,6 +1,6 @@
 //! `footfall foot`: requests to one foot over its line.
 //!
-//! [`update`] sends the image of a program.
+//! `update` sends the image of a program.
 
 mod update;
 

@@ -1,5 +1,5 @@
 //! `footfall replay`: estimates recordings and writes a table, pictures, events and a summary, or a copy of a bag with
-//! the contacts of its feet ([`bag_copy`]).
+//! the contacts of its feet (`bag_copy`).
 
 #[cfg(feature = "bags")]
 mod bag_copy;
