@@ -251,7 +251,7 @@ impl Input {
     }
 }
 
-/// Request over UART: the kinds of a [`Message`](wire::uart::Message) that a foot answers or executes.
+/// Request over UART: the kinds of a [`Message`] that a foot answers or executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UartRequest {
     /// Read an object's value.
