@@ -53,6 +53,33 @@ pub struct Constants {
     /// stances.
     pub lesson: f32,
 
+    /// Rate of turn that is added to every rate, rad/s: v = ½ ln(|ω|² + `turn_noise`²).
+    ///
+    /// Turns below it look the same. It lies above the bias of a gyroscope that has not rested yet (0.02). Default:
+    /// 0.05.
+    pub turn_noise: f32,
+    /// Rate of turn in stances before any is observed, rad/s. Default: 0.3.
+    pub turn_still: f32,
+    /// Rate of turn in swings before any is observed, rad/s. Default: 2.0.
+    pub turn_moving: f32,
+    /// Height of the edge of the turn, as a part of the way from that of stances to that of swings. Default: 0.66.
+    pub turn_part: f32,
+    /// Weight of the turn beside the acceleration, if both separate stances from swings equally well.
+    ///
+    /// With 0 the acceleration decides alone. Default: 0. `docs/choosing.md` has what 1.5 gains and costs.
+    pub turn_weight: f32,
+    /// Largest weight of the turn beside the acceleration. Default: 3.
+    pub turn_most: f32,
+    /// Largest distance of acceleration and turn from their edges that counts, as a part of the distance of their
+    /// classes.
+    ///
+    /// Without it a single large value would decide against the other. Default: 0.5.
+    pub turn_clip: f32,
+    /// Mean mass of the acceleration above which a quiet turn no longer excuses a large acceleration in this stance.
+    ///
+    /// Default: 0.9. Without it 14.6 % of the simulated slips are missed.
+    pub turn_settled: f32,
+
     /// Largest acceleration that counts in the speed along the ground, m/s².
     ///
     /// The classes judge larger accelerations. Without this limit landings count as slides. Default: 0.48.
@@ -116,6 +143,14 @@ impl Constants {
         memory: 1.5,
         stance: 0.2,
         lesson: 0.5,
+        turn_noise: 0.05,
+        turn_still: 0.3,
+        turn_moving: 2.0,
+        turn_part: 0.66,
+        turn_weight: 0.0,
+        turn_most: 3.0,
+        turn_clip: 0.5,
+        turn_settled: 0.9,
         slide_acceleration: 0.48,
         slide_speed: 0.01,
         slide_factor: 1.5,

@@ -1,32 +1,34 @@
 //! The self-calibrating estimate: the paper's kernel mass on a logarithmic scale, with limits that are learnt from the
 //! foot.
 //!
-//! The amplitude of the acceleration distinguishes a standing foot from a moving one. The estimate judges its
-//! logarithm, since robots differ by factors, and since a landing is one large sample among small ones:
+//! The amplitude of the acceleration distinguishes a standing foot from a moving one, and so does that of the turn. The
+//! estimate judges their logarithms, since robots differ by factors, and since a landing is one large sample among
+//! small ones. The default constants give the turn no weight, r = 0:
 //!
 //! ```text
 //! u = ½ ln(|a|² + noise²)                    a: acceleration without gravity
-//! m = Φ((edge − u)/h)                        the kernel's mass below the edge, in closed form
+//! v = ½ ln(|ω|² + noise_v²)                  ω: rate of turn without bias
+//! z = (edge − u) + r·(edge_v − v)            each limited, and v weighted as it separates this foot's stances
+//! m = Φ(z/(h √(1 + r²)))                     the kernel's mass below the edge, in closed form
 //! M ← M + (m − M)·(1 − exp(−dt/τ))           mean over the last τ
 //! P = M · S · E                              probability of stable contact
 //! ```
 //!
 //! | factor | question | type |
 //! |---|---|---|
-//! | M | Does the foot move as little as in its stances? The edge lies between its stances and its swings. | `Classes` |
+//! | M | Does the foot move as little as in its stances? The edges lie between its stances and its swings. | `Classes`, `Turns` |
 //! | S | Does it not slide? Accelerations along the ground that all point one way add up to a speed. | `Slide` |
 //! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, `BriefRest` |
 //!
-//! The same edge judges parts of the motion: across up (tangential), along up (vertical), and along each axis alone.
-//! The amplitude of a part is at most that of the whole, so its probability is at least that of the whole. Turns are
-//! not judged.
+//! The same edges judge parts of the motion: across up (tangential), along up (vertical), and along and about each axis
+//! alone. No part is less probable than the whole.
 //!
 //! `docs/method.md` has all equations, `docs/choosing.md` the reasons, `docs/design/estimate.md` the alternatives.
 
 use crate::axis::PerAxis;
 use crate::constants::Constants;
 use crate::learnt::{LEAST_DISTANCE, Learning, Learnt};
-use crate::math::{Order, erf, exp, ln, rounded};
+use crate::math::{Order, erf, exp, inverse_root, ln, rounded};
 use crate::probability::Probabilities;
 use crate::range::ParamsError;
 use crate::rest::BriefRest;
@@ -46,7 +48,7 @@ const STILL: f32 = 0.5;
 /// Factor of the probability without evidence: the foot may stand or hang.
 const UNPROVEN: f32 = 0.5;
 
-/// Number of masses: of the whole motion, across up, along up, and along the three axes.
+/// Number of masses of the acceleration: of the whole, across up, along up, and along the three axes.
 const PARTS: usize = 6;
 
 /// Checked inputs of a self-calibrating estimate.
@@ -103,13 +105,18 @@ pub(crate) struct SelfCalibrating {
     /// Samples so far, up to a window.
     filled: u32,
     classes: Classes,
+    turns: Turns,
     slide: Slide,
     evidence: Evidence,
     /// Samples missing before the next one, in a gap that is bridged.
     bridged: f32,
-    /// Mean mass of each part.
+    /// Mean mass of each part of the acceleration.
     masses: [f32; PARTS],
-    /// Whether the foot is in a stance: the mean mass of the whole motion exceeds [`STILL`].
+    /// Mean mass of the turn about each axis.
+    turn_masses: [f32; 3],
+    /// Mean mass of acceleration and turn together.
+    stillness: f32,
+    /// Whether the foot is in a stance: the mean mass of the whole acceleration exceeds [`STILL`].
     in_stance: bool,
     /// Duration of this stance or swing so far, s, up to two of the shortest stances.
     phase_seconds: f32,
@@ -133,10 +140,13 @@ impl SelfCalibrating {
             window: rounded(constants.window * sample_rate).max(1),
             filled: 0,
             classes: Classes::new(&constants, &learnt),
+            turns: Turns::new(&constants),
             slide: Slide::new(&constants, period, &learnt),
             evidence: Evidence::new(&constants, period),
             bridged: 0.0,
             masses: [0.0; PARTS],
+            turn_masses: [0.0; 3],
+            stillness: 0.0,
             in_stance: true,
             phase_seconds: 0.0,
             stood: true,
@@ -171,7 +181,7 @@ impl SelfCalibrating {
         rate: AngularRate,
         up: Up,
     ) -> Probabilities {
-        let (a, turn) = (acceleration.0, rate.0.length());
+        let (a, w) = (acceleration.0, rate.0);
         let square = a.dot(a);
         let Up { direction, correction } = up;
         let upright = a.dot(direction);
@@ -198,21 +208,27 @@ impl SelfCalibrating {
             *mean += (mass(edge, u, self.inverse_scale) - *mean) * newest;
         }
         let [logarithm, ..] = logarithms;
-
         let [whole, ..] = self.masses;
+        let turn_logarithm = if self.turns.are_judged(&self.constants) {
+            self.judge_turn(w, logarithm, whole, newest)
+        } else {
+            self.stillness = whole;
+            0.0
+        };
+
         let moving = self.classes.moving;
         // An estimated up may be wrong by a tilt that leaves an acceleration as large as the noise.
         let tilt = if correction.is_some() { self.constants.noise } else { 0.0 };
         let level = a - direction * upright;
-        let no_slide = self.slide.push(&self.constants, level, turn, moving, tilt);
-        let still = whole * no_slide;
+        let no_slide = self.slide.push(&self.constants, level, w.length(), moving, tilt);
+        let still = self.stillness * no_slide;
         let samples = 1.0 + core::mem::take(&mut self.bridged);
         self.evidence.push(
             &self.constants,
             &Reading {
                 acceleration: a,
                 logarithm,
-                rate: rate.0,
+                rate: w,
                 correction: correction.unwrap_or(0.0),
                 still,
                 samples,
@@ -221,20 +237,37 @@ impl SelfCalibrating {
             },
         );
         self.probabilities = self.combine(no_slide);
-        self.learn(logarithm, whole);
+        self.learn(logarithm, turn_logarithm, whole);
         self.probabilities
     }
 
-    /// Combines the masses, the slide and the evidence. Turns are not judged: the probability about an axis is that of
-    /// the evidence.
+    /// Judges the rate of turn beside the acceleration, whose logarithm is `logarithm` and whose mean mass is `whole`.
+    /// `newest` is the share of the newest sample in a mean. Returns the logarithm of the rate.
+    fn judge_turn(&mut self, w: Vec3, logarithm: f32, whole: f32, newest: f32) -> f32 {
+        let edge = self.turns.edge(&self.constants);
+        for (mean, part) in self.turn_masses.iter_mut().zip([w.x * w.x, w.y * w.y, w.z * w.z]) {
+            let v = Turns::logarithm(&self.constants, part);
+            *mean += (mass(edge, v, self.inverse_scale) - *mean) * newest;
+        }
+        let v = Turns::logarithm(&self.constants, w.dot(w));
+        self.turns.settle(&self.constants, whole, self.stillness, v);
+        let distance = self.turns.distance_below(&self.constants, &self.classes, logarithm, v);
+        self.stillness += (mass(distance, 0.0, self.inverse_scale) - self.stillness) * newest;
+        v
+    }
+
+    /// Combines the masses, the slide and the evidence. Where turns are not judged, the probability about an axis is
+    /// that of the evidence.
     fn combine(&self, no_slide: f32) -> Probabilities {
         let evidence = self.evidence.factor;
-        let [whole, tangential, vertical, x, y, z] = self.masses;
-        let stable = whole * no_slide * evidence;
-        // The means of parts may round below that of the whole.
+        let [_, tangential, vertical, x, y, z] = self.masses;
+        let [about_x, about_y, about_z] =
+            if self.turns.are_judged(&self.constants) { self.turn_masses } else { [1.0; 3] };
+        let stable = self.stillness * no_slide * evidence;
+        // A part is judged by one witness alone, and may be less probable than the whole by both.
         Probabilities {
             axes: PerAxis::from_array(
-                [x, y, z, 1.0, 1.0, 1.0].map(|p| (p * evidence).greater(stable)),
+                [x, y, z, about_x, about_y, about_z].map(|p| (p * evidence).greater(stable)),
             ),
             tangential: (tangential * no_slide * evidence).greater(stable),
             vertical: (vertical * evidence).greater(stable),
@@ -242,8 +275,9 @@ impl SelfCalibrating {
         }
     }
 
-    /// Learns from a sample with this logarithm of its amplitude and the mean mass `whole`.
-    fn learn(&mut self, logarithm: f32, whole: f32) {
+    /// Learns from a sample with these logarithms of its amplitude and its turn, and the mean mass `whole` of the
+    /// acceleration.
+    fn learn(&mut self, logarithm: f32, turn_logarithm: f32, whole: f32) {
         let in_stance = whole > STILL;
         self.phase_seconds = if in_stance == self.in_stance {
             (self.phase_seconds + self.period).lesser(2.0 * self.constants.stance)
@@ -261,6 +295,7 @@ impl SelfCalibrating {
             // Limits with which no stance follows a landing belong to another gait or robot.
             if !self.stood {
                 self.classes.doubt(&self.constants);
+                self.turns.doubt(&self.constants);
                 self.slide.doubt(&self.constants);
             }
             self.stood = false;
@@ -273,6 +308,16 @@ impl SelfCalibrating {
         let walks_slowly = !walks && self.evidence.is_accelerated(&self.constants);
         if is_swing_or_begins || walks_slowly || self.evidence.fell_within(self.constants.lesson) {
             self.classes.learn(&self.constants, logarithm, self.period);
+            if self.turns.are_judged(&self.constants) {
+                self.turns.learn(
+                    &self.constants,
+                    &self.classes,
+                    logarithm,
+                    turn_logarithm,
+                    whole,
+                    self.period,
+                );
+            }
         }
         if is_swing_or_begins && walks {
             // Slides teach the usual speed as stances do. Otherwise a foot whose stances all count as slides could
@@ -308,6 +353,8 @@ impl SelfCalibrating {
     fn fade(&mut self, share: f32) {
         let rest = 1.0 - share;
         self.masses = self.masses.map(|mass| mass * rest);
+        self.turn_masses = self.turn_masses.map(|mass| mass * rest);
+        self.stillness *= rest;
         self.probabilities = self.probabilities.scaled(rest);
     }
 
@@ -476,6 +523,149 @@ impl Classes {
             let moving = at(self.moment - best_d / (all - best_s));
             self.moving = moving.greater(self.still + LEAST_DISTANCE);
         }
+    }
+}
+
+/// The second witness: how fast the foot turns in its stances and in its swings, and how much that tells.
+///
+/// A foot that trembles after a landing accelerates as in a swing, but does not turn. A heel that rises slowly turns,
+/// but hardly accelerates. The logarithm v of the rate has two classes as that of the acceleration, u, has. The mass A
+/// of the acceleration alone teaches them, so that the turn cannot confirm itself:
+///
+/// ```text
+/// still_v  += (v − still_v)  · A dt/(seconds of stillness + prior)
+/// moving_v += (v − moving_v) · (1 − A) dt/(seconds of motion + prior)
+/// D, D_v   = moving − still, and that of the turn, at least 0
+/// σ², σ_v² = mean squares of u and v about their classes, stillness where A > ½
+/// r        = min(weight · t/(t + stance) · (D_v/σ_v²)/(D/σ²), most)      t: seconds, the fewer of both classes
+/// z        = limited(edge − u, clip · D) + r · limited(edge_v − v, clip · D_v)
+/// ```
+///
+/// r is Fisher's linear discriminant for uncorrelated u and v: each counts as much as it separates this foot's stances
+/// from its swings. Where the turn separates nothing, as with a gyroscope that always reads 0 or a foot whose stances
+/// roll as fast as its swings, D_v is 0, and the acceleration decides alone. With a weight of 0, the default, turns are
+/// not judged.
+///
+/// A quiet turn excuses a large acceleration only while the foot settles after a landing. A foot that once stood firmly
+/// and then chatters slides: from A > `turn_settled` until it swings, a quiet turn, v < edge_v, does not count. It
+/// swings if M < ½ and v > edge_v.
+#[derive(Clone, Copy, Debug)]
+struct Turns {
+    /// Mean logarithm of the rate in stillness, of rad/s.
+    still: f32,
+    /// Mean logarithm of the rate in motion.
+    moving: f32,
+    /// Time for which stillness was observed, s, up to the memory.
+    still_seconds: f32,
+    /// Time for which motion was observed, s.
+    moving_seconds: f32,
+    /// Mean square of the logarithm of the acceleration about its class.
+    acceleration_variance: f32,
+    /// Mean square of the logarithm of the rate about its class.
+    variance: f32,
+    /// Whether the foot has stood firmly since its last swing.
+    has_settled: bool,
+}
+
+impl Turns {
+    /// Variances before any observation: a standard deviation of a factor of 1.9.
+    const VARIANCE: f32 = 0.4;
+
+    /// Least variance that counts: a standard deviation of a factor of 1.4. Without it, constant readings would
+    /// separate perfectly.
+    const LEAST_VARIANCE: f32 = 0.1;
+
+    fn new(constants: &Constants) -> Self {
+        Self {
+            still: ln(constants.turn_still),
+            moving: ln(constants.turn_moving),
+            still_seconds: 0.0,
+            moving_seconds: 0.0,
+            acceleration_variance: Self::VARIANCE,
+            variance: Self::VARIANCE,
+            has_settled: false,
+        }
+    }
+
+    /// Returns whether turns are judged at all.
+    fn are_judged(&self, constants: &Constants) -> bool {
+        constants.turn_weight > 0.0
+    }
+
+    /// Logarithm of a rate given as its square.
+    fn logarithm(constants: &Constants, square: f32) -> f32 {
+        0.5 * ln(square + constants.turn_noise * constants.turn_noise)
+    }
+
+    /// Distance of the classes. It is 0 where the foot turns no faster in its swings than in its stances.
+    fn separation(&self) -> f32 {
+        (self.moving - self.still).greater(0.0)
+    }
+
+    /// Upper end of the turns in stances.
+    fn edge(&self, constants: &Constants) -> f32 {
+        self.still + constants.turn_part * self.separation().greater(LEAST_DISTANCE)
+    }
+
+    /// Distance of a sample with the logarithms `u` of its acceleration and `v` of its rate below the edges of both,
+    /// in units in which the kernel has the bandwidth h.
+    fn distance_below(&self, constants: &Constants, classes: &Classes, u: f32, v: f32) -> f32 {
+        let limited = |x: f32, most: f32| x.greater(-most).lesser(most);
+        let acceleration_separation = classes.moving - classes.still;
+        let separation = self.separation();
+        let acceleration_variance = self.acceleration_variance.greater(Self::LEAST_VARIANCE);
+        let variance = self.variance.greater(Self::LEAST_VARIANCE);
+        let observed = self.still_seconds.lesser(self.moving_seconds);
+        let weight = constants.turn_weight * (observed * separation * acceleration_variance)
+            / ((observed + constants.stance) * acceleration_separation * variance);
+        let weight = weight.lesser(constants.turn_most);
+        let below =
+            limited(classes.edge(constants) - u, constants.turn_clip * acceleration_separation);
+        let turn_below = limited(self.edge(constants) - v, constants.turn_clip * separation);
+        let is_excuse = self.has_settled && turn_below > 0.0;
+        let weight = if is_excuse { 0.0 } else { weight };
+        (below + weight * turn_below) * inverse_root(1.0 + weight * weight)
+    }
+
+    /// Notes whether the foot has settled, from the mean mass of the acceleration, that of acceleration and turn, and
+    /// the logarithm of the newest rate.
+    fn settle(&mut self, constants: &Constants, whole: f32, stillness: f32, v: f32) {
+        if stillness < STILL && v > self.edge(constants) {
+            self.has_settled = false;
+        } else if whole > constants.turn_settled {
+            self.has_settled = true;
+        }
+    }
+
+    /// Learns from the logarithms `u` of the acceleration and `v` of the rate of a sample that lasted for some seconds,
+    /// where the mean mass of the acceleration is `whole`.
+    fn learn(
+        &mut self,
+        constants: &Constants,
+        classes: &Classes,
+        u: f32,
+        v: f32,
+        whole: f32,
+        seconds: f32,
+    ) {
+        let (still, moving) = (whole * seconds, (1.0 - whole) * seconds);
+        self.still_seconds = (self.still_seconds + still).lesser(constants.memory);
+        self.moving_seconds = (self.moving_seconds + moving).lesser(constants.memory);
+        self.still += (v - self.still) * still / (self.still_seconds + constants.prior);
+        self.moving += (v - self.moving) * moving / (self.moving_seconds + constants.prior);
+
+        let (u_class, v_class) =
+            if whole > STILL { (classes.still, self.still) } else { (classes.moving, self.moving) };
+        let share = seconds / (self.still_seconds + self.moving_seconds + constants.prior);
+        let (u, v) = (u - u_class, v - v_class);
+        self.acceleration_variance += (u * u - self.acceleration_variance) * share;
+        self.variance += (v * v - self.variance) * share;
+    }
+
+    /// Lets the learnt state count as no more than one stance and one swing.
+    fn doubt(&mut self, constants: &Constants) {
+        self.still_seconds = self.still_seconds.lesser(constants.stance);
+        self.moving_seconds = self.moving_seconds.lesser(constants.stance);
     }
 }
 
@@ -794,6 +984,8 @@ const fn sum_of_magnitudes(vector: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::sqrt;
+    use std::vec::Vec;
 
     const CONSTANTS: Constants = Constants::DEFAULT;
     const DT: f32 = 0.001;
@@ -840,6 +1032,128 @@ mod tests {
         let mut classes = classes();
         walk(&mut classes, 1.0, 1.0, 20);
         assert!(classes.moving >= classes.still + LEAST_DISTANCE, "{classes:?}");
+    }
+
+    /// A foot that walks in place without gravity: strides of a swing and a stance, 0.3 s each, at 1 kHz.
+    struct Walker {
+        model: SelfCalibrating,
+        random: u32,
+    }
+
+    impl Walker {
+        /// Rates of turn of an ordinary stance and swing, rad/s.
+        const TURNS: [f32; 2] = [0.05, 4.0];
+
+        fn new(constants: Constants) -> Self {
+            let config = SelfCalibratingConfig::new(&constants, Learning::On, None, 1.0 / DT)
+                .expect("nothing learnt");
+            let mut walker = Self { model: SelfCalibrating::new(&config), random: 1 };
+            walker.move_for(600, |_| 0.0, 0.0);
+            walker
+        }
+
+        /// Moves up and down and turns about x with these amplitudes, each scattered by a factor of up to 2; returns P
+        /// after each ms.
+        fn move_for(&mut self, ms: usize, up: impl Fn(usize) -> f32, turn: f32) -> Vec<f32> {
+            let push = |ms| {
+                let acceleration = Vec3::new(0.0, 0.0, up(ms) * self.scatter());
+                let rate = Vec3::new(turn * self.scatter(), 0.0, 0.0);
+                let (acceleration, rate) = (LinearAcceleration(acceleration), AngularRate(rate));
+                self.model.push(acceleration, rate, Up::Z).stable
+            };
+            (0..ms).map(push).collect()
+        }
+
+        fn scatter(&mut self) -> f32 {
+            self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            exp((self.random >> 8) as f32 / 16_777_216.0 * 1.4 - 0.7)
+        }
+
+        fn swing(&mut self, turn: f32) -> Vec<f32> {
+            self.move_for(300, |ms| if ms < 150 { 6.0 } else { -6.0 }, turn)
+        }
+
+        fn stand(&mut self, turn: f32) -> Vec<f32> {
+            self.move_for(300, trembling(0.6), turn)
+        }
+
+        /// A foot that has walked for ten strides and lands.
+        fn landing(constants: Constants, [stance, swing]: [f32; 2]) -> Self {
+            let mut walker = Self::new(constants);
+            for _ in 0..10 {
+                walker.swing(swing);
+                walker.stand(stance);
+            }
+            walker.swing(swing);
+            walker
+        }
+    }
+
+    /// Acceleration that alternates each 5 ms.
+    fn trembling(amplitude: f32) -> impl Fn(usize) -> f32 {
+        move |ms| if ms / 5 % 2 == 0 { amplitude } else { -amplitude }
+    }
+
+    /// Acceleration and turn decide together.
+    const WITH_TURN: Constants = Constants { turn_weight: 1.5, ..CONSTANTS };
+
+    #[test]
+    fn stance_that_trembles_without_a_turn_is_found() {
+        let [both, alone] = [WITH_TURN, CONSTANTS].map(|constants| {
+            let mut walker = Walker::landing(constants, Walker::TURNS);
+            *walker.move_for(100, trembling(6.0), 0.05).last().expect("P")
+        });
+        assert!(alone < 0.2, "{alone}");
+        assert!(both > 0.8, "{both}");
+    }
+
+    #[test]
+    fn heel_that_rises_slowly_is_not_stable() {
+        let [both, alone] = [WITH_TURN, CONSTANTS].map(|constants| {
+            let mut walker = Walker::landing(constants, Walker::TURNS);
+            // Twice as long as a stance, so that the turn is not learnt from.
+            walker.stand(0.05);
+            walker.stand(0.05);
+            *walker.move_for(100, trembling(1.2), 8.0).last().expect("P")
+        });
+        assert!(alone > 0.8, "{alone}");
+        assert!(both < 0.5, "{both}");
+    }
+
+    #[test]
+    fn foot_that_stood_firmly_and_chatters_is_not_excused() {
+        let mut walker = Walker::landing(WITH_TURN, Walker::TURNS);
+        let stood = *walker.stand(0.05).last().expect("P");
+        let chatters = walker.move_for(200, trembling(6.0), 0.05);
+        assert!(stood > 0.9, "{stood}");
+        assert!(chatters[100..].iter().all(|p| *p < 0.2), "{chatters:?}");
+    }
+
+    #[test]
+    fn turn_that_separates_nothing_changes_no_probability() {
+        // A gyroscope that always reads 0, one that reads one value, and a foot whose stances roll as its swings do.
+        for turn in [0.0, 0.4, 4.0] {
+            let [both, alone] = [WITH_TURN, CONSTANTS].map(|constants| {
+                let mut walker = Walker::landing(constants, [turn, turn]);
+                let mut stride = walker.stand(turn);
+                stride.extend(walker.swing(turn));
+                stride
+            });
+            let squares =
+                both.iter().zip(&alone).map(|(both, alone)| (both - alone) * (both - alone));
+            let difference = sqrt(squares.sum::<f32>() / both.len() as f32);
+            assert!(difference < 0.01, "{turn} rad/s: {difference}");
+        }
+    }
+
+    #[test]
+    fn probability_about_an_axis_falls_with_the_turn_about_it_alone() {
+        let mut walker = Walker::landing(WITH_TURN, Walker::TURNS);
+        walker.stand(0.05);
+        walker.move_for(100, trembling(1.2), 8.0);
+        let axes = walker.model.probabilities.axes;
+        assert!(axes.wx < 0.6, "{axes:?}");
+        assert!(axes.wy > 0.9 && axes.wz > 0.9, "{axes:?}");
     }
 
     #[test]
