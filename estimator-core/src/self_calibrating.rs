@@ -543,12 +543,12 @@ impl Classes {
 ///
 /// r is Fisher's linear discriminant for uncorrelated u and v: each counts as much as it separates this foot's stances
 /// from its swings. Where the turn separates nothing, as with a gyroscope that always reads 0 or a foot whose stances
-/// roll as fast as its swings, D_v is 0, and the acceleration decides alone. With a weight of 0, the default, turns are
+/// roll as fast as its swings, `D_v` is 0, and the acceleration decides alone. With a weight of 0, the default, turns are
 /// not judged.
 ///
 /// A quiet turn excuses a large acceleration only while the foot settles after a landing. A foot that once stood firmly
-/// and then chatters slides: from A > `turn_settled` until it swings, a quiet turn, v < edge_v, does not count. It
-/// swings if M < ½ and v > edge_v.
+/// and then chatters slides: from A > `turn_settled` until it swings, a quiet turn, v < `edge_v`, does not count.
+/// It swings if M < ½ and v > `edge_v`.
 #[derive(Clone, Copy, Debug)]
 struct Turns {
     /// Mean logarithm of the rate in stillness, of rad/s.
