@@ -804,9 +804,26 @@ fn listed<T: Display>(names: &[T]) -> String {
 /// Joins the first names with commas, and counts the rest.
 pub(super) fn first_of<T: Display>(names: impl IntoIterator<Item = T>, shown: usize) -> String {
     let mut names = names.into_iter();
-    let first: Vec<_> = names.by_ref().take(shown).map(|name| name.to_string()).collect();
+    // The names come from the file, and a damaged one may contain a line break. An error is one line.
+    let printable = |name: T| name.to_string().replace(char::is_control, "\u{FFFD}");
+    let first: Vec<_> = names.by_ref().take(shown).map(printable).collect();
     match names.count() {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn error_stays_one_line_with_a_line_break_in_a_topic() {
+        let topics = vec!["/imu (sensor_msgs/\nsg/Imu)".to_owned()];
+        let problem = Problem::NoSuchTopic { topic: "/odom".into(), wanted: "Odometry", topics };
+        let text = InputError::of_file("walk.mcap", problem).to_string();
+        let expected =
+            "walk.mcap has no topic /odom of Odometry; there is /imu (sensor_msgs/\u{FFFD}sg/Imu)";
+        assert_eq!(text, expected);
     }
 }
