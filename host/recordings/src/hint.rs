@@ -135,7 +135,7 @@ macro_rules! display_in_plain_words {
     };
 }
 
-/// What to do about an error, a finding or a notice. The text is a clause without punctuation around it.
+/// Remedy for an error, a finding or a notice. The text is a clause without punctuation around it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Hint {
     /// The axes of a table are in these units.
@@ -354,7 +354,7 @@ impl InWords for Hint {
 pub struct Notice {
     /// The sentence, without the hint.
     pub text: String,
-    /// What to do, if there is anything.
+    /// Remedy, if there is one.
     pub hint: Option<Hint>,
 }
 

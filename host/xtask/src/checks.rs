@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use xtask::results;
 
-use crate::command::{Step, cpu_s_of_children, root};
+use crate::command::{Step, cpu_s_of_children, remove_folder, root};
 use crate::firmware::{self, Board};
 use crate::install::{self, Tier};
 use crate::{crates, hex, panics, python, release, socketcan};
@@ -141,9 +141,7 @@ fn first_command() -> Result<()> {
 
     let target = root().join("target/first-command");
     let build = || -> Result<f64> {
-        if target.exists() {
-            fs::remove_dir_all(&target)?;
-        }
+        remove_folder(&target)?;
         let before = cpu_s_of_children()?;
         Step::cargo(&["build", "--quiet", "--release", "--locked", "--package", "footfall"])
             .with(["--target-dir", &target.display().to_string()])

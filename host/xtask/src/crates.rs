@@ -7,7 +7,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-use crate::command::{Step, root};
+use crate::command::{Step, remove_folder, root};
 
 /// Names of the packages, without their common beginning.
 const NAMES: [&str; 5] = ["estimator", "wire", "lsm6dsox", "storage", "bootloader"];
@@ -37,9 +37,7 @@ pub fn run() -> Result<()> {
     let packages = NAMES.map(|name| format!("--package=footfall-{name}"));
     Step::cargo(&["package", "--locked", "--no-verify", "--quiet"]).with(packages).run()?;
     let outside = root().join("target/outside");
-    if outside.exists() {
-        fs::remove_dir_all(&outside)?;
-    }
+    remove_folder(&outside)?;
     fs::create_dir_all(outside.join("src"))?;
     for name in NAMES {
         unpack(name, &outside)?;

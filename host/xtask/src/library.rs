@@ -11,7 +11,7 @@ use object::{Object as _, ObjectSymbol as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use crate::command::{Step, root};
+use crate::command::{Step, remove_folder, root};
 
 /// Targets, each with the folders of `src` that have its library. Their names are those that the Arduino IDE looks for:
 /// the processor, then FPU and calling convention.
@@ -63,9 +63,7 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
     let version = env!("CARGO_PKG_VERSION");
     let name = format!("footfall-estimator-{version}");
     let folder = root().join("target/library").join(&name);
-    if folder.exists() {
-        fs::remove_dir_all(&folder)?;
-    }
+    remove_folder(&folder)?;
     for (target, processors) in TARGETS {
         let library = build(target)?;
         for processor in processors {

@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use xtask::results::{Measurement, rounded};
 
-use crate::command::{Step, cpu_s_of_children, root};
+use crate::command::{Step, cpu_s_of_children, remove_folder, root};
 
 /// Runs the gate in a fresh clone, and writes the figures of its two tiers.
 ///
@@ -20,9 +20,7 @@ pub fn run() -> Result<()> {
     let root = root().canonicalize()?;
     let work = root.join("../measured");
     let (clone, cargo) = (work.join("footfall"), work.join("cargo"));
-    if work.exists() {
-        fs::remove_dir_all(&work)?;
-    }
+    remove_folder(&work)?;
     fs::create_dir_all(&cargo)?;
     let (from, to) = (root.display().to_string(), clone.display().to_string());
     Step::program("git").with(["clone", "--quiet", &from, &to]).run()?;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 
-use crate::command::{Step, root};
+use crate::command::{Step, remove_folder, root};
 
 /// Files of tests that need numpy alone.
 const CORE: [&str; 3] = ["test_bits.py", "test_results.py", "test_select.py"];
@@ -27,12 +27,10 @@ impl Environment {
         Ok(Self { folder })
     }
 
-    /// Makes the environment of this name anew.
+    /// Makes an empty environment of this name.
     fn create(name: &str) -> Result<Self> {
         let folder = root().join("target/python").join(name);
-        if folder.exists() {
-            fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        }
+        remove_folder(&folder)?;
         Self::open(name)
     }
 
@@ -62,9 +60,7 @@ pub fn core() -> Result<()> {
     environment.install(["numpy>=1.24", "pytest>=8"])?;
     let packages = root().join("target/python/core-package");
     let package = packages.join("footfall");
-    if packages.exists() {
-        fs::remove_dir_all(&packages)?;
-    }
+    remove_folder(&packages)?;
     fs::create_dir_all(&package)?;
     for entry in fs::read_dir(root().join("python/package/footfall"))? {
         let entry = entry?;
@@ -111,9 +107,7 @@ pub fn full() -> Result<()> {
     // Ray's sockets, whose paths are short, its logs, and all temporary files.
     let ray = root().join("target/ray");
     let temporary = root().join("target/python/tmp");
-    if temporary.exists() {
-        fs::remove_dir_all(&temporary)?;
-    }
+    remove_folder(&temporary)?;
     fs::create_dir_all(&temporary)?;
     fs::create_dir_all(&ray)?;
     let documents = root().join("target/python/docs").display().to_string();

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use xtask::results;
 
-use crate::command::{Step, root};
+use crate::command::{Step, remove_folder, root};
 use crate::firmware::{self, Board};
 use crate::{hex, image, library, uf2};
 
@@ -126,9 +126,7 @@ fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
         .run()?;
     let name = format!("footfall-{VERSION}-{}", machine.name);
     let folder = root().join("target/dist-packed").join(&name);
-    if folder.exists() {
-        fs::remove_dir_all(&folder)?;
-    }
+    remove_folder(&folder)?;
     fs::create_dir_all(&folder)?;
     let program = root().join("target").join(machine.program);
     let program = program.join("release/footfall");

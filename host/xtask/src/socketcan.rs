@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use crate::command::{Step, is_installed, root};
+use crate::command::{Step, find, is_installed, remove_folder, root};
 use crate::install::install_packages;
 
 /// First program of the emulated machine.
@@ -86,9 +86,7 @@ fn kernel(work: &Path) -> Result<Option<PathBuf>> {
         return Ok(Some(folder));
     }
     let download = work.join("download");
-    if download.exists() {
-        fs::remove_dir_all(&download)?;
-    }
+    remove_folder(&download)?;
     fs::create_dir(&download)?;
     Step::program("apt-get").at(&download).with(["download", "-qq", name]).run()?;
     let package = fs::read_dir(&download)?.next().context("the kernel was not downloaded")??;
@@ -103,9 +101,7 @@ fn kernel(work: &Path) -> Result<Option<PathBuf>> {
 /// Packs the files of the emulated machine, and returns the number of contacts in the log that is played.
 fn build_root(work: &Path, kernel: &Path) -> Result<usize> {
     let root_folder = work.join("root");
-    if root_folder.exists() {
-        fs::remove_dir_all(&root_folder)?;
-    }
+    remove_folder(&root_folder)?;
     for folder in ["bin", "lib", "proc", "sys", "dev", "tmp", "data"] {
         fs::create_dir_all(root_folder.join(folder))?;
     }
@@ -124,7 +120,8 @@ fn build_root(work: &Path, kernel: &Path) -> Result<usize> {
     let lines: Vec<&str> = log.lines().take(FRAMES).collect();
     fs::write(root_folder.join("data/can.log"), lines.join("\n") + "\n")?;
     for program in ["busybox", "canplayer", "candump", "cansend"] {
-        add_program(&which(program)?, &root_folder)?;
+        let path = find(program).with_context(|| format!("{program} is not installed"))?;
+        add_program(&path, &root_folder)?;
     }
     add_program(&footfall, &root_folder)?;
     Step::program("strip").with([root_folder.join("bin/footfall").display().to_string()]).run()?;
@@ -134,12 +131,6 @@ fn build_root(work: &Path, kernel: &Path) -> Result<usize> {
     let pack = "find . | cpio -o -H newc 2>/dev/null | gzip -1 >../initrd.gz";
     Step::program("sh").at(&root_folder).with(["-c", pack]).run()?;
     Ok(lines.iter().filter(|line| line.contains(" 191#")).count())
-}
-
-fn which(program: &str) -> Result<PathBuf> {
-    let path = env::var_os("PATH").unwrap_or_default();
-    let mut files = env::split_paths(&path).map(|folder| folder.join(program));
-    files.find(|file| file.is_file()).with_context(|| format!("{program} is not installed"))
 }
 
 /// Copies a program and the libraries that it is linked to.

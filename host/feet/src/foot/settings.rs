@@ -23,7 +23,7 @@ pub enum SettingsError {
     Line {
         /// Line number, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// Error of the line.
         cause: LineError,
     },
     /// The settings are incompatible with each other.

@@ -22,7 +22,7 @@ pub struct ParameterRefusal(Vec<Refusal>);
 pub struct Refusal {
     /// Where the parameter comes from.
     pub subject: Subject,
-    /// What is wrong with it.
+    /// Reason of the refusal.
     pub reason: Reason,
 }
 
@@ -48,7 +48,7 @@ pub enum Reason {
         unit: String,
         /// Further limit of the range; empty without one.
         limit: &'static str,
-        /// What to do, if the value shows it.
+        /// Remedy, if the value suggests one.
         hint: Option<Hint>,
     },
     /// The window has too few or too many samples.

@@ -17,9 +17,9 @@ use crate::number::{shown, shown_rate};
 pub struct InputError {
     /// Path of the file, as given.
     pub file: String,
-    /// Where in the file.
+    /// Place in the file.
     pub place: Place,
-    /// What is wrong.
+    /// Error, with the values that are wrong.
     pub problem: Problem,
 }
 
