@@ -9,13 +9,13 @@ use std::sync::LazyLock;
 use crate::environment;
 use feet::decode::row::write_row;
 use feet::decode::{ContactRow, DecodeError, DecodeNotice, Decoded, Feet, decode};
-use feet::robot::walk::walk;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
+use simulated_robot::walk::walk;
 use tempfile::TempDir;
 
 /// Log of `candump -l` that the demo writes.

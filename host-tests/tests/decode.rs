@@ -5,8 +5,6 @@ use std::sync::LazyLock;
 
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
 use feet::decode::{ContactRow, Decoded, Feet, decode};
-use feet::robot::board::settings;
-use feet::robot::walk::{Transmission, walk_with};
 use firmware::foot::SOUND_TICKS;
 use firmware::sampling::{Measurement, SensorFault};
 use gait::plan::DEMO_SEED;
@@ -15,6 +13,8 @@ use host_tests::committed::assert_block;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
+use simulated_robot::board::settings;
+use simulated_robot::walk::{Transmission, walk_with};
 use wire::pdo::{ACCELERATION_STEP, BIAS_STEP, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP};
 use wire::{Fault, Foot};
 

@@ -9,9 +9,9 @@ mod compare;
 mod listen;
 
 use compare::{Language, Program, Sanitizers, committed, readme_program};
-use feet::robot::walk::{Transmission, walk};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
+use simulated_robot::walk::{Transmission, walk};
 
 fn demo() -> Transmission {
     let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);

@@ -9,13 +9,13 @@ use std::task::{Context, Poll, Waker};
 
 use embedded_hal_async::delay::DelayNs;
 use estimator_core::Timestamp;
-use feet::robot::board::measurement;
 use firmware::sampling::{self, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
 use firmware::uart_requests::UartReceiver;
 use firmware::{Foot, Ports, Start};
 use lsm6dsox::imu::Conversion;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
 use lsm6dsox::{Config, Pin as InterruptPin, RawSample};
+use simulated_robot::board::measurement;
 use wire::node::Command;
 use wire::pdo::{Contact, Pdo};
 use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};

@@ -3,12 +3,12 @@
 use crate::bench::Bench;
 use ::storage::{Erase, StoreFailed};
 use estimator_core::{Flag, ImuSample, Phase, Timestamp, Validity};
-use feet::robot::board::measurement;
 use firmware::ports::{Input, Request};
 use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
 use firmware::supervision::Worker;
 use firmware::{Foot, Ports, Start};
 use lsm6dsox::imu::missing_sample;
+use simulated_robot::board::measurement;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{Command, State};
 use wire::uart::{Answer, Decoder, Message};

@@ -13,8 +13,9 @@ use std::sync::mpsc::{
 use std::thread;
 use std::time::Duration;
 
-use crate::link::{self, Arrival, Arrived, LISTEN, LineClock, Link, LinkError, Remark, Sending};
-use crate::source::Source;
+use crate::link::{
+    Arrival, Arrived, LISTEN, LineClock, LineSource, Link, LinkError, Remark, Sending,
+};
 
 /// Capacity of the queue, arrivals: three seconds of four feet on CAN.
 const WAITING: usize = 1 << 14;
@@ -54,20 +55,14 @@ enum LineReader {
 impl Feed {
     /// Opens a source. If the queue is full, playback waits, and arrivals from a device are dropped and counted.
     #[must_use]
-    pub fn open(source: Source) -> Self {
-        if link::is_in_lock_step(&source) {
-            return Self::consumed(link::open(&source));
+    pub fn open(source: impl LineSource + 'static) -> Self {
+        if source.is_in_lock_step() {
+            return Self::consumed(source.open());
         }
         let (to, fed) = sync_channel(WAITING);
         let (sendings, to_send) = channel();
         let lost = Arc::new(AtomicU64::new(0));
-        let feeder = Feeder {
-            is_played: matches!(source, Source::File { .. } | Source::Demo(_)),
-            source,
-            to,
-            to_send,
-            lost: Arc::clone(&lost),
-        };
+        let feeder = Feeder { source: Box::new(source), to, to_send, lost: Arc::clone(&lost) };
         // `serve` fails only when the feed is dropped; the thread notices at its next arrival or timeout.
         thread::spawn(move || feeder.serve());
         Self { reader: LineReader::Thread { fed, sendings, lost }, clock: LineClock::default() }
@@ -170,8 +165,7 @@ impl ConsumedLine {
 
 /// The thread of a feed.
 struct Feeder {
-    source: Source,
-    is_played: bool,
+    source: Box<dyn LineSource>,
     to: SyncSender<Fed>,
     to_send: Receiver<Sending>,
     lost: Arc<AtomicU64>,
@@ -184,7 +178,7 @@ impl Feeder {
     fn serve(&self) -> Result<(), Left> {
         let mut reported = false;
         loop {
-            let error = match link::open(&self.source) {
+            let error = match self.source.open() {
                 Ok(mut link) => {
                     reported = false;
                     self.hand_on(Fed::Opened)?;
@@ -228,7 +222,7 @@ impl Feeder {
     }
 
     fn hand_on(&self, fed: Fed) -> Result<(), Left> {
-        if self.is_played || !matches!(fed, Fed::Arrived(_)) {
+        if self.source.is_played() || !matches!(fed, Fed::Arrived(_)) {
             return self.to.send(fed).map_err(|_| Left);
         }
         match self.to.try_send(fed) {
@@ -245,34 +239,18 @@ impl Feeder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Source;
 
     /// Timeout that ends a hang.
     const LONGEST: Duration = Duration::from_secs(120);
 
-    #[test]
-    fn demo_at_max_speed_yields_every_frame_and_its_end() {
-        let source = "demo:feet=2,speed=max,seconds=2".parse().expect("a source");
-        let feed = Feed::open(source);
-        let mut contacts = 0;
-        loop {
-            match feed.next(LONGEST).expect("it ends") {
-                Fed::Arrived((_, Arrival::Frame { frame, .. })) => {
-                    contacts += usize::from(frame.id() & 0x780 == 0x180);
-                }
-                Fed::Ended(error) => {
-                    assert_eq!(error.to_string(), "the demo has ended");
-                    break;
-                }
-                _ => {}
-            }
-        }
-        assert_eq!((contacts, feed.lost()), (4000, 0));
+    fn source(text: &str) -> Source {
+        text.parse().expect("a source")
     }
 
     #[test]
     fn missing_device_is_named_once() {
-        let source = "uart:/dev/there-is-none".parse().expect("a source");
-        let feed = Feed::open(source);
+        let feed = Feed::open(source("uart:/dev/there-is-none"));
         match feed.next(LONGEST) {
             Some(Fed::WaitsFor(error)) => {
                 assert!(error.to_string().starts_with("/dev/there-is-none: "), "{error}");
@@ -284,7 +262,7 @@ mod tests {
 
     #[test]
     fn missing_file_ends_the_feed() {
-        let feed = Feed::open("file:there-is-none.log".parse().expect("a source"));
+        let feed = Feed::open(source("file:there-is-none.log"));
         match feed.next(LONGEST) {
             Some(Fed::Ended(error)) => {
                 assert!(error.to_string().contains("there-is-none.log"), "{error}");

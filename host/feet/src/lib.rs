@@ -3,11 +3,10 @@
 //!
 //! | item | module |
 //! |---|---|
-//! | syntax of a source: `uart:/dev/ttyACM0`, `can:can0`, `demo:feet=4` | [`source`] |
+//! | syntax of a source: `uart:/dev/ttyACM0`, `can:can0`, `file:can.log` | [`source`] |
 //! | line to feet: received and sent data, and errors | [`link`] |
 //! | kinds of lines: serial port, slcan adapter, CAN interface, playback of a file | [`link`]'s files |
 //! | feet on USB | [`usb`] |
-//! | robot with simulated feet that run the board's own program | [`robot`] |
 //! | line that is read by its own thread and reopened when it breaks | [`feed`] |
 //! | state of all feet of a source, with the changes to show, record or publish | [`session`] |
 //! | state of one foot | [`live_foot`] |
@@ -25,14 +24,13 @@ pub mod hint;
 pub mod link;
 pub mod live_foot;
 pub mod newest_second;
-pub mod robot;
 pub mod session;
 pub mod source;
 pub mod usb;
 
 pub use feed::Feed;
 pub use hint::FootHint;
-pub use link::{Arrival, Link, LinkError, Sending};
+pub use link::{Arrival, LineSource, Link, LinkError, Sending};
 pub use live_foot::LiveFoot;
 pub use newest_second::NewestSecond;
 pub use session::{Session, Update};

@@ -275,33 +275,6 @@ mod tests {
     }
 
     #[test]
-    fn serial_foot_keeps_its_state_when_its_id_becomes_known() {
-        let feed = Feed::open("demo:line=uart,seconds=2,speed=max".parse().expect("a source"));
-        let mut session = Session::new(Feet::default());
-        let mut contacts = 0;
-        'listen: loop {
-            session.listen(&feed, Duration::from_secs(120));
-            while let Some(update) = session.next_update() {
-                match update {
-                    Update::Line(Fed::Ended(_)) => break 'listen,
-                    Update::Message(0, message) if message.foot.node.is_none() => {
-                        contacts += u64::from(matches!(message.body, MessageBody::Contact(_)));
-                        assert_eq!(session.feet()[0].name, None);
-                    }
-                    _ => {}
-                }
-            }
-        }
-        let [foot] = session.feet() else {
-            panic!("{} feet", session.feet().len());
-        };
-        assert!(contacts > 0 && foot.key.node.is_some());
-        assert_eq!((foot.name.as_deref(), foot.missing), (Some("FL"), 0));
-        // The second begins before the id is known, and the demo lasts two.
-        assert!(foot.second.rate_hz().is_some_and(|rate| rate > 990.0));
-    }
-
-    #[test]
     fn feet_of_a_recording_share_a_line_without_an_id() {
         let mut session = Session::new(Feet::default());
         for (foot, index) in [("FL", 0), ("FR", 1), ("FL", 0), ("RL", 2), ("FR", 1)] {

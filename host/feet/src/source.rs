@@ -1,4 +1,4 @@
-//! Syntax of a source, the same in every command.
+//! Sources of lines, with their syntax, which is the same in every command.
 //!
 //! | written | is |
 //! |---|---|
@@ -7,13 +7,11 @@
 //! | `can:can0` | an interface of `SocketCAN` |
 //! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@500` | an adapter that speaks slcan, at 1000 kbit/s unless another rate is given |
 //! | `file:can.log`, `file:uart.bin@10`, `file:walk.mcap@max` | a log, a recording of the serial line or of an IMU, at its own speed unless another is given |
-//! | `demo`, `demo:feet=4,speed=10` | simulated feet; keys are [`Demo`]'s |
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use gait::control::MOST_FEET;
 use recordings::config::Resolved;
 use recordings::input::{ContactUse, Hints};
 use thiserror::Error;
@@ -57,60 +55,6 @@ pub enum Source {
         /// How the recording of an IMU is read and estimated.
         playback: Box<Playback>,
     },
-    /// Simulated feet.
-    Demo(Demo),
-}
-
-/// Simulated feet.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Demo {
-    /// `feet`: their number, 1 to [`MOST_FEET`].
-    pub feet: usize,
-    /// `seed`: seed of steps and sensors.
-    pub seed: u64,
-    /// `speed`: playback speed; `None` for the original one.
-    pub speed: Option<Speed>,
-    /// `seconds`: duration in simulated time, s; `None` for no end.
-    pub seconds: Option<f64>,
-    /// `line`: connection, `can` or `uart`.
-    pub line: DemoLine,
-    /// `clock`: origin of the times, `2021` or `now`.
-    pub clock: DemoClock,
-}
-
-recordings::named! {
-    /// Origin of the times of simulated feet.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum DemoClock {
-        /// The beginning of 2021: equal runs have equal times.
-        Fixed = "2021",
-        /// The clock of this machine at the start; the feet walk in real time.
-        Now = "now",
-    }
-}
-
-recordings::named! {
-    /// Connection of simulated feet.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum DemoLine {
-        /// One CAN bus.
-        Can = "can",
-        /// One serial line per foot, with the samples of the sensor.
-        Uart = "uart",
-    }
-}
-
-impl Default for Demo {
-    fn default() -> Self {
-        Self {
-            feet: 1,
-            seed: gait::plan::DEMO_SEED,
-            speed: None,
-            seconds: None,
-            line: DemoLine::Can,
-            clock: DemoClock::Fixed,
-        }
-    }
 }
 
 /// Playback speed.
@@ -186,12 +130,12 @@ impl Default for Playback {
 pub enum SourceError {
     /// The kind of source is unknown.
     #[error(
-        "{0:?} is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+        "{0:?} is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
     )]
     Unknown(String),
     /// No foot is on USB.
     #[error(
-        "no foot is on USB: plug one in, or name a source such as uart:/dev/ttyACM0, can:can0 or demo"
+        "no foot is on USB: plug one in, or name a source such as uart:/dev/ttyACM0 or can:can0"
     )]
     NoneOnUsb,
     /// Several feet are on USB.
@@ -207,7 +151,7 @@ pub enum SourceError {
         /// Valid example.
         example: &'static str,
     },
-    /// The number after `@`, or the value of a key, is invalid.
+    /// The number after `@` is invalid.
     #[error("{key} is {value:?}, but {expected} is expected")]
     Value {
         /// Name of the value.
@@ -217,15 +161,6 @@ pub enum SourceError {
         /// Expected values.
         expected: &'static str,
     },
-    /// A key of a demo is given twice.
-    #[error("{0} is there twice")]
-    Twice(String),
-    /// A key of a demo is unknown.
-    #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds, line and clock")]
-    Key(String),
-    /// A demo with the clock of this machine has another speed than 1.
-    #[error("clock=now needs speed=1, but speed is {0}")]
-    SpeedOfNow(Speed),
 }
 
 /// Rates of CAN buses that an slcan adapter knows, kbit/s, in the order of its commands `S0` to `S8`.
@@ -275,7 +210,6 @@ impl FromStr for Source {
                 }
                 Ok(Self::File { path: path.into(), speed, playback: Box::default() })
             }
-            "demo" => Ok(Self::Demo(demo(rest)?)),
             _ => Err(SourceError::Unknown(text.to_owned())),
         }
     }
@@ -291,7 +225,6 @@ impl fmt::Display for Source {
                 write!(f, "file:{}", path.display())?;
                 speed.map_or(Ok(()), |speed| write!(f, "@{speed}"))
             }
-            Self::Demo(demo) => write!(f, "demo:feet={}", demo.feet),
         }
     }
 }
@@ -315,22 +248,14 @@ impl Source {
         self
     }
 
-    /// Sets the speed of a file or demo if its text has none. A demo with the clock of this machine stays at 1.
+    /// Sets the speed of a file if its text has none.
     #[must_use]
     pub fn at_speed(mut self, other: Speed) -> Self {
-        match &mut self {
-            Self::Demo(Demo { clock: DemoClock::Now, .. }) => {}
-            Self::File { speed, .. } | Self::Demo(Demo { speed, .. }) => {
-                speed.get_or_insert(other);
-            }
-            Self::Uart { .. } | Self::Can { .. } | Self::Slcan { .. } => {}
+        if let Self::File { speed, .. } = &mut self {
+            speed.get_or_insert(other);
         }
         self
     }
-}
-
-fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError {
-    SourceError::Value { key, value: value.to_owned(), expected }
 }
 
 /// Returns the port of the only foot on USB.
@@ -351,46 +276,7 @@ fn number<T: FromStr>(
     is_valid: impl Fn(&T) -> bool,
 ) -> Result<T, SourceError> {
     let number = text.parse().ok().filter(is_valid);
-    number.ok_or_else(|| value(key, text, expected))
-}
-
-fn demo(text: &str) -> Result<Demo, SourceError> {
-    let mut demo = Demo::default();
-    let mut keys = Vec::new();
-    for pair in text.split(',').filter(|pair| !pair.is_empty()) {
-        let (key, text) = pair.split_once('=').unwrap_or((pair, ""));
-        if keys.contains(&key) {
-            return Err(SourceError::Twice(key.to_owned()));
-        }
-        keys.push(key);
-        match key {
-            "feet" => {
-                let is_valid = |feet: &usize| (1..=MOST_FEET).contains(feet);
-                demo.feet = number(text, "feet", "a number from 1 to 6", is_valid)?;
-            }
-            "seed" => demo.seed = number(text, "seed", "a whole number", |_| true)?,
-            "speed" => demo.speed = Some(number(text, "speed", Speed::EXPECTED, |_| true)?),
-            "seconds" => {
-                let is_valid = |seconds: &f64| *seconds > 0.0 && seconds.is_finite();
-                demo.seconds = Some(number(text, "seconds", "a number above 0", is_valid)?);
-            }
-            "line" => {
-                let line = DemoLine::of_name(text);
-                demo.line = line.ok_or_else(|| value("line", text, "can or uart"))?;
-            }
-            "clock" => {
-                let clock = DemoClock::of_name(text);
-                demo.clock = clock.ok_or_else(|| value("clock", text, "2021 or now"))?;
-            }
-            other => return Err(SourceError::Key(other.to_owned())),
-        }
-    }
-    match (demo.clock, demo.speed) {
-        (DemoClock::Now, Some(speed)) if speed != Speed::REAL => {
-            Err(SourceError::SpeedOfNow(speed))
-        }
-        _ => Ok(demo),
-    }
+    number.ok_or_else(|| SourceError::Value { key, value: text.to_owned(), expected })
 }
 
 #[cfg(test)]
@@ -421,15 +307,6 @@ mod tests {
         let tenfold = Speed::new(10.0);
         assert_eq!(source("file:a@home.log@10"), file("a@home.log", tenfold));
         assert_eq!(source("file:x.mcap@max"), file("x.mcap", Some(Speed::Max)));
-        assert_eq!(source("demo"), Source::Demo(Demo::default()));
-        let four = Demo {
-            feet: 4,
-            seconds: Some(60.0),
-            speed: Some(Speed::Max),
-            line: DemoLine::Uart,
-            ..Demo::default()
-        };
-        assert_eq!(source("demo:feet=4,seconds=60,speed=max,line=uart"), Source::Demo(four));
     }
 
     #[test]
@@ -443,42 +320,22 @@ mod tests {
     fn invalid_source_error_names_the_expected_form() {
         assert_eq!(
             error("/dev/ttyACM0"),
-            "\"/dev/ttyACM0\" is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+            "\"/dev/ttyACM0\" is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
         );
         assert_eq!(error("uart:"), "\"uart:\" lacks a port, as in uart:/dev/ttyACM0");
         assert_eq!(
             error("uart:COM3@fast"),
             "the rate of the serial port is \"fast\", but a rate in Bd is expected"
         );
-        assert_eq!(error("demo:feet=9"), "feet is \"9\", but a number from 1 to 6 is expected");
-        assert_eq!(
-            error("demo:legs=2"),
-            "demo has no key \"legs\"; its keys are feet, seed, speed, seconds, line and clock"
-        );
         assert!(error("slcan:x@33").contains("as slcan knows them"));
-        for speed in ["0", "1e-300", "nan", "inf"] {
-            let said = error(&format!("demo:speed={speed}"));
-            assert!(said.contains("a number from 0.001"), "{said}");
-        }
-        assert_eq!(error("demo:feet=2,feet=3"), "feet is there twice");
-        assert_eq!(error("demo:clock=1970"), "clock is \"1970\", but 2021 or now is expected");
-        for speed in ["10", "max"] {
-            assert_eq!(
-                error(&format!("demo:speed={speed},clock=now")),
-                format!("clock=now needs speed=1, but speed is {speed}")
-            );
-        }
         assert!(error("uart:/dev/ttyACM0@0").contains("a rate in Bd"));
     }
 
     #[test]
-    fn default_speed_applies_to_playback_without_a_speed() {
+    fn default_speed_applies_to_files_without_a_speed() {
         let played = source("file:x@2").at_speed(Speed::Max);
         assert_eq!(played, source("file:x@2"));
         assert_eq!(source("file:x").at_speed(Speed::Max), source("file:x@max"));
         assert_eq!(source("can:x").at_speed(Speed::Max), source("can:x"));
-        let now = source("demo:clock=now");
-        assert_eq!(now.clone().at_speed(Speed::Max), now);
-        assert_ne!(source("demo:clock=now,speed=1"), source("demo:speed=1"));
     }
 }

@@ -5,15 +5,12 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use estimator_core::Axis;
-use feet::foot::Named;
-use feet::foot::client::{Client, RequestError};
 use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, SettingsError, Undone};
-use feet::link::demo::SimulatedFeet;
+use feet::foot::{Client, Named, RequestError};
 use feet::link::{Arrived, LineClock};
-use feet::robot::Robot;
-use feet::source::DemoLine;
-use feet::{Arrival, FootHint, Link, LinkError, Sending, Source};
+use feet::{Arrival, FootHint, Link, LinkError, Sending};
+use simulated_robot::{Demo, DemoLine, Robot, SimulatedFeet};
 use wire::dictionary::index;
 use wire::node::{Command, State};
 use wire::uart::{Decoder, Message, NmtRequest, encode};
@@ -22,15 +19,12 @@ use wire::{AbortCode, Address, CanFrame, DataType, Foot, NodeId, Value};
 const LINES: [&str; 2] = ["can", "uart"];
 
 /// Simulated feet on whose clock timeouts are measured.
-fn demo(source: &str) -> Box<dyn Link> {
-    match source.parse() {
-        Ok(Source::Demo(demo)) => Box::new(SimulatedFeet::in_steps(&demo)),
-        other => panic!("{source}: {other:?}"),
-    }
+fn demo(keys: &str) -> Box<dyn Link> {
+    Box::new(SimulatedFeet::in_steps(&keys.parse::<Demo>().expect("keys")))
 }
 
 fn client(line: &str) -> Client {
-    let link = demo(&format!("demo:feet=1,line={line}"));
+    let link = demo(&format!("feet=1,line={line}"));
     Client::new(link, None).expect("one foot")
 }
 
@@ -125,8 +119,8 @@ impl Link for Changed {
     }
 }
 
-fn shared(source: &str) -> Shared {
-    Rc::new(RefCell::new(demo(source)))
+fn shared(keys: &str) -> Shared {
+    Rc::new(RefCell::new(demo(keys)))
 }
 
 #[test]
@@ -184,7 +178,7 @@ fn refused_value_error_states_the_reason() {
 
 #[test]
 fn several_feet_require_a_node_id() {
-    let open = || demo("demo:feet=4");
+    let open = || demo("feet=4");
     let error = Client::new(open(), None).err().expect("which one?");
     assert_eq!(error.to_string(), "there are several feet, 17, 18, 19, 20");
     assert_eq!(error.hint(), Some(FootHint::NameOneFoot));
@@ -217,7 +211,7 @@ fn foot_lost_during_a_write_is_reported_with_what_is_undone() {
             sent_left.set(left);
             Some(sending.clone())
         };
-        let link = Changed::new(&shared("demo:feet=1"), sent, move || received_left.get().min(1));
+        let link = Changed::new(&shared("feet=1"), sent, move || received_left.get().min(1));
         let mut client = Client::new(link, NodeId::new(17)).expect("a foot");
         let half_widths =
             ["ax", "ay", "az"].map(|axis| format!("half_width.acceleration_m_s2.{axis}"));
@@ -234,7 +228,7 @@ fn foot_lost_during_a_write_is_reported_with_what_is_undone() {
 
 #[test]
 fn id_of_another_board_is_rejected_by_all_commands() {
-    let link = demo("demo:feet=4");
+    let link = demo("feet=4");
     let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
     let error = settings::restore(&mut client).expect_err("the front left one is there");
     assert_eq!(error.to_string(), "node 18 would become node 17, which is on the bus already");
@@ -295,7 +289,7 @@ fn decoded(bytes: &[u8]) -> Option<Message> {
 
 /// Client of a foot on a line that changes what is sent.
 fn meddled(line: &str, sent: impl FnMut(&Sending) -> Option<Sending> + 'static) -> Client {
-    let link = shared(&format!("demo:feet=1,line={line}"));
+    let link = shared(&format!("feet=1,line={line}"));
     Client::new(Changed::new(&link, sent, || 1), None).expect("one foot")
 }
 
@@ -347,14 +341,14 @@ fn restart_before_a_store_is_reported_as_an_error() {
 }
 
 /// Client of two new boards with the same id: each frame arrives twice.
-fn twice(source: &str) -> Client {
-    let both = Changed::new(&shared(source), |sending| Some(sending.clone()), || 2);
+fn twice(keys: &str) -> Client {
+    let both = Changed::new(&shared(keys), |sending| Some(sending.clone()), || 2);
     Client::new(both, None).expect("one id")
 }
 
 #[test]
 fn two_boards_with_the_same_id_are_not_configured() {
-    let mut client = twice("demo:feet=1");
+    let mut client = twice("feet=1");
     let error = settings::set_position(&mut client, Foot::RearRight).expect_err("which one?");
     assert!(
         matches!(error, SettingsError::Request(RequestError::SameId { count: 2, .. })),
@@ -365,7 +359,7 @@ fn two_boards_with_the_same_id_are_not_configured() {
 
 #[test]
 fn late_response_to_a_write_is_not_read_as_a_value() {
-    for source in ["demo:feet=1", "demo:line=uart"] {
+    for source in ["feet=1", "line=uart"] {
         let mut client = twice(source);
         client.command(Command::EnterPreOperational).expect("a line");
         let address = Address::new(index::DECISION, 1);

@@ -11,14 +11,16 @@ use std::time::{Duration, Instant};
 
 use feet::decode::live::{FootMessage, Listener, MessageBody};
 use feet::feed::Fed;
-use feet::link;
 use feet::link::serial::{SlcanParser, SlcanWord};
-use feet::robot::Robot;
-use feet::source::DemoLine;
-use feet::{Feed, Sending, Source};
+use feet::{Feed, LineSource, Sending, Source};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use simulated_robot::{DemoLine, Robot};
 use wire::{CanFrame, slcan};
+
+fn source(text: &str) -> Source {
+    text.parse().expect("a source")
+}
 
 /// Opens a pseudo-terminal; returns our end and the name of the other.
 fn terminal() -> (OwnedFd, String) {
@@ -99,8 +101,7 @@ fn foot_on_a_serial_port_streams_and_responds() {
             thread::sleep(Duration::from_micros(200));
         }
     });
-    let source: Source = format!("uart:{name}").parse().expect("a source");
-    let feed = Feed::open(source);
+    let feed = Feed::open(source(&format!("uart:{name}")));
     let heard = listen(&feed, |heard| contacts(heard) >= 500);
     let first = heard.iter().find_map(|heard| match &heard.body {
         MessageBody::Contact(row) => Some(row.sequence),
@@ -174,7 +175,7 @@ fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
 fn slcan_adapter_receives_from_and_sends_to_four_feet() {
     let (ours, name) = terminal();
     let given = adapter(ours);
-    let feed = Feed::open(format!("slcan:{name}").parse().expect("a source"));
+    let feed = Feed::open(source(&format!("slcan:{name}")));
     let heard = listen(&feed, |heard| contacts(heard) >= 1000);
     let mut nodes: Vec<_> = heard.iter().filter_map(|heard| heard.foot.node).collect();
     nodes.sort_unstable();
@@ -192,7 +193,7 @@ fn slcan_adapter_receives_from_and_sends_to_four_feet() {
 #[test]
 fn port_without_an_adapter_is_reported() {
     let (ours, name) = terminal();
-    let feed = Feed::open(format!("slcan:{name}").parse().expect("a source"));
+    let feed = Feed::open(source(&format!("slcan:{name}")));
     match feed.next(LONGEST) {
         Some(Fed::WaitsFor(error)) => {
             assert!(error.to_string().contains("does not answer as an slcan adapter"), "{error}");
@@ -205,7 +206,7 @@ fn port_without_an_adapter_is_reported() {
 #[test]
 fn unplugged_port_is_retried() {
     let (ours, name) = terminal();
-    let feed = Feed::open(format!("uart:{name}").parse().expect("a source"));
+    let feed = Feed::open(source(&format!("uart:{name}")));
     assert!(matches!(feed.next(LONGEST), Some(Fed::Opened)));
     drop(ours);
     match feed.next(LONGEST) {
@@ -217,10 +218,10 @@ fn unplugged_port_is_retried() {
 #[test]
 fn second_open_of_a_port_is_rejected() {
     let (_ours, name) = terminal();
-    let source = format!("uart:{name}").parse().expect("a source");
-    let first = link::open(&source).expect("a port");
-    let error = link::open(&source).err().expect("the first has it");
+    let source = source(&format!("uart:{name}"));
+    let first = source.open().expect("a port");
+    let error = source.open().err().expect("the first has it");
     assert_eq!(error.to_string(), format!("{name}: another program has it open"));
     drop(first);
-    link::open(&source).expect("it is free again");
+    source.open().expect("it is free again");
 }

@@ -9,9 +9,10 @@
 //! | running the estimator, sample by sample | [`recordings::replay`] |
 //! | learning a foot in advance, or finding sensor errors | [`recordings::calibrate`] |
 //! | scoring the estimates | [`recordings::scoring`] |
+//! | syntax of a source of streaming feet | [`source`] |
 //! | receiving streaming feet, and decoding their output | [`feet`] |
 //! | streaming feet as messages of ROS 2 | [`stream`], [`mod@ros`] |
-//! | simulating a walk, and the output of a foot | [`gait`], [`feet::robot::walk`] |
+//! | simulating a walk, and the output of a foot | [`gait`], [`simulated_robot::walk`] |
 //! | tables, pictures and summaries | [`recordings::output`], [`plot`], [`recordings::summary`] |
 //! | summaries on standard output, as text or JSON | [`report`] |
 //! | checking and writing output files | [`files`] |
@@ -30,7 +31,9 @@ pub mod plot;
 pub mod progress;
 pub mod report;
 pub mod ros;
+pub mod source;
 pub mod stream;
 pub mod words;
 
 pub use error::Error;
+pub use source::Source;

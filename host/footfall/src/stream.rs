@@ -10,9 +10,10 @@ use feet::decode::Feet;
 use feet::feed::Fed;
 use feet::link::{LineClock, Remark};
 use feet::session::SEVERAL_BOARDS;
-use feet::{Feed, LinkError, Session, Source, Update};
+use feet::{Feed, LinkError, Session, Update};
 use recordings::hint::Hint;
 
+use crate::Source;
 use crate::error::Error;
 use crate::interruption::is_interrupted;
 use crate::messages::warn;

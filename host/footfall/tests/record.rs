@@ -88,7 +88,7 @@ fn interrupted_and_killed_recordings_are_readable() {
 
 /// Returns three seconds of output of two boards with the id of FL, in the format of `candump -L`.
 fn log_of_two_boards_with_one_id() -> String {
-    let source = "demo:feet=2,speed=max,seconds=3".parse();
+    let source = "demo:feet=2,speed=max,seconds=3".parse::<footfall::Source>();
     let feed = Feed::open(source.expect("a source"));
     let [own, left] = [Position::Right, Position::Left].map(|foot| foot.default_node_id().get());
     let mut log = String::new();

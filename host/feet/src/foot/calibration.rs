@@ -6,8 +6,8 @@ use wire::pdo::{BIAS_STEP, Quantity};
 use wire::{Address, DataType, Value};
 
 use super::Named;
-use super::client::{Client, RequestError};
 use super::settings;
+use super::{Client, RequestError};
 
 /// Subindices of the command and the state.
 const COMMAND: u8 = 1;

@@ -1,21 +1,12 @@
 //! Requests to a foot, one at a time: SDOs over CAN, configuration messages over the serial line. Other
 //! messages that arrive meanwhile are ignored.
 //!
-//! | part | |
-//! |---|---|
-//! | [`Client`] | reads, writes, commands, states |
-//! | [`RequestError`] | errors of all of these |
-//! | request and response | an SDO or a message, repeated if there is no response |
-//! | block download | bytes of any length into an object, such as a program |
-//! | restart | reset of a foot, and return to its previous state |
-//! | bootloader | a serial line on which the bootloader answers |
+//! [`Client`] has, in this order: objects, commands and states, restarts, the boards that share a bus, and the request with
+//! its response, which is repeated if there is none.
 
 use std::collections::{BTreeSet, VecDeque};
-use std::fmt;
 use std::time::Duration;
 
-use crc::{CRC_16_XMODEM, Crc};
-use thiserror::Error;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::foot::cob_id;
 use wire::node::{Command, State};
@@ -23,10 +14,9 @@ use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Message, NmtReque
 use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 
 use super::name::Named;
+use super::request::{FootRequest, RequestError};
 use super::scan::{self, SCAN, upload};
 use crate::decode::live::{FootMessage, Listener, MessageBody};
-use crate::decode::remedy::Trouble;
-use crate::hint::FootHint;
 use crate::link::{LISTEN, LineClock, Link, LinkError, Sending};
 
 /// Response timeout; a foot responds in the tick that receives the request.
@@ -49,6 +39,29 @@ const DISORDER_US: u64 = 20_000;
 
 /// Maximum number of emergencies kept.
 const MOST_EMERGENCIES: usize = 16;
+
+/// Object of the serial number.
+const SERIAL_NUMBER: Address = Address::new(index::IDENTITY, 4);
+
+/// Abort code if a response is missing: SDO protocol timed out.
+const TIMED_OUT: u32 = 0x0504_0000;
+
+/// Commands of an SDO server: the upper three bits of its response.
+const UPLOADED: u8 = 2;
+const DOWNLOADED: u8 = 3;
+const ABORTED: u8 = 4;
+
+/// Response to a request: the bytes that were read, none after a write, or an abort code.
+type Response = Result<Vec<u8>, u32>;
+
+/// Timeout from a reset to the first response.
+const START: Duration = Duration::from_secs(5);
+
+/// Timeout for detecting a start; over CAN, the foot reports it at once.
+const HEARD: Duration = Duration::from_secs(2);
+
+/// Polling interval for a start.
+const LOOK: Duration = Duration::from_millis(5);
 
 /// Client of one foot.
 pub struct Client {
@@ -123,30 +136,20 @@ impl Client {
         self.link.clock()
     }
 
-    /// Changes the node id of the foot, if it is connected over CAN.
-    pub(super) fn follow(&mut self, node: NodeId) {
-        if self.node.is_some() {
-            self.node = Some(node);
-            self.hear(node);
-        }
-    }
-
-    /// Adds a node to those whose messages are decoded.
-    pub(super) fn hear(&mut self, node: NodeId) {
-        self.listener.add(node);
-    }
-
-    /// Creates the error of a request without a response.
-    pub(super) fn no_answer(&self, request: FootRequest) -> RequestError {
-        RequestError::NoAnswer { foot: self.foot(), request }
-    }
-
     /// Returns the name of the foot in messages.
     pub(super) fn foot(&self) -> String {
         match self.node {
             Some(node) => format!("node {}", node.get()),
             None => "the foot".to_owned(),
         }
+    }
+
+    /// Reads the serial number of the foot (object 0x1018:4).
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn serial_number(&mut self) -> Result<u32, RequestError> {
+        self.read_number(SERIAL_NUMBER.index, SERIAL_NUMBER.subindex)
     }
 
     /// Reads a number.
@@ -171,14 +174,6 @@ impl Client {
         let named = Named::at(address);
         let data_type = named.map_or(DataType::Unsigned32, |named| named.entry.data_type());
         Ok(self.read(address, data_type)?.to_raw())
-    }
-
-    /// Reads the serial number of the foot (object 0x1018:4).
-    ///
-    /// # Errors
-    /// The request is refused, or there is no response.
-    pub fn serial_number(&mut self) -> Result<u32, RequestError> {
-        self.read_number(SERIAL_NUMBER.index, SERIAL_NUMBER.subindex)
     }
 
     /// Reads a text.
@@ -244,6 +239,27 @@ impl Client {
         Ok(())
     }
 
+    /// Returns the state that the foot reports next, in a heartbeat or a health message. A foot whose heartbeats
+    /// are disabled is operational if it sends contacts.
+    ///
+    /// # Errors
+    /// The foot reports no state.
+    pub fn state(&mut self) -> Result<State, RequestError> {
+        let id = self.node().map(NodeId::get);
+        let mut streams = false;
+        let state = self.listen(SCAN, |message| match &message.body {
+            MessageBody::Heartbeat(state) if message.foot.node == id => Some(*state),
+            MessageBody::Board(board) if id.is_none() => Some(board.state),
+            MessageBody::Contact(_) if id.is_some() && message.foot.node == id => {
+                streams = true;
+                None
+            }
+            _ => None,
+        })?;
+        let state = state.or(streams.then_some(State::Operational));
+        state.ok_or_else(|| self.no_answer(FootRequest::State))
+    }
+
     /// Returns the foot to this state. The command to stream is repeated until the foot does: commands have no
     /// response, and frames may be lost.
     ///
@@ -280,38 +296,116 @@ impl Client {
         Err(self.no_answer(FootRequest::Start))
     }
 
-    /// Returns the state that the foot reports next, in a heartbeat or a health message. A foot whose heartbeats
-    /// are disabled is operational if it sends contacts.
+    /// Resets the foot, waits for its first response, and restores its previous state, because a commanded reset
+    /// leaves it in the pre-operational state. `node` is its new id, if that changes.
     ///
     /// # Errors
-    /// The foot reports no state.
-    pub fn state(&mut self) -> Result<State, RequestError> {
-        let id = self.node().map(NodeId::get);
-        let mut streams = false;
-        let state = self.listen(SCAN, |message| match &message.body {
-            MessageBody::Heartbeat(state) if message.foot.node == id => Some(*state),
-            MessageBody::Board(board) if id.is_none() => Some(board.state),
-            MessageBody::Contact(_) if id.is_some() && message.foot.node == id => {
-                streams = true;
-                None
-            }
-            _ => None,
-        })?;
-        let state = state.or(streams.then_some(State::Operational));
-        state.ok_or_else(|| self.no_answer(FootRequest::State))
+    /// The foot does not restart, or does not respond within five seconds.
+    pub fn restart(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
+        let before = self.state()?;
+        self.reset(node)?;
+        self.bring_to(before)
     }
 
-    /// Writes an object, and waits this long for the response.
+    /// Like [`Self::restart`], but the foot streams afterwards in any case, as after power-on.
     ///
     /// # Errors
-    /// The request is refused, or there is no response.
-    pub(super) fn write_within(
+    /// Those of [`Self::restart`].
+    pub fn start_again(&mut self) -> Result<(), RequestError> {
+        self.reset(None)?;
+        self.bring_to(State::Operational)
+    }
+
+    /// Resets the foot and waits for its first response; it is in the pre-operational state then. Commands have
+    /// no response, and frames may be lost, so the command is repeated if the foot has not restarted.
+    pub(super) fn reset(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
+        // If the stored id differs, the foot restarts with that one and is found by its serial number.
+        let serial = match node {
+            Some(node) => {
+                self.hear(node);
+                None
+            }
+            None => self.serial_number().ok(),
+        };
+        for _ in 0..TRIES {
+            self.take_booted();
+            self.command(Command::ResetNode)?;
+            let has_started = self.hears_start(node, serial)?;
+            if has_started || !self.is_there()? {
+                if let Some(node) = node {
+                    self.follow(node);
+                }
+                return self.first_answer();
+            }
+        }
+        Err(self.no_answer(FootRequest::Reset { times: TRIES }))
+    }
+
+    /// Waits for a start of the foot: as the given node, or as any node with its serial number.
+    fn hears_start(
         &mut self,
-        address: Address,
-        value: Value,
-        answer: Duration,
-    ) -> Result<(), RequestError> {
-        self.request(address, Some(value), answer).map(|_| ())
+        node: Option<NodeId>,
+        serial: Option<u32>,
+    ) -> Result<bool, RequestError> {
+        let before = self.starts;
+        let clock = self.clock();
+        let end = clock.now() + HEARD;
+        while clock.now() < end {
+            self.wait(LOOK)?;
+            if self.starts != before {
+                return Ok(true);
+            }
+            let booted = self.take_booted();
+            if node.is_some_and(|node| booted.contains(&node)) {
+                return Ok(true);
+            }
+            for other in booted {
+                if let Some(serial) = serial
+                    && self.is_now(other, serial)?
+                {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Returns whether the node has this serial number; if so, the client follows it.
+    pub(super) fn is_now(&mut self, node: NodeId, serial: u32) -> Result<bool, RequestError> {
+        let Some(own) = self.node() else {
+            return Ok(false);
+        };
+        self.follow(node);
+        let is_foot = match self.serial_number() {
+            Ok(other) => other == serial,
+            Err(RequestError::NoAnswer { .. } | RequestError::Refused { .. }) => false,
+            Err(error) => return Err(error),
+        };
+        if !is_foot {
+            self.follow(own);
+        }
+        Ok(is_foot)
+    }
+
+    /// Returns whether the foot responds under its current id.
+    fn is_there(&mut self) -> Result<bool, RequestError> {
+        match self.serial_number() {
+            Ok(_) => Ok(true),
+            Err(RequestError::NoAnswer { .. }) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Waits for the first response of the foot after a start.
+    pub(super) fn first_answer(&mut self) -> Result<(), RequestError> {
+        let clock = self.clock();
+        let end = clock.now() + START;
+        while !self.is_there()? {
+            if clock.now() > end {
+                return Err(self.no_answer(FootRequest::FirstAnswer { since: START }));
+            }
+        }
+        Ok(())
     }
 
     /// Checks that exactly one board responds.
@@ -355,6 +449,84 @@ impl Client {
             return Ok(());
         }
         Err(RequestError::Taken { foot: self.foot(), node })
+    }
+
+    /// Returns the feet with these serial numbers (object 0x1018:4), in their order and each once, among the nodes of a
+    /// bus or the one foot of a serial line, which is `None`. Serial numbers stay with the boards when node ids change.
+    ///
+    /// # Errors
+    /// No foot has one of the numbers, or the line does not work.
+    pub fn with_serial_numbers(
+        &mut self,
+        feet: &[Option<NodeId>],
+        wanted: &[u32],
+    ) -> Result<Vec<Option<NodeId>>, RequestError> {
+        let mut heard = Vec::new();
+        for foot in feet {
+            if let Some(node) = foot {
+                self.follow(*node);
+            }
+            match self.serial_number() {
+                Ok(serial) => heard.push((serial, *foot)),
+                // The silent foot may have another serial number.
+                Err(RequestError::NoAnswer { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        let mut found = Vec::new();
+        for number in wanted {
+            let foot = heard.iter().find(|(serial, _)| serial == number);
+            let (_, foot) = foot
+                .ok_or_else(|| RequestError::NoSerial { wanted: *number, heard: heard.clone() })?;
+            if !found.contains(foot) {
+                found.push(*foot);
+            }
+        }
+        Ok(found)
+    }
+
+    /// Changes the node id of the foot, if it is connected over CAN.
+    pub(super) fn follow(&mut self, node: NodeId) {
+        if self.node.is_some() {
+            self.node = Some(node);
+            self.hear(node);
+        }
+    }
+
+    /// Adds a node to those whose messages are decoded.
+    pub(super) fn hear(&mut self, node: NodeId) {
+        self.listener.add(node);
+    }
+
+    /// Switches to the bootloader, which is starting and must respond within `longest`. On a bus nothing changes: program
+    /// and bootloader are one node.
+    ///
+    /// # Errors
+    /// The bootloader does not respond, or the line does not work.
+    pub(super) fn switch_to_bootloader(&mut self, longest: Duration) -> Result<(), RequestError> {
+        if self.link.as_serial_line().is_none() {
+            return Ok(());
+        }
+        let clock = self.clock();
+        let end = clock.now() + longest;
+        loop {
+            if let Some(node) = bootloader_node(self.link.as_mut(), &mut self.listener)? {
+                self.node = Some(node);
+                return Ok(());
+            }
+            if clock.now() > end {
+                return Err(self.no_answer(FootRequest::Bootloader));
+            }
+        }
+    }
+
+    /// Switches to the program, which is starting.
+    pub(super) fn switch_to_program(&mut self) {
+        if let Some(line) = self.link.as_serial_line() {
+            line.switch_to_program();
+            self.node = None;
+            self.clock_us = None;
+        }
     }
 
     /// Waits, and receives meanwhile, so that the buffers of the line do not overflow.
@@ -440,220 +612,20 @@ impl Client {
     pub(super) fn take_emergencies(&mut self) -> VecDeque<Emergency> {
         std::mem::take(&mut self.emergencies)
     }
-}
 
-/// Object of the serial number.
-const SERIAL_NUMBER: Address = Address::new(index::IDENTITY, 4);
-
-/// Formats an object as its name and address.
-fn named(address: Address) -> String {
-    let Address { index, subindex } = address;
-    let name = Named::at(address).map(|named| format!("{} ", named.name()));
-    format!("{}(0x{index:04X}:{subindex})", name.unwrap_or_default())
-}
-
-/// Request to a foot, as its errors name it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FootRequest {
-    /// An object is read.
-    Read(Address),
-    /// An object is written.
-    Write(Address),
-    /// A number of bytes is sent to an object.
-    Download {
-        /// The object.
+    /// Writes an object, and waits this long for the response.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub(super) fn write_within(
+        &mut self,
         address: Address,
-        /// Number of bytes.
-        bytes: usize,
-    },
-    /// The foot is commanded to stream.
-    Start,
-    /// The foot reports its state, in a heartbeat or a health message.
-    State,
-    /// The foot is commanded to reset.
-    Reset {
-        /// Number of commands.
-        times: u32,
-    },
-    /// The foot responds for the first time after a reset.
-    FirstAnswer {
-        /// Time since the reset.
-        since: Duration,
-    },
-    /// The foot responds as its bootloader.
-    Bootloader,
-}
-
-impl fmt::Display for FootRequest {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Read(address) => write!(f, "reading {}", named(*address)),
-            Self::Write(address) => write!(f, "writing {}", named(*address)),
-            Self::Download { address, bytes } => {
-                write!(f, "sending {bytes} bytes to {}", named(*address))
-            }
-            Self::Start => f.write_str("the command to start"),
-            Self::State => f.write_str("its state, in a heartbeat or health message,"),
-            Self::Reset { times } => {
-                write!(f, "it was commanded to reset {times} times, and has not")
-            }
-            Self::FirstAnswer { since } => write!(f, "it was reset {} s ago", since.as_secs()),
-            Self::Bootloader => f.write_str("as its bootloader"),
-        }
-    }
-}
-
-impl FootRequest {
-    /// Returns the number of attempts in words, if the request is repeated until it has a response.
-    fn attempts(self) -> String {
-        match self {
-            Self::Read(_) | Self::Write(_) => format!(", asked {TRIES} times"),
-            _ => String::new(),
-        }
-    }
-}
-
-/// Error of a request.
-#[derive(Debug, Error)]
-pub enum RequestError {
-    /// The foot has refused the request.
-    #[error("{request} was refused: {} (0x{:08X}): {}", reason.name(), reason.code(), Trouble::Refusal(*reason).remedy())]
-    Refused {
-        /// The request.
-        request: FootRequest,
-        /// Reason.
-        reason: AbortCode,
-    },
-    /// The foot has refused the request with an unknown abort code.
-    #[error("{request} was refused with the abort code 0x{code:08X}")]
-    RefusedUnknown {
-        /// The request.
-        request: FootRequest,
-        /// Abort code.
-        code: u32,
-    },
-    /// The foot has not responded.
-    #[error("{foot} does not answer: {request}{}", request.attempts())]
-    NoAnswer {
-        /// Name of the foot.
-        foot: String,
-        /// The request.
-        request: FootRequest,
-    },
-    /// Several boards respond as one node.
-    #[error(
-        "{foot} answers {count} times: boards with the same id are on this bus; connect them one at a time"
-    )]
-    SameId {
-        /// Name of the foot.
-        foot: String,
-        /// Number of responses.
-        count: usize,
-    },
-    /// The response does not have the object's type.
-    #[error("{} came as {length} bytes, which is no {}: another version of the foot's program?", named(*address), data_type.name())]
-    Type {
-        /// The object.
-        address: Address,
-        /// Length of the response, bytes.
-        length: usize,
-        /// Expected type.
-        data_type: DataType,
-    },
-    /// The value is unknown to this version.
-    #[error("{what} is {code}, which this version does not know")]
-    Unknown {
-        /// Name of the value.
-        what: &'static str,
-        /// Code of the value.
-        code: u32,
-    },
-    /// The foot has restarted while it was being configured.
-    #[error("{0} has started again meanwhile: settings that were not stored are gone")]
-    StartedAgain(String),
-    /// Another board has the new id of the foot.
-    #[error("{foot} would become node {}, which is on the bus already", node.get())]
-    Taken {
-        /// Name of the foot.
-        foot: String,
-        /// New id.
-        node: NodeId,
-    },
-    /// No foot was found.
-    #[error("no foot is heard on this line")]
-    NoFoot,
-    /// No foot has the serial number.
-    #[error(
-        "no foot with the serial number 0x{wanted:08X} is heard on this line; those heard: {}. A foot without a node id needs one first",
-        serial_numbers(heard)
-    )]
-    NoSerial {
-        /// Serial number.
-        wanted: u32,
-        /// Serial numbers and nodes of the feet that respond; a foot on a serial line has no node.
-        heard: Vec<(u32, Option<NodeId>)>,
-    },
-    /// Several feet were found, with these ids, and no node is given.
-    #[error("there are several feet, {}", list(.0))]
-    SeveralFeet(Vec<u8>),
-    /// The line does not work.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-}
-
-fn list(ids: &[u8]) -> String {
-    ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
-}
-
-fn serial_numbers(heard: &[(u32, Option<NodeId>)]) -> String {
-    let heard = heard.iter().map(|(serial, node)| match node {
-        Some(node) => format!("0x{serial:08X} (node {})", node.get()),
-        None => format!("0x{serial:08X}"),
-    });
-    match &heard.collect::<Vec<String>>()[..] {
-        [] => "none".to_owned(),
-        heard => heard.join(", "),
-    }
-}
-
-impl RequestError {
-    /// Creates the error of a request that was refused with this abort code.
-    fn refused(request: FootRequest, code: u32) -> Self {
-        match AbortCode::from_code(code) {
-            Some(reason) => Self::Refused { request, reason },
-            None => Self::RefusedUnknown { request, code },
-        }
+        value: Value,
+        answer: Duration,
+    ) -> Result<(), RequestError> {
+        self.request(address, Some(value), answer).map(|_| ())
     }
 
-    /// Returns whether the request was refused for this reason.
-    #[must_use]
-    pub fn is_refusal(&self, of: AbortCode) -> bool {
-        matches!(self, Self::Refused { reason, .. } if *reason == of)
-    }
-
-    /// Returns the remedy, if it depends on the program.
-    #[must_use]
-    pub const fn hint(&self) -> Option<FootHint> {
-        match self {
-            Self::SeveralFeet(_) => Some(FootHint::NameOneFoot),
-            Self::Link(error) => error.hint(),
-            _ => None,
-        }
-    }
-}
-
-/// Abort code if a response is missing: SDO protocol timed out.
-const TIMED_OUT: u32 = 0x0504_0000;
-
-/// Commands of an SDO server: the upper three bits of its response.
-const UPLOADED: u8 = 2;
-const DOWNLOADED: u8 = 3;
-const ABORTED: u8 = 4;
-
-/// Response to a request: the bytes that were read, none after a write, or an abort code.
-type Response = Result<Vec<u8>, u32>;
-
-impl Client {
     /// Reads an object, or writes `value` to it. A request without a response is repeated, which is safe because all
     /// requests are idempotent. A read ignores late responses to writes, and a write those to reads.
     pub(super) fn request(
@@ -802,153 +774,10 @@ impl Client {
         }
         Ok(())
     }
-}
 
-/// Response timeout of a sub-block and of the end, before which the bytes are stored and checked.
-const STORED: Duration = Duration::from_secs(3);
-
-/// Data bytes of a segment.
-const SEGMENT: usize = 7;
-
-/// Largest number of segments in a sub-block.
-const LARGEST_BLOCK: u8 = 127;
-
-/// End of an attempt that did not transfer all bytes.
-enum Ended {
-    /// A response is missing, or not one of the protocol.
-    Silent,
-    /// Aborted by the node, with this code.
-    Aborted(u32),
-    Failed(RequestError),
-}
-
-impl From<RequestError> for Ended {
-    fn from(error: RequestError) -> Self {
-        Self::Failed(error)
-    }
-}
-
-impl Client {
-    /// Writes bytes of any length to an object of a node, with a CRC: block download of `CiA` 301 (7.2.4.3.9). `sent` is
-    /// called with the number of bytes that have arrived.
-    ///
-    /// # Errors
-    /// The download is refused, or a response is missing: the download is aborted then.
-    pub(super) fn download(
-        &mut self,
-        node: NodeId,
-        address: Address,
-        bytes: &[u8],
-        sent: &mut dyn FnMut(usize),
-    ) -> Result<(), RequestError> {
-        let request = FootRequest::Download { address, bytes: bytes.len() };
-        match self.blocks(node, address, bytes, sent) {
-            Ok(()) => Ok(()),
-            Err(Ended::Aborted(code)) => Err(RequestError::refused(request, code)),
-            Err(Ended::Failed(error)) => Err(error),
-            Err(Ended::Silent) => {
-                self.abort(node, address)?;
-                Err(self.no_answer(request))
-            }
-        }
-    }
-
-    fn blocks(
-        &mut self,
-        node: NodeId,
-        address: Address,
-        bytes: &[u8],
-        sent: &mut dyn FnMut(usize),
-    ) -> Result<(), Ended> {
-        let [low, high] = address.index.to_le_bytes();
-        let [a, b, c, d] = (bytes.len() as u32).to_le_bytes();
-        // With CRC, and the size.
-        let begin = [0xC6, low, high, address.subindex, a, b, c, d];
-        let answer = self.response(node, begin, |head| head >> 5 == 5)?;
-        let [head, _, _, _, mut size, ..] = answer;
-        let has_crc = head & 0b100 != 0;
-        let segments: Vec<&[u8]> = bytes.chunks(SEGMENT).collect();
-        let (mut done, mut fruitless) = (0, 0);
-        while done < segments.len() {
-            if size == 0 || size > LARGEST_BLOCK || fruitless == TRIES {
-                return Err(Ended::Silent);
-            }
-            let block = segments.iter().enumerate().skip(done);
-            let mut last = None;
-            for ((index, segment), number) in block.zip(1..=size) {
-                if let Some(request) = last.take() {
-                    self.send_sdo(node, request)?;
-                }
-                let is_last = index + 1 == segments.len();
-                let mut request = [number | u8::from(is_last) << 7, 0, 0, 0, 0, 0, 0, 0];
-                request[1..=segment.len()].copy_from_slice(segment);
-                last = Some(request);
-            }
-            let last = last.ok_or(Ended::Silent)?;
-            let answer = self.response(node, last, |head| head == 0xA2)?;
-            let [_, taken, next, ..] = answer;
-            if taken > size {
-                return Err(Ended::Silent);
-            }
-            fruitless = if taken == 0 { fruitless + 1 } else { 0 };
-            done += usize::from(taken);
-            size = next;
-            sent((done * SEGMENT).min(bytes.len()));
-        }
-        let unused = segments.last().map_or(0, |last| SEGMENT - last.len()) as u8;
-        let crc = if has_crc { Crc::<u16>::new(&CRC_16_XMODEM).checksum(bytes) } else { 0 };
-        let [low, high] = crc.to_le_bytes();
-        let end = [0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0];
-        self.response(node, end, |head| head == 0xA1).map(|_| ())
-    }
-
-    /// Sends a request and returns its response, whose first byte satisfies `is_expected`.
-    fn response(
-        &mut self,
-        node: NodeId,
-        request: [u8; 8],
-        is_expected: fn(u8) -> bool,
-    ) -> Result<[u8; 8], Ended> {
-        const ABORT: u8 = 0x80;
-        let answer = self
-            .exchange(node, request, STORED, |[head, ..]| *head == ABORT || is_expected(*head))?;
-        match answer.ok_or(Ended::Silent)? {
-            [ABORT, _, _, _, code @ ..] => Err(Ended::Aborted(u32::from_le_bytes(code))),
-            answer => Ok(answer),
-        }
-    }
-}
-
-impl Client {
-    /// Switches to the bootloader, which is starting and must respond within `longest`. On a bus nothing changes: program
-    /// and bootloader are one node.
-    ///
-    /// # Errors
-    /// The bootloader does not respond, or the line does not work.
-    pub(super) fn switch_to_bootloader(&mut self, longest: Duration) -> Result<(), RequestError> {
-        if self.link.as_serial_line().is_none() {
-            return Ok(());
-        }
-        let clock = self.clock();
-        let end = clock.now() + longest;
-        loop {
-            if let Some(node) = bootloader_node(self.link.as_mut(), &mut self.listener)? {
-                self.node = Some(node);
-                return Ok(());
-            }
-            if clock.now() > end {
-                return Err(self.no_answer(FootRequest::Bootloader));
-            }
-        }
-    }
-
-    /// Switches to the program, which is starting.
-    pub(super) fn switch_to_program(&mut self) {
-        if let Some(line) = self.link.as_serial_line() {
-            line.switch_to_program();
-            self.node = None;
-            self.clock_us = None;
-        }
+    /// Creates the error of a request without a response.
+    pub(super) fn no_answer(&self, request: FootRequest) -> RequestError {
+        RequestError::NoAnswer { foot: self.foot(), request }
     }
 }
 
@@ -971,163 +800,4 @@ fn bootloader_node(
         line.switch_to_program();
     }
     Ok(node.and_then(NodeId::new))
-}
-
-/// Timeout from a reset to the first response.
-const START: Duration = Duration::from_secs(5);
-
-/// Timeout for detecting a start; over CAN, the foot reports it at once.
-const HEARD: Duration = Duration::from_secs(2);
-
-/// Polling interval for a start.
-const LOOK: Duration = Duration::from_millis(5);
-
-impl Client {
-    /// Resets the foot, waits for its first response, and restores its previous state, because a commanded reset
-    /// leaves it in the pre-operational state. `node` is its new id, if that changes.
-    ///
-    /// # Errors
-    /// The foot does not restart, or does not respond within five seconds.
-    pub fn restart(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
-        let before = self.state()?;
-        self.reset(node)?;
-        self.bring_to(before)
-    }
-
-    /// Like [`Self::restart`], but the foot streams afterwards in any case, as after power-on.
-    ///
-    /// # Errors
-    /// Those of [`Self::restart`].
-    pub fn start_again(&mut self) -> Result<(), RequestError> {
-        self.reset(None)?;
-        self.bring_to(State::Operational)
-    }
-
-    /// Resets the foot and waits for its first response; it is in the pre-operational state then. Commands have
-    /// no response, and frames may be lost, so the command is repeated if the foot has not restarted.
-    pub(super) fn reset(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
-        // If the stored id differs, the foot restarts with that one and is found by its serial number.
-        let serial = match node {
-            Some(node) => {
-                self.hear(node);
-                None
-            }
-            None => self.serial_number().ok(),
-        };
-        for _ in 0..TRIES {
-            self.take_booted();
-            self.command(Command::ResetNode)?;
-            let has_started = self.hears_start(node, serial)?;
-            if has_started || !self.is_there()? {
-                if let Some(node) = node {
-                    self.follow(node);
-                }
-                return self.first_answer();
-            }
-        }
-        Err(self.no_answer(FootRequest::Reset { times: TRIES }))
-    }
-
-    /// Waits for a start of the foot: as the given node, or as any node with its serial number.
-    fn hears_start(
-        &mut self,
-        node: Option<NodeId>,
-        serial: Option<u32>,
-    ) -> Result<bool, RequestError> {
-        let before = self.starts;
-        let clock = self.clock();
-        let end = clock.now() + HEARD;
-        while clock.now() < end {
-            self.wait(LOOK)?;
-            if self.starts != before {
-                return Ok(true);
-            }
-            let booted = self.take_booted();
-            if node.is_some_and(|node| booted.contains(&node)) {
-                return Ok(true);
-            }
-            for other in booted {
-                if let Some(serial) = serial
-                    && self.is_now(other, serial)?
-                {
-                    return Ok(true);
-                }
-            }
-        }
-        Ok(false)
-    }
-
-    /// Returns whether the node has this serial number; if so, the client follows it.
-    pub(super) fn is_now(&mut self, node: NodeId, serial: u32) -> Result<bool, RequestError> {
-        let Some(own) = self.node() else {
-            return Ok(false);
-        };
-        self.follow(node);
-        let is_foot = match self.serial_number() {
-            Ok(other) => other == serial,
-            Err(RequestError::NoAnswer { .. } | RequestError::Refused { .. }) => false,
-            Err(error) => return Err(error),
-        };
-        if !is_foot {
-            self.follow(own);
-        }
-        Ok(is_foot)
-    }
-
-    /// Returns whether the foot responds under its current id.
-    fn is_there(&mut self) -> Result<bool, RequestError> {
-        match self.serial_number() {
-            Ok(_) => Ok(true),
-            Err(RequestError::NoAnswer { .. }) => Ok(false),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// Waits for the first response of the foot after a start.
-    pub(super) fn first_answer(&mut self) -> Result<(), RequestError> {
-        let clock = self.clock();
-        let end = clock.now() + START;
-        while !self.is_there()? {
-            if clock.now() > end {
-                return Err(self.no_answer(FootRequest::FirstAnswer { since: START }));
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Client {
-    /// Returns the feet with these serial numbers (object 0x1018:4), in their order and each once, among the nodes of a
-    /// bus or the one foot of a serial line, which is `None`. Serial numbers stay with the boards when node ids change.
-    ///
-    /// # Errors
-    /// No foot has one of the numbers, or the line does not work.
-    pub fn with_serial_numbers(
-        &mut self,
-        feet: &[Option<NodeId>],
-        wanted: &[u32],
-    ) -> Result<Vec<Option<NodeId>>, RequestError> {
-        let mut heard = Vec::new();
-        for foot in feet {
-            if let Some(node) = foot {
-                self.follow(*node);
-            }
-            match self.serial_number() {
-                Ok(serial) => heard.push((serial, *foot)),
-                // The silent foot may have another serial number.
-                Err(RequestError::NoAnswer { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        let mut found = Vec::new();
-        for number in wanted {
-            let foot = heard.iter().find(|(serial, _)| serial == number);
-            let (_, foot) = foot
-                .ok_or_else(|| RequestError::NoSerial { wanted: *number, heard: heard.clone() })?;
-            if !found.contains(foot) {
-                found.push(*foot);
-            }
-        }
-        Ok(found)
-    }
 }

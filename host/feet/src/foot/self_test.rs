@@ -8,8 +8,8 @@ use wire::dictionary::index;
 use wire::node::Command;
 use wire::{Address, Emergency, Fault, Faults, Stage, Value};
 
-use super::client::{Client, RequestError};
 use super::settings;
+use super::{Client, RequestError};
 use crate::hint::FootHint;
 
 /// Timeout of a start with self-test.

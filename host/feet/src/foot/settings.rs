@@ -8,8 +8,9 @@ use wire::dictionary::index;
 use wire::node::{Command, State};
 use wire::{AbortCode, Address, Foot, NodeId, Value};
 
-use super::client::{Client, FootRequest, RequestError};
 use super::name::{NameError, Named};
+use super::request::FootRequest;
+use super::{Client, RequestError};
 use crate::hint::FootHint;
 
 /// Settings by address.

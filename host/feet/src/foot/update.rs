@@ -10,7 +10,9 @@ use wire::dictionary::index;
 use wire::node::{Command, State};
 use wire::{AbortCode, Address, NodeId, Value};
 
-use super::client::{Client, RequestError, TRIES};
+use super::client::{Client, TRIES};
+use super::download::download;
+use super::request::RequestError;
 
 /// Time in which the bootloader erases the slot for a new program, with a reserve: 128 KiB take up to 2 s in words of
 /// 32 bits (STM32F405 data sheet, DS8626, table 40).
@@ -290,7 +292,7 @@ fn send(
             let percent = (bytes * 100 / total) as u8;
             report(UpdateStage::Sending { percent });
         };
-        let failed = match client.download(node, data, &image.bytes, &mut sent) {
+        let failed = match download(client, node, data, &image.bytes, &mut sent) {
             Ok(()) => return Ok(()),
             Err(RequestError::Link(error)) => return Err(RequestError::Link(error).into()),
             Err(error) => error,

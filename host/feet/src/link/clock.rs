@@ -7,8 +7,16 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use estimator_core::Timestamp;
 
-use crate::robot::board;
 use crate::source::Speed;
+
+/// Beginning of 2021, µs since 1970.
+const YEAR_2021_US: u64 = 1_609_459_200_000_000;
+
+/// Converts a time of a simulated clock, which begins with 2021, to one since 1970: logs need a date.
+#[must_use]
+pub const fn since_2021(time: Timestamp) -> Timestamp {
+    Timestamp::from_micros(YEAR_2021_US + time.as_micros())
+}
 
 /// Clock of a line: that of this machine, or one in steps, such as that of boards in lock step. A clock in steps stands
 /// still between two [`advance_to`](LineClock::advance_to). Clones show the same time.
@@ -56,7 +64,7 @@ impl LineClock {
     pub fn stamp(&self) -> Timestamp {
         let us = |time: Duration| u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
         match &self.0 {
-            Some(_) => board::in_logs(Timestamp::from_micros(us(self.now()))),
+            Some(_) => since_2021(Timestamp::from_micros(us(self.now()))),
             None => {
                 let since = SystemTime::now().duration_since(UNIX_EPOCH);
                 Timestamp::from_micros(us(since.unwrap_or_default()))
@@ -67,7 +75,7 @@ impl LineClock {
 
 /// Timing of a playback.
 #[derive(Debug)]
-pub(crate) struct PlaybackPace {
+pub struct PlaybackPace {
     speed: Speed,
     /// Recorded time of the start, µs, and the time of its playback.
     start: Option<(u64, Duration)>,
@@ -78,7 +86,9 @@ pub(crate) struct PlaybackPace {
 const LONGEST_PAUSE_US: u64 = 10_000_000;
 
 impl PlaybackPace {
-    pub(crate) fn new(speed: Speed) -> Self {
+    /// Creates the timing of a playback at this speed, on the clock of this machine.
+    #[must_use]
+    pub fn new(speed: Speed) -> Self {
         Self::on(LineClock::default(), speed)
     }
 
@@ -88,7 +98,7 @@ impl PlaybackPace {
     }
 
     /// Time until data recorded at `micros` is due.
-    pub(crate) fn until_due(&mut self, micros: u64) -> Duration {
+    pub fn until_due(&mut self, micros: u64) -> Duration {
         let Speed::Times(times) = self.speed else {
             return Duration::ZERO;
         };
@@ -105,7 +115,7 @@ impl PlaybackPace {
     }
 
     /// Waits until data recorded at `micros` is due, at most `longest`; returns whether it is due.
-    pub(crate) fn wait(&mut self, micros: u64, longest: Duration) -> bool {
+    pub fn wait(&mut self, micros: u64, longest: Duration) -> bool {
         let wait = self.until_due(micros);
         thread::sleep(wait.min(longest));
         wait <= longest

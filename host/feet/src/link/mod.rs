@@ -7,13 +7,11 @@
 //! | line of a board in lock step instead of a port | `lock_step` |
 //! | interface of `SocketCAN` | `can` |
 //! | playback of a log or a recording | [`file`](mod@file) |
-//! | simulated feet | [`demo`] |
-//! | clock of a line, and pace of the last two | `clock` |
+//! | clock of a line, and pace of a playback | [`clock`] |
 
 #[cfg(target_os = "linux")]
 mod can;
-mod clock;
-pub mod demo;
+pub mod clock;
 pub mod file;
 #[cfg(unix)]
 mod lock_step;
@@ -204,7 +202,7 @@ impl LinkError {
     }
 
     /// Error of data that a line does not accept.
-    fn wrong_kind(device: impl Into<String>, takes: &'static str) -> Self {
+    pub fn wrong_kind(device: impl Into<String>, takes: &'static str) -> Self {
         let device = device.into();
         Self::WrongKind { device, takes }
     }
@@ -244,36 +242,58 @@ pub trait Link {
     }
 }
 
-/// Opens a line; files and demos are played at their original speed unless the source has another.
-///
-/// # Errors
-/// The device or file cannot be used.
-pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
-    Ok(match source {
-        Source::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
-        Source::Slcan { port, kbit } => Box::new(SlcanAdapter::open(port, *kbit)?),
-        #[cfg(target_os = "linux")]
-        Source::Can { interface } => Box::new(can::Interface::open(interface)?),
-        #[cfg(not(target_os = "linux"))]
-        Source::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
-        Source::File { path, speed, playback } => {
-            file::open(path, speed.unwrap_or(Speed::REAL), playback)?
-        }
-        Source::Demo(demo) => Box::new(demo::SimulatedFeet::new(demo)),
-    })
+/// Source of a line, which can be opened more than once.
+pub trait LineSource: Send {
+    /// Opens the line. A recording is played at its original speed unless the source has another.
+    ///
+    /// # Errors
+    /// The device or file cannot be used.
+    fn open(&self) -> Result<Box<dyn Link>, LinkError>;
+
+    /// Opens the line for requests and their responses.
+    ///
+    /// # Errors
+    /// The device or file cannot be used.
+    fn open_for_requests(&self) -> Result<Box<dyn Link>, LinkError> {
+        self.open()
+    }
+
+    /// Returns whether the data wait for their reader, as in a playback; those of a device are lost if nobody reads.
+    fn is_played(&self) -> bool {
+        false
+    }
+
+    /// Returns whether the line is in lock step: its time passes only while its reader waits.
+    fn is_in_lock_step(&self) -> bool {
+        false
+    }
 }
 
-/// Opens a line for requests. The time of a demo at the speed `max` passes only while answers are awaited, and timeouts are
-/// measured in it.
-///
-/// # Errors
-/// The device or file cannot be used.
-pub fn open_for_requests(source: &Source) -> Result<Box<dyn Link>, LinkError> {
-    match source {
-        Source::Demo(demo) if demo.speed == Some(Speed::Max) => {
-            Ok(Box::new(demo::SimulatedFeet::in_steps(demo)))
+impl LineSource for Source {
+    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
+        Ok(match self {
+            Self::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
+            Self::Slcan { port, kbit } => Box::new(SlcanAdapter::open(port, *kbit)?),
+            #[cfg(target_os = "linux")]
+            Self::Can { interface } => Box::new(can::Interface::open(interface)?),
+            #[cfg(not(target_os = "linux"))]
+            Self::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
+            Self::File { path, speed, playback } => {
+                file::open(path, speed.unwrap_or(Speed::REAL), playback)?
+            }
+        })
+    }
+
+    fn is_played(&self) -> bool {
+        matches!(self, Self::File { .. })
+    }
+
+    fn is_in_lock_step(&self) -> bool {
+        match self {
+            #[cfg(unix)]
+            Self::Uart { port, .. } | Self::Slcan { port, .. } => lock_step::is_in_lock_step(port),
+            _ => false,
         }
-        source => open(source),
     }
 }
 
@@ -281,13 +301,4 @@ pub fn open_for_requests(source: &Source) -> Result<Box<dyn Link>, LinkError> {
 #[must_use]
 pub fn now() -> Timestamp {
     LineClock::default().stamp()
-}
-
-/// Returns whether a source is in lock step: its time passes only while its reader waits.
-pub(crate) fn is_in_lock_step(source: &Source) -> bool {
-    match source {
-        #[cfg(unix)]
-        Source::Uart { port, .. } | Source::Slcan { port, .. } => lock_step::is_in_lock_step(port),
-        _ => false,
-    }
 }

@@ -4,17 +4,17 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 use clap::Args;
-use feet::Source;
+use feet::LineSource;
+use feet::foot::Client;
 use feet::foot::accept::{
     self, AcceptStep, Figure, FigureHint, FigureOutcome, Limit, Person, Verdict,
 };
-use feet::foot::client::Client;
-use feet::link;
 use serde::{Deserialize, Serialize};
 use wire::NodeId;
 
 use super::foot::{Identity, to_json};
 use super::options::{SOURCES, parse_node};
+use crate::Source;
 use crate::error::Error;
 use crate::foot_error::{FootError, with_hint};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
@@ -49,7 +49,7 @@ fn parse_step(text: &str) -> Result<AcceptStep, String> {
 
 impl AcceptArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let link = link::open_for_requests(&self.source)?;
+        let link = self.source.open_for_requests()?;
         let mut client = Client::new(link, self.node).map_err(FootError::from)?;
         // Some steps change settings of the foot, and restore them at their end.
         finish_when_interrupted();

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use feet::robot::walk;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
 use recordings::output::write_samples;
 use recordings::summary::{Summaries, Summary};
+use simulated_robot::walk;
 
 use crate::error::Error;
 use crate::files::{check_can_be_directory, create_directory, write_file};

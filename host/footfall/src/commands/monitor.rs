@@ -381,6 +381,7 @@ mod tests {
     use wire::pdo::{ClockReading, Contact, Health, ShortTime};
 
     use super::*;
+    use crate::Source;
 
     impl MonitorState {
         fn take(&mut self, fed: Fed) {
@@ -396,7 +397,7 @@ mod tests {
 
     /// Plays a source to its end.
     fn watched(source: &str) -> MonitorState {
-        let feed = Feed::open(source.parse().expect("a source"));
+        let feed = Feed::open(source.parse::<Source>().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
             robot.listen(&feed, feed.clock().now() + Duration::from_secs(600));
@@ -464,7 +465,8 @@ mod tests {
 
     #[test]
     fn two_boards_with_one_id_report_no_decision() {
-        let feed = Feed::open("demo:feet=2,speed=max,seconds=3".parse().expect("a source"));
+        let feed =
+            Feed::open("demo:feet=2,speed=max,seconds=3".parse::<Source>().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
             let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");

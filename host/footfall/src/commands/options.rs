@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
+use feet::Playback;
 use feet::decode::Feet;
 use feet::decode::feet::{Name, NamedTwice};
-use feet::{Playback, Source};
 use recordings::config::{
     ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
     parse_sample_rate,
@@ -30,6 +30,7 @@ use recordings::samples::Recording;
 use recordings::summary::differences;
 use wire::NodeId;
 
+use crate::Source;
 use crate::error::Error;
 use crate::messages::{error, warn};
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]

@@ -442,11 +442,12 @@ mod tests {
     use wire::{CanFrame, NodeId};
 
     use super::*;
+    use crate::Source;
     use crate::ros::topics::FRAME;
 
     /// Messages of a robot with two feet, of which the right one has the id `right`.
     fn messages(right: NodeId) -> Vec<Published> {
-        let source = "demo:feet=2,speed=max,seconds=3".parse();
+        let source = "demo:feet=2,speed=max,seconds=3".parse::<Source>();
         let feed = Feed::open(source.expect("a source"));
         let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::new(FRAME, &[]));
         let mut published = Vec::new();

@@ -7,8 +7,8 @@ use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::{Address, DataType, Fault, Faults, Value};
 
 use super::{AcceptStep, Figure, Person, StepFigures, figure};
-use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
+use crate::foot::{Client, RequestError};
 
 /// Part of the hardware name of boards on USB that carry the sensor.
 pub(super) const NANO: &str = "Nano RP2040";

@@ -11,7 +11,7 @@ use wire::{Fault, Faults};
 use super::motion::{Moment, watch};
 use super::{AcceptStep, Person, StepFigures, board, figure};
 use crate::foot::calibration;
-use crate::foot::client::{Client, RequestError};
+use crate::foot::{Client, RequestError};
 
 /// Number of requested taps, steps and loads.
 const TAPS: usize = 5;

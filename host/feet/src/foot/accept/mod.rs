@@ -22,9 +22,9 @@ use thiserror::Error;
 use wire::dictionary::index;
 use wire::{Address, Value};
 
-use super::client::{Client, RequestError};
 use super::self_test::SelfTestError;
 use super::settings::{self, Lasting, SettingValues, SettingsError};
+use super::{Client, RequestError};
 use crate::hint::FootHint;
 pub use figure::{Figure, FigureHint, FigureOutcome, Limit, Verdict};
 

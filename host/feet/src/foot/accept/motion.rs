@@ -9,7 +9,7 @@ use wire::{Emergency, Faults};
 
 use crate::decode::ContactRow;
 use crate::decode::live::{FootMessage, MessageBody};
-use crate::foot::client::{Client, RequestError};
+use crate::foot::{Client, RequestError};
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.80665;

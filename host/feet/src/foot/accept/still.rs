@@ -12,7 +12,7 @@ use super::motion::{FootMotion, Moment, MotionSource, watch};
 use super::motion::{RestDetector, Statistics};
 use super::{AcceptStep, Person, StepFigures};
 use crate::foot::calibration::gyroscope_bias_rad_s;
-use crate::foot::client::{Client, RequestError};
+use crate::foot::{Client, RequestError};
 
 /// Time from rest to the measurement, in which the probability rises, and duration of the measurement.
 const RISE: Duration = Duration::from_secs(1);

@@ -8,7 +8,7 @@ use super::figure::{self, Figure};
 use super::motion::{FootMotion, Moment, watch};
 use super::motion::{RestDetector, Statistics};
 use super::{AcceptStep, Person, StepFigures};
-use crate::foot::client::Client;
+use crate::foot::Client;
 
 /// Largest angle between an axis and the vertical on a side, rad: 20°.
 const SIDE: f64 = 0.35;

@@ -12,12 +12,11 @@ use std::time::Duration;
 use bootloader::image::Refusal;
 use clap::{Args, Subcommand};
 use feet::decode::live::Listener;
-use feet::foot::client::{Client, RequestError};
 use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::update::programs;
-use feet::foot::{Named, calibration, scan};
-use feet::{Link, Source, link};
+use feet::foot::{Client, Named, RequestError, calibration, scan};
+use feet::{LineSource, Link};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
@@ -25,6 +24,7 @@ use wire::node::{Calibration, CalibrationState, State};
 use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::options::{SOURCES, parse_node, parse_number};
+use crate::Source;
 use crate::error::Error;
 use crate::files::{self, STANDARD, Target, write_file};
 use crate::foot_error::{FootError, with_hint};
@@ -146,7 +146,7 @@ impl FootArguments {
         if let FootAction::Export { file } = &self.action {
             files::check(&[], &[Target::Settings(file)])?;
         }
-        let open = || link::open_for_requests(&self.source);
+        let open = || self.source.open_for_requests();
         let text = match &self.action {
             FootAction::Scan => self.scan(open()?.as_mut())?,
             FootAction::Update { image, all, serial } => {

@@ -4,11 +4,9 @@ use std::fs;
 use std::mem::discriminant;
 use std::path::Path;
 
-use feet::Source;
 use feet::decode::live::Listener;
-use feet::foot::client::{Client, RequestError};
-use feet::foot::scan;
 use feet::foot::update::{self, FootProgram, Image, UpdateError, UpdateStage, Updated};
+use feet::foot::{Client, RequestError, scan};
 use feet::link::Link;
 use feet::usb;
 use indicatif::ProgressBar;
@@ -16,6 +14,7 @@ use serde_json::{Value as Json, json};
 use wire::NodeId;
 
 use super::{FootArguments, hex, to_json};
+use crate::Source;
 use crate::foot_error::FootError;
 use crate::messages;
 use crate::progress::Bars;
@@ -64,7 +63,7 @@ pub(super) fn copy_over_usb(
             "a program for the one foot on a USB port: no --all, --node, --serial or --json",
         ));
     }
-    let Source::Uart { port, .. } = &arguments.source else {
+    let Source::Line(feet::Source::Uart { port, .. }) = &arguments.source else {
         return Err(refused(file.name, "a program for a foot on USB: name it as usb or uart:PORT"));
     };
     usb::update(port, &file.bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;

@@ -4,9 +4,9 @@
 pub mod server;
 
 use clap::{Args, ValueEnum};
-use feet::Source;
 
 use super::options::{FeetArguments, PlayedArguments, PublishedArguments, SOURCES};
+use crate::Source;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
 use crate::feature::Feature;

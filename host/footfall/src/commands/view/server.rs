@@ -11,13 +11,14 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
 
+use feet::LinkError;
 use feet::decode::Feet;
-use feet::{LinkError, Source};
 use foxglove::{
     AppUrl, ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema,
     WebSocketServer, WebSocketServerHandle,
 };
 
+use crate::Source;
 use crate::error::Error;
 use crate::interruption::finish_when_interrupted;
 use crate::messages::{aside, warn};

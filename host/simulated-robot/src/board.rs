@@ -11,9 +11,6 @@ use lsm6dsox::RawSample;
 use wire::dictionary::index;
 use wire::{Address, CanFrame, Settings};
 
-/// Time 0 of a simulated clock in logs, which need a date: 1 January 2021, µs since 1970.
-const EPOCH_US: u64 = 1_609_459_200_000_000;
-
 /// Name of the CAN interface in logs.
 pub const INTERFACE: &str = "can0";
 
@@ -22,12 +19,6 @@ const FRAME_US: u64 = 111;
 
 /// Highest level of the brown-out reset, which a board has from its second power-up on.
 const BROWN_OUT_LEVEL: u8 = 3;
-
-/// Converts a time of the simulated clock to that of logs, since 1970.
-#[must_use]
-pub const fn in_logs(time: Timestamp) -> Timestamp {
-    Timestamp::from_micros(EPOCH_US + time.as_micros())
-}
 
 /// Default settings with the load over CAN, which a simulated robot reports.
 #[must_use]
@@ -74,9 +65,9 @@ impl SimulatedBus {
 }
 
 /// Program of a board between two resets.
-pub(super) struct SimulatedProgram {
-    pub(super) foot: Foot,
-    pub(super) ports: Ports,
+pub(crate) struct SimulatedProgram {
+    pub(crate) foot: Foot,
+    pub(crate) ports: Ports,
 }
 
 impl SimulatedProgram {
@@ -84,23 +75,23 @@ impl SimulatedProgram {
     ///
     /// # Errors
     /// The parameters of the settings are inconsistent.
-    pub(super) fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
+    pub(crate) fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
         Ok(Self { foot: Foot::new(settings, start)?, ports: Ports::new() })
     }
 
     /// Runs the program for the millisecond that begins at `time`; the data-ready edge is at the time of the sample.
-    pub(super) fn tick(&mut self, time: Timestamp, measurement: &Measurement) {
+    pub(crate) fn tick(&mut self, time: Timestamp, measurement: &Measurement) {
         let tick = Tick { time, edge: Some(measurement.sample.timestamp), ..Tick::default() };
         self.foot.tick(&tick, measurement, None, &self.ports);
     }
 
     /// Takes the pending frames for the bus.
-    pub(super) fn frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
+    pub(crate) fn frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
         std::iter::from_fn(|| self.ports.try_next_can())
     }
 
     /// Takes the pending bytes for the serial line.
-    pub(super) fn take_serial(&mut self) -> Vec<u8> {
+    pub(crate) fn take_serial(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
         while let Some(frame) = self.ports.try_next_uart() {
             bytes.extend_from_slice(frame.as_bytes());
@@ -111,16 +102,16 @@ impl SimulatedProgram {
 
 /// Two pages of flash, which keep the settings: a write clears bits, an erase sets them.
 #[derive(Clone, Debug)]
-pub(super) struct SimulatedFlash(Vec<u8>);
+pub(crate) struct SimulatedFlash(Vec<u8>);
 
 impl SimulatedFlash {
     /// Size of a page, bytes.
     const PAGE: usize = 16 * 1024;
 
     /// Size of both pages, bytes.
-    pub(super) const SIZE: usize = 2 * Self::PAGE;
+    pub(crate) const SIZE: usize = 2 * Self::PAGE;
 
-    pub(super) fn blank() -> Self {
+    pub(crate) fn blank() -> Self {
         Self(vec![0xFF; Self::SIZE])
     }
 }

@@ -3,8 +3,9 @@
 //! Each millisecond has the inputs of a board: the load sent over CAN by the robot's control and the sample of its
 //! data-ready edge.
 
-use crate::decode::can_log::Logged;
 use estimator_core::{ContactEstimate, ParamsError, Timestamp};
+use feet::decode::can_log::Logged;
+use feet::link::clock::since_2021;
 use firmware::ports::Input;
 use firmware::sampling::Measurement;
 use gait::Simulation;
@@ -12,7 +13,7 @@ use gait::control::load_frame;
 use gait::record::TICK_US;
 use wire::Settings;
 
-use super::board::{self, SimulatedBus, SimulatedProgram, settings, switched_on};
+use crate::board::{self, SimulatedBus, SimulatedProgram, settings, switched_on};
 
 /// Serial number of the foot.
 const SERIAL: u32 = 1;
@@ -75,7 +76,7 @@ pub fn walk_with(
         program.tick(time, &measurement);
         sent.estimates.push(*program.foot.estimate());
         for frame in program.frames() {
-            let at = board::in_logs(bus.carry(edge));
+            let at = since_2021(bus.carry(edge));
             sent.can.push(Logged { at, frame });
         }
         sent.uart.append(&mut program.take_serial());
@@ -86,9 +87,9 @@ pub fn walk_with(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::report::BoardReport;
-    use crate::decode::{Feet, decode};
     use estimator_core::{Saturation, Validity};
+    use feet::decode::report::BoardReport;
+    use feet::decode::{Feet, decode};
     use gait::{GaitName, Ground, Plan, SensorParams, simulate};
     use recordings::config::default_params;
     use recordings::estimate::estimates_of;

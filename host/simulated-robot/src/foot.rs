@@ -12,9 +12,8 @@ use wire::dictionary::index;
 use wire::node::BootCause;
 use wire::{Address, CanFrame, Fault, Foot as Position, Settings, Value};
 
-use super::board;
-use super::board::{SimulatedFlash, SimulatedProgram};
-use crate::source::DemoLine;
+use crate::DemoLine;
+use crate::board::{self, SimulatedFlash, SimulatedProgram};
 
 /// Duration of the sensor's self-test, ticks; shorter than on the board, whose waits are longer.
 const SELF_TEST_TICKS: u32 = 300;
@@ -26,11 +25,11 @@ const CLOCKS_PPM: [f64; MOST_FEET] = [0.0, 18.0, -11.0, 25.0, -27.0, 7.0];
 const SWITCHED_ON_US: i64 = 137_000;
 
 /// Simulated foot.
-pub(super) struct SimulatedFoot {
-    pub(super) position: Position,
+pub(crate) struct SimulatedFoot {
+    pub(crate) position: Position,
     /// Walk and sensor.
-    pub(super) walk: EndlessRounds,
-    pub(super) program: SimulatedProgram,
+    pub(crate) walk: EndlessRounds,
+    pub(crate) program: SimulatedProgram,
     /// Remaining ticks of the sensor's self-test since the last reset of the board; `None` once its result was returned.
     self_test: Option<u32>,
     storage: Storage<SimulatedFlash>,
@@ -38,7 +37,7 @@ pub(super) struct SimulatedFoot {
     serial: u32,
     receiver: UartReceiver,
     /// Axes that fail the sensor's self-test, as the detail of the fault: bit *i* is axis *i*.
-    pub(super) failing_axes: u32,
+    pub(crate) failing_axes: u32,
 }
 
 /// Clock of a foot, which starts at 0 with each start of the board and has its own rate error.
@@ -65,7 +64,7 @@ fn self_test(settings: &Settings) -> Option<u32> {
 impl SimulatedFoot {
     /// Creates a foot that has just been switched on, with settings for its position and line. `index` counts
     /// the feet of a robot from 0.
-    pub(super) fn new(
+    pub(crate) fn new(
         index: usize,
         position: Position,
         line: DemoLine,
@@ -104,13 +103,13 @@ impl SimulatedFoot {
     }
 
     /// Receives a frame by the CAN controller.
-    pub(super) fn receive(&mut self, frame: CanFrame, at: Timestamp) {
+    pub(crate) fn receive(&mut self, frame: CanFrame, at: Timestamp) {
         let at = self.clock.time(at);
         self.put(Input::Can(frame, at), Input::CanLost(1));
     }
 
     /// Receives bytes on the serial line.
-    pub(super) fn receive_serial(&mut self, bytes: &[u8]) {
+    pub(crate) fn receive_serial(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if let Some(request) = self.receiver.push(*byte) {
                 self.put(request, Input::UartRefused(1));
@@ -129,7 +128,7 @@ impl SimulatedFoot {
     }
 
     /// Runs the program for the millisecond that begins at `now`.
-    pub(super) fn tick(&mut self, now: Timestamp, walked: &Walked) {
+    pub(crate) fn tick(&mut self, now: Timestamp, walked: &Walked) {
         let edge = self.clock.time(walked.imu.timestamp);
         let measurement = self.measure(edge, walked);
         self.program.tick(self.clock.time(now), &measurement);

@@ -5,24 +5,27 @@
 //! | item | file |
 //! |---|---|
 //! | the robot: one bus, or a serial line for each foot | this one |
+//! | the robot as a line of [`feet`], in real time or faster; its options | [`demo`] |
 //! | its control: SYNCs and loads | [`gait::control`] |
 //! | a foot: its walk, its sensor, its requests | `foot` |
 //! | the recorded walk of one foot, with all that it sends | [`walk`] |
 //! | board around a foot: settings, start, measurements, program, flash; and the bus | [`board`] |
 
 pub mod board;
+pub mod demo;
 mod foot;
 pub mod walk;
 
 use std::collections::VecDeque;
 
 use estimator_core::Timestamp;
+use feet::link::clock::since_2021;
 use gait::control::{PHASE_S, RobotControl};
 use gait::record::TICK_US;
 use wire::CanFrame;
 
-use crate::source::DemoLine;
 use board::SimulatedBus;
+pub use demo::{Demo, DemoClock, DemoError, DemoLine, SimulatedFeet};
 use foot::SimulatedFoot;
 
 /// Simulated robot.
@@ -72,7 +75,7 @@ impl Robot {
     /// Current time as logged.
     #[must_use]
     pub fn now(&self) -> Timestamp {
-        board::in_logs(Timestamp::from_micros(self.elapsed_us()))
+        since_2021(Timestamp::from_micros(self.elapsed_us()))
     }
 
     /// Sends a frame as a master; the bus carries it with the next tick.
@@ -148,7 +151,7 @@ impl Robot {
     /// Carries a frame that is ready at `ready_us`; returns the time of its end on the robot's clock.
     fn carry(&mut self, ready_us: u64, frame: CanFrame) -> Timestamp {
         let complete = self.bus.carry(Timestamp::from_micros(ready_us));
-        self.carried.push_back((board::in_logs(complete), frame));
+        self.carried.push_back((since_2021(complete), frame));
         complete
     }
 }
@@ -156,7 +159,8 @@ impl Robot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::live::{FootMessage, Listener, MessageBody};
+    use feet::decode::ContactRow;
+    use feet::decode::live::{FootMessage, Listener, MessageBody};
     use wire::{Foot as Position, Pdo};
 
     fn run(robot: &mut Robot, ticks: u64) -> Vec<(Timestamp, CanFrame)> {
@@ -184,7 +188,7 @@ mod tests {
             listener.frame("can0", &frame, at);
         }
         let messages: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
-        let stable = |row: &crate::decode::ContactRow| row.stable > 0.9;
+        let stable = |row: &ContactRow| row.stable > 0.9;
         let rows: Vec<_> = messages
             .iter()
             .filter_map(|message| match &message.body {
