@@ -16,7 +16,7 @@ use host_tests::datasets::simulated;
 use host_tests::requirements::unmet;
 use recordings::config::default_params;
 use recordings::estimate::estimates_and_learnt;
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 use xtask::results::Measurement;
 
 const C: [&str; 2] = ["cc", "-std=c99"];
@@ -142,7 +142,7 @@ fn installed(compiler: &str, package: &str) -> bool {
 /// A walk as lines for the example, and its answer by the Rust estimator.
 fn walk(file: &str) -> (String, String) {
     let loaded =
-        input::read(&simulated(file), Format::Csv, &Hints::default()).expect("a recording");
+        input::read(&simulated(file), Format::Csv, &InputOptions::default()).expect("a recording");
     let recording = loaded.recording;
     let (estimates, learnt) =
         estimates_and_learnt(&recording, &default_params(), || ()).expect("the preset");

@@ -5,7 +5,7 @@ use std::path::Path;
 use estimator_core::Gravity;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 use recordings::samples::Recording;
 
 use crate::datasets::recorded;
@@ -122,8 +122,8 @@ fn read(file: &str, path: &Path) -> Recording {
             Gravity::Included
         }
     });
-    let hints = Hints { gravity, ..Hints::default() };
-    let loaded = input::read(path, format, &hints).expect("a readable file");
+    let input_options = InputOptions { gravity, ..InputOptions::default() };
+    let loaded = input::read(path, format, &input_options).expect("a readable file");
     loaded.recording
 }
 

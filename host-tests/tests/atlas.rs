@@ -5,7 +5,7 @@ use estimator_core::{ContactEstimate, Params};
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
 use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 use recordings::samples::Recording;
 use recordings::scoring::{Metrics, Scored};
 
@@ -23,7 +23,8 @@ const RMSE_TOLERANCE: f64 = 0.0005;
 /// Replays a file with the paper preset; `None` if the file is absent.
 fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
     let path = recorded(file)?;
-    let loaded = input::read(&path, Format::PceAtlas, &Hints::default()).expect("a readable file");
+    let loaded =
+        input::read(&path, Format::PceAtlas, &InputOptions::default()).expect("a readable file");
     let estimates = estimates_of(&loaded.recording, &Params::PAPER).expect("a preset");
     Some((loaded.recording, estimates))
 }

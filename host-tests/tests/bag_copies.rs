@@ -9,7 +9,7 @@ use std::path::Path;
 use crate::packages;
 use clap::Parser;
 use footfall::commands::Arguments;
-use recordings::input::{Hints, Opened, Topics};
+use recordings::input::{InputOptions, Opened, Topics};
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/bag_copies.py");
@@ -42,11 +42,11 @@ fn copy_keeps_all_of_the_messages_of_others() {
         fs::remove_file(&copy).expect("the copy");
     }
     // A number beside a text of wide characters.
-    let mut hints = Hints::default();
-    hints.bag.topics = Topics::All;
-    hints.bag.loads = vec!["/titled.force".parse().expect("a load")];
+    let mut input_options = InputOptions::default();
+    input_options.bag.topics = Topics::All;
+    input_options.bag.loads = vec!["/titled.force".parse().expect("a load")];
     let opened = Opened::new(&path("sent.mcap"), None).expect("a bag");
-    let mut feet = opened.store_all(&hints).expect("feet");
+    let mut feet = opened.store_all(&input_options).expect("feet");
     let loads = feet[0].samples().expect("samples");
     for (k, sample) in loads.enumerate() {
         let load = sample.expect("a sample").load.map(|load| load.0);

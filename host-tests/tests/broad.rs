@@ -6,7 +6,7 @@ use std::fs;
 use estimator_core::{AttitudeParams, GyroTiming, Params};
 use host_tests::datasets::recorded;
 use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 use recordings::samples::Recording;
 use recordings::scoring::inclination_error_degrees;
 use recordings::space::{Rotation, Vector};
@@ -43,7 +43,8 @@ fn truth(row: &str) -> Option<Rotation> {
 fn trials() -> Option<Vec<Trial>> {
     let trial = |name: &str| {
         let path = recorded(&format!("broad/{name}.csv"))?;
-        let loaded = input::read(&path, Format::Csv, &Hints::default()).expect("a readable file");
+        let loaded =
+            input::read(&path, Format::Csv, &InputOptions::default()).expect("a readable file");
         let text = fs::read_to_string(&path).expect("a readable file");
         let truth: Vec<_> = text.lines().skip(1).map(truth).collect();
         assert_eq!(truth.len(), loaded.recording.samples.len());

@@ -10,7 +10,7 @@ use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
-use recordings::input::{BagOptions, Hints, Opened};
+use recordings::input::{BagOptions, InputOptions, Opened};
 use recordings::output::{write_recording, write_recording_header, write_recording_row};
 use recordings::replay::Span;
 use recordings::samples::{Label, RecordedSample, VALIDITIES};
@@ -28,7 +28,7 @@ const TARGETS: [(&str, ConvertFormat); 3] = [
 /// Converts as the command does, without its messages.
 fn convert(folder: &Path, target: &str, form: ConvertFormat) {
     let opened = Opened::new(&folder.join("walk.csv"), None);
-    let stored = opened.and_then(|opened| opened.store(&Hints::default()));
+    let stored = opened.and_then(|opened| opened.store(&InputOptions::default()));
     let name = "walk".to_owned();
     let stored = stored.unwrap_or_else(|error| panic!("{error}"));
     let mut feet = [ConvertedFoot { name, stored }];
@@ -56,15 +56,15 @@ fn convert(folder: &Path, target: &str, form: ConvertFormat) {
 fn read(path: &Path, has_load: bool) -> (i64, Vec<RecordedSample>) {
     let is_bag = path.extension().is_none_or(|extension| extension == "mcap");
     let load = "/footfall/walk/load".parse().expect("a topic");
-    let hints = Hints {
+    let input_options = InputOptions {
         bag: BagOptions {
             loads: if is_bag && has_load { vec![load] } else { Vec::new() },
             ..BagOptions::default()
         },
-        ..Hints::default()
+        ..InputOptions::default()
     };
     let opened = Opened::new(path, None).unwrap_or_else(|error| panic!("{error}"));
-    let loaded = opened.read(&hints).unwrap_or_else(|error| panic!("{error}"));
+    let loaded = opened.read(&input_options).unwrap_or_else(|error| panic!("{error}"));
     (loaded.start_us, loaded.recording.samples)
 }
 

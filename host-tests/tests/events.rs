@@ -11,7 +11,7 @@ use labelled::of_sets;
 use recordings::config::{Preset, default_params};
 use recordings::estimate::Estimator;
 use recordings::events::{ContactEvent, EventKind, Events};
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 use recordings::samples::{Label, Recording};
 
 /// Delay from rest under load to the decision, s: window and on-delay.
@@ -294,7 +294,7 @@ fn stances_that_slide_throughout_are_events_of_a_go1() {
             return;
         };
         let format = Format::PceGo1;
-        let loaded = input::read(&path, format, &Hints::default()).expect("a readable file");
+        let loaded = input::read(&path, format, &InputOptions::default()).expect("a readable file");
         let stood = stood(&loaded.recording, 3.0, 1);
         let events = events_with(&Preset::Default.params(format), &stood);
         let stances = times(&events, EventKind::UnstableStart);

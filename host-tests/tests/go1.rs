@@ -8,7 +8,7 @@ use host_tests::datasets::recorded;
 use host_tests::sets::Set;
 use labelled::of_sets;
 use recordings::estimate::{estimates_and_learnt, estimates_of};
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 use recordings::plausible::{Finding, check};
 use recordings::samples::{RecordedSample, Recording};
 
@@ -33,7 +33,8 @@ fn peaks(recording: &Recording, params: &Params) -> Vec<f32> {
 
 fn recording(file: &str) -> Option<Recording> {
     let path = recorded(file)?;
-    let loaded = input::read(&path, Format::PceGo1, &Hints::default()).expect("a readable file");
+    let loaded =
+        input::read(&path, Format::PceGo1, &InputOptions::default()).expect("a readable file");
     Some(loaded.recording)
 }
 

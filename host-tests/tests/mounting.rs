@@ -8,7 +8,7 @@ use estimator_core::{
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use host_tests::datasets::recorded;
 use recordings::estimate::estimates_of;
-use recordings::input::{self, Correction, Format, Hints};
+use recordings::input::{self, Correction, Format, InputOptions};
 use recordings::mounting::{parse_axes, rotation, then};
 use recordings::output::write_recording;
 use recordings::samples::Recording;
@@ -24,7 +24,7 @@ fn walk() -> Recording {
 
 fn go1() -> Option<Recording> {
     let path = recorded("pce/GO1_normal_surface.csv")?;
-    let loaded = input::read(&path, Format::PceGo1, &Hints::default());
+    let loaded = input::read(&path, Format::PceGo1, &InputOptions::default());
     Some(loaded.expect("a readable file").recording)
 }
 
@@ -63,13 +63,13 @@ fn estimates(recording: &Recording, mounting: Mounting, params: &Params) -> Vec<
     let mut table = Vec::new();
     write_recording(&recording.samples, &mut table).expect("memory");
     std::fs::write(&path, table).expect("a file");
-    let hints = Hints {
+    let input_options = InputOptions {
         sample_rate: Some(recording.sample_rate),
         gravity: Some(recording.gravity),
         correction: Correction { mounting, ..Correction::NONE },
-        ..Hints::default()
+        ..InputOptions::default()
     };
-    let loaded = input::read(&path, Format::Csv, &hints).expect("a readable file");
+    let loaded = input::read(&path, Format::Csv, &input_options).expect("a readable file");
     estimates_of(&loaded.recording, params).expect("a preset")
 }
 

@@ -10,7 +10,7 @@ use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
 use recordings::config::default_params;
 use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 use recordings::output::{write_recording, write_row, write_samples};
 use recordings::samples::RecordedSample;
 use recordings::scoring::{Metrics, Scored};
@@ -53,7 +53,8 @@ fn a_fresh_clone_distinguishes_stance_from_slip_and_swing() {
     for Walk { file, ground, rmse } in WALKS {
         let truth = simulation(ground).truth;
         let path = simulated(file);
-        let loaded = input::read(&path, Format::Csv, &Hints::default()).expect("a recording");
+        let loaded =
+            input::read(&path, Format::Csv, &InputOptions::default()).expect("a recording");
         let estimates = estimates_of(&loaded.recording, &default_params()).expect("the preset");
         let metrics = Metrics::of(&Scored::collect(&loaded.recording.samples, &estimates));
         let metrics = metrics.expect("labels");
@@ -89,7 +90,7 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
     let folder = tempfile::tempdir().expect("a temporary directory");
     let path = folder.path().join("samples.csv");
     write_file(&path, |to| write_samples(&recording.samples, &live, to)).expect("a file");
-    let loaded = input::read(&path, Format::Csv, &Hints::default()).expect("a recording");
+    let loaded = input::read(&path, Format::Csv, &InputOptions::default()).expect("a recording");
     assert_eq!(loaded.recording.sample_rate, recording.sample_rate);
     // A replay's clock starts with its first row.
     let first_us = recording.samples[0].imu.timestamp.as_micros();

@@ -15,7 +15,7 @@ use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use recordings::estimate::Estimator;
 use recordings::file_kind::FileKind;
-use recordings::input::{BagOptions, Correction, Format, Hints, Opened, Topics};
+use recordings::input::{BagOptions, Correction, Format, InputOptions, Opened, Topics};
 use recordings::mounting::parse_axes;
 use recordings::output::write_recording;
 use recordings::samples::RecordedSample;
@@ -72,15 +72,15 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-fn hints(topics: &[&str], loads: &[&str]) -> Hints {
+fn input_options(topics: &[&str], loads: &[&str]) -> InputOptions {
     let topics: Vec<String> = topics.iter().map(|topic| (*topic).to_owned()).collect();
-    Hints {
+    InputOptions {
         bag: BagOptions {
             topics: Topics::from_names(&topics),
             loads: loads.iter().map(|load| load.parse().expect("a load")).collect(),
             ..BagOptions::default()
         },
-        ..Hints::default()
+        ..InputOptions::default()
     }
 }
 
@@ -91,10 +91,10 @@ struct Foot {
     estimates: Vec<ContactEstimate>,
 }
 
-fn read(path: &Path, hints: &Hints) -> Vec<Foot> {
+fn read(path: &Path, input_options: &InputOptions) -> Vec<Foot> {
     let named = path.display();
     let opened = Opened::new(path, None).unwrap_or_else(|error| panic!("{error}"));
-    let feet = opened.store_all(hints).unwrap_or_else(|error| panic!("{error}"));
+    let feet = opened.store_all(input_options).unwrap_or_else(|error| panic!("{error}"));
     let foot = |mut stored: recordings::input::Stored| {
         let rate = stored.about.sample_rate;
         let mut replay =
@@ -115,7 +115,7 @@ fn read(path: &Path, hints: &Hints) -> Vec<Foot> {
 
 /// The walk of `walk.csv` as far as the bags of two feet have it.
 fn left(folder: &Path) -> Foot {
-    let mut left = read(&folder.join("walk.csv"), &Hints::default()).remove(0);
+    let mut left = read(&folder.join("walk.csv"), &InputOptions::default()).remove(0);
     left.samples.truncate(ROWS_OF_FEET);
     left.estimates.truncate(ROWS_OF_FEET);
     left
@@ -142,7 +142,7 @@ fn assert_same(foot: &Foot, expected: &Foot, path: &Path) {
 #[test]
 fn every_format_gives_the_same_probabilities() {
     let Some(folder) = roads() else { return };
-    let table = read(&folder.join("walk.csv"), &Hints::default());
+    let table = read(&folder.join("walk.csv"), &InputOptions::default());
     let [expected] = &table[..] else {
         panic!("one foot");
     };
@@ -152,13 +152,13 @@ fn every_format_gives_the_same_probabilities() {
     let mut roads = [0; 3];
     for path in entries(&folder.join("same")) {
         let format = Opened::new(&path, None).expect("a file that is known").format();
-        let (kind, hints) = match format {
-            Format::Parquet => (0, Hints::default()),
-            Format::Mcap => (1, hints(&[], &["/ft"])),
-            _ => (2, hints(&[], &["/ft:force.z"])),
+        let (kind, input_options) = match format {
+            Format::Parquet => (0, InputOptions::default()),
+            Format::Mcap => (1, input_options(&[], &["/ft"])),
+            _ => (2, input_options(&[], &["/ft:force.z"])),
         };
         roads[kind] += 1;
-        let feet = read(&path, &hints);
+        let feet = read(&path, &input_options);
         assert_eq!(feet.len(), 1, "{}", path.display());
         assert_same(&feet[0], expected, &path);
     }
@@ -170,7 +170,7 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
     let Some(folder) = roads() else { return };
     let left = left(folder);
     for path in entries(&folder.join("feet")) {
-        let feet = read(&path, &hints(&["all"], &["/ft/fl", "/ft/fr"]));
+        let feet = read(&path, &input_options(&["all"], &["/ft/fl", "/ft/fr"]));
         let names: Vec<_> = feet.iter().filter_map(|foot| foot.name.as_deref()).collect();
         assert_eq!(names, ["fl", "fr"], "{}", path.display());
         assert_same(&feet[0], &left, &path);
@@ -179,7 +179,7 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
             assert_eq!((right.x, right.y, right.z), (-left.x, -left.y, left.z));
         }
         // Mounted with its axes turned, the right foot is as the left one.
-        let mut turned = hints(&["all"], &["/ft/fl", "/ft/fr"]);
+        let mut turned = input_options(&["all"], &["/ft/fl", "/ft/fr"]);
         let correction =
             Correction { mounting: parse_axes("-x,-y,z").expect("axes"), ..Correction::NONE };
         turned.foot_corrections.insert("FR".to_owned(), correction);
@@ -188,10 +188,10 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
                 found.imu.specific_force == expected.imu.specific_force
             }));
         }
-        let only = read(&path, &hints(&["/imu/fr"], &[]));
+        let only = read(&path, &input_options(&["/imu/fr"], &[]));
         assert_eq!(only[0].samples.len(), feet[1].samples.len());
         let said = Opened::new(&path, None)
-            .and_then(|opened| opened.store_all(&Hints::default()))
+            .and_then(|opened| opened.store_all(&InputOptions::default()))
             .err()
             .expect("several feet")
             .to_string();
@@ -207,7 +207,7 @@ fn frames_of_one_topic_are_recorded_as_they_are_read() {
     let packages = packages::install("python-roads", REQUIREMENTS).expect("as for the bags");
     let left = left(folder);
     for path in entries(&folder.join("frames")) {
-        let feet = read(&path, &hints(&["all"], &[]));
+        let feet = read(&path, &input_options(&["all"], &[]));
         let names = feet.iter().filter_map(|foot| foot.name.as_deref());
         assert!(names.eq(FRAMES), "{}", path.display());
         for (foot, factor) in feet.iter().zip([1.0, -1.0, 0.5, 0.25]) {
@@ -235,30 +235,32 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
     assert_eq!(bags.len(), 3);
     for path in bags {
         let named = path.display();
-        let with_effort = |topics: &[&str]| hints(topics, &["/joints.effort[1]"]);
-        let refused = |hints: &Hints| {
-            let stored = Opened::new(&path, None).and_then(|opened| opened.store_all(hints));
+        let with_effort = |topics: &[&str]| input_options(topics, &["/joints.effort[1]"]);
+        let refused = |input_options: &InputOptions| {
+            let stored =
+                Opened::new(&path, None).and_then(|opened| opened.store_all(input_options));
             stored.err().expect("an error").to_string()
         };
         // A body has one IMU: which foot it is, and that it is one, the user says.
-        let said = refused(&Hints::default());
+        let said = refused(&InputOptions::default());
         assert!(
             said.ends_with("; /lowstate.imu_state has six axes, of a foot or of the trunk: --topic /lowstate.imu_state"),
             "{said}"
         );
-        let said = refused(&hints(&["/lowstate"], &[]));
+        let said = refused(&input_options(&["/lowstate"], &[]));
         assert!(said.contains("imu_state is the IMU of the robot's trunk"), "{said}");
         let state = read(&path, &with_effort(&["/lowstate.imu_state"]));
         assert_same(&state[0], &expected, &path);
-        let pressed = read(&path, &hints(&["/lowstate.imu_state"], &["/lowstate.foot_force[1]"]));
+        let pressed =
+            read(&path, &input_options(&["/lowstate.imu_state"], &["/lowstate.foot_force[1]"]));
         for (found, expected) in pressed[0].samples.iter().zip(&expected.samples) {
             let rounded = expected.load.map(|load| load.0.round_ties_even());
             assert_eq!(found.load.map(|load| load.0), rounded, "{named}");
         }
-        let said = refused(&hints(&["/lowstate.imu_state"], &["/lowstate:foot_force[4]"]));
+        let said = refused(&input_options(&["/lowstate.imu_state"], &["/lowstate:foot_force[4]"]));
         assert!(said.ends_with("foot_force has the elements [0] to [3]"), "{said}");
         if path.ends_with("sqlite3_8") {
-            let said = refused(&hints(&["/feet.feet[1]"], &[]));
+            let said = refused(&input_options(&["/feet.feet[1]"], &[]));
             assert!(said.ends_with("its definition is not in the bag"), "{said}");
             continue;
         }
@@ -268,9 +270,9 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
         let axes = "ax=acc.x,ay=acc.y,az=acc.z,wx=gyro.x,wy=gyro.y,wz=gyro.z";
         mapped.table.mapping = axes.replace('=', "=feet[1].").parse().expect("a mapping");
         assert_same(&read(&path, &mapped)[0], &expected, &path);
-        let said = refused(&hints(&["/feet.feet[2]"], &[]));
+        let said = refused(&input_options(&["/feet.feet[2]"], &[]));
         assert!(said.contains("message 1: it has fewer elements"), "{said}");
-        let both = read(&path, &hints(&["/feet.feet[0]", "/feet.feet[1]"], &[]));
+        let both = read(&path, &input_options(&["/feet.feet[0]", "/feet.feet[1]"], &[]));
         assert_eq!(both.len(), 2, "{named}");
         assert_eq!(both[1].samples[7].imu, expected.samples[7].imu);
     }
@@ -292,8 +294,8 @@ fn robot_states_are_played_and_estimated() {
         let source = format!("file:{}@max", path.display());
         run(&["record", &source, "--output", &played.to_string_lossy()]);
         let [expected, found] = [
-            &read(&path, &hints(&["/lowstate.imu_state"], &[]))[0],
-            &read(&played, &Hints::default())[0],
+            &read(&path, &input_options(&["/lowstate.imu_state"], &[]))[0],
+            &read(&played, &InputOptions::default())[0],
         ];
         assert!(found.samples == expected.samples, "{name}");
         run(&["replay", &path.to_string_lossy()]);
@@ -339,7 +341,7 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     let [from, to] = [&bag, &states].map(|path| path.display());
     footfall(&format!("replay --topic /lowstate.imu_state --output {to} {from}")).expect("a copy");
     let [of_bag, of_copy] =
-        [&bag, &states].map(|path| read(path, &hints(&["/lowstate.imu_state"], &[])));
+        [&bag, &states].map(|path| read(path, &input_options(&["/lowstate.imu_state"], &[])));
     assert_same(&of_copy[0], &of_bag[0], &states);
     let inside = folder.join("feet/sqlite3_none_9");
     let said = run(&inside, &inside.join("contacts.mcap")).expect_err("a part of the bag");
@@ -432,7 +434,8 @@ fn files_of_unsupported_kinds_are_named() {
     assert_eq!(paths.len(), kinds.len());
     for (path, (name, kind)) in paths.iter().zip(kinds) {
         assert!(path.ends_with(name), "{}", path.display());
-        let opened = Opened::new(path, None).and_then(|opened| opened.store(&Hints::default()));
+        let opened =
+            Opened::new(path, None).and_then(|opened| opened.store(&InputOptions::default()));
         assert_eq!(
             opened.err().expect("no recording").to_string(),
             format!("{} is {kind}; {}", path.display(), kind.advice().expect("not read"))

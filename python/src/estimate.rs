@@ -200,13 +200,13 @@ pub(crate) fn estimate<'py>(
     let about = About {
         start_us: arrays.start_us(),
         samples: recorded.samples,
-        correction: settings.hints.correction,
+        correction: settings.input_options.correction,
         ..About::new(String::new(), arrays.rate, settings.gravity())
     };
     let params = settings.params();
     let estimated = py.detach(|| {
         let samples = (0..recorded.samples)
-            .map(|index| Ok(recorded.sample(index, &settings.hints.correction)));
+            .map(|index| Ok(recorded.sample(index, &settings.input_options.correction)));
         run(samples, about, &params)
     });
     estimated?.into_dict(py)
@@ -231,7 +231,7 @@ pub(crate) fn calibrate<'py>(
             gravity: settings.gravity(),
             load_title: String::new(),
             samples: (0..recorded.samples)
-                .map(|index| recorded.sample(index, &settings.hints.correction))
+                .map(|index| recorded.sample(index, &settings.input_options.correction))
                 .collect(),
         };
         let learnt = py.detach(|| calibration.add(&recording, || ()));
@@ -248,7 +248,7 @@ pub(crate) fn calibrate<'py>(
 
 /// Returns the sample rate, Hz, on which times and argument must agree.
 fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
-    let rate = settings.hints.sample_rate;
+    let rate = settings.input_options.sample_rate;
     match times_us {
         Some(times) => rate_of_times(times, rate).map_err(refused),
         None => rate

@@ -8,7 +8,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
 use recordings::hint::Notice;
-use recordings::input::{BagOptions, Format, Hints, TableOptions};
+use recordings::input::{BagOptions, Format, InputOptions, TableOptions};
 
 /// Settings of the estimator, and properties of the recording.
 #[derive(Clone)]
@@ -18,7 +18,7 @@ pub(crate) struct Settings {
     /// Format from which the arrays of a recording were read.
     pub(crate) format: Format,
     /// Properties of a recording in arrays: sample rate, gravity and corrections.
-    pub(crate) hints: Hints,
+    pub(crate) input_options: InputOptions,
 }
 
 /// Arguments with settings of the estimator.
@@ -65,7 +65,7 @@ impl SettingsArguments {
             ..of_file.unwrap_or_default()
         };
         Ok(Settings {
-            hints: resolved.hints(TableOptions::default(), BagOptions::default()),
+            input_options: resolved.input_options(TableOptions::default(), BagOptions::default()),
             resolved,
             format,
         })
@@ -75,7 +75,7 @@ impl SettingsArguments {
 impl Settings {
     /// Checks that there are no settings of single feet: arrays do not name their foot.
     pub(crate) fn of_unnamed_foot(self) -> PyResult<Self> {
-        let mut feet = self.hints.foot_corrections.keys();
+        let mut feet = self.input_options.foot_corrections.keys();
         match feet.next() {
             None => Ok(self),
             Some(foot) => Err(PyValueError::new_err(format!(
@@ -98,7 +98,7 @@ impl Settings {
 
     /// Returns whether accelerations in arrays contain gravity.
     pub(crate) fn gravity(&self) -> Gravity {
-        self.hints.gravity.unwrap_or(Gravity::Included)
+        self.input_options.gravity.unwrap_or(Gravity::Included)
     }
 
     /// Returns the parameters for a recording in arrays.

@@ -15,7 +15,7 @@ use pyo3::types::PyDict;
 use recordings::config::{GRAVITIES, Resolved, word_of};
 use recordings::file_kind::FileKind;
 use recordings::input::{
-    About, BagOptions, ContactUse, Format, Hints, InputError, Opened, Problem, Stored,
+    About, BagOptions, ContactUse, Format, InputError, InputOptions, Opened, Problem, Stored,
     TableOptions, Topics,
 };
 use recordings::output::seconds;
@@ -93,13 +93,16 @@ impl ReadOptions {
     }
 
     /// Returns the properties of files to estimate, and their format if given.
-    pub(crate) fn hints(&self, resolved: &Resolved) -> PyResult<(Hints, Option<Format>)> {
+    pub(crate) fn input_options(
+        &self,
+        resolved: &Resolved,
+    ) -> PyResult<(InputOptions, Option<Format>)> {
         let (table, bag, format) = self.read()?;
-        let hints = Hints {
+        let input_options = InputOptions {
             contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..resolved.hints(table, bag)
+            ..resolved.input_options(table, bag)
         };
-        Ok((hints, format))
+        Ok((input_options, format))
     }
 }
 
@@ -133,17 +136,17 @@ pub(crate) fn read<'py>(
     options: ReadOptions,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let (table, bag, format) = options.read()?;
-    let hints = Hints {
+    let input_options = InputOptions {
         sample_rate: options.rate.map(|rate| rate as f32),
         gravity: gravity(options.gravity.as_deref())?,
         table,
         bag,
-        ..Hints::default()
+        ..InputOptions::default()
     };
     let read = py.detach(|| {
         let opened = Opened::new(&path, format)?;
         let format = opened.format();
-        let stored = opened.store_all(&hints)?.into_iter();
+        let stored = opened.store_all(&input_options)?.into_iter();
         let file = path.display().to_string();
         let columns = stored.map(columns).collect::<Result<Vec<_>, _>>();
         let columns = columns.map_err(|source| InputError::spool(&file, source))?;
@@ -164,14 +167,14 @@ pub(crate) fn estimate_file<'py>(
     foot: Option<String>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let settings = settings.read()?;
-    let (hints, format) = options.hints(&settings.resolved)?;
+    let (input_options, format) = options.input_options(&settings.resolved)?;
     let checked = settings.resolved.check_before_reading(format.unwrap_or(Format::Csv));
     checked.map_err(refused)?;
     let feet = py.detach(|| {
         let opened = Opened::new(&path, format).map_err(input_error)?;
         let format = opened.format();
         let foot = foot.as_deref();
-        let feet = opened.store_as(&hints, foot).map_err(input_error)?;
+        let feet = opened.store_as(&input_options, foot).map_err(input_error)?;
         let names = feet.iter().flat_map(|stored| stored.about.names());
         // A foot named by the caller is one of several in separate files, so axes may name the others.
         if foot.is_none() {

@@ -51,7 +51,7 @@ impl Estimator {
     #[new]
     fn new(settings: SettingsArguments) -> PyResult<Self> {
         let settings = settings.read()?.of_unnamed_foot()?;
-        let rate = settings.hints.sample_rate;
+        let rate = settings.input_options.sample_rate;
         let rate = rate.ok_or_else(|| value_error("give the sample rate in Hz as rate"))?;
         let replay = estimate::Estimator::new(rate, settings.gravity(), &settings.params());
         let replay = replay.map_err(|error| value_error(format!("parameter {error}")))?;
@@ -96,7 +96,7 @@ impl Estimator {
         self.state.newest_us = now_us;
         self.state.samples += 1;
         let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
-        let correction = &self.settings.hints.correction;
+        let correction = &self.settings.input_options.correction;
         let measured = imu_sample(timestamp, readings(acc, gyr), validity);
         let sample = RecordedSample {
             imu: correction.corrected(measured),

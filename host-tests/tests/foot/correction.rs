@@ -11,7 +11,7 @@ use firmware::ports::Input;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
 use recordings::config::Overrides;
 use recordings::estimate::estimates_of;
-use recordings::input::{Format, Hints, read};
+use recordings::input::{Format, InputOptions, read};
 use recordings::mounting::parse_axes;
 use wire::dictionary::index;
 use wire::node::Command;
@@ -152,12 +152,12 @@ fn on_the_host(samples: &[ImuSample], robot: &str) -> Vec<ContactEstimate> {
     let path = folder.path().join("walk.csv");
     fs::write(&path, table).expect("a file");
     let overrides = Overrides::parse(robot, "robot.toml").expect("a configuration");
-    let hints = Hints {
+    let input_options = InputOptions {
         correction: overrides.correction(),
         sample_rate: Some(Params::DEFAULT.sample_rate),
-        ..Hints::default()
+        ..InputOptions::default()
     };
-    let loaded = read(&path, Format::Csv, &hints).expect("a recording");
+    let loaded = read(&path, Format::Csv, &input_options).expect("a recording");
     let mut params = Settings::default().params();
     overrides.apply(&mut params);
     estimates_of(&loaded.recording, &params).expect("the foot's parameters")

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use recordings::config::Resolved;
-use recordings::input::{ContactUse, Hints};
+use recordings::input::{ContactUse, InputOptions};
 use thiserror::Error;
 
 use crate::usb;
@@ -107,7 +107,7 @@ impl fmt::Display for Speed {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
     /// Properties of the file beyond its format.
-    pub hints: Hints,
+    pub input_options: InputOptions,
     /// Preset, configuration and options.
     pub settings: Resolved,
     /// Names of the given options that change an estimate and nothing else.
@@ -118,7 +118,10 @@ impl Default for Playback {
     /// Uses the contacts that a bag has of its feet as the estimates.
     fn default() -> Self {
         Self {
-            hints: Hints { contacts: ContactUse::Recorded, ..Hints::default() },
+            input_options: InputOptions {
+                contacts: ContactUse::Recorded,
+                ..InputOptions::default()
+            },
             settings: Resolved::default(),
             estimator_options: Vec::new(),
         }

@@ -8,7 +8,7 @@ use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use gait::GaitName;
 use recordings::config::Overrides;
 use recordings::estimate::estimates_and_learnt;
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 
 /// Returns the learnt values of a configuration file.
 fn learnt(bench: &Bench, file: &str) -> Learnt {
@@ -41,7 +41,7 @@ fn learnt_values_are_reported_and_replayed() {
         let reported = json["object"][place].as_f64().expect("a number");
         assert_eq!(reported as f32, value);
     }
-    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &Hints::default());
+    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
     let recording = loaded.expect("a recording").recording;
     let (_, expected) =
         estimates_and_learnt(&recording, &Params::DEFAULT, || ()).expect("the preset");

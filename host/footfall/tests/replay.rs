@@ -6,7 +6,7 @@ use crate::common::{AXES, Bench, read, standing, text};
 use estimator_core::Params;
 use footfall::plot;
 use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, Hints};
+use recordings::input::{self, Format, InputOptions};
 
 #[test]
 fn replay_writes_header_and_one_row_per_sample() {
@@ -59,7 +59,7 @@ fn times_are_preserved_for_any_clock_origin() {
 fn figure_covers_the_whole_recording() {
     let bench = Bench::with("walk.csv", standing());
     bench.stdout("replay walk.csv --plot out.svg");
-    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &Hints::default());
+    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
     let recording = loaded.expect("a recording").recording;
     let estimates = estimates_of(&recording, &Params::DEFAULT).expect("the preset");
     let expected = plot::svg(&recording, &estimates).expect("a picture");

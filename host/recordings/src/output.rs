@@ -231,7 +231,7 @@ mod tests {
 
     use crate::input;
     use crate::input::Format;
-    use crate::input::Hints;
+    use crate::input::InputOptions;
 
     fn table(estimate: ContactEstimate) -> String {
         let mut bytes = Vec::new();
@@ -377,7 +377,8 @@ mod tests {
         let mut bytes = Vec::new();
         write_samples(&samples, &estimates, &mut bytes).unwrap();
         std::fs::write(&path, bytes).unwrap();
-        let recording = input::read(&path, Format::Csv, &Hints::default()).unwrap().recording;
+        let recording =
+            input::read(&path, Format::Csv, &InputOptions::default()).unwrap().recording;
         assert_eq!(recording.samples, samples);
         assert_eq!(recording.gravity, Gravity::Included);
     }

@@ -98,7 +98,7 @@ pub enum ReplayError {
 }
 
 /// Estimates a foot sample by sample, observed by `observer`; or takes the recorded estimates, if these
-/// [are used](crate::input::Hints::contacts).
+/// [are used](crate::input::InputOptions::contacts).
 ///
 /// # Errors
 /// A parameter is out of range, or the temporary files cannot be used.

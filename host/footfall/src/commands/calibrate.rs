@@ -13,7 +13,7 @@ use recordings::calibrate::learnt::{LearntCalibration, LearntFoot};
 use recordings::calibrate::robot_file::RobotFile;
 use recordings::calibrate::sensor::SensorCalibration;
 use recordings::config::{ConfigError, Resolved};
-use recordings::input::{Correction, Format, Hints, InputError, Loaded, Opened};
+use recordings::input::{Correction, Format, InputError, InputOptions, Loaded, Opened};
 use recordings::mounting::{MountingReport, RestingUp};
 use recordings::plausible::{self, Finding};
 use recordings::summary::{InputReport, WithInputs};
@@ -76,19 +76,19 @@ impl CalibrateArguments {
     }
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
-    fn hints(&self, resolved: &Resolved) -> Result<Hints, Error> {
-        let mut hints = self.recording.reading.hints(resolved);
-        match (&self.foot, hints.foot_corrections.keys().next()) {
+    fn input_options(&self, resolved: &Resolved) -> Result<InputOptions, Error> {
+        let mut input_options = self.recording.reading.input_options(resolved);
+        match (&self.foot, input_options.foot_corrections.keys().next()) {
             (Some(foot), _) => {
                 let foot = foot.as_str();
                 resolved.check_axes(&[foot])?;
-                hints.correction = *hints.correction_of(&[foot]);
-                hints.foot_corrections.clear();
+                input_options.correction = *input_options.correction_of(&[foot]);
+                input_options.foot_corrections.clear();
             }
             (None, Some(named)) => return Err(Error::WhichFoot(named.clone())),
             (None, None) => {}
         }
-        Ok(hints)
+        Ok(input_options)
     }
 
     /// Opens a recording, with a progress bar.
@@ -97,13 +97,16 @@ impl CalibrateArguments {
     }
 
     /// Reads the recordings, each of one foot.
-    fn recordings(&self, hints: &Hints) -> impl Iterator<Item = Result<Input, Error>> {
+    fn recordings(
+        &self,
+        input_options: &InputOptions,
+    ) -> impl Iterator<Item = Result<Input, Error>> {
         self.inputs.iter().map(|input| {
             let opened = self.open(input)?;
             Ok(Input {
                 file: input.display().to_string(),
                 format: opened.format(),
-                loaded: opened.read(hints)?,
+                loaded: opened.read(input_options)?,
             })
         })
     }
@@ -127,9 +130,9 @@ impl CalibrateArguments {
         if self.foot.is_none() && self.recording.reading.bag.may_be_of_several_feet() {
             return self.learn_feet(resolved);
         }
-        let hints = self.hints(resolved)?;
-        let inputs = self.recordings(&hints);
-        let report = self.learn_foot(resolved, self.foot.as_deref(), &hints, inputs)?;
+        let input_options = self.input_options(resolved)?;
+        let inputs = self.recordings(&input_options);
+        let report = self.learn_foot(resolved, self.foot.as_deref(), &input_options, inputs)?;
         self.write_outputs(resolved, &report, |file| {
             set_learnt(file.of_foot(self.foot.clone()), &report)
         })
@@ -137,12 +140,12 @@ impl CalibrateArguments {
 
     /// Calibrates each foot of the recordings.
     fn learn_feet(&self, resolved: &Resolved) -> Result<(), Error> {
-        let hints = self.recording.reading.hints(resolved);
+        let input_options = self.recording.reading.input_options(resolved);
         let mut inputs: BTreeMap<String, Vec<Input>> = BTreeMap::new();
         for input in &self.inputs {
             let opened = self.open(input)?;
             let (file, format) = (input.display().to_string(), opened.format());
-            for stored in opened.store_all(&hints)? {
+            for stored in opened.store_all(&input_options)? {
                 let foot = stored.about.foot_or_name().to_owned();
                 let loaded = stored.into_loaded();
                 let loaded = loaded.map_err(|error| Error::Replay(error.into()))?;
@@ -154,13 +157,13 @@ impl CalibrateArguments {
         resolved.unused_feet(&names).into_iter().for_each(warn);
         let mut feet = BTreeMap::new();
         for (foot, inputs) in inputs {
-            let hints = Hints {
-                correction: *hints.correction_of(&[&foot]),
+            let input_options = InputOptions {
+                correction: *input_options.correction_of(&[&foot]),
                 foot_corrections: BTreeMap::new(),
-                ..hints.clone()
+                ..input_options.clone()
             };
             let inputs = inputs.into_iter().map(Ok);
-            let report = self.learn_foot(resolved, Some(&foot), &hints, inputs);
+            let report = self.learn_foot(resolved, Some(&foot), &input_options, inputs);
             let report = report
                 .map_err(|source| Error::OfFoot { foot: foot.clone(), source: Box::new(source) })?;
             feet.insert(foot, report);
@@ -178,7 +181,7 @@ impl CalibrateArguments {
         &self,
         resolved: &Resolved,
         foot: Option<&str>,
-        hints: &Hints,
+        input_options: &InputOptions,
         recordings: impl Iterator<Item = Result<Input, Error>>,
     ) -> Result<WithInputs<LearntFoot>, Error> {
         let mut inputs = BTreeMap::new();
@@ -202,7 +205,7 @@ impl CalibrateArguments {
                 loaded.recording.sample_rate,
                 self.recording.parameters_text(&params, format)
             ));
-            let findings = check(&loaded.recording, &loaded.recording.name, hints);
+            let findings = check(&loaded.recording, &loaded.recording.name, input_options);
             inputs.insert(file.clone(), self.report(&input, foot, &findings)?);
             rest.add(plausible::gravity_at_rest(&loaded.recording));
             let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
@@ -221,23 +224,23 @@ impl CalibrateArguments {
         }
         Ok(WithInputs {
             report: learnt,
-            mounting: MountingReport::of(&rest, &hints.correction.mounting),
+            mounting: MountingReport::of(&rest, &input_options.correction.mounting),
             inputs,
         })
     }
 
     /// Finds the errors of the sensor from rests on each of its sides.
     fn calibrate_sensor(&self, resolved: &Resolved) -> Result<(), Error> {
-        let mut hints = self.hints(resolved)?;
+        let mut input_options = self.input_options(resolved)?;
         // Previous results are replaced, not added to.
-        hints.correction = Correction::NONE;
-        let recordings = self.recordings(&hints).collect::<Result<Vec<_>, _>>()?;
+        input_options.correction = Correction::NONE;
+        let recordings = self.recordings(&input_options).collect::<Result<Vec<_>, _>>()?;
         let notices = recordings.iter().flat_map(|input| &input.loaded.notices);
         notices.map(in_words).for_each(warn);
         let mut inputs = BTreeMap::new();
         for input in &recordings {
             let recording = &input.loaded.recording;
-            let mut findings = check(recording, &recording.name, &hints);
+            let mut findings = check(recording, &recording.name, &input_options);
             // In this calibration the sensor lies on each of its sides in turn.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
             let report = self.report(input, self.foot.as_deref(), &findings)?;

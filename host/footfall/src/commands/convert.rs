@@ -87,8 +87,8 @@ impl ConvertArguments {
         let opened = progress::open(&self.input, self.reading.format, &Bars::default())?;
         let format = opened.format();
         let resolved = self.reading.resolved(Preset::default(), None)?;
-        let hints = self.reading.hints(&resolved);
-        let stored = opened.store_all(&hints)?;
+        let input_options = self.reading.input_options(&resolved);
+        let stored = opened.store_all(&input_options)?;
         options::check_begin(&file, self.from, &stored)?;
         let names = stored.iter().flat_map(|stored| stored.about.names());
         resolved.check_axes(&names.collect::<Vec<_>>())?;

@@ -21,8 +21,8 @@ use recordings::config::{
     parse_sample_rate,
 };
 use recordings::input::{
-    BagOptions, ContactUse, Decimal, Format, Hints, LoadTopic, Mapping, Rename, Scale, Stored,
-    TableOptions, TimeUnit, Times, Topics, Units,
+    BagOptions, ContactUse, Decimal, Format, InputOptions, LoadTopic, Mapping, Rename, Scale,
+    Stored, TableOptions, TimeUnit, Times, Topics, Units,
 };
 use recordings::plausible::{self, Finding};
 use recordings::replay::Span;
@@ -149,8 +149,8 @@ impl ReadingArguments {
     }
 
     /// Returns the properties of the files that their format does not define.
-    pub(crate) fn hints(&self, resolved: &Resolved) -> Hints {
-        resolved.hints(self.table.options(), self.bag.options())
+    pub(crate) fn input_options(&self, resolved: &Resolved) -> InputOptions {
+        resolved.input_options(self.table.options(), self.bag.options())
     }
 }
 
@@ -290,10 +290,14 @@ pub(crate) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<
     findings.into_iter().map(adjusted).collect()
 }
 
-/// Returns the findings of a recording read with `hints` as that of `foot`.
-pub(crate) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
+/// Returns the findings of a recording read with `input_options` as that of `foot`.
+pub(crate) fn check(
+    recording: &Recording,
+    foot: &str,
+    input_options: &InputOptions,
+) -> Vec<Finding> {
     let findings = plausible::check(recording);
-    with_mounting(findings, &hints.correction_of(&[foot]).mounting)
+    with_mounting(findings, &input_options.correction_of(&[foot]).mounting)
 }
 
 /// Reads the settings of a configuration file. It is read once, so it may be a pipe.
@@ -432,9 +436,9 @@ impl PlayedArguments {
         };
         settings.check_before_reading(Format::Csv)?;
         let playback = Playback {
-            hints: Hints {
+            input_options: InputOptions {
                 contacts: ContactUse::unless_estimated(self.estimate_again),
-                ..settings.hints(self.table.options(), self.bag.options())
+                ..settings.input_options(self.table.options(), self.bag.options())
             },
             estimator_options: estimator_options(self.preset, config, None, &self.mounting),
             settings,

@@ -14,7 +14,7 @@ use crate::estimate::CAPACITY;
 use crate::hint::{InWords, Setting, Vocabulary};
 use crate::input::Format;
 use crate::input::table::options::TableOptions;
-use crate::input::{BagOptions, ContactUse, Correction, Hints, is_among};
+use crate::input::{BagOptions, ContactUse, Correction, InputOptions, is_among};
 use crate::mounting::parse_axes;
 
 /// Name and text of a configuration file.
@@ -100,13 +100,13 @@ impl Resolved {
 
     /// Returns the properties of files that their format does not define.
     #[must_use]
-    pub fn hints(&self, table: TableOptions, bag: BagOptions) -> Hints {
+    pub fn input_options(&self, table: TableOptions, bag: BagOptions) -> InputOptions {
         let mut correction = self.overrides.correction();
         let mut foot_corrections = self.overrides.foot_corrections();
         if let Some(axes) = &self.axes {
             axes.set(&mut correction, &mut foot_corrections);
         }
-        Hints {
+        InputOptions {
             sample_rate: self.sample_rate.or(self.overrides.all.get(Parameter::SampleRate)),
             gravity: self.gravity.or(self.overrides.all.gravity),
             correction,
@@ -309,8 +309,8 @@ mod tests {
             .expect("a configuration")
     }
 
-    fn hints(resolved: &Resolved) -> Hints {
-        resolved.hints(TableOptions::default(), BagOptions::default())
+    fn input_options(resolved: &Resolved) -> InputOptions {
+        resolved.input_options(TableOptions::default(), BagOptions::default())
     }
 
     #[test]
@@ -326,13 +326,13 @@ mod tests {
             ..file.clone()
         };
         let [preset, file, options] = [&Resolved::default(), &file, &options].map(|resolved| {
-            let hints = hints(resolved);
+            let input_options = input_options(resolved);
             (
                 resolved.params(Format::Csv).window,
-                hints.sample_rate,
-                hints.gravity,
-                axes_text(&hints.correction.mounting),
-                axes_text(&hints.correction_of(&["FL"]).mounting),
+                input_options.sample_rate,
+                input_options.gravity,
+                axes_text(&input_options.correction.mounting),
+                axes_text(&input_options.correction_of(&["FL"]).mounting),
             )
         });
         let window = Preset::Default.params(Format::Csv).window;

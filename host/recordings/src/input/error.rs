@@ -4,8 +4,8 @@ use std::fmt::{self, Display, Formatter};
 use std::io;
 
 use super::format::Format;
-use super::hints::LoadTopic;
 use super::iso8601::micros_since_1970;
+use super::options::LoadTopic;
 use super::table::options::{Mapping, TimeUnit, Units, is_ours};
 use crate::display_in_plain_words;
 use crate::file_kind::FileKind;

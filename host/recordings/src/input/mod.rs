@@ -4,7 +4,7 @@
 //! |---|---|
 //! | the public type [`Opened`]: a file of known format, and its reading | this one |
 //! | formats by name; opening of files by their first bytes | `format`, `open` |
-//! | properties that a format does not carry: units, times, gravity, mounting, topics | `hints` |
+//! | properties that a format does not carry: units, times, gravity, mounting, topics | `options` |
 //! | `csv`, `parquet`: named columns | [`table`] |
 //! | `mcap`, `rosbag2`: bags of ROS 2 | `bag` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`published`] |
@@ -23,9 +23,9 @@ pub mod bag;
 pub mod contacts;
 pub mod error;
 mod format;
-mod hints;
 pub mod iso8601;
 mod open;
+mod options;
 pub mod published;
 pub(crate) mod rate;
 mod stored;
@@ -44,8 +44,9 @@ use table::{csv, header};
 
 pub use error::{InputError, Place, Problem, RowPlace};
 pub use format::{Content, Format};
-pub use hints::{
-    BagOptions, ContactUse, Correction, Hints, LoadTopic, Rename, Topics, is_among, without_effect,
+pub use options::{
+    BagOptions, ContactUse, Correction, InputOptions, LoadTopic, Rename, Topics, is_among,
+    without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times};
 pub use stored::{
@@ -111,17 +112,17 @@ impl Opened {
     ///
     /// # Errors
     /// The errors of [`Self::store`].
-    pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
+    pub fn read(self, input_options: &InputOptions) -> Result<Loaded, InputError> {
         let file = self.file().to_owned();
-        self.store(hints)?.into_loaded().map_err(|source| InputError::spool(&file, source))
+        self.store(input_options)?.into_loaded().map_err(|source| InputError::spool(&file, source))
     }
 
     /// Reads the recording of each foot: one per selected topic of a bag, one in all other files.
     ///
     /// # Errors
     /// The first error found, with file, line and column, or file, topic and message.
-    pub fn store_all(self, hints: &Hints) -> Result<Vec<Stored>, InputError> {
-        self.store_as(hints, None)
+    pub fn store_all(self, input_options: &InputOptions) -> Result<Vec<Stored>, InputError> {
+        self.store_as(input_options, None)
     }
 
     /// As [`Self::store_all`]; `foot` is the name of an only foot, in place of the one in the file, by which its settings
@@ -129,20 +130,24 @@ impl Opened {
     ///
     /// # Errors
     /// The errors of [`Self::store_all`].
-    pub fn store_as(self, hints: &Hints, foot: Option<&str>) -> Result<Vec<Stored>, InputError> {
-        self.check_options(hints)?;
+    pub fn store_as(
+        self,
+        input_options: &InputOptions,
+        foot: Option<&str>,
+    ) -> Result<Vec<Stored>, InputError> {
+        self.check_options(input_options)?;
         let mut feet = match self.source {
             Readable::Table(mut table) => {
-                table.set_decimal(hints.table.decimal);
-                vec![read_table(*table, self.format, hints)?]
+                table.set_decimal(input_options.table.decimal);
+                vec![read_table(*table, self.format, input_options)?]
             }
             #[cfg(feature = "bags")]
             Readable::Container(container) if self.format.content() == Content::Messages => {
-                bag::read(container, hints)?
+                bag::read(container, input_options)?
             }
             #[cfg(feature = "parquet")]
             Readable::Container(container) if self.format == Format::Parquet => {
-                vec![parquet::read(&container, hints)?]
+                vec![parquet::read(&container, input_options)?]
             }
             Readable::Container(Container { file, format, .. }) => {
                 let feature = format.missing_feature().unwrap_or_default();
@@ -155,7 +160,7 @@ impl Opened {
         }
         for stored in &mut feet {
             let names = stored.about.names_with(foot);
-            stored.about.correction = *hints.correction_of(&names);
+            stored.about.correction = *input_options.correction_of(&names);
         }
         Ok(feet)
     }
@@ -164,9 +169,9 @@ impl Opened {
     ///
     /// # Errors
     /// The errors of [`Self::store_all`], or the file has several feet.
-    pub fn store(self, hints: &Hints) -> Result<Stored, InputError> {
+    pub fn store(self, input_options: &InputOptions) -> Result<Stored, InputError> {
         let file = self.file().to_owned();
-        let mut feet = self.store_all(hints)?;
+        let mut feet = self.store_all(input_options)?;
         if feet.len() > 1 {
             let names = feet.into_iter().filter_map(|stored| stored.about.foot);
             let feet = names.collect();
@@ -176,12 +181,14 @@ impl Opened {
     }
 
     /// Checks that the options apply to this kind of file.
-    fn check_options(&self, hints: &Hints) -> Result<(), InputError> {
+    fn check_options(&self, input_options: &InputOptions) -> Result<(), InputError> {
         let format = self.format;
         let given = match format.content() {
-            Content::Fixed if hints.table != TableOptions::default() => OptionsFor::Tables,
-            Content::Messages if hints.table.time_unit.is_some() => OptionsFor::TimesOfTables,
-            Content::Fixed | Content::Columns if hints.bag != BagOptions::default() => {
+            Content::Fixed if input_options.table != TableOptions::default() => OptionsFor::Tables,
+            Content::Messages if input_options.table.time_unit.is_some() => {
+                OptionsFor::TimesOfTables
+            }
+            Content::Fixed | Content::Columns if input_options.bag != BagOptions::default() => {
                 OptionsFor::Bags
             }
             _ => return Ok(()),
@@ -190,12 +197,18 @@ impl Opened {
     }
 }
 
-fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, InputError> {
+fn read_table(
+    table: Table,
+    format: Format,
+    input_options: &InputOptions,
+) -> Result<Stored, InputError> {
     match format {
-        Format::PceAtlas | Format::Lcd => published::read_simulated(table, format, hints),
-        Format::PceGo1 => published::read_go1(table, hints),
+        Format::PceAtlas | Format::Lcd => published::read_simulated(table, format, input_options),
+        Format::PceGo1 => published::read_go1(table, input_options),
         // The content of a container is not a table.
-        Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => csv::read(table, hints),
+        Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => {
+            csv::read(table, input_options)
+        }
     }
 }
 
@@ -203,8 +216,12 @@ fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, Inp
 ///
 /// # Errors
 /// The first error found, with file, line and column.
-pub fn read(path: &Path, format: Format, hints: &Hints) -> Result<Loaded, InputError> {
-    Opened::new(path, Some(format))?.read(hints)
+pub fn read(
+    path: &Path,
+    format: Format,
+    input_options: &InputOptions,
+) -> Result<Loaded, InputError> {
+    Opened::new(path, Some(format))?.read(input_options)
 }
 
 /// Columns named in a mapping.

@@ -39,7 +39,7 @@ use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
 use crate::input::error::{InputError, Problem};
 use crate::input::format::Format;
-use crate::input::hints::Hints;
+use crate::input::options::InputOptions;
 use crate::input::stored::{Stored, finite_load, imu_sample, steady_time};
 use crate::input::table::csv::{Cells, label};
 use crate::input::table::options::{AccelerationUnit, RateUnit, Units};
@@ -62,11 +62,11 @@ const ATLAS_COLUMNS: [&str; 13] =
 pub(super) fn read_simulated(
     mut table: Table,
     format: Format,
-    hints: &Hints,
+    input_options: &InputOptions,
 ) -> Result<Stored, InputError> {
     let is_lcd = format == Format::Lcd;
     let usual = if is_lcd { LCD_SAMPLE_RATE } else { ATLAS_SAMPLE_RATE };
-    let sample_rate = hints.sample_rate.unwrap_or(usual);
+    let sample_rate = input_options.sample_rate.unwrap_or(usual);
     let mut samples = Vec::new();
     while let Some(row) = table.next_row()? {
         row.expect_columns(ATLAS_COLUMNS.len())?;
@@ -92,7 +92,7 @@ pub(super) fn read_simulated(
     let recording = Recording {
         name: table.recording_name.clone(),
         sample_rate,
-        gravity: hints.gravity.unwrap_or(Params::PAPER.gravity),
+        gravity: input_options.gravity.unwrap_or(Params::PAPER.gravity),
         load_title: "vertical force (N)".to_owned(),
         samples,
     };
@@ -124,8 +124,11 @@ const COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 ///
 /// # Errors
 /// The first error found, with file, line and column.
-pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Stored, InputError> {
-    let sample_rate = hints.sample_rate.unwrap_or(SAMPLE_RATE);
+pub(super) fn read_go1(
+    mut table: Table,
+    input_options: &InputOptions,
+) -> Result<Stored, InputError> {
+    let sample_rate = input_options.sample_rate.unwrap_or(SAMPLE_RATE);
     let mut forces = Vec::new();
     let mut imu_rows = Vec::new();
     while let Some(row) = table.next_row()? {
@@ -154,7 +157,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Stored, InputE
     let recording = Recording {
         name: table.recording_name.clone(),
         sample_rate,
-        gravity: hints.gravity.unwrap_or(Params::PAPER_GO1.gravity),
+        gravity: input_options.gravity.unwrap_or(Params::PAPER_GO1.gravity),
         load_title: "foot force (raw)".to_owned(),
         samples,
     };
@@ -219,7 +222,7 @@ mod tests {
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
         let table = Table::open(&path)?;
-        let stored = read_simulated(table, format, &Hints::default())?;
+        let stored = read_simulated(table, format, &InputOptions::default())?;
         Ok(stored.into_loaded().unwrap())
     }
 
@@ -272,7 +275,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
-        let stored = read_go1(Table::open(&path)?, &Hints::default())?;
+        let stored = read_go1(Table::open(&path)?, &InputOptions::default())?;
         Ok(stored.into_loaded().unwrap())
     }
 

@@ -10,7 +10,7 @@ use estimator_core::{
 use crate::hint::Notice;
 use crate::input::contacts::{Contacts, SentContact};
 use crate::input::error::{InputError, Problem};
-use crate::input::hints::{Correction, Hints};
+use crate::input::options::{Correction, InputOptions};
 use crate::input::rate::{Steps, longest_increase, mean_rate, moved, sample_rate};
 use crate::input::table::options::Times;
 use crate::samples::{RecordedSample, Recording};
@@ -552,7 +552,7 @@ impl Rows {
         mut self,
         file: &str,
         mut about: About,
-        hints: &Hints,
+        input_options: &InputOptions,
     ) -> Result<Stored, InputError> {
         if self.spool.is_empty() {
             return Err(InputError::empty(file));
@@ -567,14 +567,14 @@ impl Rows {
             }
             Times::Keep if self.clock.is_some() => Timing::Stored,
             Times::Rate => {
-                even_rate = self.space_evenly(hints.sample_rate);
+                even_rate = self.space_evenly(input_options.sample_rate);
                 Timing::Steady
             }
             Times::Keep | Times::DropBad => Timing::Steady,
         };
         let sample_rate = match even_rate {
             Some(rate) => rate as f32,
-            None => sample_rate(&self.steps, hints.sample_rate, file)?,
+            None => sample_rate(&self.steps, input_options.sample_rate, file)?,
         };
         let duration_us = match (&timing, self.clock) {
             (Timing::Steady, _) | (_, None) => steady_time(samples - 1, sample_rate).as_micros(),
@@ -586,7 +586,7 @@ impl Rows {
             samples,
             duration_us,
             sample_rate,
-            gravity: hints.gravity.unwrap_or(about.gravity),
+            gravity: input_options.gravity.unwrap_or(about.gravity),
             start_us: self.clock.map_or(0, |clock| clock.start_us),
             repairs: self.repairs,
             ..about

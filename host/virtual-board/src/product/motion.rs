@@ -6,7 +6,7 @@ use estimator_core::Gravity;
 use gait::sensor::{GRAVITY, felt_by};
 use gait::{GaitName, Ground, Plan, Track};
 use lsm6dsox::sim::{Interpolation, Motion, Recording, Stimulus};
-use recordings::input::{Format, Hints, Opened};
+use recordings::input::{Format, InputOptions, Opened};
 use recordings::space::components;
 
 /// The temperature of the sensor, °C.
@@ -30,7 +30,7 @@ pub fn gait(name: GaitName, seconds: f64, seed: u64) -> impl Motion + 'static {
 /// If it cannot be read, or no sample is left.
 pub fn recorded(path: &Path, format: Option<Format>, skip: f64) -> Result<Recording, String> {
     let loaded = Opened::new(path, format)
-        .and_then(|opened| opened.read(&Hints::default()))
+        .and_then(|opened| opened.read(&InputOptions::default()))
         .map_err(|error| error.to_string())?;
     let recording = loaded.recording;
     let added = match recording.gravity {

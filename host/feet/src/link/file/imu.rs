@@ -50,14 +50,14 @@ pub enum RecordingError {
 
 impl PlayedImu {
     pub(super) fn open(path: &Path, playback: &Playback) -> Result<Self, RecordingError> {
-        let (hints, settings) = (&playback.hints, &playback.settings);
+        let (input_options, settings) = (&playback.input_options, &playback.settings);
         let name = path.display().to_string();
         let opened = Opened::new(path, None)?;
         let format = opened.format();
         let origins = settings.origins(&name);
         let of_all = settings.params(format);
         origins.check_effects(&of_all)?;
-        let stored = opened.store_all(hints)?;
+        let stored = opened.store_all(input_options)?;
         let names = stored.iter().flat_map(|stored| stored.about.names());
         let names: Vec<&str> = names.collect();
         settings.check_axes(&names)?;

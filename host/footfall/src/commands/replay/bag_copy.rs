@@ -372,7 +372,7 @@ mod tests {
     use std::fmt::Write as _;
 
     use estimator_core::Params;
-    use recordings::input::{Hints, Opened};
+    use recordings::input::{InputOptions, Opened};
     use recordings::replay::Span;
 
     use super::*;
@@ -399,7 +399,7 @@ mod tests {
         std::fs::write(path("walk.csv"), table).unwrap();
         let foot = |name: &str| {
             let opened = Opened::new(&path("walk.csv"), None).unwrap();
-            let mut stored = opened.store_all(&Hints::default()).unwrap();
+            let mut stored = opened.store_all(&InputOptions::default()).unwrap();
             CopiedFoot {
                 name: name.to_owned(),
                 place: None,

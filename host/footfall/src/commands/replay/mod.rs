@@ -15,7 +15,7 @@ use indicatif::ProgressBar;
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::events::{ContactEvent, HEADER};
 use recordings::hint::Notice;
-use recordings::input::{About, ContactUse, Format, Hints, Stored, without_effect};
+use recordings::input::{About, ContactUse, Format, InputOptions, Stored, without_effect};
 use recordings::jobs;
 use recordings::output::TableFeet;
 use recordings::replay::{
@@ -258,11 +258,11 @@ impl ReplayArguments {
             return Err(OutputError::OneBagOnly(file).into());
         }
         let file = input.display().to_string();
-        let hints = Hints {
+        let input_options = InputOptions {
             contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..self.recording.reading.hints(resolved)
+            ..self.recording.reading.input_options(resolved)
         };
-        let mut stored = opened.store_all(&hints)?;
+        let mut stored = opened.store_all(&input_options)?;
         let names_of = |stored: &Stored| {
             let names = stored.about.names().into_iter();
             names.map(str::to_owned).collect()

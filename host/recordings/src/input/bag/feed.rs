@@ -18,7 +18,7 @@ use crate::hint::Notice;
 use crate::input::bag::loads::LoadSeries;
 use crate::input::bag::messages::{Channel, decode, micros};
 use crate::input::error::{ImuTopic, InputError, Place, Problem};
-use crate::input::hints::Hints;
+use crate::input::options::InputOptions;
 use crate::input::stored::{About, OLDEST_LOAD_US, Rows, Stored, imu_sample};
 use crate::ros::Imu;
 use crate::samples::{Label, RecordedSample, validity_of_name};
@@ -61,7 +61,7 @@ struct Lacking {
 }
 
 impl Feed {
-    pub(super) fn new(topic: String, hints: &Hints) -> Self {
+    pub(super) fn new(topic: String, input_options: &InputOptions) -> Self {
         Self {
             topic,
             frame: None,
@@ -69,7 +69,7 @@ impl Feed {
             fields_taken: None,
             messages: 0,
             log_us: None,
-            rows: Rows::new(hints.table.times),
+            rows: Rows::new(input_options.table.times),
             has_stamps: false,
             anchors_us: Vec::new(),
             log_failed: None,
@@ -91,7 +91,7 @@ impl Feed {
         (log_ns, known_beside): (i64, Known),
         imu: &Imu,
         load: Option<&LoadSeries>,
-        hints: &Hints,
+        input_options: &InputOptions,
         file: &str,
     ) -> Result<(), InputError> {
         let log_us = micros(log_ns);
@@ -107,7 +107,7 @@ impl Feed {
             if !began_at_0 {
                 // Earlier messages had no stamps, so their times are those of another clock.
                 self.without = Lacking { stamp: self.messages - 1, ..Lacking::default() };
-                self.rows = Rows::new(hints.table.times);
+                self.rows = Rows::new(input_options.table.times);
                 self.anchors_us.clear();
                 self.log_failed = None;
             }
@@ -129,7 +129,7 @@ impl Feed {
         self.without.rates += u64::from(!imu.has_rates());
         let [ax, ay, az] = known(imu.linear_acceleration, imu.has_accelerations());
         let [wx, wy, wz] = known(imu.angular_velocity, imu.has_rates());
-        let readings = hints.table.to_si([ax, ay, az, wx, wy, wz]);
+        let readings = input_options.table.to_si([ax, ay, az, wx, wy, wz]);
         let sample = RecordedSample {
             imu: imu_sample(
                 Timestamp::default(),
@@ -186,7 +186,7 @@ impl Feed {
         name: String,
         foot: Option<String>,
         load: Option<&LoadSeries>,
-        hints: &Hints,
+        input_options: &InputOptions,
         file: &str,
     ) -> Result<Stored, InputError> {
         let place = self.place(file);
@@ -216,7 +216,7 @@ impl Feed {
             anchors_us: self.anchors_us,
             ..About::default()
         };
-        self.rows.finish(&place, about, hints)
+        self.rows.finish(&place, about, input_options)
     }
 
     fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {

@@ -12,8 +12,8 @@ use crate::input::bag::selection::{
 };
 use crate::input::bag::visit::visit;
 use crate::input::error::{InputError, Problem};
-use crate::input::hints::{Hints, LoadTopic, Topics};
 use crate::input::open::Container;
+use crate::input::options::{InputOptions, LoadTopic, Topics};
 use crate::input::stored::OLDEST_LOAD_US;
 use crate::ros::{Header, Time};
 
@@ -29,15 +29,18 @@ pub(super) struct Loads {
 }
 
 /// Reads the loads.
-pub(super) fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, InputError> {
-    match &hints.bag.loads[..] {
+pub(super) fn loads(
+    container: &mut Container,
+    input_options: &InputOptions,
+) -> Result<Loads, InputError> {
+    match &input_options.bag.loads[..] {
         [] => Ok(Loads::default()),
         [pattern] if pattern.is_pattern() => {
-            let names = read(container, hints, &[])?.names;
+            let names = read(container, input_options, &[])?.names;
             let wanted: Vec<_> = names.iter().map(|name| pattern.of_foot(name)).collect();
-            read(container, hints, &wanted)
+            read(container, input_options, &wanted)
         }
-        wanted => read(container, hints, wanted),
+        wanted => read(container, input_options, wanted),
     }
 }
 
@@ -62,12 +65,12 @@ fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> V
 
 fn read(
     container: &mut Container,
-    hints: &Hints,
+    input_options: &InputOptions,
     wanted: &[LoadTopic],
 ) -> Result<Loads, InputError> {
     let mut reader = LoadReader {
         file: &container.file,
-        hints,
+        input_options,
         series: wanted.iter().cloned().map(LoadSeries::new).collect(),
         feet: BTreeSet::new(),
         others: Vec::new(),
@@ -89,13 +92,13 @@ fn read(
         }
         series.sort();
     }
-    let is_selected = |(_, frame): &&ImuKey| is_wanted(frame, hints);
+    let is_selected = |(_, frame): &&ImuKey| is_wanted(frame, input_options);
     let mut feet: Vec<ImuKey> = reader.feet.iter().filter(is_selected).cloned().collect();
-    if let Topics::Named(named) = &hints.bag.topics {
+    if let Topics::Named(named) = &input_options.bag.topics {
         feet.retain(|(topic, _)| named.contains(topic));
     }
-    feet.sort_by_cached_key(|(topic, frame)| order(&hints.bag, topic, frame));
-    let hidden = hidden_imus(&reader.others, &hints.bag);
+    feet.sort_by_cached_key(|(topic, frame)| order(&input_options.bag, topic, frame));
+    let hidden = hidden_imus(&reader.others, &input_options.bag);
     let names = names(&feet, &reader.feet, hidden);
     Ok(Loads { series: reader.series, feet, names })
 }
@@ -104,7 +107,7 @@ fn read(
 struct LoadReader<'a> {
     file: &'a str,
     series: Vec<LoadSeries>,
-    hints: &'a Hints,
+    input_options: &'a InputOptions,
     /// All IMUs, by name.
     feet: BTreeSet<ImuKey>,
     /// All topics.
@@ -116,15 +119,15 @@ struct LoadReader<'a> {
 
 impl LoadReader<'_> {
     fn is_foot(&self, channel: &Channel) -> bool {
-        is_imu(channel) && !self.hints.bag.excludes(&channel.topic)
+        is_imu(channel) && !self.input_options.bag.excludes(&channel.topic)
     }
 
     /// Adds the IMUs that are named in messages of another type. Those that cannot be read are reported when the samples
     /// are read.
     fn declare_parts(&mut self, channel: &Channel) -> bool {
         let mut is_needed = false;
-        for (address, part) in addresses(&self.hints.bag, channel) {
-            if let Ok(fields) = Fields::of(channel, part, &self.hints.table.mapping) {
+        for (address, part) in addresses(&self.input_options.bag, channel) {
+            if let Ok(fields) = Fields::of(channel, part, &self.input_options.table.mapping) {
                 is_needed = true;
                 if !self.parts.iter().any(|(before, _)| before == address) {
                     self.parts.push((address.to_owned(), fields));

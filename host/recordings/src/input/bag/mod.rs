@@ -35,8 +35,8 @@ use visit::visit;
 use crate::hint::{Hint, Notice};
 use crate::input::error::{ImuTopic, InputError, OptionsFor, Problem, STREAM_ADVICE};
 use crate::input::format::Format;
-use crate::input::hints::{BagOptions, Hints, Topics};
 use crate::input::open::Container;
+use crate::input::options::{BagOptions, InputOptions, Topics};
 use crate::input::stored::Stored;
 
 pub use messages::{Channel, Schema, Written};
@@ -46,19 +46,22 @@ pub use visit::{Replacement, copy};
 ///
 /// # Errors
 /// The first error in the bag or in the selection.
-pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored>, InputError> {
+pub(super) fn read(
+    mut container: Container,
+    input_options: &InputOptions,
+) -> Result<Vec<Stored>, InputError> {
     let file = container.file.clone();
-    let loads = loads(&mut container, hints)?;
-    let mut reader = Reader::new(&file, hints, &loads);
+    let loads = loads(&mut container, input_options)?;
+    let mut reader = Reader::new(&file, input_options, &loads);
     let endings = visit(&mut container.parts, &file, &mut reader)?;
     let contact_topics = reader.contact_topics();
     let mut contacts = std::mem::take(&mut reader.contacts);
     let has_parts = !reader.parts.is_empty();
     let all = reader.all_imus();
     let chosen = match reader.chosen() {
-        Err(error) if is_without_samples(&error) && are_chosen(&contacts, &hints.bag) => {
+        Err(error) if is_without_samples(&error) && are_chosen(&contacts, &input_options.bag) => {
             let name = container.name;
-            let mut feet = of_contacts_alone(&file, &name, contacts, &hints.bag)?;
+            let mut feet = of_contacts_alone(&file, &name, contacts, &input_options.bag)?;
             if let Some(first) = feet.first_mut() {
                 first.about.notices.extend(endings.into_iter().map(Notice::from));
             }
@@ -66,15 +69,15 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         }
         chosen => chosen?,
     };
-    if !hints.table.mapping.is_empty() && !has_parts {
+    if !input_options.table.mapping.is_empty() && !has_parts {
         let format = container.parts.first().map_or(Format::Mcap, |part| part.format);
         let given = OptionsFor::OtherMessages;
         return Err(InputError::of_file(file, Problem::Options { format, given }));
     }
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
-    let feet = renamed(&names_of(&topics, &all), &topics, &hints.bag, &file)?;
+    let feet = renamed(&names_of(&topics, &all), &topics, &input_options.bag, &file)?;
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
-        let problem = Problem::LoadCount { loads: hints.bag.loads.len(), feet: topics };
+        let problem = Problem::LoadCount { loads: input_options.bag.loads.len(), feet: topics };
         return Err(InputError::of_file(file, problem));
     }
     let mut recordings = Vec::new();
@@ -85,7 +88,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         let of_foot = if feed.is_shared { Ok(None) } else { contacts.of_imu(&feed.topic) };
         let of_foot = of_foot.map_err(|source| InputError::spool(&file, source))?;
         let name = container.name.clone();
-        let mut stored = feed.finish(name, foot, loads.series.get(k), hints, &file)?;
+        let mut stored = feed.finish(name, foot, loads.series.get(k), input_options, &file)?;
         stored.about.address = Some(address);
         if let Some((topic, contacts, notices)) = of_foot
             && stored.use_contacts(contacts)

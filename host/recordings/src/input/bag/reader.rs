@@ -14,7 +14,7 @@ use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
 };
 use crate::input::error::{FieldsProblem, ImuTopic, InputError, Place, Problem};
-use crate::input::hints::{ContactUse, Hints, Topics};
+use crate::input::options::{ContactUse, InputOptions, Topics};
 use crate::input::table::names::{Found, Triple, find};
 use crate::input::table::options::{Mapping, is_axis};
 use crate::ros::{Header, Imu, Time};
@@ -22,7 +22,7 @@ use crate::ros::{Header, Imu, Time};
 /// Visitor that reads the samples.
 pub(super) struct Reader<'a> {
     file: &'a str,
-    hints: &'a Hints,
+    input_options: &'a InputOptions,
     loads: &'a Loads,
     /// Topics with samples of an IMU, and their frames.
     feeds: Vec<Feed>,
@@ -41,7 +41,7 @@ pub(super) struct Reader<'a> {
 
 impl Visitor for Reader<'_> {
     fn channel(&mut self, channel: &Channel) -> bool {
-        if !is_imu(channel) || self.hints.bag.excludes(&channel.topic) {
+        if !is_imu(channel) || self.input_options.bag.excludes(&channel.topic) {
             if !self.others.contains(channel) {
                 self.others.push(channel.clone());
             }
@@ -49,7 +49,7 @@ impl Visitor for Reader<'_> {
             return is_sidecar(channel) || self.declare_fields(channel) || is_contact;
         }
         if !self.feeds.iter().any(|feed| feed.topic == channel.topic) {
-            let feed = Feed::new(channel.topic.clone(), self.hints);
+            let feed = Feed::new(channel.topic.clone(), self.input_options);
             self.feeds.push(feed);
         }
         true
@@ -81,13 +81,13 @@ impl Visitor for Reader<'_> {
             let taken = self.contacts.take(channel, log_ns, payload);
             return taken.map_err(|source| InputError::spool(self.file, source));
         };
-        let is_needed = match &self.hints.bag.topics {
+        let is_needed = match &self.input_options.bag.topics {
             Topics::Named(named) => named.contains(&channel.topic),
             Topics::All => true,
             // If there are several topics, only the counts are needed, unless a frame may select one.
             Topics::TheOnly => {
                 let is_other = |feed: &Feed| feed.messages > 0 && !is_same(feed);
-                !self.hints.bag.frames.is_empty() || !self.feeds.iter().any(is_other)
+                !self.input_options.bag.frames.is_empty() || !self.feeds.iter().any(is_other)
             }
         };
         if !is_needed || self.failed.is_some() {
@@ -96,7 +96,7 @@ impl Visitor for Reader<'_> {
         }
         let known = self.sidecar.of(&channel.topic, log_ns);
         let taken = self.sample(&channel.topic, (log_ns, known), decode(payload));
-        match (taken, &self.hints.bag.topics) {
+        match (taken, &self.input_options.bag.topics) {
             (Err(error), Topics::TheOnly) => {
                 self.failed = Some(error);
                 Ok(())
@@ -107,10 +107,10 @@ impl Visitor for Reader<'_> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(file: &'a str, hints: &'a Hints, loads: &'a Loads) -> Self {
+    pub(super) fn new(file: &'a str, input_options: &'a InputOptions, loads: &'a Loads) -> Self {
         Self {
             file,
-            hints,
+            input_options,
             loads,
             feeds: Vec::new(),
             parts: Vec::new(),
@@ -123,20 +123,20 @@ impl<'a> Reader<'a> {
     }
 
     const fn reads_contacts(&self) -> bool {
-        matches!(self.hints.contacts, ContactUse::Recorded)
+        matches!(self.input_options.contacts, ContactUse::Recorded)
     }
 
     /// Adds the IMUs that are named in messages of another type; returns whether there is one.
     fn declare_fields(&mut self, channel: &Channel) -> bool {
         let mut is_named = false;
-        for (address, part) in addresses(&self.hints.bag, channel) {
+        for (address, part) in addresses(&self.input_options.bag, channel) {
             is_named = true;
             if self.parts.iter().any(|(before, _)| before == address) {
                 continue;
             }
-            match Fields::of(channel, part, &self.hints.table.mapping) {
+            match Fields::of(channel, part, &self.input_options.table.mapping) {
                 Ok(fields) => {
-                    let mut feed = Feed::new(address.to_owned(), self.hints);
+                    let mut feed = Feed::new(address.to_owned(), self.input_options);
                     feed.fields_taken.clone_from(&fields.taken);
                     self.feeds.push(feed);
                     self.parts.push((address.to_owned(), fields));
@@ -172,7 +172,7 @@ impl<'a> Reader<'a> {
             InputError::of_message(self.file, topic, number, what)
         })?;
         self.feeds[at].count(log_ns);
-        if !is_wanted(&imu.header.frame_id, self.hints) {
+        if !is_wanted(&imu.header.frame_id, self.input_options) {
             return Ok(());
         }
         let is_foot = |(foot, frame): &ImuKey| *foot == topic && *frame == imu.header.frame_id;
@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
         if self.reads_contacts() {
             self.contacts.take_imu(topic, log_ns, &imu);
         }
-        self.feeds[at].take((log_ns, known), &imu, load, self.hints, self.file)
+        self.feeds[at].take((log_ns, known), &imu, load, self.input_options, self.file)
     }
 
     /// Place of the feed of a topic and frame, which is added if it is the first of its frame; the error is half a
@@ -200,7 +200,7 @@ impl<'a> Reader<'a> {
                 "its frame {frame:?} is beyond the {MOST_FRAMES} that a topic may have"
             ));
         }
-        let mut feed = Feed::new(topic.to_owned(), self.hints);
+        let mut feed = Feed::new(topic.to_owned(), self.input_options);
         feed.frame = Some(frame.to_owned());
         let first = self.feeds.iter().find(|feed| is_same(feed));
         feed.fields_taken = first.and_then(|first| first.fields_taken.clone());
@@ -213,7 +213,7 @@ impl<'a> Reader<'a> {
 
     /// Leaves the feeds with the selected frames.
     fn select_frames(&mut self) -> Result<(), InputError> {
-        let frames = &self.hints.bag.frames;
+        let frames = &self.input_options.bag.frames;
         let has = |feed: &Feed, frame: &String| feed.frame.as_ref() == Some(frame);
         let is_there = |frame: &String| self.feeds.iter().any(|feed| has(feed, frame));
         if let Some(frame) = frames.iter().find(|frame| !is_there(frame)) {
@@ -240,7 +240,7 @@ impl<'a> Reader<'a> {
     /// Addresses of all IMUs with messages, and topics of those that the selection excludes.
     pub(super) fn all_imus(&self) -> BTreeSet<String> {
         let filled = self.feeds.iter().filter(|feed| feed.messages > 0);
-        let hidden = hidden_imus(&self.others, &self.hints.bag);
+        let hidden = hidden_imus(&self.others, &self.input_options.bag);
         filled.map(Feed::address).chain(hidden).collect()
     }
 
@@ -250,7 +250,7 @@ impl<'a> Reader<'a> {
         if let Some(error) = self.refused.take() {
             return Err(error);
         }
-        if let Some(error) = self.failed.take_if(|_| !self.hints.bag.frames.is_empty()) {
+        if let Some(error) = self.failed.take_if(|_| !self.input_options.bag.frames.is_empty()) {
             return Err(error);
         }
         self.select_frames()?;
@@ -258,9 +258,9 @@ impl<'a> Reader<'a> {
         let mut feeds = self.feeds;
         feeds.sort_by_cached_key(|feed| {
             let frame = feed.frame.as_deref().unwrap_or_default();
-            order(&self.hints.bag, &feed.topic, frame)
+            order(&self.input_options.bag, &feed.topic, frame)
         });
-        if let Topics::Named(named) = &self.hints.bag.topics {
+        if let Topics::Named(named) = &self.input_options.bag.topics {
             for topic in named {
                 let of_topic = feeds.iter().find(|feed| feed.topic == *topic);
                 let topic = topic.clone();
@@ -296,10 +296,10 @@ impl<'a> Reader<'a> {
             return Err(InputError::of_file(file, problem));
         }
         feeds.retain(|feed| feed.messages > 0);
-        match (feeds.len(), &self.hints.bag.topics) {
+        match (feeds.len(), &self.input_options.bag.topics) {
             (0, _) => Err(no_message(file, Imu::TYPE.to_owned(), topics)),
             // Each of the frames that were selected may be a foot.
-            (several @ 2.., Topics::TheOnly) if several > self.hints.bag.frames.len() => {
+            (several @ 2.., Topics::TheOnly) if several > self.input_options.bag.frames.len() => {
                 Err(InputError::of_file(file, Problem::SeveralTopics(topics)))
             }
             _ => self.failed.map_or(Ok(feeds), Err),

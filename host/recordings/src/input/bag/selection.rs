@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::input::bag::messages::Channel;
 use crate::input::error::{InputError, Problem};
-use crate::input::hints::{BagOptions, Hints, Topics, is_among};
+use crate::input::options::{BagOptions, InputOptions, Topics, is_among};
 use crate::ros::Imu;
 
 /// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
@@ -28,8 +28,8 @@ pub(super) fn order(
 }
 
 /// Returns whether the frame of a message is selected.
-pub(super) fn is_wanted(frame: &str, hints: &Hints) -> bool {
-    let frames = &hints.bag.frames;
+pub(super) fn is_wanted(frame: &str, input_options: &InputOptions) -> bool {
+    let frames = &input_options.bag.frames;
     frames.is_empty() || frames.iter().any(|wanted| wanted == frame)
 }
 

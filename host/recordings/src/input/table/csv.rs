@@ -23,8 +23,8 @@ use estimator_core::{Axis, Gravity, Timestamp, Validity};
 
 use crate::hint::{Hint, Notice};
 use crate::input::error::{InputError, MAX_TIME_S, Place, Problem};
-use crate::input::hints::Hints;
 use crate::input::iso8601::micros_since_1970;
+use crate::input::options::InputOptions;
 use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored, finite_load, imu_sample};
 use crate::input::table::header::{Blanks, Layout, NANOSECONDS, shortened, suggestion};
 use crate::input::table::names::{FoundTime, find_time, guess};
@@ -36,12 +36,15 @@ use crate::samples::{Label, RecordedSample, validity_of_name};
 ///
 /// # Errors
 /// The first error found, with file, line and column.
-pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, InputError> {
-    let Some(layout) = Layout::of(&mut table, &hints.table)? else {
+pub(in crate::input) fn read(
+    mut table: Table,
+    input_options: &InputOptions,
+) -> Result<Stored, InputError> {
+    let Some(layout) = Layout::of(&mut table, &input_options.table)? else {
         return Err(InputError::empty(&table.file));
     };
     let file = table.file.clone();
-    let mut intake = Intake::new(&file, hints, layout)?;
+    let mut intake = Intake::new(&file, input_options, layout)?;
     intake.notices.extend(table.preamble_notice());
     loop {
         let row = match table.next_row() {
@@ -76,7 +79,7 @@ pub(super) const LOAD_TITLE: &str = "force (N)";
 /// A table whose rows are being read.
 pub(super) struct Intake<'a> {
     file: &'a str,
-    hints: &'a Hints,
+    input_options: &'a InputOptions,
     layout: Layout,
     columns: Columns,
     rows: Rows,
@@ -93,14 +96,18 @@ pub(super) struct Intake<'a> {
 
 impl<'a> Intake<'a> {
     /// Starts a table whose header must have the columns of a recording.
-    pub(super) fn new(file: &'a str, hints: &'a Hints, layout: Layout) -> Result<Self, InputError> {
+    pub(super) fn new(
+        file: &'a str,
+        input_options: &'a InputOptions,
+        layout: Layout,
+    ) -> Result<Self, InputError> {
         let columns = Columns::checked(&layout.header)?;
         Ok(Self {
             file,
-            hints,
+            input_options,
             layout,
             columns,
-            rows: Rows::new(hints.table.times),
+            rows: Rows::new(input_options.table.times),
             time: None,
             load: None,
             load_rows: 0,
@@ -136,7 +143,7 @@ impl<'a> Intake<'a> {
             return Ok(());
         }
         let time_us = self.time_us(row)?;
-        let mut sample = self.columns.sample(row, blanks, self.hints)?;
+        let mut sample = self.columns.sample(row, blanks, self.input_options)?;
         if let (Some((newest_us, load)), Some(now_us)) = (&mut self.load, time_us) {
             if let Some(here) = self.columns.load(row)? {
                 (*newest_us, *load) = (now_us, here);
@@ -161,10 +168,12 @@ impl<'a> Intake<'a> {
         let column = self.time.get_or_insert_with(|| TimeColumn {
             index,
             nanoseconds: self.columns.nanoseconds,
-            unit: self.hints.table.time_unit.or(self.layout.time_unit).unwrap_or_else(|| {
-                let value = row.optional(index, "t").ok().flatten();
-                unit_since_1970(value.unwrap_or_default())
-            }),
+            unit: self.input_options.table.time_unit.or(self.layout.time_unit).unwrap_or_else(
+                || {
+                    let value = row.optional(index, "t").ok().flatten();
+                    unit_since_1970(value.unwrap_or_default())
+                },
+            ),
         });
         column.micros(row).map(Some)
     }
@@ -197,9 +206,9 @@ impl<'a> Intake<'a> {
         };
         let stored = self
             .rows
-            .finish(self.file, about, self.hints)
+            .finish(self.file, about, self.input_options)
             .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
-        let known_unit = self.hints.table.time_unit.or(self.layout.time_unit);
+        let known_unit = self.input_options.table.time_unit.or(self.layout.time_unit);
         if let (Some(time), None) = (self.time, known_unit) {
             check_guess(self.file, time.unit, stored.about.sample_rate)?;
         }
@@ -360,7 +369,7 @@ impl Columns {
         &self,
         row: &impl Cells,
         blanks: Blanks,
-        hints: &Hints,
+        input_options: &InputOptions,
     ) -> Result<RecordedSample, InputError> {
         let mut axes = [0.0; 6];
         for ((value, index), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
@@ -371,7 +380,7 @@ impl Columns {
                 };
             }
         }
-        let axes = hints.table.to_si(axes);
+        let axes = input_options.table.to_si(axes);
         let label = self.label.map(|index| optional_label(row, index));
         let label = label.transpose()?.flatten();
         let validity = self.validity.map(|index| validity(row, index));
@@ -565,15 +574,18 @@ mod tests {
     use crate::input::table::options::{TimeUnit, Units};
     use crate::samples::{Label, VALIDITIES};
 
-    fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
+    fn read_text(
+        text: impl AsRef<[u8]>,
+        input_options: &InputOptions,
+    ) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        let stored = read(Table::open(file.path())?, hints)?;
+        let stored = read(Table::open(file.path())?, input_options)?;
         Ok(stored.into_loaded().unwrap())
     }
 
     fn loaded(text: impl AsRef<[u8]>) -> Loaded {
-        read_text(text, &Hints::default()).unwrap()
+        read_text(text, &InputOptions::default()).unwrap()
     }
 
     #[test]
@@ -604,7 +616,7 @@ mod tests {
         for end in ["\n", "\r\n"] {
             let lines = ["ax,ay,az,wx,wy,wz", "0,0,0,0,0,0", "", "0,0,x,0,0,0"];
             for text in [lines.join(end), lines.join(end) + end] {
-                match read_text(text, &Hints::default()) {
+                match read_text(text, &InputOptions::default()) {
                     Err(InputError { place: Place::Cell { row, column, .. }, .. }) => {
                         assert_eq!((row, column), (RowPlace::Line(4), 3));
                     }
@@ -623,11 +635,11 @@ mod tests {
             ("a,b,c,d,e,f", "ax=a,ay=b,az=c,wx=d,wy=e,wz=f"),
             ("when,u,v,w,p,q,r", "t=when,ax=u,ay=v,az=w,wx=p,wy=q,wz=r"),
         ] {
-            let error = read_text(format!("{header}\n"), &Hints::default()).unwrap_err();
+            let error = read_text(format!("{header}\n"), &InputOptions::default()).unwrap_err();
             let said = error.to_string();
             assert!(said.ends_with(&format!("{missing}{mapping}")), "{said}");
         }
-        let few = read_text("a,b,c,d,e\n", &Hints::default()).unwrap_err();
+        let few = read_text("a,b,c,d,e\n", &InputOptions::default()).unwrap_err();
         assert!(few.to_string().ends_with("wx, wy, wz"), "{few}");
     }
 
@@ -678,7 +690,7 @@ mod tests {
                 [validity, Validity::Valid]
             );
         }
-        let error = read_text(table("maybe"), &Hints::default()).unwrap_err().to_string();
+        let error = read_text(table("maybe"), &InputOptions::default()).unwrap_err().to_string();
         assert!(
         error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
         "{error}"
@@ -706,7 +718,7 @@ mod tests {
         let whole = loaded(WHOLE.trim_end());
         assert_eq!((whole.recording.samples.len(), whole.notices.len()), (3, 0));
         for text in [WHOLE.replace("0.01,1,", ""), WHOLE.replace("0.02,1,", "")] {
-            let error = read_text(text, &Hints::default());
+            let error = read_text(text, &InputOptions::default());
             assert!(error.is_err_and(|e| matches!(e.problem, Problem::ColumnCount { .. })));
         }
     }
@@ -733,7 +745,7 @@ mod tests {
         let mut damaged = bytes;
         let end = damaged.len() - 6;
         damaged[end] ^= 1;
-        assert!(read_text(&damaged, &Hints::default()).is_err());
+        assert!(read_text(&damaged, &InputOptions::default()).is_err());
     }
 
     #[test]
@@ -751,7 +763,7 @@ mod tests {
                     },
                 );
             }
-            read_text(text, &Hints::default())
+            read_text(text, &InputOptions::default())
         };
         for (first, last, closes) in [("\"start", "end\"", 8), ("\"start", "", 10)] {
             match rows(first, last) {
@@ -771,11 +783,11 @@ mod tests {
         let begin = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,\"1".as_bytes();
         let endless = begin.chain(std::io::repeat(b'0'));
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
-        let error = read(table, &Hints::default()).err().unwrap();
+        let error = read(table, &InputOptions::default()).err().unwrap();
         assert_eq!(error.place, Place::Row(RowPlace::Line(3)));
         assert!(matches!(error.problem, Problem::LongRow { .. }), "{error}");
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(std::io::repeat(0)));
-        assert!(read(table.unwrap(), &Hints::default()).is_err());
+        assert!(read(table.unwrap(), &InputOptions::default()).is_err());
     }
 
     #[test]
@@ -788,7 +800,7 @@ mod tests {
             "{:?}",
             read.notices
         );
-        let error = read_text(above.replace("0.01,1", "0.01,x"), &Hints::default());
+        let error = read_text(above.replace("0.01,1", "0.01,x"), &InputOptions::default());
         assert!(matches!(
             error,
             Err(InputError { place: Place::Cell { row: RowPlace::Line(5), .. }, .. })
@@ -820,7 +832,7 @@ mod tests {
     #[test]
     fn decimal_comma_is_reported() {
         let text = "t;ax;ay;az;wx;wy;wz\n0;1,5;2;3;4;5;6\n";
-        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(
         said.ends_with(
             "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction, not between thousands, \
@@ -854,7 +866,7 @@ mod tests {
     #[test]
     fn unit_in_a_name_must_match_the_one_read() {
         let text = WITH_UNITS.replace("m/s^2", "g").replace("rad/s", "deg/s");
-        let error = read_text(&text, &Hints::default()).unwrap_err().to_string();
+        let error = read_text(&text, &InputOptions::default()).unwrap_err().to_string();
         assert!(
             error.ends_with(
                 ", line 1: column \"acc_x [g]\" is in g by its name, but would be read in m/s2: \
@@ -862,16 +874,16 @@ mod tests {
             ),
             "{error}"
         );
-        let mut hints = Hints::default();
-        hints.table.units = "g,dps".parse().unwrap();
-        let samples = read_text(&text, &hints).unwrap().recording.samples;
+        let mut input_options = InputOptions::default();
+        input_options.table.units = "g,dps".parse().unwrap();
+        let samples = read_text(&text, &input_options).unwrap().recording.samples;
         assert_eq!(samples[0].imu.specific_force.0.x, 9.80665);
         // An explicit mapping implies that the unit is known.
         let mapped = "ax=acc_x [g],ay=acc_y [g],az=acc_z [g],wx=gyr_x (deg/s),wy=gyr_y (deg/s),wz=gyr_z (deg/s),t=Time [ms]";
-        hints.table.units = Units::default();
-        hints.table.mapping = mapped.parse().unwrap();
-        hints.table.time_unit = Some(TimeUnit::Milliseconds);
-        let samples = read_text(&text, &hints).unwrap().recording.samples;
+        input_options.table.units = Units::default();
+        input_options.table.mapping = mapped.parse().unwrap();
+        input_options.table.time_unit = Some(TimeUnit::Milliseconds);
+        let samples = read_text(&text, &input_options).unwrap().recording.samples;
         assert_eq!(samples[0].imu.specific_force.0.x, 1.0);
     }
 
@@ -897,7 +909,7 @@ mod tests {
             for k in 0..5 {
                 text += &format!("{},1,2,3,4,5,6\n", start + k * step);
             }
-            let read = read_text(text, &Hints::default());
+            let read = read_text(text, &InputOptions::default());
             match (read, meant) {
                 (Ok(read), Ok(rate)) => assert_eq!(read.recording.sample_rate, rate),
                 (Err(error), Err(end)) => {
@@ -912,7 +924,7 @@ mod tests {
     #[test]
     fn time_beyond_its_unit_error_suggests_the_option() {
         let text = WHOLE.replace("0.01,1", "10000029000,1");
-        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(
         said.ends_with(
             "10000029000 is no time in s: -4e9 to 4e9 is expected; time unit says the unit: s, ms, us or ns"
@@ -923,10 +935,10 @@ mod tests {
 
     #[test]
     fn mapping_to_a_duplicate_name_is_an_error() {
-        let mut hints = Hints::default();
-        hints.table.mapping = "force=q".parse().unwrap();
+        let mut input_options = InputOptions::default();
+        input_options.table.mapping = "force=q".parse().unwrap();
         let text = "t,ax,ay,az,wx,wy,wz,q,q\n0,1,2,3,4,5,6,7,8\n";
-        let said = read_text(text, &hints).unwrap_err().to_string();
+        let said = read_text(text, &input_options).unwrap_err().to_string();
         assert!(
             said.ends_with(", line 1, column 9 (q): this name stands in the header twice"),
             "{said}"
@@ -940,9 +952,9 @@ mod tests {
         100.00,,1,2,3,4,5,6\n100.01,70,,,,,,\n100.05,,1,2,3,4,5,6\n100.11,,1,2,3,4,5,6\n\
         100.12,,1,2,3,4,5,6\n100.13,71,1,2,3,4,5,6\n100.14,,1,2,3,4,5,6\n100.15,nan,,,,,,\n\
         100.16,,1,2,3,4,5,6\n";
-        let mut hints = Hints::default();
-        hints.table.mapping = "force=/ft/z".parse().unwrap();
-        let read = read_text(rows, &hints).unwrap();
+        let mut input_options = InputOptions::default();
+        input_options.table.mapping = "force=/ft/z".parse().unwrap();
+        let read = read_text(rows, &input_options).unwrap();
         let loads: Vec<Option<f32>> =
             read.recording.samples.iter().map(|sample| sample.load.map(|load| load.0)).collect();
         let (old, new) = (Some(70.0), Some(71.0));
@@ -961,9 +973,9 @@ mod tests {
     #[test]
     fn blank_load_of_a_sample_is_unknown() {
         let rows = "timestamp,load,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n0.00,70,1,2,3,4,5,6\n0.01,,1,2,3,4,5,6\n";
-        let mut hints = Hints::default();
-        hints.table.mapping = "force=load".parse().unwrap();
-        let samples = read_text(rows, &hints).unwrap().recording.samples;
+        let mut input_options = InputOptions::default();
+        input_options.table.mapping = "force=load".parse().unwrap();
+        let samples = read_text(rows, &input_options).unwrap().recording.samples;
         assert_eq!(samples[1].load, None);
     }
 
@@ -980,7 +992,7 @@ mod tests {
             ),
         ] {
             let text = WHOLE.replace("0.01,1,2,3,4,5,6", line);
-            let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+            let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
             assert!(said.contains(", line 3, column 1 (t): ") && said.ends_with(end), "{said}");
         }
     }
@@ -988,23 +1000,27 @@ mod tests {
     #[test]
     fn long_cell_is_shortened_in_the_error() {
         let text = WHOLE.replace("0.01,1", &format!("0.01,{}", "\0".repeat(5000)));
-        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(said.len() < 300, "{said}");
     }
 
     #[test]
     fn possible_time_column_is_suggested() {
         let text = "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n0,1,2,3,4,5,6\n";
-        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(said.ends_with("map t=SampleTimeFine"), "{said}");
     }
 
     #[test]
     fn rows_without_times_use_the_given_rate() {
-        let hints =
-            Hints { sample_rate: Some(400.0), gravity: Some(Gravity::Removed), ..Hints::default() };
-        let recording =
-            read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &hints).unwrap().recording;
+        let input_options = InputOptions {
+            sample_rate: Some(400.0),
+            gravity: Some(Gravity::Removed),
+            ..InputOptions::default()
+        };
+        let recording = read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &input_options)
+            .unwrap()
+            .recording;
         assert_eq!(recording.samples[1].imu.timestamp, Timestamp::from_micros(2500));
         assert_eq!(recording.gravity, Gravity::Removed);
     }

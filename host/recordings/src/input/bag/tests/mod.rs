@@ -10,7 +10,8 @@ use ::mcap::{Compression, WriteOptions};
 use estimator_core::{Load, Validity, Vec3};
 
 use crate::input::{
-    BagOptions, Format, Hints, InputError, LoadTopic, Opened, Stored, TimeUnit, Times, Topics,
+    BagOptions, Format, InputError, InputOptions, LoadTopic, Opened, Stored, TimeUnit, Times,
+    Topics,
 };
 
 const IMU: &str = "sensor_msgs/msg/Imu";
@@ -200,14 +201,14 @@ fn database(messages: &[Message], topics: &[(&str, &str)]) -> Vec<u8> {
     std::fs::read(path).unwrap()
 }
 
-fn open(bytes: &[u8], hints: &Hints) -> Result<Vec<Stored>, InputError> {
+fn open(bytes: &[u8], input_options: &InputOptions) -> Result<Vec<Stored>, InputError> {
     let mut file = tempfile::NamedTempFile::new().unwrap();
     file.write_all(bytes).unwrap();
-    read(file.path(), hints)
+    read(file.path(), input_options)
 }
 
-fn read(path: &Path, hints: &Hints) -> Result<Vec<Stored>, InputError> {
-    Opened::new(path, None)?.store_all(hints)
+fn read(path: &Path, input_options: &InputOptions) -> Result<Vec<Stored>, InputError> {
+    Opened::new(path, None)?.store_all(input_options)
 }
 
 fn samples(stored: &mut Stored) -> Vec<RecordedSample> {
@@ -222,17 +223,17 @@ fn why<T>(result: Result<T, InputError>) -> String {
     rest[rest.find([' ', ':', ',']).unwrap()..].to_owned()
 }
 
-fn topics(names: &[&str]) -> Hints {
+fn topics(names: &[&str]) -> InputOptions {
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-    Hints {
+    InputOptions {
         bag: BagOptions { topics: Topics::from_names(&names), ..BagOptions::default() },
-        ..Hints::default()
+        ..InputOptions::default()
     }
 }
 
-fn with_loads(mut hints: Hints, loads: &[&str]) -> Hints {
-    hints.bag.loads = loads.iter().map(|load| load.parse::<LoadTopic>().unwrap()).collect();
-    hints
+fn with_loads(mut input_options: InputOptions, loads: &[&str]) -> InputOptions {
+    input_options.bag.loads = loads.iter().map(|load| load.parse::<LoadTopic>().unwrap()).collect();
+    input_options
 }
 
 /// Messages at 1 kHz from 1700000000.1 s, alternating between two topics; logged 3 ms later, and every second
@@ -260,7 +261,7 @@ fn foot_is_the_same_in_every_storage_and_byte_order() {
     for order in [Order::Little, Order::Big] {
         for kind in KINDS {
             let bytes = written(kind, &one_foot(order), &[("/chatter", "std_msgs/msg/String")]);
-            let mut feet = open(&bytes, &Hints::default()).unwrap();
+            let mut feet = open(&bytes, &InputOptions::default()).unwrap();
             let [foot] = &mut feet[..] else {
                 panic!("one foot");
             };
@@ -287,7 +288,7 @@ fn several_feet_are_listed_selected_or_all_read() {
     for kind in KINDS {
         let bytes = written(kind, &two_feet(Order::Little), &[("/imu/rear", IMU)]);
         assert_eq!(
-            why(open(&bytes, &Hints::default())),
+            why(open(&bytes, &InputOptions::default())),
             " has several IMUs, choose with topic, or topic all: \
              /imu/rear (0 messages), /imu/fl (200 messages, 1003 Hz), \
              /imu/fr (200 messages, 1003 Hz)"
@@ -340,13 +341,13 @@ fn frames_of_one_topic_are_separate_feet() {
     let bytes = written(Kind::Chunks, &feet_on_one_topic(), &[]);
     let found = FRAMES.map(|frame| format!("/foot_imus frame \"{frame}\" (100 messages, 500 Hz)"));
     assert_eq!(
-        why(open(&bytes, &Hints::default())),
+        why(open(&bytes, &InputOptions::default())),
         format!(" has several IMUs, choose with frame, or topic all: {}", found.join(", "))
     );
     let of_frames = |feet: &[usize]| {
-        let mut hints = Hints::default();
-        hints.bag.frames = feet.iter().map(|foot| FRAMES[*foot].to_owned()).collect();
-        hints
+        let mut input_options = InputOptions::default();
+        input_options.bag.frames = feet.iter().map(|foot| FRAMES[*foot].to_owned()).collect();
+        input_options
     };
     for (chosen, expected) in [
         (topics(&["all"]), &[0, 1, 2, 3][..]),
@@ -368,9 +369,9 @@ fn frames_of_one_topic_are_separate_feet() {
             assert_eq!(samples[0].load, Some(Load(*foot as f32)));
         }
     }
-    let mut hints = Hints::default();
-    hints.bag.frames = vec!["trunk".to_owned()];
-    assert!(why(open(&bytes, &hints)).starts_with(
+    let mut input_options = InputOptions::default();
+    input_options.bag.frames = vec!["trunk".to_owned()];
+    assert!(why(open(&bytes, &input_options)).starts_with(
         " has no IMU with the frame \"trunk\"; it has /foot_imus frame \"fl_foot\" (100"
     ));
 }
@@ -434,7 +435,7 @@ fn log_times_are_used_without_any_stamp() {
         message.3 = imu(Order::Little, 0, k as u64);
     }
     for kind in KINDS {
-        let mut feet = open(&written(kind, &messages, &[]), &Hints::default()).unwrap();
+        let mut feet = open(&written(kind, &messages, &[]), &InputOptions::default()).unwrap();
         let about = &feet[0].about;
         assert_eq!((about.start_us, about.sample_rate), (5_000_000, 500.0));
         assert_eq!(about.notices.len(), 1);
@@ -456,7 +457,7 @@ fn messages_without_a_stamp_among_others_are_left_out() {
         messages[k].3 = imu(Order::Little, 0, 0);
     }
     let bytes = written(Kind::Records, &messages, &[]);
-    let mut feet = open(&bytes, &Hints::default()).unwrap();
+    let mut feet = open(&bytes, &InputOptions::default()).unwrap();
     assert_eq!(feet[0].about.samples, 196);
     assert!(feet[0].about.notices[0].text.ends_with("4 messages left out, without a stamp"));
     assert_eq!(feet[0].about.start_us, 1_700_000_000_103_000);
@@ -472,7 +473,7 @@ fn sensor_declared_missing_is_missing() {
     };
     messages[3].3 = without(3, [-1.0, 0.0]);
     messages[4].3 = without(4, [0.0, -1.0]);
-    let mut feet = open(&written(Kind::Records, &messages, &[]), &Hints::default()).unwrap();
+    let mut feet = open(&written(Kind::Records, &messages, &[]), &InputOptions::default()).unwrap();
     let read = samples(&mut feet[0]);
     let invalid: Vec<usize> =
         (0..200).filter(|k| read[*k].imu.checked_validity() == Validity::Invalid).collect();
@@ -482,7 +483,7 @@ fn sensor_declared_missing_is_missing() {
         message.3 = without(k as u64, [0.0, -1.0]);
     }
     assert_eq!(
-        why(open(&written(Kind::Records, &messages, &[]), &Hints::default())),
+        why(open(&written(Kind::Records, &messages, &[]), &InputOptions::default())),
         ", topic /imu/fl: its messages have no linear_acceleration, as \
          linear_acceleration_covariance[0] = -1 says"
     );
@@ -493,25 +494,25 @@ fn times_that_go_back_are_an_error_or_left_out() {
     let mut messages = one_foot(Order::Little);
     messages[9].3 = messages[8].3.clone();
     let bytes = written(Kind::Database, &messages, &[]);
-    let said = why(open(&bytes, &Hints::default()));
+    let said = why(open(&bytes, &InputOptions::default()));
     assert!(
         said.starts_with(
             ", topic /imu/fl: the time of a message does not come after 1700000000.108 s"
         ),
         "{said}"
     );
-    let mut hints = Hints::default();
-    hints.table.times = Times::DropBad;
-    let feet = open(&bytes, &hints).unwrap();
+    let mut input_options = InputOptions::default();
+    input_options.table.times = Times::DropBad;
+    let feet = open(&bytes, &input_options).unwrap();
     assert_eq!(feet[0].about.samples, 199);
 }
 
 #[test]
 fn given_units_are_applied() {
-    let mut hints = Hints::default();
-    hints.table.units = "g,dps".parse().unwrap();
+    let mut input_options = InputOptions::default();
+    input_options.table.units = "g,dps".parse().unwrap();
     let bytes = written(Kind::Records, &one_foot(Order::Big), &[]);
-    let mut feet = open(&bytes, &hints).unwrap();
+    let mut feet = open(&bytes, &input_options).unwrap();
     let imu = samples(&mut feet[0])[0].imu;
     assert_eq!(imu.specific_force.0.z, (9.75 * f64::from(9.806_65_f32)) as f32);
     assert_eq!(imu.angular_rate.0.z, 0.25_f64.to_radians() as f32);
@@ -528,8 +529,8 @@ fn load_is_the_last_before_the_sample_unless_old() {
         messages.push(Message("/ft", WRENCH, stamp + 9_000_000_000, wrench(stamp, force)));
     }
     for kind in KINDS {
-        let hints = with_loads(Hints::default(), &["/ft"]);
-        let mut feet = open(&written(kind, &messages, &[]), &hints).unwrap();
+        let input_options = with_loads(InputOptions::default(), &["/ft"]);
+        let mut feet = open(&written(kind, &messages, &[]), &input_options).unwrap();
         let loads: Vec<_> = samples(&mut feet[0]).iter().map(|sample| sample.load).collect();
         assert_eq!(loads[10], None);
         assert_eq!(loads[11], Some(Load(100.0)));
@@ -540,8 +541,8 @@ fn load_is_the_last_before_the_sample_unless_old() {
         assert_eq!(feet[0].about.load_title, "/ft (N)");
         assert!(feet[0].about.notices[0].text.contains("60 messages without a load"));
     }
-    let hints = with_loads(Hints::default(), &["/ft:force"]);
-    let mut feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
+    let input_options = with_loads(InputOptions::default(), &["/ft:force"]);
+    let mut feet = open(&written(Kind::Records, &messages, &[]), &input_options).unwrap();
     let load = samples(&mut feet[0])[20].load;
     assert_eq!(load, Some(Load((25.0_f64 + 10_000.0).sqrt() as f32)));
 }
@@ -554,8 +555,8 @@ fn samples_without_a_load_say_which_kind_is_missing() {
         let log = start - 1 + at * 1_000_000;
         messages.push(Message("/load", FLOAT, log, float(force)));
     }
-    let hints = with_loads(Hints::default(), &["/load"]);
-    let feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
+    let input_options = with_loads(InputOptions::default(), &["/load"]);
+    let feet = open(&written(Kind::Records, &messages, &[]), &input_options).unwrap();
     let notices = &feet[0].about.notices;
     let said = |text: &str| notices.iter().any(|notice| notice.text.ends_with(text));
     assert!(
@@ -567,7 +568,7 @@ fn samples_without_a_load_say_which_kind_is_missing() {
         let log = start - 1 + at * 1_000_000;
         messages.push(Message("/load", FLOAT, log, float(50.0)));
     }
-    let feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
+    let feet = open(&written(Kind::Records, &messages, &[]), &input_options).unwrap();
     let notice = feet[0].about.notices.last().unwrap();
     assert!(
         notice.text.ends_with(": 1 message without a load: nothing on /load in the 100 ms before"),
@@ -623,17 +624,17 @@ fn message_of_wrong_length_is_named() {
         ] {
             messages[20].3 = whole.clone();
             messages[20].3.resize(length, 0);
-            let said = why(open(&written(kind, &messages, &[]), &Hints::default()));
+            let said = why(open(&written(kind, &messages, &[]), &InputOptions::default()));
             assert!(said.starts_with(", topic /imu/fl, message 21: "), "{said}");
             assert!(said.contains(what), "{said}");
         }
         // A writer may pad to a multiple of four.
         messages[20].3 = whole.clone();
         messages[20].3.resize(whole.len() + 3, 0);
-        assert!(open(&written(kind, &messages, &[]), &Hints::default()).is_ok());
+        assert!(open(&written(kind, &messages, &[]), &InputOptions::default()).is_ok());
         // XCDR2 has another alignment.
         messages[20].3[1] = 7;
-        let said = why(open(&written(kind, &messages, &[]), &Hints::default()));
+        let said = why(open(&written(kind, &messages, &[]), &InputOptions::default()));
         assert!(said.contains("it is encoded as 0x0007, not in plain CDR"), "{said}");
     }
 }
@@ -642,11 +643,11 @@ fn message_of_wrong_length_is_named() {
 fn truncated_file_yields_its_messages() {
     for kind in KINDS {
         let bytes = written(kind, &one_foot(Order::Little), &[]);
-        let whole = samples(&mut open(&bytes, &Hints::default()).unwrap()[0]);
+        let whole = samples(&mut open(&bytes, &InputOptions::default()).unwrap()[0]);
         let mut longest = 0;
         let step = if kind == Kind::Database { 509 } else { 97 };
         for length in (0..bytes.len()).step_by(step) {
-            if let Ok(mut feet) = open(&bytes[..length], &Hints::default()) {
+            if let Ok(mut feet) = open(&bytes[..length], &InputOptions::default()) {
                 let read = samples(&mut feet[0]);
                 assert_eq!(read, whole[..read.len()], "{kind:?}, {length}");
                 assert!(read.len() >= longest || kind == Kind::Database);
@@ -664,7 +665,7 @@ fn damaged_page_of_a_database_is_no_early_end() {
     let mut bytes = written(Kind::Database, &one_foot(Order::Little), &[]);
     let middle = bytes.len() / 4096 / 2 * 4096;
     bytes[middle..middle + 64].fill(0xFF);
-    let said = why(open(&bytes, &Hints::default()));
+    let said = why(open(&bytes, &InputOptions::default()));
     assert!(said.starts_with(" is damaged"), "{said}");
 }
 
@@ -719,7 +720,7 @@ fn excessive_lengths_are_rejected() {
             bytes.push(opcode);
             bytes.extend_from_slice(&length.to_le_bytes());
             bytes.extend_from_slice(&[0xFF; 64]);
-            assert!(open(&bytes, &Hints::default()).is_err());
+            assert!(open(&bytes, &InputOptions::default()).is_err());
         }
     }
 }
@@ -737,7 +738,7 @@ fn database_of_another_program_is_named_as_such() {
         )
         .unwrap();
     drop(database);
-    let said = read(&path, &Hints::default()).err().unwrap().to_string();
+    let said = read(&path, &InputOptions::default()).err().unwrap().to_string();
     assert!(said.contains("is an SQLite database without the tables of a rosbag2"), "{said}");
 }
 
@@ -752,13 +753,13 @@ fn folder_is_read_in_order_of_its_numbers() {
         std::fs::write(path, written(kind, messages, &[])).unwrap();
     }
     std::fs::write(folder.path().join("metadata.yaml"), "rosbag2_bagfile_information:").unwrap();
-    let mut feet = read(folder.path(), &Hints::default()).unwrap();
+    let mut feet = read(folder.path(), &InputOptions::default()).unwrap();
     let whole = written(Kind::Records, &messages, &[]);
-    let mut expected = open(&whole, &Hints::default()).unwrap();
+    let mut expected = open(&whole, &InputOptions::default()).unwrap();
     assert_eq!(samples(&mut feet[0]), samples(&mut expected[0]));
     assert_eq!(feet[0].about.notices, []);
     let empty = tempfile::tempdir().unwrap();
-    let said = read(empty.path(), &Hints::default()).err().unwrap().to_string();
+    let said = read(empty.path(), &InputOptions::default()).err().unwrap().to_string();
     assert!(said.ends_with("is a folder without files of a rosbag2: .mcap or .db3"), "{said}");
 }
 
@@ -773,7 +774,7 @@ fn bag_from_a_pipe_is_read() {
         let path = format!("/proc/self/fd/{}", from.as_raw_fd());
         let opened = Opened::new(Path::new(&path), None).unwrap();
         writer.join().unwrap().unwrap();
-        let feet = opened.store_all(&Hints::default()).unwrap();
+        let feet = opened.store_all(&InputOptions::default()).unwrap();
         assert_eq!(feet[0].about.samples, 200, "{kind:?}");
     }
 }
@@ -781,13 +782,13 @@ fn bag_from_a_pipe_is_read() {
 #[test]
 fn options_for_other_formats_are_rejected() {
     let bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
-    let mut hints = Hints::default();
-    hints.table.time_unit = Some(TimeUnit::Seconds);
-    assert!(why(open(&bytes, &hints)).ends_with("time unit is for csv and parquet"));
-    let mut hints = Hints::default();
-    hints.table.mapping = "ax=x".parse().unwrap();
+    let mut input_options = InputOptions::default();
+    input_options.table.time_unit = Some(TimeUnit::Seconds);
+    assert!(why(open(&bytes, &input_options)).ends_with("time unit is for csv and parquet"));
+    let mut input_options = InputOptions::default();
+    input_options.table.mapping = "ax=x".parse().unwrap();
     assert!(
-        why(open(&bytes, &hints))
+        why(open(&bytes, &input_options))
             .ends_with("map is for messages of other types than sensor_msgs/msg/Imu")
     );
     let table = b"t,ax,ay,az,wx,wy,wz\n0,0,0,0,0,0,0\n";

@@ -66,8 +66,8 @@ fn in_turn() -> Vec<(i64, Vec<u8>)> {
 #[test]
 fn frames_of_other_messages_are_separate_feet() {
     let bytes = bag("ros2msg", NAMED, &in_turn(), &["/load/fl", "/load/fr"]);
-    let hints = with_loads(topics(&["/feet"]), &["/load/fl", "/load/fr"]);
-    let mut feet = open(&bytes, &hints).unwrap();
+    let input_options = with_loads(topics(&["/feet"]), &["/load/fl", "/load/fr"]);
+    let mut feet = open(&bytes, &input_options).unwrap();
     for ((foot, name), stored) in (1_u8..).zip(["fl", "fr"]).zip(&mut feet) {
         assert_eq!(stored.about.foot.as_deref(), Some(name));
         let said: String = stored.about.notices.iter().map(ToString::to_string).collect();

@@ -28,9 +28,9 @@ use parquet::arrow::arrow_reader::{
 use parquet::errors::ParquetError;
 
 use crate::input::error::{InputError, Place, Problem, RowPlace};
-use crate::input::hints::Hints;
 use crate::input::iso8601::micros_since_1970;
 use crate::input::open::Container;
+use crate::input::options::InputOptions;
 use crate::input::stored::Stored;
 use crate::input::table::csv::{Cells, Intake};
 use crate::input::table::header::{Index, Layout};
@@ -46,7 +46,10 @@ const PANDAS_INDEX: &str = "__index_level_";
 ///
 /// # Errors
 /// The first error found, with its row and column.
-pub(in crate::input) fn read(container: &Container, hints: &Hints) -> Result<Stored, InputError> {
+pub(in crate::input) fn read(
+    container: &Container,
+    input_options: &InputOptions,
+) -> Result<Stored, InputError> {
     let file = container.file.as_str();
     let [part] = &container.parts[..] else {
         return Err(InputError::empty(file));
@@ -57,8 +60,8 @@ pub(in crate::input) fn read(container: &Container, hints: &Hints) -> Result<Sto
     find_leaves(about.schema().fields(), "", &[], &mut leaves);
     let names: Vec<String> = leaves.iter().map(|leaf| leaf.name.clone()).collect();
     let header = Row::of_names(file, &names);
-    let layout = Layout::named(&header, &hints.table, index(&leaves))?;
-    let mut intake = Intake::new(file, hints, layout)?;
+    let layout = Layout::named(&header, &input_options.table, index(&leaves))?;
+    let mut intake = Intake::new(file, input_options, layout)?;
     let used = intake.used();
     for index in &used {
         leaves[*index].check(file)?;

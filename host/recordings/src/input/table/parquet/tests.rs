@@ -17,7 +17,7 @@ use estimator_core::{Load, Saturation, Validity};
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 
-use crate::input::{Format, Hints, InputError, Opened, Stored};
+use crate::input::{Format, InputError, InputOptions, Opened, Stored};
 
 const ROWS: usize = 20;
 
@@ -61,22 +61,22 @@ fn written(columns: Vec<(&str, ArrayRef)>) -> Vec<u8> {
     bytes
 }
 
-fn open(bytes: &[u8], hints: &Hints) -> Result<Stored, InputError> {
+fn open(bytes: &[u8], input_options: &InputOptions) -> Result<Stored, InputError> {
     let mut file = tempfile::NamedTempFile::new().unwrap();
     file.write_all(bytes).unwrap();
     let opened = Opened::new(file.path(), None)?;
     assert_eq!(opened.format(), Format::Parquet);
-    opened.store(hints)
+    opened.store(input_options)
 }
 
 fn samples(columns: Vec<(&str, ArrayRef)>) -> Vec<RecordedSample> {
-    let mut stored = open(&written(columns), &Hints::default()).unwrap();
+    let mut stored = open(&written(columns), &InputOptions::default()).unwrap();
     stored.samples().unwrap().map(Result::unwrap).collect()
 }
 
 /// The part of an error after the name of the file.
 fn why(columns: Vec<(&str, ArrayRef)>) -> String {
-    let result = open(&written(columns), &Hints::default());
+    let result = open(&written(columns), &InputOptions::default());
     let said = result.err().expect("an error").to_string();
     let name = said.find(".tmp").expect("the name of a file");
     let rest = &said[name..];
@@ -256,10 +256,10 @@ fn errors_name_the_row_and_the_column() {
 fn mapping_and_units_are_applied() {
     let columns = axes_named(["u", "v", "w", "p", "q", "r"]);
     let bytes = written(with(vec![("clock", seconds())], columns));
-    let mut hints = Hints::default();
-    hints.table.mapping = "t=clock,ax=u,ay=v,az=w,wx=p,wy=q,wz=r".parse().unwrap();
-    hints.table.units = "dps".parse().unwrap();
-    let mut stored = open(&bytes, &hints).unwrap();
+    let mut input_options = InputOptions::default();
+    input_options.table.mapping = "t=clock,ax=u,ay=v,az=w,wx=p,wy=q,wz=r".parse().unwrap();
+    input_options.table.units = "dps".parse().unwrap();
+    let mut stored = open(&bytes, &input_options).unwrap();
     let second = stored.samples().unwrap().nth(1).unwrap().unwrap();
     assert_eq!(second.imu.angular_rate.0.x, (1.0_f64 / 3.0 + 3.0).to_radians() as f32);
 }
@@ -277,7 +277,7 @@ fn file_without_rows_is_empty() {
 fn damage_is_an_error_without_panic() {
     let whole = written(with(vec![("t", seconds())], axes()));
     for length in 4..whole.len() {
-        assert!(open(&whole[..length], &Hints::default()).is_err(), "{length}");
+        assert!(open(&whole[..length], &InputOptions::default()).is_err(), "{length}");
     }
     let mut random = SmallRng::seed_from_u64(0x5EED);
     for _ in 0..6_000 {
@@ -290,7 +290,7 @@ fn damage_is_an_error_without_panic() {
                 _ => random.random(),
             };
         }
-        if let Err(error) = open(&bytes, &Hints::default()) {
+        if let Err(error) = open(&bytes, &InputOptions::default()) {
             assert!(!error.to_string().contains('\n'), "{error}");
         }
     }

@@ -13,7 +13,7 @@ use crate::input::table::options::TableOptions;
 
 /// Properties of a file that its format does not define.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Hints {
+pub struct InputOptions {
     /// Sample rate in Hz, above 0, if given.
     pub sample_rate: Option<f32>,
     /// Whether the samples contain gravity, if different from the format's default.
@@ -30,7 +30,7 @@ pub struct Hints {
     pub contacts: ContactUse,
 }
 
-impl Hints {
+impl InputOptions {
     /// Correction of a foot with these names: its own, else that of all.
     #[must_use]
     pub fn correction_of(&self, names: &[&str]) -> &Correction {
