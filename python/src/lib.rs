@@ -10,7 +10,7 @@
 //! | estimate sample by sample | [`stream`] |
 //! | files as arrays or estimates | [`reading`] |
 //! | decoded output of feet | [`decoding`] |
-//! | simulated foot | [`simulation`] |
+//! | simulated foot, and robot of four | [`simulation`] |
 //! | default method with other constants, for research | [`constants`] |
 //! | settings in errors, in words of Python | [`words`] |
 
@@ -44,7 +44,7 @@ mod _footfall {
     #[pymodule_export]
     use super::reading::{estimate_file, read};
     #[pymodule_export]
-    use super::simulation::simulate;
+    use super::simulation::{simulate, simulate_robot};
     #[pymodule_export]
     use super::stream::Estimator;
 

@@ -1,13 +1,19 @@
-//! A simulated foot: its recording and the truth about it.
+//! A simulated foot, or a robot of four: recordings and the truth about them.
 
 use std::ops::RangeInclusive;
 
-use gait::{Activity, Ground, Plan, Rests, RobotParams, SensorParams, Simulation, Temperature};
+use estimator_core::ImuSample;
+use gait::quadruped::{FEET, Leg};
+use gait::{
+    Activity, FootState, Ground, Plan, Quadruped, Rests, RobotParams, SensorParams, Simulation,
+    Temperature,
+};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{About, Format};
 use recordings::samples::RecordedSample;
+use recordings::space::components;
 
 use crate::arrays::table;
 use crate::parameters::value_error;
@@ -109,11 +115,76 @@ impl Walk {
 pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, PyDict>> {
     let plan = walk.plan()?;
     let sensor = walk.sensor()?;
-    let (recording, (touch_downs, slips)) = py.detach(|| {
-        let simulation = gait::simulate(&plan, &sensor, walk.seed);
-        let truth = truth(&simulation);
-        (simulation.recording, truth)
+    let simulation = py.detach(|| gait::simulate(&plan, &sensor, walk.seed));
+    foot_dict(py, simulation)
+}
+
+/// Simulates a robot of four feet; see `footfall.simulate_robot`.
+#[pyfunction]
+pub(crate) fn simulate_robot<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, PyDict>> {
+    let params = walk.robot()?;
+    let seconds = within("seconds", walk.seconds, 0.001..=LONGEST_S)?;
+    let sensor = walk.sensor()?;
+    let (robot, feet, base) = py.detach(|| {
+        let robot = Quadruped::new(&params, seconds, walk.seed);
+        let feet: Vec<Simulation> =
+            (0..FEET.len()).map(|leg| robot.record_foot(leg, &sensor)).collect();
+        let base = robot.record_base(&sensor);
+        (robot, feet, base)
     });
+    let times_s: Vec<f64> = base.iter().map(time_s).collect();
+    let dict = PyDict::new(py);
+    let legs = PyDict::new(py);
+    for ((leg, foot), simulation) in FEET.into_iter().enumerate().zip(feet) {
+        let joints = times_s.iter().map(|t| robot.joints_at(leg, *t));
+        let (angles, rates): (Vec<_>, Vec<_>) = joints.map(|j| (j.angles, j.rates)).unzip();
+        let Leg { hip, offset, thigh, shank } = Leg::GO1[leg];
+        let parts = PyDict::new(py);
+        parts.set_item("foot", foot_dict(py, simulation)?)?;
+        parts.set_item("geometry", (hip.to_array(), offset, thigh, shank))?;
+        parts.set_item(
+            "angles",
+            table(angles.into_iter().flatten().collect(), 3).into_pyarray(py),
+        )?;
+        parts
+            .set_item("rates", table(rates.into_iter().flatten().collect(), 3).into_pyarray(py))?;
+        legs.set_item(foot.name(), parts)?;
+    }
+    dict.set_item("legs", legs)?;
+    dict.set_item("base", base_dict(py, &robot, &base, times_s)?)?;
+    Ok(dict)
+}
+
+/// Returns the arrays of the base by the names of `footfall.Base`.
+fn base_dict<'py>(
+    py: Python<'py>,
+    robot: &Quadruped,
+    samples: &[ImuSample],
+    times_s: Vec<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let states: Vec<_> = times_s.iter().map(|t| robot.base_at(*t)).collect();
+    let force = samples.iter().flat_map(|sample| components(sample.specific_force.0));
+    let rate = samples.iter().flat_map(|sample| components(sample.angular_rate.0));
+    let position = states.iter().flat_map(|state| state.position.to_array());
+    let velocity = states.iter().flat_map(|state| state.velocity.to_array());
+    let quaternion = states.iter().flat_map(|state| {
+        let [x, y, z] = state.orientation.v.to_array();
+        [state.orientation.w, x, y, z]
+    });
+    let dict = PyDict::new(py);
+    dict.set_item("t", times_s.into_pyarray(py))?;
+    dict.set_item("acc", table(force.collect(), 3).into_pyarray(py))?;
+    dict.set_item("gyr", table(rate.collect(), 3).into_pyarray(py))?;
+    dict.set_item("position", table(position.collect(), 3).into_pyarray(py))?;
+    dict.set_item("velocity", table(velocity.collect(), 3).into_pyarray(py))?;
+    dict.set_item("quaternion", table(quaternion.collect(), 4).into_pyarray(py))?;
+    Ok(dict)
+}
+
+/// Returns the arrays of a simulated foot by the names of `footfall.Simulation`.
+fn foot_dict(py: Python<'_>, simulation: Simulation) -> PyResult<Bound<'_, PyDict>> {
+    let (touch_downs, slips) = changes(&simulation);
+    let Simulation { recording, truth, .. } = simulation;
     let mut columns = RecordingColumns::with_capacity(recording.samples.len());
     for sample in &recording.samples {
         columns.push(sample, 0);
@@ -122,11 +193,21 @@ pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, 
     let dict = columns.into_dict(py, about, Format::Csv)?;
     dict.set_item("touch_downs", touch_downs.into_pyarray(py))?;
     dict.set_item("slips", table::<f64>(slips, 2).into_pyarray(py))?;
+    let set = |name: &str, of: fn(&FootState) -> [f64; 3]| {
+        dict.set_item(name, table(truth.iter().flat_map(of).collect(), 3).into_pyarray(py))
+    };
+    set("position", |state| state.position.to_array())?;
+    set("velocity", |state| state.velocity.to_array())?;
     Ok(dict)
 }
 
+/// Returns the time of a sample, s.
+fn time_s(sample: &ImuSample) -> f64 {
+    sample.timestamp.as_micros() as f64 * 1e-6
+}
+
 /// Returns the times of the touch-downs of a simulated walk, and the starts and ends of its slips, s.
-fn truth(simulation: &Simulation) -> (Vec<f64>, Vec<f64>) {
+fn changes(simulation: &Simulation) -> (Vec<f64>, Vec<f64>) {
     let times_s = simulation.recording.samples.iter().map(RecordedSample::time_s);
     let activities = simulation.truth.iter().map(|state| state.activity);
     let states: Vec<(f64, Activity)> = times_s.zip(activities).collect();

@@ -48,6 +48,38 @@ def test_structured_and_arrow_have_the_programs_columns(walk: footfall.Recording
     assert table["state"].to_pylist() == list(result.state_names())
 
 
+def test_a_simulated_foot_has_its_true_motion() -> None:
+    walk = footfall.simulate("walk", 10.0, seed=2)
+    assert walk.position.shape == walk.velocity.shape == (len(walk), 3)
+    moved = np.diff(walk.position, axis=0) / np.diff(walk.t)[:, None]
+    mean = 0.5 * (walk.velocity[1:] + walk.velocity[:-1])
+    # A touch-down stops the foot within a sample.
+    assert np.median(np.abs(moved - mean)) < 1e-4
+    stable = walk.label == 1
+    assert np.linalg.norm(walk.velocity[stable], axis=1).max() < 5e-3
+
+
+def test_joints_of_a_robot_give_the_feet_their_true_motion() -> None:
+    robot = footfall.simulate_robot("trot", 8.0, seed=3, greased=0.3)
+    base = robot.base
+    w, u = base.quaternion[:, :1], base.quaternion[:, 1:]
+    assert list(robot.legs) == ["FL", "FR", "RL", "RR"]
+    for leg in robot.legs.values():
+        in_base = leg.geometry.foot_position(leg.angles)
+        t = 2.0 * np.cross(u, in_base)
+        position = base.position + in_base + w * t + np.cross(u, t)
+        for axis in range(3):
+            true = np.interp(base.t, leg.foot.t, leg.foot.position[:, axis])
+            assert np.abs(position[:, axis] - true).max() < 1e-4
+        step = 1e-6
+        moved = leg.geometry.foot_position(leg.angles + step * leg.rates) - in_base
+        rates = np.einsum("nij,nj->ni", leg.geometry.jacobian(leg.angles), leg.rates)
+        np.testing.assert_allclose(moved / step, rates, atol=1e-4)
+    assert base.position[-1, 0] > 0.5
+    with pytest.raises(ValueError, match="gait"):
+        footfall.simulate_robot("demo")
+
+
 def test_a_slip_is_an_event_and_what_is_simulated_is_known() -> None:
     slippery = footfall.simulate("trot", 60.0, seed=1, greased=0.1)
     assert len(slippery.touch_downs) > 100 and slippery.slips.shape == (10, 2)

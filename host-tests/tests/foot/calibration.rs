@@ -8,6 +8,7 @@ use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
 use estimator_core::{Flag, Learning, Learnt, Method};
 use firmware::ports::{Input, Reloaded, Request};
+use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
 use wire::dictionary::{SIGNATURE_STORE, index};
@@ -32,7 +33,8 @@ fn walk(seconds: f64, seed: u64) -> Track {
 
 /// A foot that stands for two seconds and then walks.
 fn walking(seconds: f64, seed: u64) -> SharedPart {
-    SensorParams::LSM6DSOX.mounted(walk(seconds, seed), 0.0, seed)
+    let track = walk(seconds, seed);
+    SensorParams::LSM6DSOX.mounted(move |t, celsius| felt_by(&track.at(t), celsius), 0.0, seed)
 }
 
 fn ask(bench: &mut Bench, address: Address) {

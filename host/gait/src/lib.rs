@@ -7,6 +7,7 @@
 //! | steps in numbers, and ground | [`plan`]; a grid of slips, [`slips`] |
 //! | true motion and activity at any moment, in closed form | [`track`] |
 //! | walks without end | [`EndlessGait`], [`EndlessRounds`] |
+//! | four feet, the base above them and the joints between | [`quadruped`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
 //! | specimen of the sensor, and its stimulus | [`sensor`] |
 //! | robot around it: other feet, SYNCs, load reports | [`control`] |
@@ -27,6 +28,7 @@ mod endless;
 mod jet;
 pub mod label;
 pub mod plan;
+pub mod quadruped;
 mod random;
 pub mod record;
 pub mod sensor;
@@ -36,6 +38,7 @@ pub mod track;
 
 pub use endless::{EndlessGait, EndlessRounds};
 pub use plan::{GaitName, Ground, Plan, Rests, RobotParams};
+pub use quadruped::Quadruped;
 pub use record::{Simulation, Walked, Walking, record, simulate};
 pub use sensor::{SensorParams, Temperature};
 pub use track::{Activity, FootState, Track};

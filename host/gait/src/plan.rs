@@ -11,7 +11,7 @@ use crate::random::{RandomUse, SeededRandom};
 pub const DEMO_SEED: u64 = 1;
 
 /// Standing time before the first step, s, in which an attitude filter aligns.
-const STANDING_BEFORE: f64 = 2.0;
+pub(crate) const STANDING_BEFORE: f64 = 2.0;
 
 /// Standing time of the demo after its last touch-down, s.
 const STANDING_AFTER: f64 = 1.2;
@@ -119,35 +119,24 @@ impl RobotParams {
     /// activity. `seconds` is finite.
     #[must_use]
     pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
-        let mut random = SeededRandom::new(seed, RandomUse::Steps);
-        let mut patches = SeededRandom::new(seed, RandomUse::Patches);
         let mut steps = Vec::new();
-        if let Some(usual) = self.gait.style() {
-            let style = Style { length: usual.length * self.step_length, ..usual };
-            let mut end = STANDING_BEFORE;
-            let mut walking = 0.0;
-            while end < seconds {
-                let ground = if patches.uniform(0.0..1.0) < self.greased {
-                    Ground::Greased
-                } else {
-                    self.ground
-                };
-                let mut step = style.step(ground, &mut random);
-                step.tremor.frequency *= self.shaking;
-                step.tremor.acceleration *= self.shaking;
-                step.tremor.rate *= self.shaking;
-                walking += step.duration();
-                if let Some(rests) = self.rests
-                    && walking >= rests.every
-                {
-                    walking = 0.0;
-                    step.stance += rests.lasting;
-                    step.tremor.acceleration = 0.0;
-                    step.tremor.rate = 0.0;
-                }
-                end += step.duration();
-                steps.push(step);
+        let mut end = STANDING_BEFORE;
+        let mut walking = 0.0;
+        for mut step in StepSource::new(self, seed) {
+            if end >= seconds {
+                break;
             }
+            walking += step.duration();
+            if let Some(rests) = self.rests
+                && walking >= rests.every
+            {
+                walking = 0.0;
+                step.stance += rests.lasting;
+                step.tremor.acceleration = 0.0;
+                step.tremor.rate = 0.0;
+            }
+            end += step.duration();
+            steps.push(step);
         }
         let Self { gait, ground, .. } = self;
         Plan {
@@ -156,6 +145,49 @@ impl RobotParams {
             steps,
             duration: seconds,
         }
+    }
+}
+
+/// Steps of a robot's foot without end; none for a robot that stands.
+#[derive(Clone, Debug)]
+pub(crate) struct StepSource {
+    style: Option<Style>,
+    robot: RobotParams,
+    steps: SeededRandom,
+    patches: SeededRandom,
+}
+
+impl StepSource {
+    /// Creates the steps of a seed.
+    pub fn new(robot: &RobotParams, seed: u64) -> Self {
+        let style = robot.gait.style();
+        let style = style.map(|usual| Style { length: usual.length * robot.step_length, ..usual });
+        Self {
+            style,
+            robot: *robot,
+            steps: SeededRandom::new(seed, RandomUse::Steps),
+            patches: SeededRandom::new(seed, RandomUse::Patches),
+        }
+    }
+
+    /// Draws a deviation uniformly from ± `limit`.
+    pub fn spread(&mut self, limit: f64) -> f64 {
+        self.steps.uniform(-limit..limit)
+    }
+}
+
+impl Iterator for StepSource {
+    type Item = PlannedStep;
+
+    fn next(&mut self) -> Option<PlannedStep> {
+        let style = self.style?;
+        let greased = self.patches.uniform(0.0..1.0) < self.robot.greased;
+        let ground = if greased { Ground::Greased } else { self.robot.ground };
+        let mut step = style.step(ground, &mut self.steps);
+        step.tremor.frequency *= self.robot.shaking;
+        step.tremor.acceleration *= self.robot.shaking;
+        step.tremor.rate *= self.robot.shaking;
+        Some(step)
     }
 }
 
@@ -178,6 +210,16 @@ recordings::named! {
 }
 
 impl GaitName {
+    /// Duration of a stride, s; `None` for a robot that stands.
+    pub(crate) fn stride_s(self) -> Option<f64> {
+        self.style().map(|style| style.swing + style.contact)
+    }
+
+    /// Distance of a stride, m.
+    pub(crate) fn travel_m(self) -> f64 {
+        self.style().map_or(0.0, |style| style.length)
+    }
+
     const fn style(self) -> Option<Style> {
         match self {
             Self::Stand => None,

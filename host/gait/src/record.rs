@@ -11,7 +11,7 @@ use recordings::samples::{RecordedSample, Recording};
 
 use crate::label::labels;
 use crate::plan::Plan;
-use crate::sensor::SensorParams;
+use crate::sensor::{SensorParams, felt_by};
 use crate::track::{FootState, Track};
 
 /// Period of the firmware's ticks, µs.
@@ -36,9 +36,7 @@ pub struct Simulation {
 /// After the end of its plan the foot stays in place.
 pub struct Walking {
     motion: Track,
-    part: SharedPart,
-    driver: Lsm6dsox<SimSpi>,
-    conversion: Conversion,
+    sampler: Sampler,
     ticks: u64,
 }
 
@@ -61,24 +59,44 @@ impl Walking {
     #[must_use]
     pub fn new(plan: &Plan, sensor: &SensorParams, seed: u64) -> Self {
         let motion = Track::new(plan);
-        let part = sensor.mounted(motion.clone(), seconds(START_US), seed);
-        let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
-        driver.init(&mut part.delay()).expect("a part without a fault starts");
-        assert!(part.now_ns() < START_US * 1000, "it started in time");
-        Self { motion, part, driver, conversion: Conversion::default(), ticks: 0 }
+        let track = motion.clone();
+        let felt = move |t: f64, temperature: f64| felt_by(&track.at(t), temperature);
+        let sampler = Sampler::new(|delay| sensor.mounted(felt, delay, seed));
+        Self { motion, sampler, ticks: 0 }
     }
 
     /// Advances to the next tick, [`TICK_US`] after the previous one.
     pub fn tick(&mut self) -> Walked {
-        let (imu, raw) = self.sample_after(self.ticks * TICK_US);
+        let (imu, raw) = self.sampler.sample_after(self.ticks * TICK_US);
         self.ticks += 1;
         let truth = self.motion.at(seconds(imu.timestamp.as_micros()));
         Walked { imu, raw, truth }
     }
+}
+
+/// The foot's program as far as it reads the sensor.
+pub(crate) struct Sampler {
+    part: SharedPart,
+    driver: Lsm6dsox<SimSpi>,
+    conversion: Conversion,
+}
+
+impl Sampler {
+    /// Starts the part that `mounted` returns for the time from power-up to the first tick, s.
+    ///
+    /// # Panics
+    /// When the part does not start.
+    pub fn new(mounted: impl FnOnce(f64) -> SharedPart) -> Self {
+        let part = mounted(seconds(START_US));
+        let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
+        driver.init(&mut part.delay()).expect("a part without a fault starts");
+        assert!(part.now_ns() < START_US * 1000, "it started in time");
+        Self { part, driver, conversion: Conversion::default() }
+    }
 
     /// Runs the foot's program at the tick at `tick_us`: waits for the next data-ready edge, takes its time, and reads
     /// one burst. Returns the sensor codes with the sample if they could be read.
-    fn sample_after(&mut self, tick_us: u64) -> (ImuSample, Option<RawSample>) {
+    pub fn sample_after(&mut self, tick_us: u64) -> (ImuSample, Option<RawSample>) {
         let part = &self.part;
         part.advance_to((START_US + tick_us) * 1000);
         if let Some(edge_ns) = part.next_rising_edge_ns(Pin::Int1) {

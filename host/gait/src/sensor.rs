@@ -8,10 +8,10 @@
 
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
-use recordings::space::Vector;
+use recordings::space::{Rotation, Vector};
 
 use crate::random::{RandomUse, SeededRandom};
-use crate::track::{FootState, Track};
+use crate::track::FootState;
 
 /// Standard gravity, m/s².
 pub const GRAVITY: f64 = STANDARD_GRAVITY as f64;
@@ -119,14 +119,19 @@ impl SensorParams {
         }
     }
 
-    /// Returns the specimen of `seed` on a foot, just powered up. The foot begins to move `delay` s later; until
-    /// then it stands as in the beginning.
+    /// Returns the specimen of `seed`, just powered up, on a body that begins to move `delay` s later; until then it
+    /// stands as in the beginning. `felt` returns the stimulus at a time, s, and a temperature, °C.
     #[must_use]
-    pub fn mounted(&self, motion: Track, delay: f64, seed: u64) -> SharedPart {
+    pub fn mounted(
+        &self,
+        felt: impl Fn(f64, f64) -> Stimulus + 'static,
+        delay: f64,
+        seed: u64,
+    ) -> SharedPart {
         let (temperature, drift) = (self.temperature, self.gyroscope_drift);
         let felt = move |seconds: f64| {
             let t = seconds - delay;
-            let mut felt = felt_by(&motion.at(t), temperature.at(t));
+            let mut felt = felt(t, temperature.at(t));
             for (rate, drift) in felt.angular_rate.iter_mut().zip(drift) {
                 *rate += drift * t.max(0.0);
             }
@@ -139,10 +144,21 @@ impl SensorParams {
 /// Returns the stimulus of a sensor at `temperature`, °C, on a foot in this state.
 #[must_use]
 pub fn felt_by(foot: &FootState, temperature: f64) -> Stimulus {
-    let against_gravity = foot.acceleration + Vector::new(0.0, 0.0, GRAVITY);
+    felt(foot.acceleration, foot.orientation, foot.angular_rate, temperature)
+}
+
+/// Returns the stimulus of a sensor on a body, from its acceleration in the world, m/s², its orientation, its angular
+/// rate in its own frame, rad/s, and its temperature, °C.
+pub(crate) fn felt(
+    acceleration: Vector,
+    orientation: Rotation,
+    angular_rate: Vector,
+    temperature: f64,
+) -> Stimulus {
+    let against_gravity = acceleration + Vector::new(0.0, 0.0, GRAVITY);
     Stimulus {
-        specific_force: foot.orientation.to_sensor(against_gravity).to_array(),
-        angular_rate: foot.angular_rate.to_array(),
+        specific_force: orientation.to_sensor(against_gravity).to_array(),
+        angular_rate: angular_rate.to_array(),
         temperature,
     }
 }

@@ -15,6 +15,7 @@ The estimator gives the same bits as that of the firmware and of the program ``f
 :func:`read`                the recordings in such a file, as arrays
 :func:`decode`              output of feet over CAN or a serial line, as arrays
 :func:`simulate`            a recording of a simulated foot, with its ground truth
+:func:`simulate_robot`      the same of four feet, with the robot's base and joints
 :func:`calibrate`           learns a foot in advance, for a warm start
 :func:`score`               RMSE, ROC-AUC and calibration error against labels
 :func:`select`              parameters that fit the labels of recordings best
@@ -30,6 +31,7 @@ from ._estimate import estimate, estimate_file
 from ._footfall import AXES, FLAGS, SENT_FLAGS, STATES, __version__
 from ._recording import Recording, Simulation, read, simulate
 from ._result import Event, Finding, Result
+from ._robot import Base, Leg, Robot, RobotLeg, simulate_robot
 from ._score import Score, score
 from ._select import Candidate, Figure, LeftOut, Selection, select
 from ._settings import Config, Gravity, Preset, Times, TimeUnit
@@ -40,6 +42,7 @@ __all__ = [
     "FLAGS",
     "SENT_FLAGS",
     "STATES",
+    "Base",
     "Calibration",
     "Candidate",
     "Config",
@@ -52,9 +55,12 @@ __all__ = [
     "Finding",
     "Gravity",
     "LeftOut",
+    "Leg",
     "Preset",
     "Recording",
     "Result",
+    "Robot",
+    "RobotLeg",
     "Score",
     "Selection",
     "Simulation",
@@ -69,4 +75,5 @@ __all__ = [
     "score",
     "select",
     "simulate",
+    "simulate_robot",
 ]

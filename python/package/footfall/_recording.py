@@ -120,6 +120,10 @@ class Simulation(Recording):
     """Times of touch-downs, s, shape (M,)."""
     slips: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
     """Starts and ends of slips, s, shape (K, 2)."""
+    position: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    """True position of the sensor in the world, m, shape (N, 3): x forward, y to the left, z up."""
+    velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    """True velocity of the sensor in the world, m/s, shape (N, 3)."""
 
 
 def read(
@@ -247,8 +251,37 @@ def simulate(
     ValueError
         An argument is out of its range; the message names it, its value and the range.
     """
+    walk = walk_arguments(
+        gait=gait,
+        seconds=seconds,
+        seed=seed,
+        ground=ground,
+        greased=greased,
+        step_length=step_length,
+        shaking=shaking,
+        rests=rests,
+        warming=warming,
+        gyro_drift=gyro_drift,
+    )
+    return Simulation._of(_footfall.simulate(walk))
+
+
+def walk_arguments(
+    *,
+    gait: str,
+    seconds: float,
+    seed: int,
+    ground: str,
+    greased: float,
+    step_length: float,
+    shaking: float,
+    rests: tuple[float, float] | None,
+    warming: float,
+    gyro_drift: tuple[float, float, float],
+) -> WalkDict:
+    """Returns the arguments of a simulation in the form that the Rust part takes."""
     x, y, z = (float(axis) for axis in gyro_drift)
-    walk: WalkDict = {
+    return {
         "gait": gait,
         "seconds": float(seconds),
         "seed": seed,
@@ -260,4 +293,3 @@ def simulate(
         "warming": float(warming),
         "gyro_drift": (x, y, z),
     }
-    return Simulation._of(_footfall.simulate(walk))
