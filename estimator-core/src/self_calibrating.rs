@@ -338,8 +338,11 @@ impl SelfCalibrating {
     /// Accounts for missing samples, and returns the probabilities after them. A gap of up to half a window is bridged:
     /// it takes nothing from the probabilities.
     pub fn account_for(&mut self, missing: u64) -> Probabilities {
-        if missing > u64::from(self.window / 2).max(1) {
-            for _ in 0..missing.min((GAP_WINDOWS * self.window).into()) {
+        // More are days, after which nothing is left to take away. From 64 bits the conversion would need a library of
+        // double precision on a processor without floating point.
+        let missing = u32::try_from(missing).unwrap_or(u32::MAX);
+        if missing > (self.window / 2).max(1) {
+            for _ in 0..missing.min(GAP_WINDOWS * self.window) {
                 self.fade(self.newest);
             }
             self.evidence.pass(missing as f32 * self.period);
