@@ -1,5 +1,5 @@
 //! Packs the packages that can be published, and checks the packed files alone: a program outside the workspace runs with
-//! them, and each compiles with the oldest compiler that its manifest names.
+//! them, their own tests pass, and each compiles with the oldest compiler that its manifest names.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,6 +11,19 @@ use crate::command::{Step, remove_folder, root};
 
 /// Names of the packages, without their common beginning.
 const NAMES: [&str; 5] = ["estimator", "wire", "lsm6dsox", "storage", "bootloader"];
+
+/// Files in each package.
+const FILES: [&str; 4] = ["Cargo.toml", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
+
+/// Beginnings of lines in each manifest, which a registry shows.
+const FIELDS: [&str; 6] = [
+    "description = ",
+    "documentation = ",
+    "license = ",
+    "repository = ",
+    "rust-version = ",
+    "[package.metadata.docs.rs]",
+];
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -32,7 +45,7 @@ fn main() -> Result<(), estimator_core::ParamsError> {
 /// Packs the packages and checks them.
 ///
 /// # Errors
-/// A package cannot be packed, lacks a file, or does not compile.
+/// A package cannot be packed, lacks a file or a field, does not compile, or fails a test.
 pub fn run() -> Result<()> {
     let packages = NAMES.map(|name| format!("--package=footfall-{name}"));
     Step::cargo(&["package", "--locked", "--no-verify", "--quiet"]).with(packages).run()?;
@@ -46,6 +59,13 @@ pub fn run() -> Result<()> {
     fs::write(outside.join("src/main.rs"), PROGRAM)?;
     Step::program("cargo").at(&outside).with(["run", "--quiet"]).run()?;
     println!("a program outside the workspace runs with all {} packages", NAMES.len());
+    let tree = ["tree", "--package", "footfall-estimator", "--edges", "normal"];
+    let tree = Step::program("cargo").at(&outside).with(tree).output()?;
+    if tree.lines().count() != 1 {
+        bail!("footfall-estimator has dependencies:\n{tree}");
+    }
+    Step::program("cargo").at(&outside).with(["test", "--workspace", "--quiet"]).run()?;
+    println!("the tests of the packed packages pass");
     for name in NAMES {
         let oldest = oldest_compiler(name, &outside)?;
         let install = ["toolchain", "install", "--profile", "minimal", "--no-self-update"];
@@ -71,9 +91,16 @@ fn unpack(name: &str, outside: &Path) -> Result<()> {
         .with(["--extract", "--gzip", "--directory", &outside.display().to_string()])
         .with(["--file", &file.display().to_string()])
         .run()?;
-    for file in ["Cargo.toml", "README.md"] {
-        if !outside.join(&folder).join(file).is_file() {
+    for file in FILES {
+        let metadata = fs::symlink_metadata(outside.join(&folder).join(file));
+        if !metadata.is_ok_and(|metadata| metadata.is_file()) {
             bail!("footfall-{name} lacks {file}");
+        }
+    }
+    let manifest = fs::read_to_string(outside.join(&folder).join("Cargo.toml"))?;
+    for field in FIELDS {
+        if !manifest.lines().any(|line| line.starts_with(field)) {
+            bail!("footfall-{name}: its manifest has no line {field:?}");
         }
     }
     Ok(())
@@ -88,6 +115,7 @@ edition = "2024"
 rust-version = "1.88"
 
 [workspace]
+members = ["footfall-*"]
 
 [dependencies]
 footfall-estimator = "{VERSION}"
