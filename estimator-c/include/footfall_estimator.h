@@ -19,6 +19,12 @@
 extern "C" {
 #endif
 
+/* Version of this header; before 1.0 the minor version is that of incompatible changes. */
+#define FOOTFALL_VERSION_MAJOR 0
+#define FOOTFALL_VERSION_MINOR 1
+#define FOOTFALL_VERSION_PATCH 0
+#define FOOTFALL_VERSION "0.1.0"
+
 /* Results of the functions, of type footfall_error. */
 enum {
     FOOTFALL_OK = 0,
@@ -126,7 +132,7 @@ typedef struct {
     uint8_t flags;            /* FOOTFALL_FLAG_... */
 } footfall_estimate;
 
-/* Version of the library, as "0.1.0". */
+/* Version of the library, equal to FOOTFALL_VERSION where the header and the library are of one archive. */
 const char *footfall_version(void);
 
 /* English text of an error; never NULL. */

@@ -232,16 +232,15 @@ pub fn remap(folders: &[(PathBuf, &str)]) -> Vec<String> {
     vec!["--config".into(), setting]
 }
 
-/// Checks that an ELF names none of the folders.
+/// Checks that the bytes of a program name none of the folders.
 ///
 /// # Errors
-/// It names one, or cannot be read.
-pub fn check_names(elf: &Path, folders: &[(PathBuf, &str)]) -> Result<()> {
-    let bytes = fs::read(elf)?;
+/// They name one.
+pub fn check_names(bytes: &[u8], folders: &[(PathBuf, &str)]) -> Result<()> {
     for (folder, _) in folders {
         let name = folder.as_os_str().as_encoded_bytes();
         if bytes.windows(name.len()).any(|found| found == name) {
-            bail!("{}: it names {}", elf.display(), folder.display());
+            bail!("it names {}", folder.display());
         }
     }
     Ok(())

@@ -22,13 +22,15 @@ const FOR_TESTS: [Tool; 5] = [
 
 /// Valgrind for instruction counts, Node.js for the emulator of the Nano's chip, and compilers and emulators of other
 /// processors for the library in C, whose Rust targets `cargo xtask library` adds.
-const FOR_FULL: [Tool; 9] = [
+const FOR_FULL: [Tool; 11] = [
     ("valgrind", &["valgrind"]),
     ("node", &["nodejs"]),
     ("npm", &["npm"]),
     ("arm-none-eabi-gcc", &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]),
     ("riscv64-unknown-elf-gcc", &["gcc-riscv64-unknown-elf", "picolibc-riscv64-unknown-elf"]),
     ("aarch64-linux-gnu-gcc", &["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"]),
+    ("i686-linux-gnu-gcc", &["gcc-i686-linux-gnu", "libc6-dev-i386-cross"]),
+    ("x86_64-w64-mingw32-gcc", &["gcc-mingw-w64-x86-64"]),
     ("qemu-system-riscv32", &["qemu-system-misc"]),
     ("qemu-aarch64", &["qemu-user"]),
     ("pkg-config", &["pkg-config"]),

@@ -1,4 +1,6 @@
 //! Packs the estimator for programs in C: one archive for Arduino, `PlatformIO`, Zephyr, ESP-IDF, `CMake` and pkg-config.
+//!
+//! The archive depends on commit and compiler alone: two clones of a commit give the same bytes.
 
 use std::fs::{self, File};
 use std::io::{Cursor, Write as _};
@@ -7,26 +9,45 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use ar_archive_writer::{ArchiveKind, DEFAULT_OBJECT_READER, NewArchiveMember};
 use object::read::archive::ArchiveFile;
-use object::{Object as _, ObjectSymbol as _};
+use object::{BinaryFormat, Object as _, ObjectSymbol as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use crate::command::{Step, remove_folder, root};
+use crate::firmware;
 
-/// Targets, each with the folders of `src` that have its library. Their names are those that the Arduino IDE looks for:
-/// the processor, then FPU and calling convention.
-const TARGETS: [(&str, &[&str]); 7] = [
-    ("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus", "cortex-m3"]),
-    (
-        "thumbv7em-none-eabi",
-        &[
-            "cortex-m4",
+/// Library of the archive: a target of the compiler, and its folders in `src`.
+#[derive(Clone, Copy)]
+struct Library<'a> {
+    target: &'a str,
+    /// CPU and feature of a floating-point unit that the target does not use by itself: `softfp`, which passes numbers in
+    /// the registers of integers and computes in hardware. The compiler calls the feature unstable, as it would change how
+    /// numbers are passed where the target did not fix that; the functions of the header take and return no numbers.
+    fpu: Option<(&'a str, &'a str)>,
+    folders: &'a [&'a str],
+}
+
+const fn library<'a>(target: &'a str, folders: &'a [&'a str]) -> Library<'a> {
+    Library { target, fpu: None, folders }
+}
+
+/// The libraries. Folders of microcontrollers have the names that the Arduino IDE looks for: the processor, then FPU and
+/// calling convention as the compiler's options name them. A core that gives no `-mfpu` has the convention alone.
+const LIBRARIES: [Library<'_>; 16] = [
+    // Armv8-M without its main extension runs the code of Armv6-M.
+    library("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus", "cortex-m23"]),
+    library("thumbv7m-none-eabi", &["cortex-m3"]),
+    library("thumbv7em-none-eabi", &["cortex-m4", "cortex-m7"]),
+    Library {
+        target: "thumbv7em-none-eabi",
+        fpu: Some(("cortex-m4", "vfp4d16sp")),
+        folders: &[
             "cortex-m4/fpv4-sp-d16-softfp",
             "cortex-m7/fpv5-d16-softfp",
             "cortex-m7/fpv5-sp-d16-softfp",
         ],
-    ),
-    (
+    },
+    library(
         "thumbv7em-none-eabihf",
         &[
             "cortex-m4/fpv4-sp-d16-hard",
@@ -35,71 +56,185 @@ const TARGETS: [(&str, &[&str]); 7] = [
             "imxrt1062/fpv5-d16-hard",
         ],
     ),
-    ("thumbv8m.main-none-eabihf", &["cortex-m33/fpv5-sp-d16-hard"]),
-    ("riscv32imc-unknown-none-elf", &["esp32c3"]),
-    ("x86_64-unknown-linux-gnu", &["x86_64"]),
-    ("aarch64-unknown-linux-gnu", &["aarch64"]),
+    library("thumbv8m.main-none-eabi", &["cortex-m33", "cortex-m55"]),
+    Library {
+        target: "thumbv8m.main-none-eabi",
+        fpu: Some(("cortex-m33", "fp-armv8d16sp")),
+        folders: &[
+            "cortex-m33/fpv5-sp-d16-softfp",
+            "cortex-m33/softfp",
+            "cortex-m55/fpv5-d16-softfp",
+            "cortex-m55/softfp",
+        ],
+    },
+    library(
+        "thumbv8m.main-none-eabihf",
+        &[
+            "cortex-m33/fpv5-sp-d16-hard",
+            "cortex-m33/hard",
+            "cortex-m55/fpv5-d16-hard",
+            "cortex-m55/hard",
+        ],
+    ),
+    library(
+        "riscv32imc-unknown-none-elf",
+        &["riscv32", "esp32c2", "esp32c3", "esp32c6", "esp32h2"],
+    ),
+    library("riscv32imafc-unknown-none-elf", &["riscv32/ilp32f", "esp32p4"]),
+    library("x86_64-unknown-linux-gnu", &["x86_64"]),
+    library("i686-unknown-linux-gnu", &["i386"]),
+    library("aarch64-unknown-linux-gnu", &["aarch64"]),
+    library("aarch64-apple-darwin", &["macos/arm64"]),
+    library("x86_64-apple-darwin", &["macos/x86_64"]),
+    // For Visual C++ and for MinGW: both call C in the same way.
+    library("x86_64-pc-windows-msvc", &["windows/x86_64"]),
 ];
 
-/// Functions of C that the compiler calls by itself; those of its own library begin with `__`.
-const OF_C: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "sqrtf"];
+/// Functions of C that the compiler calls by itself, the last one on macOS; those of its own library begin with `__`.
+const OF_C: [&str; 6] = ["memcpy", "memmove", "memset", "memcmp", "sqrtf", "memset_pattern16"];
 
-const LIBRARY: &str = "libfootfall_estimator.a";
+/// Beginnings of the compiler's functions of double precision, and of those that call them: kilobytes on a processor
+/// without floating point.
+const OF_DOUBLES: [&str; 6] =
+    ["__aeabi_d", "__aeabi_f2d", "__aeabi_l2f", "__aeabi_ul2f", "__floatdisf", "__floatundisf"];
 
-/// Files of the repository in the archive, and their folders there.
-const FILES: [(&str, &str); 5] = [
-    ("estimator-c/include/footfall_estimator.h", "src"),
-    ("estimator-c/examples/walk.c", "examples"),
-    ("docs/your-own-board.md", ""),
-    ("LICENSE-APACHE", ""),
-    ("LICENSE-MIT", ""),
+/// Marks that are no functions: of the linker, for position-independent code on an i386; of Visual C++, for a program
+/// with floating point.
+const MARKS: [&str; 2] = ["_GLOBAL_OFFSET_TABLE_", "_fltused"];
+
+/// Files of the repository, and where they are in the archive.
+const FILES: [(&str, &str); 6] = [
+    ("estimator-c/include/footfall_estimator.h", "src/footfall_estimator.h"),
+    ("estimator-c/examples/CMakeLists.txt", "examples/CMakeLists.txt"),
+    ("estimator-c/examples/walk.c", "examples/walk.c"),
+    (PAGE, "README.md"),
+    ("LICENSE-APACHE", "LICENSE-APACHE"),
+    ("LICENSE-MIT", "LICENSE-MIT"),
 ];
 
-/// Builds the archive in `dist`, and returns its path.
+/// Documentation of the archive, whose links lead into the repository.
+const PAGE: &str = "docs/your-own-board.md";
+
+/// Name of the folder in the archive, without a version: it is the name of a component of ESP-IDF.
+const NAME: &str = "footfall_estimator";
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Builds the archive for all processors in `dist`, with a file of its SHA-256, and returns its path.
 ///
 /// # Errors
 /// A target cannot be installed or built, or a library has symbols that could collide with those of a program.
 pub fn run(dist: &Path) -> Result<PathBuf> {
-    let version = env!("CARGO_PKG_VERSION");
-    let name = format!("footfall-estimator-{version}");
-    let folder = root().join("target/library").join(&name);
-    remove_folder(&folder)?;
-    for (target, processors) in TARGETS {
-        let library = build(target)?;
-        for processor in processors {
-            write(&folder.join("src").join(processor).join(LIBRARY), &library)?;
-        }
-    }
-    for (file, below) in FILES {
-        let name = Path::new(file).file_name().context("a file has a name")?;
-        let text = fs::read_to_string(root().join(file))?;
-        // Where the header and the example are in the archive.
-        let text = text.replace("](../estimator-c/include/", "](src/");
-        let text = text.replace("](../estimator-c/", "](");
-        write(&folder.join(below).join(name), text.as_bytes())?;
-    }
-    let packaging = root().join("estimator-c/package");
-    for path in files(&packaging)? {
-        let text = fs::read_to_string(&path)?.replace("@VERSION@", version);
-        write(&folder.join(path.strip_prefix(&packaging)?), text.as_bytes())?;
-    }
-    let packed = dist.join(format!("{name}.zip"));
-    pack(&folder, &name, &packed)?;
-    println!("{}", packed.display());
+    let folder = root().join("target/library").join(NAME);
+    fill(&folder, &LIBRARIES)?;
+    let name = format!("footfall-estimator-{VERSION}.zip");
+    let packed = dist.join(&name);
+    pack(&folder, NAME, &packed)?;
+    let sum = Step::program("sha256sum").at(dist).with([name]).output()?;
+    fs::write(packed.with_extension("zip.sha256"), &sum)?;
+    println!("{}\n{}", packed.display(), sum.trim());
     Ok(packed)
 }
 
-/// Builds the library for a target: one object, in which nothing but the functions of the header can be seen.
-fn build(target: &str) -> Result<Vec<u8>> {
-    Step::program("rustup").with(["target", "add", target]).run()?;
+/// Builds the folder that the archive would have with the library for one target of the compiler alone, in `dist`, and
+/// returns its path. A target that the archive lacks has a folder of its own name in `src`.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_for(target: &str, dist: &Path) -> Result<PathBuf> {
+    let folder = dist.join(format!("{NAME}-{target}"));
+    let folders = [target];
+    let mut libraries: Vec<Library<'_>> =
+        LIBRARIES.into_iter().filter(|library| library.target == target).collect();
+    if libraries.is_empty() {
+        libraries.push(library(target, &folders));
+    }
+    fill(&folder, &libraries)?;
+    println!("{}", folder.display());
+    for library in libraries.iter().flat_map(|library| library.folders) {
+        println!("  src/{library}");
+    }
+    Ok(folder)
+}
+
+/// Writes header, libraries, and the files of each build system to a folder, which is emptied first.
+fn fill(folder: &Path, libraries: &[Library<'_>]) -> Result<()> {
+    remove_folder(folder)?;
+    for library in libraries {
+        let (name, bytes) = build(library)?;
+        for processor in library.folders {
+            write(&folder.join("src").join(processor).join(name), &bytes)?;
+        }
+    }
+    for (file, inside) in FILES {
+        let text = fs::read_to_string(root().join(file))?;
+        let text = if file == PAGE { with_links_inside(&text) } else { text };
+        write(&folder.join(inside), text.as_bytes())?;
+    }
+    let compiler = Step::program("rustc").with(["--version"]).output()?;
+    let packaging = root().join("estimator-c/package");
+    for path in files(&packaging)? {
+        let text = fs::read_to_string(&path)?.replace("@VERSION@", VERSION);
+        let text = text.replace("@COMPILER@", compiler.trim());
+        let text = text.replace("@REPOSITORY@", env!("CARGO_PKG_REPOSITORY"));
+        write(&folder.join(path.strip_prefix(&packaging)?), text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// The page with links to files of the archive; where a link leads out of it, its text remains.
+fn with_links_inside(page: &str) -> String {
+    let mut kept = String::new();
+    let mut rest = page;
+    while let Some((before, after)) = rest.split_once("](") {
+        let (target, after) = after.split_once(')').unwrap_or((after, ""));
+        let mut files = FILES.iter().map(|(file, inside)| (format!("../{file}"), *inside));
+        let inside = files.find(|(file, _)| file == target).map(|(_, inside)| inside);
+        let is_kept = target.starts_with("http") || target.starts_with('#');
+        if let Some(target) = inside.or(is_kept.then_some(target)) {
+            kept += &format!("{before}]({target})");
+        } else {
+            let (before, text) = before.rsplit_once('[').unwrap_or((before, ""));
+            kept += before;
+            kept += text;
+        }
+        rest = after;
+    }
+    kept + rest
+}
+
+/// Builds a library: one object, in which nothing but the functions of the header can be seen. Returns the name of its
+/// file, and its bytes.
+fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
+    let target = library.target;
+    Step::program("rustup").with(["target", "add", target]).run().with_context(|| {
+        format!("{target}: `rustc --print target-list` lists the targets; rustup has the core library of most")
+    })?;
     // Without floating point in hardware calls take the time, and loops that are unrolled only space.
-    let level = if target.ends_with("hf") || target.contains("linux") { "3" } else { "'s'" };
+    let has_hardware = library.fpu.is_some()
+        || target.ends_with("hf")
+        || target.contains("imafc")
+        || !target.contains("-none");
+    let level = if has_hardware { "3" } else { "'s'" };
     let level = format!("profile.firmware.package.footfall-estimator.opt-level={level}");
+    let folders = firmware::folders()?;
+    let mut flags: Vec<String> = folders
+        .iter()
+        .map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()))
+        .collect();
+    if let Some((cpu, feature)) = library.fpu {
+        flags.extend([format!("-Ctarget-cpu={cpu}"), format!("-Ctarget-feature=+{feature}")]);
+    }
     Step::cargo(&["rustc", "--locked", "--profile", "firmware", "--lib", "--target", target])
         .with(["--package", "estimator-c", "--crate-type", "staticlib", "--features", "alone"])
         .with(["--config", "profile.firmware.panic='abort'", "--config", &level])
+        .with(["--config", "profile.firmware.debug=0"])
+        // Not quoted: Cargo looks for a target with a dot in its name as for nested tables.
+        .with(["--config", &format!("target.{target}.rustflags={flags:?}")])
         .run()?;
-    let built = root().join("target").join(target).join("firmware/libestimator_c.a");
+    let folder = root().join("target").join(target).join("firmware");
+    let is_msvc = target.ends_with("msvc");
+    let built = folder.join(if is_msvc { "estimator_c.lib" } else { "libestimator_c.a" });
     let bytes = fs::read(&built).with_context(|| built.display().to_string())?;
     let archive = ArchiveFile::parse(&*bytes)?;
     // The other members are the compiler's library, which a program in C has from its own compiler.
@@ -108,24 +243,37 @@ fn build(target: &str) -> Result<Vec<u8>> {
         if member.name().starts_with(b"estimator_c-") {
             let object = member.data(&*bytes)?;
             check_symbols(object).with_context(|| target.to_owned())?;
-            return archive_of(object);
+            firmware::check_names(object, &folders).with_context(|| target.to_owned())?;
+            let name = if is_msvc { "footfall_estimator.lib" } else { "libfootfall_estimator.a" };
+            return Ok((name, archive_of(object)?));
         }
     }
     bail!("{}: it has no object of the estimator", built.display())
 }
 
 /// Checks that an object defines functions of the header alone, and calls nothing but C and the compiler's library: a
-/// panic that can be reached would be another call.
+/// panic that can be reached would be another call. Functions of double precision are refused, too.
 fn check_symbols(object: &[u8]) -> Result<()> {
-    for symbol in object::File::parse(object)?.symbols() {
+    let file = object::File::parse(object)?;
+    for symbol in file.symbols() {
         let name = symbol.name()?;
+        // Names of C begin with an underscore on macOS.
+        let name = match file.format() {
+            BinaryFormat::MachO => name.strip_prefix('_').unwrap_or(name),
+            _ => name,
+        };
         let known = if symbol.is_undefined() {
             name.is_empty() || name.starts_with("__") || OF_C.contains(&name)
         } else {
-            symbol.is_local() || name.starts_with("footfall_")
+            // On Windows constants have names by their value, of which the linker keeps one each.
+            let is_constant = name.starts_with("__real@") || name.starts_with("__xmm@");
+            !symbol.is_global() || name.starts_with("footfall_") || is_constant
         };
-        if !known {
+        if !known && !MARKS.contains(&name) {
             bail!("unexpected symbol {name}");
+        }
+        if OF_DOUBLES.iter().any(|beginning| name.starts_with(beginning)) {
+            bail!("{name} brings functions of double precision");
         }
     }
     Ok(())
@@ -133,6 +281,11 @@ fn check_symbols(object: &[u8]) -> Result<()> {
 
 /// Returns an archive with one object, and an index for the linker.
 fn archive_of(object: &[u8]) -> Result<Vec<u8>> {
+    let kind = match object::File::parse(object)?.format() {
+        BinaryFormat::MachO => ArchiveKind::Darwin,
+        BinaryFormat::Coff => ArchiveKind::Coff,
+        _ => ArchiveKind::Gnu,
+    };
     let member = NewArchiveMember {
         buf: Box::new(object),
         object_reader: &DEFAULT_OBJECT_READER,
@@ -143,13 +296,7 @@ fn archive_of(object: &[u8]) -> Result<Vec<u8>> {
         perms: 0o644,
     };
     let mut archive = Cursor::new(Vec::new());
-    ar_archive_writer::write_archive_to_stream(
-        &mut archive,
-        &[member],
-        ArchiveKind::Gnu,
-        false,
-        None,
-    )?;
+    ar_archive_writer::write_archive_to_stream(&mut archive, &[member], kind, false, None)?;
     Ok(archive.into_inner())
 }
 
@@ -186,4 +333,16 @@ fn pack(folder: &Path, name: &str, to: &Path) -> Result<()> {
     }
     zip.finish()?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_that_leave_the_archive_become_text() {
+        let page = "[`a`](../estimator-c/examples/walk.c) [b](choosing.md) [c](https://rustup.rs) (d) [e](#f)";
+        let expected = "[`a`](examples/walk.c) b [c](https://rustup.rs) (d) [e](#f)";
+        assert_eq!(with_links_inside(page), expected);
+    }
 }

@@ -122,7 +122,11 @@ enum Task {
         output: Option<PathBuf>,
     },
     /// Packs the estimator for programs in C, for all processors, in `dist`.
-    Library,
+    Library {
+        /// Builds a folder for this target of the Rust compiler alone, also one that the archive lacks.
+        #[arg(long, value_name = "TARGET")]
+        target: Option<String>,
+    },
     /// Builds the program of the Nano RP2040 as a UF2 file.
     Uf2,
     /// Builds what is used without a compiler, in `dist`: programs and wheels for Linux, the firmware, the
@@ -176,10 +180,13 @@ fn run(task: Task) -> Result<()> {
         Task::Image { board, key, sequence, output } => {
             image::run(&board, key.as_deref(), sequence, output)
         }
-        Task::Library => {
+        Task::Library { target } => {
             let dist = command::root().join("dist");
             std::fs::create_dir_all(&dist)?;
-            library::run(&dist).map(drop)
+            match target {
+                Some(target) => library::run_for(&target, &dist).map(drop),
+                None => library::run(&dist).map(drop),
+            }
         }
         Task::Uf2 => uf2::run().map(drop),
         Task::Release { only } => release::run(only),

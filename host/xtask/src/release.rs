@@ -175,9 +175,11 @@ fn build_firmware(dist: &Path) -> Result<()> {
     let arguments = firmware::remap(&folders);
     for board in Board::all()? {
         let elf = firmware::build(&board, &arguments)?;
-        firmware::check_names(&elf, &folders)?;
         let bootloader = firmware::build_bootloader(&board, &arguments)?;
-        firmware::check_names(&bootloader, &folders)?;
+        for built in [&elf, &bootloader] {
+            let name = || built.display().to_string();
+            firmware::check_names(&fs::read(built)?, &folders).with_context(name)?;
+        }
         image::write(&elf, None, None, &elf.with_extension("img"))?;
         fs::copy(&elf, elf.with_extension("elf"))?;
         hex::run(&elf, Some(&bootloader))?;

@@ -1,6 +1,8 @@
 //! Programs in C and C++ with the static library: the example gives the bits of the Rust estimator over recorded walks, on
 //! this machine and on QEMU's processors; the header has the layout of the library.
 
+mod packages;
+
 use std::env;
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -39,26 +41,39 @@ const fn cortex_m(folder: &'static str, options: &'static str, run: &'static str
     Processor { folder, compiler: "arm-none-eabi-gcc", options, run }
 }
 
+const fn riscv32(folder: &'static str, options: &'static str) -> Processor {
+    let run = "qemu-system-riscv32 -machine virt -bios none -nographic -monitor none -serial none \
+               -chardev stdio,id=console -semihosting-config enable=on,chardev=console -kernel";
+    Processor { folder, compiler: "riscv64-unknown-elf-gcc", options, run }
+}
+
+/// Options for a RISC-V in QEMU.
+const RISCV: &str = "--specs=picolibc.specs --oslib=semihost --crt0=semihost -Wl,--wrap=fgets \
+    -Wl,--defsym=__flash=0x80000000,--defsym=__flash_size=0x200000,--defsym=__ram=0x80200000,--defsym=__ram_size=0x200000";
+
 /// Largest size of a library, bytes of code and constants.
 const LARGEST_LIBRARY: u32 = 32 * 1024;
 
 const M0: &str = "-machine microbit";
+const M3: &str = "-machine mps2-an385";
 const M4: &str = "-machine netduinoplus2";
 const M7: &str = "-machine mps2-an500";
 const M33: &str = "-machine mps2-an505";
+const M55: &str = "-machine mps3-an547";
 
 /// Memory of these machines, as options of the linker.
 fn memory(machine: &str) -> &'static str {
     match machine {
         M0 => "-Wl,--defsym=rom=0,--defsym=ram=0x20000000,--defsym=ram_size=0x4000",
         M4 => "-Wl,--defsym=rom=0x08000000,--defsym=ram=0x20000000,--defsym=ram_size=0x20000",
-        M7 => "-Wl,--defsym=rom=0,--defsym=ram=0x20000000,--defsym=ram_size=0x20000",
+        M3 | M7 | M55 => "-Wl,--defsym=rom=0,--defsym=ram=0x20000000,--defsym=ram_size=0x20000",
         _ => "-Wl,--defsym=rom=0x10000000,--defsym=ram=0x38000000,--defsym=ram_size=0x20000",
     }
 }
 
-const PROCESSORS: [Processor; 10] = [
+const PROCESSORS: [Processor; 16] = [
     cortex_m("cortex-m0", "-mcpu=cortex-m0", M0),
+    cortex_m("cortex-m3", "-mcpu=cortex-m3", M3),
     cortex_m("cortex-m4", "-mcpu=cortex-m4 -mfloat-abi=soft", M4),
     cortex_m(
         "cortex-m4/fpv4-sp-d16-softfp",
@@ -72,25 +87,23 @@ const PROCESSORS: [Processor; 10] = [
     ),
     cortex_m("cortex-m7/fpv5-d16-softfp", "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=softfp", M7),
     cortex_m("cortex-m7/fpv5-d16-hard", "-mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard", M7),
+    cortex_m("cortex-m33", "-mcpu=cortex-m33 -mfloat-abi=soft", M33),
+    cortex_m("cortex-m33/softfp", "-mcpu=cortex-m33 -mfloat-abi=softfp", M33),
     cortex_m(
         "cortex-m33/fpv5-sp-d16-hard",
         "-mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard",
         M33,
     ),
-    Processor {
-        folder: "esp32c3",
-        compiler: "riscv64-unknown-elf-gcc",
-        options: "-march=rv32imc -mabi=ilp32 --specs=picolibc.specs --oslib=semihost --crt0=semihost -Wl,--wrap=fgets \
-                  -Wl,--defsym=__flash=0x80000000,--defsym=__flash_size=0x200000,--defsym=__ram=0x80200000,--defsym=__ram_size=0x200000",
-        run: "qemu-system-riscv32 -machine virt -bios none -nographic -monitor none -serial none \
-              -chardev stdio,id=console -semihosting-config enable=on,chardev=console -kernel",
-    },
+    cortex_m("cortex-m55/hard", "-mcpu=cortex-m55 -mfloat-abi=hard", M55),
+    riscv32("esp32c3", "-march=rv32imc -mabi=ilp32"),
+    riscv32("esp32p4", "-march=rv32imafc -mabi=ilp32f"),
     Processor {
         folder: "aarch64",
         compiler: "aarch64-linux-gnu-gcc",
         options: "-static",
         run: "qemu-aarch64",
     },
+    Processor { folder: "i386", compiler: "i686-linux-gnu-gcc", options: "-static", run: "" },
     Processor { folder: "x86_64", compiler: "cc", options: "", run: "" },
 ];
 
@@ -123,11 +136,15 @@ fn library() -> PathBuf {
 static ARCHIVE: LazyLock<PathBuf> = LazyLock::new(|| {
     let root = folder().join("..");
     run(Command::new(env!("CARGO")).current_dir(&root).args(["xtask", "library"]));
-    let name = format!("footfall-estimator-{}", env!("CARGO_PKG_VERSION"));
+    let name = format!("footfall-estimator-{}.zip", env!("CARGO_PKG_VERSION"));
     let temporary = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let packed = root.join("dist").join(format!("{name}.zip"));
+    let packed = root.join("dist").join(name);
+    let folder = temporary.join("footfall_estimator");
+    if folder.exists() {
+        fs::remove_dir_all(&folder).expect("no older folder");
+    }
     run(Command::new("python3").args(["-m", "zipfile", "-e"]).arg(packed).arg(temporary));
-    temporary.join(name)
+    folder
 });
 
 /// Returns whether the compiler is installed.
@@ -242,7 +259,7 @@ fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) 
         command.arg(memory(processor.run));
     }
     if processor.compiler.starts_with("riscv") {
-        command.arg(board.join("input.c"));
+        command.args(RISCV.split_whitespace()).arg(board.join("input.c"));
     }
     command.args(more).arg("-L").arg(archive.join("src").join(processor.folder));
     run(command.args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"]).arg(to));
@@ -315,128 +332,6 @@ fn code_size(library: &Path) -> u32 {
     let row = text.lines().nth(1).expect("a row");
     let size = row.split_whitespace().next().expect("a column");
     size.parse().expect("a number")
-}
-
-#[test]
-#[ignore = "full: packs for each processor"]
-fn cmake_and_pkg_config_find_the_archive() {
-    let archive = ARCHIVE.as_path();
-    let temporary = tempfile::tempdir().expect("a temporary directory");
-    let source = temporary.path();
-    fs::write(
-        source.join("CMakeLists.txt"),
-        format!(
-            "cmake_minimum_required(VERSION 3.18)\nproject(foot C)\nfind_package(footfall_estimator REQUIRED)\n\
-             add_executable(walk \"{}\")\ntarget_link_libraries(walk footfall::estimator)\n\
-             target_compile_definitions(walk PRIVATE BITS)\n",
-            archive.join("examples/walk.c").display()
-        ),
-    )
-    .expect("a file");
-    let build = source.join("build");
-    run(Command::new("cmake")
-        .arg(format!("-DCMAKE_PREFIX_PATH={}", archive.display()))
-        .arg("-S")
-        .arg(source)
-        .arg("-B")
-        .arg(&build));
-    run(Command::new("cmake").arg("--build").arg(&build));
-    assert_same_bits(source, || Command::new(build.join("walk")));
-    let flags = run(Command::new("pkg-config").env("PKG_CONFIG_PATH", archive).args([
-        "--cflags",
-        "--libs",
-        "footfall-estimator",
-    ]));
-    let flags = String::from_utf8(flags.stdout).expect("text");
-    let program = source.join("walk");
-    run(Command::new("cc")
-        .arg("-DBITS")
-        .arg(archive.join("examples/walk.c"))
-        .args(flags.split_whitespace())
-        .arg("-o")
-        .arg(&program));
-    assert_same_bits(source, || Command::new(&program));
-}
-
-/// Zephyr's and ESP-IDF's functions, as far as the archive calls them.
-const BUILD_SYSTEMS: &str = r#"
-function(check library)
-  if(NOT EXISTS "${library}")
-    message(FATAL_ERROR "${library} does not exist")
-  endif()
-endfunction()
-function(zephyr_include_directories folder)
-  check("${CMAKE_CURRENT_LIST_DIR}/${folder}/footfall_estimator.h")
-endfunction()
-function(zephyr_library_import name library)
-  check("${library}")
-endfunction()
-function(idf_component_register)
-endfunction()
-function(add_prebuilt_library name library)
-  check("${library}")
-endfunction()
-function(target_link_libraries)
-endfunction()
-"#;
-
-#[test]
-#[ignore = "full: packs for each processor"]
-fn zephyr_and_esp_idf_get_libraries_that_exist() {
-    let archive = ARCHIVE.as_path();
-    let temporary = tempfile::tempdir().expect("a temporary directory");
-    let script = temporary.path().join("script.cmake");
-    for (file, settings) in [
-        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M0PLUS"),
-        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4"),
-        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4 CONFIG_FPU"),
-        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M4 CONFIG_FPU CONFIG_FP_HARDABI"),
-        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M7 CONFIG_FPU CONFIG_FP_HARDABI"),
-        ("zephyr/CMakeLists.txt", "CONFIG_CPU_CORTEX_M33 CONFIG_FPU CONFIG_FP_HARDABI"),
-        ("zephyr/CMakeLists.txt", "CONFIG_SOC_SERIES_ESP32C3"),
-        ("CMakeLists.txt", "ESP_PLATFORM"),
-    ] {
-        let file = archive.join(file);
-        let include = format!("{BUILD_SYSTEMS}include(\"{}\")\n", file.display());
-        fs::write(&script, include).expect("a file");
-        let set = |name| format!("-D{name}=y");
-        let settings = ["CONFIG_FOOTFALL_ESTIMATOR"].into_iter().chain(settings.split(' '));
-        run(Command::new("cmake")
-            .args(settings.map(set))
-            .args(["-DIDF_TARGET=esp32c3", "-P"])
-            .arg(&script));
-    }
-}
-
-/// What the sketch calls of Arduino and of its sensor's library.
-const ARDUINO: &str = "#include <stdint.h>
-struct Printer { void begin(long); void println(const char *); void println(float); };
-extern Printer Serial;
-unsigned long micros();
-struct Sensor {
-    int begin(), accelerationAvailable(), gyroscopeAvailable();
-    float accelerationSampleRate();
-    int readAcceleration(float &, float &, float &), readGyroscope(float &, float &, float &);
-};
-extern Sensor IMU;
-";
-
-#[test]
-fn sketch_for_arduino_compiles() {
-    if !installed(CPP[0], "g++") {
-        return;
-    }
-    let temporary = tempfile::tempdir().expect("a temporary directory");
-    fs::write(temporary.path().join("Arduino_LSM6DSOX.h"), ARDUINO).expect("a file");
-    run(Command::new(CPP[0])
-        .args(&CPP[1..])
-        .args(WARNINGS)
-        .arg("-fsyntax-only")
-        .arg("-I")
-        .arg(temporary.path())
-        .arg("-I")
-        .arg(folder().join("include"))
-        .arg(folder().join("package/examples/Contact/Contact.ino")));
 }
 
 #[test]

@@ -1,0 +1,27 @@
+# Versions follow Semantic Versioning: before 1.0 the minor version is that of incompatible changes.
+set(PACKAGE_VERSION "@VERSION@")
+set(PACKAGE_VERSION_COMPATIBLE FALSE)
+set(PACKAGE_VERSION_EXACT FALSE)
+
+# Versions that differ in this have different functions.
+string(REGEX MATCH "^(0\\.[0-9]+|[1-9][0-9]*)" _footfall_this "${PACKAGE_VERSION}")
+string(REGEX MATCH "^(0\\.[0-9]+|[1-9][0-9]*)" _footfall_wanted "${PACKAGE_FIND_VERSION}")
+if(PACKAGE_FIND_VERSION_RANGE)
+  if(PACKAGE_VERSION VERSION_GREATER_EQUAL PACKAGE_FIND_VERSION_MIN)
+    if(PACKAGE_VERSION VERSION_LESS PACKAGE_FIND_VERSION_MAX)
+      set(PACKAGE_VERSION_COMPATIBLE TRUE)
+    elseif(PACKAGE_FIND_VERSION_RANGE_MAX STREQUAL "INCLUDE" AND PACKAGE_VERSION VERSION_EQUAL PACKAGE_FIND_VERSION_MAX)
+      set(PACKAGE_VERSION_COMPATIBLE TRUE)
+    endif()
+  endif()
+elseif(PACKAGE_VERSION VERSION_EQUAL PACKAGE_FIND_VERSION)
+  set(PACKAGE_VERSION_COMPATIBLE TRUE)
+  set(PACKAGE_VERSION_EXACT TRUE)
+elseif(PACKAGE_VERSION VERSION_GREATER PACKAGE_FIND_VERSION)
+  # "0" alone names no minor version.
+  if(_footfall_this STREQUAL _footfall_wanted OR (PACKAGE_VERSION MATCHES "^0\\." AND PACKAGE_FIND_VERSION STREQUAL "0"))
+    set(PACKAGE_VERSION_COMPATIBLE TRUE)
+  endif()
+endif()
+unset(_footfall_this)
+unset(_footfall_wanted)
