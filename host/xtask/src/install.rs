@@ -121,7 +121,10 @@ fn has_libclang() -> bool {
     if env::var_os("LIBCLANG_PATH").is_some() {
         return true;
     }
-    let is_libclang = |name: &str| name.starts_with("libclang") && name.contains(".so");
+    // Not `libclang-cpp.so`, which has no interface of C.
+    let is_libclang = |name: &str| {
+        name.starts_with("libclang") && name.contains(".so") && !name.starts_with("libclang-cpp")
+    };
     let holds_one = |folder: &Path| holds(folder, is_libclang);
     let below = |folder: &str| Path::new(folder).read_dir().into_iter().flatten().flatten();
     let of_llvm = below("/usr/lib")
