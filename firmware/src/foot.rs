@@ -9,13 +9,14 @@
 //! whatever the estimate is; without a valid sample no frame reports "stable". A fault stays
 //! active until [`SOUND_TICKS`] consecutive samples are good.
 
+use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 
 use estimator_core::correction::AccelerometerCorrection;
 use estimator_core::mounting::Mounting;
 use estimator_core::{
-    ContactEstimate, ContactEstimator, Flag, Flags, Learnt, Load, Params, ParamsError, Timestamp,
-    Validity,
+    Config, ContactEstimate, ContactEstimator, Flag, Flags, Learnt, Load, Params, ParamsError,
+    Timestamp, Validity,
 };
 use lsm6dsox::scale::{DEGREE, FullScale, STANDARD_GRAVITY};
 use storage::{Erase, Origin, StoreFailed};
@@ -33,7 +34,7 @@ use crate::sampling::{Activity, Measurement, ReadAt, SATURATED_TICKS, SensorFaul
 use crate::supervision::{FaultLatch, Hysteresis, Worker};
 use crate::uart_requests;
 
-/// Period of the ticks unless [`Foot::without_can`] sets another, µs.
+/// Period of the ticks unless [`Foot::disable_can`] sets another, µs.
 const TICK_US: u32 = 1_000;
 
 /// Maximum number of requests handled per tick; more wait for the next.
@@ -191,10 +192,38 @@ impl Foot {
     /// The parameters do not fit each other, which checked [`Settings`] exclude.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
         let config = settings.params().validate()?;
-        Ok(Self {
+        Ok(Self::with_config(settings, start, &config))
+    }
+
+    /// Creates a foot in its place as [`new`](Self::new), with the default settings in place of those that do not fit each
+    /// other. A foot that is moved to its place takes its size several times of the stack.
+    ///
+    /// # Errors
+    /// The defaults do not fit each other either.
+    // Not inlined: the caller never returns, and would keep the parts of the foot on the stack.
+    #[inline(never)]
+    pub fn new_in(
+        place: &mut MaybeUninit<Self>,
+        settings: Settings,
+        start: Start,
+    ) -> Result<&mut Self, ParamsError> {
+        let (settings, start, config) = match settings.params().validate() {
+            Ok(config) => (settings, start, config),
+            Err(_) => {
+                let settings = Settings::default();
+                let config = settings.params().validate()?;
+                (settings, Start { origin: Origin::Incompatible, ..start }, config)
+            }
+        };
+        Ok(place.write(Self::with_config(settings, start, &config)))
+    }
+
+    #[inline]
+    fn with_config(settings: Settings, start: Start, config: &Config<WINDOW_CAPACITY>) -> Self {
+        Self {
             in_use: InUse::of(&settings),
             node: Node::new(settings, start.serial),
-            estimator: ContactEstimator::new(&config),
+            estimator: ContactEstimator::new(config),
             renewal: None,
             counters: Counters::default(),
             temperature: f32::NAN,
@@ -216,30 +245,14 @@ impl Foot {
             // Without a crystal there is no CAN.
             with_can: start.unused_crystal_khz.is_none(),
             uart_sequence: 0,
-        })
-    }
-
-    /// Creates a foot as [`new`](Self::new), with the default settings in place of those that do not fit each other.
-    ///
-    /// # Errors
-    /// The defaults do not fit each other either.
-    pub fn new_or_default(settings: Settings, start: Start) -> Result<Self, ParamsError> {
-        // Checked first: a foot that is made twice takes its size twice of the stack.
-        if settings.params().validate::<WINDOW_CAPACITY>().is_ok() {
-            Self::new(settings, start)
-        } else {
-            let origin = Origin::Incompatible;
-            Self::new(Settings::default(), Start { origin, ..start })
         }
     }
 
     /// Sends to the serial line alone, on a board without CAN; its ticks may have another period than a millisecond.
-    #[must_use]
-    pub fn without_can(mut self, tick_us: u32) -> Self {
+    pub fn disable_can(&mut self, tick_us: u32) {
         self.tick_us = tick_us;
         self.with_can = false;
         self.renew(Renewal::Restart);
-        self
     }
 
     /// Settings in use.

@@ -111,8 +111,8 @@ fn main() -> ! {
             ..Program::default()
         },
     };
-    let Ok(foot) = Foot::new_or_default(settings, start) else { halt() };
-    let foot = FOOT.init(foot.without_can(TICK_US));
+    let Ok(foot) = Foot::new_in(FOOT.uninit(), settings, start) else { halt() };
+    foot.disable_can(TICK_US);
     let range = foot.settings().accelerometer_range();
 
     interrupt::USBCTRL_IRQ.set_priority(Priority::P3);

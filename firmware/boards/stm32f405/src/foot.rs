@@ -48,6 +48,7 @@ static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 /// Starts the board and runs the foot.
 pub fn run() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
+    static FOOT: StaticCell<Foot> = StaticCell::new();
     static BOARD: StaticCell<Stm32f405> = StaticCell::new();
 
     let peripherals = crate::start();
@@ -84,7 +85,7 @@ pub fn run() -> ! {
         program: update::program(),
     };
     log_boot(&start);
-    let Some(foot) = make_foot(settings, start) else {
+    let Ok(foot) = Foot::new_in(FOOT.uninit(), settings, start) else {
         halt(&mut led, "the default settings do not fit each other");
     };
     let settings = foot.settings();
@@ -165,14 +166,6 @@ fn log_boot(start: &Start) {
     if let Some(khz) = start.unused_crystal_khz {
         defmt::error!("crystal: {=u32} kHz", khz);
     }
-}
-
-/// Creates the foot in its static place. Not inlined: [`run`] never returns, and would keep the copies on the stack.
-#[inline(never)]
-fn make_foot(settings: Settings, start: Start) -> Option<&'static mut Foot> {
-    static FOOT: StaticCell<Foot> = StaticCell::new();
-    let place = FOOT.uninit();
-    Some(place.write(Foot::new_or_default(settings, start).ok()?))
 }
 
 /// Spawns a task that exists once.
