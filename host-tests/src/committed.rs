@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
-use xtask::results::with_block;
+use results::with_block;
 
 /// Checks that the file at `path` has exactly the content `expected`. With `FOOTFALL_UPDATE=1` in the environment
 /// it is written instead.

@@ -5,7 +5,7 @@ use std::io::{self, Write as _};
 use crate::labelled::{of_sets, pooled};
 use estimator_core::Params;
 use host_tests::sets::Set;
-use xtask::results::Stored;
+use results::Stored;
 
 /// Share of the stored RMSE by which that of a set, or the mean, may exceed it.
 const LOSS: f64 = 0.05;

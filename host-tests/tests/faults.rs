@@ -5,8 +5,8 @@ use feet::decode::remedy::Trouble;
 use feet::foot::accept::Limit;
 use feet::foot::accept::figure::LIMITS;
 use host_tests::committed::assert_block;
-use xtask::results::tables::origin;
-use xtask::results::{Figures, Stored};
+use results::tables::origin;
+use results::{Figures, Stored};
 
 fn table(kind: &str) -> String {
     let all = Trouble::all().filter(|trouble| trouble.kind() == kind);

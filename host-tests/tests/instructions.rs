@@ -5,8 +5,8 @@ use std::process::Command;
 
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
+use results::{Measurement, rounded};
 use serde_json::Value;
-use xtask::results::{Measurement, rounded};
 
 /// Case of the bench, the part of the estimate, and the most instructions per sample, on average over a walk of 5000
 /// samples, x86-64 without extensions.

@@ -19,7 +19,7 @@ use host_tests::requirements::unmet;
 use recordings::config::default_params;
 use recordings::estimate::estimates_and_learnt;
 use recordings::input::{self, Format, InputOptions};
-use xtask::results::Measurement;
+use results::Measurement;
 
 const C: [&str; 2] = ["cc", "-std=c99"];
 const CPP: [&str; 4] = ["c++", "-x", "c++", "-std=c++17"];

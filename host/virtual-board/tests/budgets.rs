@@ -2,6 +2,7 @@
 
 use crate::common::digest::{assert_reproduced_on, digest_of};
 use crate::common::{is_built_here, product, products};
+use results::Measurement;
 use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::part::can::BusFrame;
@@ -11,7 +12,6 @@ use virtual_board::product::motion;
 use virtual_board::product::report::{self, RunOptions};
 use virtual_board::product::traffic::{self, Traffic};
 use wire::board::EDGE_TO_MAILBOX_US;
-use xtask::results::Measurement;
 
 /// Duration of a measurement, ms; the first half second is for settling.
 const MEASURED: u64 = 3_500;

@@ -5,6 +5,7 @@ use std::time::Instant;
 use crate::common::digest::assert_reproduced_on;
 use crate::common::product;
 use gait::GaitName;
+use results::{Measurement, rounded};
 use serde_json::{Value, json};
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::wiring::Wiring;
@@ -12,7 +13,6 @@ use virtual_board::product::motion;
 use virtual_board::product::report::{self, RunOptions};
 use virtual_board::product::traffic::Traffic;
 use wire::board::EDGE_TO_MAILBOX_US;
-use xtask::results::{Measurement, rounded};
 
 const SECONDS: u64 = 3600;
 

@@ -3,10 +3,10 @@
 
 use crate::common::digest::assert_reproduced_on;
 use crate::common::{product, products};
+use results::Measurement;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::scenario::{self, Case, Scenario};
-use xtask::results::Measurement;
 
 /// Rows to run: those that `FOOTFALL_ROWS` names, separated by commas, or all.
 fn chosen() -> Vec<&'static Scenario> {

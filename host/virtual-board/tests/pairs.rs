@@ -3,10 +3,10 @@
 
 use crate::common::digest::assert_reproduced_on;
 use crate::common::product;
+use results::Measurement;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::on_all_cores;
 use virtual_board::product::scenario::pairs::{self, Pair};
-use xtask::results::Measurement;
 
 #[test]
 #[ignore = "full: 4900 pairs of faults, an hour"]

@@ -5,13 +5,13 @@ use crate::common::digest::assert_reproduced_on;
 use crate::common::product;
 use host_tests::datasets::recorded;
 use recordings::input::Format;
+use results::{Measurement, rounded};
 use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::motion;
 use virtual_board::product::on_all_cores;
 use virtual_board::product::report::{self, RunOptions};
-use xtask::results::{Measurement, rounded};
 
 /// Recordings, each with its format and the start of its playback, s: those of `broad` rest for half a minute.
 const RECORDINGS: &str = "\

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use xtask::results;
 
 use crate::command::{Step, cpu_s_of_children, remove_folder, root};
 use crate::firmware::{self, Board};

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-pub use xtask::root;
+pub use results::root;
 
 /// Returns the cargo that runs this program.
 pub fn cargo() -> String {

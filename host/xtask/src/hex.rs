@@ -10,9 +10,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use object::Endianness;
-use object::elf::{FileHeader32, PT_LOAD};
-use object::read::elf::{FileHeader, ProgramHeader};
+use program_images::segments;
 
 use crate::command::root;
 
@@ -29,7 +27,8 @@ pub fn run(program: &Path, bootloader: Option<&Path>) -> Result<()> {
     let mut pieces = Vec::new();
     for path in [Some(program), bootloader].into_iter().flatten() {
         let elf = fs::read(path).with_context(|| path.display().to_string())?;
-        pieces.extend(segments(&elf).with_context(|| path.display().to_string())?);
+        let loaded = segments(&elf).with_context(|| path.display().to_string())?;
+        pieces.extend(loaded.into_iter().map(|(address, bytes)| (address, bytes.to_vec())));
     }
     pieces.sort();
     check(&pieces, &settings).with_context(|| program.display().to_string())?;
@@ -54,20 +53,6 @@ fn settings() -> Result<Range<u32>> {
         address.with_context(|| format!("memory.x has no address {name}"))
     };
     Ok(symbol("_config_start")?..symbol("_config_end")?)
-}
-
-/// Segments of an ELF that are loaded.
-fn segments(elf: &[u8]) -> Result<Vec<Piece>> {
-    let header = FileHeader32::<Endianness>::parse(elf)?;
-    let endian = header.endian()?;
-    let mut pieces = Vec::new();
-    for segment in header.program_headers(endian, elf)? {
-        let data = segment.data(endian, elf).ok().context("a segment is cut off")?;
-        if segment.p_type(endian) == PT_LOAD && !data.is_empty() {
-            pieces.push((segment.p_paddr(endian), data.to_vec()));
-        }
-    }
-    Ok(pieces)
 }
 
 /// Checks that no piece touches the settings or another piece.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
 use bootloader::image::Sources;
-use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
+use program_images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
 use crate::command::{Step, root};
 use crate::firmware::{self, Board};

@@ -3,7 +3,7 @@
 //! | tasks | module |
 //! |---|---|
 //! | `quick`, `test`, `gate`, `full` | [`quick`], [`checks`]: the tiers of checks, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
-//! | `results`, `measure` | [`xtask::results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
+//! | `results`, `measure` | [`results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
 //! | `programs`, `bootloader`, `hex`, `image`, `uf2` | [`firmware`], [`hex`], [`image`], [`uf2`]: what is flashed |
 //! | `library`, `release` | [`library`], [`release`]: what others get |
 
@@ -29,7 +29,6 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use xtask::results;
 
 use crate::firmware::Board;
 use crate::install::Tier;

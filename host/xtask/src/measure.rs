@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use xtask::results::{Measurement, rounded};
+use results::{Measurement, rounded};
 
 use crate::command::{Step, cpu_s_of_children, remove_folder, root};
 

@@ -4,7 +4,6 @@
 use std::collections::BTreeSet;
 
 use anyhow::Result;
-use xtask::results;
 
 use crate::command::Step;
 use crate::packages::Packages;

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use xtask::results;
 
 use crate::command::{Step, remove_folder, root};
 use crate::firmware::{self, Board};

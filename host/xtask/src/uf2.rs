@@ -5,9 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use object::LittleEndian;
-use object::elf::{FileHeader32, PT_LOAD};
-use object::read::elf::{FileHeader, ProgramHeader};
+use program_images::segments;
 
 use crate::command::{Step, root};
 
@@ -51,16 +49,9 @@ fn write(elf: &Path, output: &Path) -> Result<()> {
 
 /// Content of the flash, in pages by their addresses.
 fn pages(elf: &[u8]) -> Result<BTreeMap<u32, [u8; PAGE]>> {
-    let header = FileHeader32::<LittleEndian>::parse(elf)?;
-    let endian = header.endian()?;
     let mut pages = BTreeMap::new();
-    for segment in header.program_headers(endian, elf)? {
-        if segment.p_type(endian) != PT_LOAD {
-            continue;
-        }
-        let data = segment.data(endian, elf);
-        let data = data.ok().context("a segment is cut off")?;
-        for (address, byte) in (segment.p_paddr(endian)..).zip(data) {
+    for (first, bytes) in segments(elf)? {
+        for (address, byte) in (first..).zip(bytes) {
             let start = address - address % PAGE as u32;
             let page = pages.entry(start).or_insert([0; PAGE]);
             page[(address - start) as usize] = *byte;

@@ -1,7 +1,7 @@
 //! Digests of the programs that results come from.
 
+use results::{Measurement, digest};
 use virtual_board::emulator::wiring::Wiring;
-use xtask::results::{Measurement, digest};
 
 use super::{build_bootloader, is_built_here, product, products};
 

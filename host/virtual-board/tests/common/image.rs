@@ -2,8 +2,8 @@
 
 use bootloader::flash::Slot;
 use bootloader::image::{HEADER, Header, Sources, USED};
+use program_images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use virtual_board::emulator::elf::ElfImage;
-use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
 /// Version of the product, and of its image with another version in its texts.
 pub const OLD: &str = "0.1.0";

@@ -4,9 +4,9 @@
 use std::fs::{self, File};
 use std::process::{Command, Stdio};
 
+use results::{Measurement, rounded};
 use serde_json::Value as Json;
 use virtual_board::emulator::wiring::Wiring;
-use xtask::results::{Measurement, rounded};
 
 use super::server::{Server, Words, program};
 use crate::common::digest::assert_reproduced_on;

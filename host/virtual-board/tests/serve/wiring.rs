@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use results::{Measurement, rounded};
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::time::{PER_SECOND, cycle};
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
 use wire::dictionary::index;
 use wire::{Address, Foot, Pdo, Value, pdo};
-use xtask::results::{Measurement, rounded};
 
 use crate::common::digest::digest_of;
 use crate::common::{is_built_here, product};

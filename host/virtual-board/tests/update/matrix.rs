@@ -2,6 +2,8 @@
 
 use bootloader::flash::{SLOT_SIZE, Slot};
 use bootloader::image::{HEADER, Refusal};
+use program_images::{DEVELOPMENT_KEY, image};
+use results::{Measurement, rounded};
 use serde_json::Value;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
@@ -10,8 +12,6 @@ use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::part::usart::LineFault;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::on_all_cores;
-use xtask::results::{Measurement, rounded};
-use xtask::{DEVELOPMENT_KEY, image};
 
 use super::master::{
     CLEAR, INSTALLED_MS, Master, NEW, OLD, START, image_beginning_with, new_image, origin, segment,

@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use wire::board::EDGE_TO_MAILBOX_US;
 use wire::settings::longest_frame;
 
-use super::{Figures, Stored};
+use crate::{Figures, Stored};
 
 /// A generated block of a document.
 #[derive(Debug)]

@@ -1,9 +1,4 @@
-//! What the tasks share with tests: images of a foot's program, with hash and signature; and [`results`], measured
-//! figures and the documents that show them.
-
-pub mod results;
-
-use std::path::Path;
+//! Programs of the boards as they are written to flash: [`segments`] of an ELF, and the signed [`image`] that an update sends.
 
 use bootloader::flash::Slot;
 use bootloader::image::{
@@ -16,13 +11,6 @@ use object::read::elf::{FileHeader, ProgramHeader};
 
 /// Private half of the development key, which everybody has: for tests, and for boards on a desk.
 pub static DEVELOPMENT_KEY: &[u8; 32] = include_bytes!("../../../bootloader/keys/development.key");
-
-/// Root of the workspace.
-#[must_use]
-pub fn root() -> &'static Path {
-    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    package.ancestors().nth(2).unwrap_or(package)
-}
 
 /// Reason why no image can be made from an ELF.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -121,8 +109,11 @@ fn contents(elf: &[u8]) -> Result<Vec<u8>, ImageError> {
     Ok(slot)
 }
 
-/// Load addresses and contents of the segments that a programmer writes to the flash.
-fn segments(elf: &[u8]) -> Result<Vec<(u32, &[u8])>, ImageError> {
+/// Returns load addresses and contents of the segments that a programmer writes to the flash.
+///
+/// # Errors
+/// [`ImageError::NotAnElf`].
+pub fn segments(elf: &[u8]) -> Result<Vec<(u32, &[u8])>, ImageError> {
     let refused = |error: object::Error| ImageError::NotAnElf(error.to_string());
     let header = FileHeader32::<Endianness>::parse(elf).map_err(refused)?;
     let endian = header.endian().map_err(refused)?;

@@ -7,7 +7,7 @@
 //!    digits that are meant, so that two machines write the same file:
 //!
 //!    ```no_run
-//!    use xtask::results::{Measurement, rounded};
+//!    use results::{Measurement, rounded};
 //!
 //!    let mut result = Measurement::new("bus-load", "Load of the CAN bus by the number of feet.")
 //!        .measured_by("cargo test -p virtual-board bus_of_each_wiring_carries_all_contacts")
@@ -40,9 +40,8 @@ use anyhow::{Context, Result, bail};
 use bootloader::flash::Slot;
 use bootloader::image::HEADER;
 use bootloader::verify::Hash;
+use program_images::segments;
 use serde_json::{Map, Value};
-
-use crate::{root, segments};
 
 /// A measurement that has just been made.
 #[derive(Debug)]
@@ -525,6 +524,13 @@ pub fn digest(elf: &[u8]) -> Result<String> {
         write!(text, "{byte:02x}")?;
     }
     Ok(text)
+}
+
+/// Root of the workspace.
+#[must_use]
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().nth(2).unwrap_or(package)
 }
 
 /// Writes all generated blocks of the documents that show results.
