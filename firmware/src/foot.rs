@@ -21,7 +21,7 @@ use estimator_core::{
 use lsm6dsox::scale::{DEGREE, FullScale, STANDARD_GRAVITY};
 use storage::{Erase, Origin, StoreFailed};
 use wire::dictionary::{self, Concern};
-use wire::node::{BootCause, Calibration, Crash, Program, State};
+use wire::node::{BootCause, Calibration, Crash, NmtState, Program};
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadInput, LoadSource, UartStreams, WINDOW_CAPACITY};
 use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
@@ -533,7 +533,7 @@ impl Foot {
 
     /// Whether a store may erase: process data never stop for that, so only a foot that sends none may.
     fn erase(&self) -> Erase {
-        if self.node.state() == State::Operational { Erase::Refused } else { Erase::Allowed }
+        if self.node.state() == NmtState::Operational { Erase::Refused } else { Erase::Allowed }
     }
 
     /// Sets the number of stores that are possible now.
@@ -809,7 +809,7 @@ impl Foot {
         now: Timestamp,
         ports: &Ports<impl Mailboxes>,
     ) {
-        if self.node.state() == State::Stopped {
+        if self.node.state() == NmtState::Stopped {
             return;
         }
         let streams = self.in_use.uart_streams;

@@ -512,7 +512,7 @@ mod tests {
     use core::task::{Context, Waker};
     use std::vec::Vec;
 
-    use wire::node::Command;
+    use wire::node::NmtCommand;
     use wire::uart::{ContactMessage, Decoder, LogMessage, MAX_LOG};
     use wire::{Address, Value};
 
@@ -595,7 +595,7 @@ mod tests {
             received(0x5FF),
             received(0x680),
             received(0x7E5),
-            Input::Uart(UartRequest::Nmt(NmtRequest(Command::ResetNode))),
+            Input::Uart(UartRequest::Nmt(NmtRequest(NmtCommand::ResetNode))),
             Input::UartLost(1),
             Input::Stored(Ok(())),
         ] {

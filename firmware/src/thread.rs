@@ -239,7 +239,7 @@ mod tests {
     fn a_request_over_the_serial_line_shows_that_a_foot_can_be_reached() {
         let (board, ports) = (Counting::default(), Ports::new());
         board.confirms.set(true);
-        let request = wire::uart::NmtRequest(wire::node::Command::StartRemoteNode);
+        let request = wire::uart::NmtRequest(wire::node::NmtCommand::StartRemoteNode);
         let request = Input::Uart(crate::ports::UartRequest::Nmt(request));
         let mut put = pin!(ports.put(request));
         let mut context = Context::from_waker(Waker::noop());

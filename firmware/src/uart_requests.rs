@@ -124,7 +124,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
     use wire::Value;
-    use wire::node::Command;
+    use wire::node::NmtCommand;
     use wire::uart::{ConfigGet, ConfigSet, ContactMessage, encode};
 
     const GET: ConfigGet = ConfigGet { address: Address::new(0x2010, 0) };
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn each_kind_of_request_passes_unchanged() {
         let set = ConfigSet { address: GET.address, value: Value::U16(7).into() };
-        let nmt = NmtRequest(Command::StartRemoteNode);
+        let nmt = NmtRequest(NmtCommand::StartRemoteNode);
         for (message, request) in [
             (Message::ConfigGet(GET), UartRequest::Get(GET)),
             (Message::ConfigSet(set), UartRequest::Set(set)),

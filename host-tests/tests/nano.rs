@@ -13,7 +13,7 @@ use serde_json::Value as Json;
 use tempfile::TempDir;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
-use wire::node::{Command as Nmt, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::settings::WINDOW_CAPACITY;
 use wire::uart::{Answer, ConfigSet, ContactMessage, Decoder, Message, NmtRequest, encode};
 use wire::{Address, Counter, Fault, Faults, Settings, Value};
@@ -134,7 +134,7 @@ fn store_raw_stream(folder: &TempDir) {
         let (address, value) = (Address::new(index, subindex), value.into());
         Message::ConfigSet(ConfigSet { address, value })
     };
-    let open = Message::Nmt(NmtRequest(Nmt::EnterPreOperational));
+    let open = Message::Nmt(NmtRequest(NmtCommand::EnterPreOperational));
     let requests = [
         at(1_000, &open),
         at(1_200, &set(index::UART_STREAMS, 2, Value::U16(1))),
@@ -286,8 +286,8 @@ fn nano_takes_defaults_when_its_settings_are_damaged() {
 #[ignore = "full: an emulator of the chip"]
 fn nano_waits_for_a_command_after_a_reset_by_one() {
     let folder = TempDir::new().expect("a folder");
-    let reset = at(1_000, &Message::Nmt(NmtRequest(Nmt::ResetNode)));
+    let reset = at(1_000, &Message::Nmt(NmtRequest(NmtCommand::ResetNode)));
     let run = board(&folder, 3, &["--send-at-ms", &reset]);
     assert_eq!(run.summary["resets"][0]["reason"], "watchdog forced");
-    assert_eq!(run.health().state, State::PreOperational);
+    assert_eq!(run.health().state, NmtState::PreOperational);
 }

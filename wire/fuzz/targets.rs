@@ -2,7 +2,7 @@
 //! the output keeps its invariants.
 
 use estimator_core::{ContactEstimate, Decision, Phase, Timestamp};
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, Rate, Status};
 use wire::uart::{Decoder, MAX_FRAME, Message, encode};
 use wire::{
@@ -64,7 +64,7 @@ pub fn node(data: &[u8]) {
             _ => u16::from(kind) << 3 | 1,
         };
         if kind == 0xFF {
-            node.command(Command::EnterPreOperational);
+            node.command(NmtCommand::EnterPreOperational);
         }
         let frame = CanFrame::new(id, payload).expect("at most eight bytes");
         micros += 1000;
@@ -129,7 +129,7 @@ pub fn uart(data: &[u8]) {
         assert_eq!(encode(decoded.sequence, &decoded.message).as_bytes(), again.as_bytes());
     }
     decoder.push(0);
-    let request = Message::Nmt(wire::uart::NmtRequest(Command::StartRemoteNode));
+    let request = Message::Nmt(wire::uart::NmtRequest(NmtCommand::StartRemoteNode));
     let found = encode(7, &request).as_bytes().iter().find_map(|byte| decoder.push(*byte));
     assert!(matches!(found, Some(Ok(frame)) if frame.sequence == 7));
     let drops = decoder.drops();

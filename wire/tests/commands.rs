@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
-use wire::node::State;
+use wire::node::NmtState;
 use wire::{BootCause, CanFrame, Counters, Event, Node, Settings};
 
 const NOW: Timestamp = Timestamp::from_micros(5_000_000);
@@ -85,7 +85,7 @@ fn every_command_is_answered_and_leaves_the_foot_streaming() {
     for block in blocks {
         let mut node = foot();
         run(&mut node, &block);
-        assert_eq!(node.state(), State::Operational, "{block}");
+        assert_eq!(node.state(), NmtState::Operational, "{block}");
     }
 }
 

@@ -16,7 +16,7 @@ use lsm6dsox::imu::Conversion;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
 use lsm6dsox::{Config, Pin as InterruptPin, RawSample};
 use simulated_robot::board::measurement;
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::pdo::{Contact, Pdo};
 use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};
 use wire::{Address, CanFrame, Emergency, Settings, Stage, Value};
@@ -243,7 +243,7 @@ impl Bench {
         self.ask(&Message::ConfigSet(ConfigSet { address, value: value.into() }));
     }
 
-    pub fn command(&mut self, command: Command) {
+    pub fn command(&mut self, command: NmtCommand) {
         self.ask(&Message::Nmt(NmtRequest(command)));
     }
 

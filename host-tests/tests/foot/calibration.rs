@@ -12,7 +12,7 @@ use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
 use wire::dictionary::{SIGNATURE_STORE, index};
-use wire::node::{CalibrationState, Command};
+use wire::node::{CalibrationState, NmtCommand};
 use wire::uart::{Answer, ConfigGet, Message};
 use wire::{Address, Settings, Value};
 
@@ -72,7 +72,7 @@ fn scripted(part: &SharedPart, bench: &mut Bench, ms: u64, script: &[Act<'_>]) -
 fn walked(settings: Settings, seed: u64) -> (SharedPart, Bench) {
     let part = walking(60.0, seed);
     let mut bench = Bench::new(settings);
-    let open = |bench: &mut Bench| bench.command(Command::EnterPreOperational);
+    let open = |bench: &mut Bench| bench.command(NmtCommand::EnterPreOperational);
     scripted(&part, &mut bench, SETTLED_MS, &[(SETTLED_MS - 10, &open)]);
     assert!(!is_settling(&bench));
     (part, bench)

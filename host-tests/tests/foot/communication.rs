@@ -10,7 +10,7 @@ use firmware::{Foot, Ports, Start};
 use lsm6dsox::imu::missing_sample;
 use simulated_robot::board::measurement;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::uart::{Answer, Decoder, Message};
 use wire::{AbortCode, Address, Counter, Fault, Faults, Settings, Value};
 
@@ -25,7 +25,7 @@ fn bench() -> Bench {
 /// A bench whose settings are writable.
 fn open() -> Bench {
     let mut bench = bench();
-    bench.command(Command::EnterPreOperational);
+    bench.command(NmtCommand::EnterPreOperational);
     bench.still();
     bench
 }
@@ -80,7 +80,7 @@ fn streams_can_be_switched_off_and_thinned_out() {
     bench.set(contact, Value::U32(0xC000_0180 + 0x11));
     bench.set(Address::new(index::UART_STREAMS, 1), Value::U16(10));
     bench.set(Address::new(index::UART_STREAMS, 2), Value::U16(4));
-    bench.command(Command::StartRemoteNode);
+    bench.command(NmtCommand::StartRemoteNode);
     bench.still();
     let (mut contacts, mut raws) = (0, 0);
     for _ in 0..1000 {
@@ -205,15 +205,15 @@ fn an_analog_load_gives_a_stance_and_an_open_input_a_fault() {
 #[test]
 fn a_stopped_foot_is_silent_until_it_is_started() {
     let mut bench = bench();
-    bench.command(Command::StopRemoteNode);
+    bench.command(NmtCommand::StopRemoteNode);
     bench.still();
     bench.still();
     assert_eq!((bench.contact(), bench.uart.len()), (None, 0));
-    bench.command(Command::StartRemoteNode);
+    bench.command(NmtCommand::StartRemoteNode);
     bench.still();
     assert!(bench.contact().is_some() && !bench.uart.is_empty());
     assert!(bench.uart.iter().all(|message| match message {
-        Message::Health(health) => health.state == State::Operational,
+        Message::Health(health) => health.state == NmtState::Operational,
         _ => true,
     }));
 }

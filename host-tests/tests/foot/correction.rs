@@ -14,7 +14,7 @@ use recordings::estimate::estimates_of;
 use recordings::input::{Format, InputOptions, read};
 use recordings::mounting::parse_axes;
 use wire::dictionary::index;
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::{Address, CanFrame, Settings, Value};
 
 /// Bias, m/s².
@@ -119,7 +119,7 @@ fn on_the_foot(
             assert!(answers.into_iter().all(|frame| frame.data()[0] == 0x60));
         }
         if ticks == WRITTEN_MS - 1 {
-            bench.command(Command::EnterPreOperational);
+            bench.command(NmtCommand::EnterPreOperational);
         } else if let Some((address, value)) =
             ticks.checked_sub(WRITTEN_MS).and_then(|written| settings.get(written as usize))
         {
@@ -204,7 +204,7 @@ fn up(bench: &Bench) -> [f32; 3] {
 fn a_mounting_set_over_uart_applies_at_once_and_after_restart() {
     let mut bench = Bench::new(Settings::default()).running();
     assert_eq!(up(&bench), [0.0, 0.0, 1.0]);
-    bench.command(Command::EnterPreOperational);
+    bench.command(NmtCommand::EnterPreOperational);
     bench.still();
     bench.set(Address::new(index::MOUNTING, 1), Value::U16(162));
     // The estimator restarts with samples in the new frame, and finds up in it.
@@ -233,7 +233,7 @@ fn the_gyroscope_bias_is_relearnt_along_remounted_axes() {
         |bench, _, _| {
             ticks += 1;
             if ticks == 2990 {
-                bench.command(Command::EnterPreOperational);
+                bench.command(NmtCommand::EnterPreOperational);
             } else if ticks == 3000 {
                 bench.set(Address::new(index::MOUNTING, 1), Value::U16(162));
             }

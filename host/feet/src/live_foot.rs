@@ -7,7 +7,7 @@ use crate::decode::ContactRow;
 use crate::decode::live::{FootKey, FootMessage, MessageBody};
 use crate::decode::row::{ClockTurn, CommonClock};
 use estimator_core::{Flag, Flags, Quaternion, Timestamp};
-use wire::node::State;
+use wire::node::NmtState;
 use wire::pdo::{Health, TEMPERATURE_STEP};
 use wire::uart::HealthMessage;
 use wire::{Counter, Emergency, Fault, Faults};
@@ -45,7 +45,7 @@ pub struct LiveFoot {
     /// Sensor temperature, °C.
     pub temperature: Option<f32>,
     /// NMT state.
-    pub state: Option<State>,
+    pub state: Option<NmtState>,
     /// Newest health frame; CAN only.
     pub health: Option<Health>,
     /// Newest state of the board; serial line only.

@@ -12,7 +12,7 @@ use feet::link::{Arrived, LineClock};
 use feet::{Arrival, FootHint, Link, LinkError, Sending};
 use simulated_robot::{Demo, DemoLine, Robot, SimulatedFeet};
 use wire::dictionary::index;
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::uart::{Decoder, Message, NmtRequest, encode};
 use wire::{AbortCode, Address, CanFrame, DataType, Foot, NodeId, Value};
 
@@ -153,7 +153,7 @@ fn incompatible_settings_change_nothing() {
         }
         let after = settings::read(&mut client).expect("answers");
         assert!(settings::differences(&before, &after).is_empty(), "{line}");
-        assert_eq!(client.state().expect("a state"), State::Operational, "{line}");
+        assert_eq!(client.state().expect("a state"), NmtState::Operational, "{line}");
     }
 }
 
@@ -241,19 +241,19 @@ fn id_of_another_board_is_rejected_by_all_commands() {
         );
         assert_eq!(get(&mut client, setting.0), before);
     }
-    assert_eq!(client.state().expect("a state"), State::Operational);
+    assert_eq!(client.state().expect("a state"), NmtState::Operational);
 }
 
 /// Reset command for the kind of line of `sending`.
 fn reset_like(sending: &Sending) -> Sending {
     match sending {
         Sending::Frame(_) => {
-            let frame = CanFrame::new(0, &[Command::ResetNode as u8, 17]);
+            let frame = CanFrame::new(0, &[NmtCommand::ResetNode as u8, 17]);
             Sending::Frame(frame.expect("a frame"))
         }
         Sending::Bytes { port, .. } => Sending::Bytes {
             port: port.clone(),
-            bytes: encode(0, &Message::Nmt(NmtRequest(Command::ResetNode))).as_bytes().to_vec(),
+            bytes: encode(0, &Message::Nmt(NmtRequest(NmtCommand::ResetNode))).as_bytes().to_vec(),
         },
     }
 }
@@ -261,9 +261,11 @@ fn reset_like(sending: &Sending) -> Sending {
 /// Returns whether this is a reset command.
 fn is_reset(sending: &Sending) -> bool {
     match sending {
-        Sending::Frame(frame) => frame.id() == 0 && frame.data() == [Command::ResetNode as u8, 17],
+        Sending::Frame(frame) => {
+            frame.id() == 0 && frame.data() == [NmtCommand::ResetNode as u8, 17]
+        }
         Sending::Bytes { bytes, .. } => decoded(bytes)
-            .is_some_and(|message| message == Message::Nmt(NmtRequest(Command::ResetNode))),
+            .is_some_and(|message| message == Message::Nmt(NmtRequest(NmtCommand::ResetNode))),
     }
 }
 
@@ -336,7 +338,7 @@ fn restart_before_a_store_is_reported_as_an_error() {
         assert!(matches!(cause, RequestError::StartedAgain { .. }), "{line}: {error}");
         assert_eq!(*undone, Undone::NoneStored, "{line}: {error}");
         assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
-        assert_eq!(client.state().expect("a state"), State::Operational);
+        assert_eq!(client.state().expect("a state"), NmtState::Operational);
     }
 }
 
@@ -361,7 +363,7 @@ fn two_boards_with_the_same_id_are_not_configured() {
 fn late_response_to_a_write_is_not_read_as_a_value() {
     for source in ["feet=1", "line=uart"] {
         let mut client = twice(source);
-        client.command(Command::EnterPreOperational).expect("a line");
+        client.command(NmtCommand::EnterPreOperational).expect("a line");
         let address = Address::new(index::DECISION, 1);
         for threshold in [0.625, 0.75] {
             let value = Value::F32(threshold);
@@ -428,7 +430,7 @@ fn self_test_reports_failed_axes_and_restores_settings() {
         assert_eq!(verdict, SelfTestResult::Failed(axes), "{name}");
         for client in [&mut good, &mut bad] {
             assert_eq!(get(client, "self_test_at_start"), "0");
-            assert_eq!(client.state().expect("a state"), State::Operational);
+            assert_eq!(client.state().expect("a state"), NmtState::Operational);
             client.restart(None).expect("it is back");
             assert_eq!(get(client, "self_test_at_start"), "0");
         }

@@ -5,7 +5,7 @@ use crate::common::{MILLISECOND, product};
 use virtual_board::emulator::part::usart::TimedByte;
 use virtual_board::emulator::time::to_us;
 use wire::dictionary::index;
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::uart::{ConfigGet, Message, NmtRequest, encode};
 use wire::{Address, Fault, Value};
 
@@ -65,8 +65,8 @@ fn a_serial_disturbance_repeats_no_command() {
         }
     };
     send(&mut rig, &get, 320);
-    send(&mut rig, &nmt(Command::EnterPreOperational), BUFFER + 3);
-    send(&mut rig, &nmt(Command::StartRemoteNode), BUFFER + 16);
+    send(&mut rig, &nmt(NmtCommand::EnterPreOperational), BUFFER + 3);
+    send(&mut rig, &nmt(NmtCommand::StartRemoteNode), BUFFER + 16);
     send(&mut rig, &get, BUFFER + 210);
     glitch(&mut rig);
     rig.run(50);

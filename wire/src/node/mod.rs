@@ -18,10 +18,10 @@
 mod device;
 mod event;
 
+use canopen_rs::NmtStateMachine;
 use canopen_rs::lss::{self, LSS_SLAVE_COB_ID, LssAddress, LssSlave, LssState};
 use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
-use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
 use heapless::Deque;
 
@@ -41,7 +41,7 @@ use crate::value::Value;
 pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome, Program};
 
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
-pub use canopen_rs::{NmtCommand as Command, NmtState as State};
+pub use canopen_rs::{NmtCommand, NmtState};
 
 /// Requester of a store, a restore or a protection that is pending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

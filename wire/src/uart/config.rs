@@ -14,7 +14,7 @@
 use crate::abort::AbortCode;
 use crate::bytes::{Reader, Writer};
 use crate::dictionary::Address;
-use crate::node::Command;
+use crate::node::NmtCommand;
 use crate::value::Value;
 
 /// Maximum length of a value, bytes: that of a text.
@@ -100,7 +100,7 @@ pub enum Answer {
 
 /// Request to change the NMT state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NmtRequest(pub Command);
+pub struct NmtRequest(pub NmtCommand);
 
 fn write_address(writer: &mut Writer<'_>, address: Address) {
     writer.u16(address.index);
@@ -178,7 +178,7 @@ impl NmtRequest {
     }
 
     pub(super) fn read(mut reader: Reader<'_>) -> Option<Self> {
-        let command = Command::from_byte(reader.u8()?).ok()?;
+        let command = NmtCommand::from_byte(reader.u8()?).ok()?;
         reader.finish(Self(command))
     }
 }
@@ -221,7 +221,7 @@ mod tests {
                 }),
                 &[0x14, 0x20, 1, 0, 0x31, 0, 9, 6],
             ),
-            (Message::Nmt(NmtRequest(Command::EnterPreOperational)), &[0x80]),
+            (Message::Nmt(NmtRequest(NmtCommand::EnterPreOperational)), &[0x80]),
         ];
         for (message, golden) in cases {
             assert_eq!(bytes(&message), golden);

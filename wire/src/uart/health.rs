@@ -17,7 +17,7 @@ use crate::board::{COUNTERS, Counters, Stage};
 use crate::bytes::{Reader, Writer};
 use crate::fault::Faults;
 use crate::foot::NodeId;
-use crate::node::State;
+use crate::node::NmtState;
 use crate::pdo::Quantity;
 
 /// State of the board.
@@ -28,7 +28,7 @@ pub struct HealthMessage {
     /// Stage of the board.
     pub stage: Stage,
     /// The NMT state.
-    pub state: State,
+    pub state: NmtState,
     /// Node id, if there is one.
     pub id: Option<NodeId>,
     /// Active faults; the error register follows from them.
@@ -62,7 +62,7 @@ impl HealthMessage {
     pub(super) fn read(mut reader: Reader<'_>) -> Option<Self> {
         let timestamp = Timestamp::from_micros(reader.u64()?);
         let stage = Stage::from_code(reader.u8()?)?;
-        let state = State::from_wire(reader.u8()?).ok()?;
+        let state = NmtState::from_wire(reader.u8()?).ok()?;
         let id = match reader.u8()? {
             NO_ID => None,
             id => Some(NodeId::new(id)?),
@@ -105,7 +105,7 @@ mod tests {
         let message = HealthMessage {
             timestamp: Timestamp::from_micros(258),
             stage: Stage::HoldStill,
-            state: State::PreOperational,
+            state: NmtState::PreOperational,
             id: NodeId::new(0x12),
             faults: Faults::NONE.with(Fault::LateTick),
             unknown_faults: 0,

@@ -5,7 +5,7 @@ use std::fmt::{Display, Write};
 use estimator_core::{Flag, Flags, PerAxis, Saturation, Validity, Vec3};
 use wire::board::Counter;
 use wire::foot::cob_id;
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::pdo::{
     Acceleration, Attitude, Axes, Bias, Contact, Health, Load, P8, P16, Rate, Status,
     TEMPERATURE_STEP, TIME_STEP_US,
@@ -98,12 +98,12 @@ impl Line {
         self.value("timestamp_us", u64::from(time.0) * TIME_STEP_US);
     }
 
-    fn node_state(&mut self, name: &str, state: State) {
+    fn node_state(&mut self, name: &str, state: NmtState) {
         let text = match state {
-            State::Initialising => "boot_up",
-            State::Stopped => "stopped",
-            State::Operational => "operational",
-            State::PreOperational => "pre_operational",
+            NmtState::Initialising => "boot_up",
+            NmtState::Stopped => "stopped",
+            NmtState::Operational => "operational",
+            NmtState::PreOperational => "pre_operational",
         };
         self.named(name, state as u8, text);
     }
@@ -134,7 +134,7 @@ fn decoded(id: u32, data: &[u8]) -> Result<String, Refused> {
                 return Err(Refused::WrongLength);
             };
             let mut line = head("heartbeat");
-            let state = State::from_wire(code).map_err(|_| Refused::WrongValue)?;
+            let state = NmtState::from_wire(code).map_err(|_| Refused::WrongValue)?;
             line.node_state("state", state);
             line
         }
@@ -276,11 +276,11 @@ fn understood(frame: &Frame) -> String {
         }
         Message::Nmt(request) => {
             let text = match request.0 {
-                Command::StartRemoteNode => "start",
-                Command::StopRemoteNode => "stop",
-                Command::EnterPreOperational => "enter_pre_operational",
-                Command::ResetNode => "reset_node",
-                Command::ResetCommunication => "reset_communication",
+                NmtCommand::StartRemoteNode => "start",
+                NmtCommand::StopRemoteNode => "stop",
+                NmtCommand::EnterPreOperational => "enter_pre_operational",
+                NmtCommand::ResetNode => "reset_node",
+                NmtCommand::ResetCommunication => "reset_communication",
             };
             line.named("command", request.0 as u8, text);
         }

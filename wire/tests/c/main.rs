@@ -13,7 +13,7 @@ use estimator_core::Timestamp;
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 use wire::foot::cob_id;
-use wire::node::State;
+use wire::node::NmtState;
 use wire::pdo::{Load, Quantity};
 use wire::uart::{Answer, ConfigResponse, HealthMessage, Kind, Message, encode};
 use wire::{AbortCode, Address, Counter, Counters, Fault, Faults, Pdo, Stage};
@@ -132,7 +132,7 @@ fn each_value() -> Vec<u8> {
     let health = HealthMessage {
         timestamp: Timestamp::from_micros(1),
         stage: Stage::Running,
-        state: State::Operational,
+        state: NmtState::Operational,
         id: None,
         faults: Faults::NONE,
         unknown_faults: 0,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use wire::foot::cob_id;
-use wire::node::State;
+use wire::node::NmtState;
 use wire::pdo::{Load, Quantity, Signal, SignalKind};
 use wire::{Fault, Foot, Pdo, Settings};
 
@@ -11,11 +11,11 @@ use wire::{Fault, Foot, Pdo, Settings};
 const NO_VALUE: i16 = Quantity::NONE.0;
 
 /// States in a heartbeat.
-const NODE_STATES: [(State, &str); 4] = [
-    (State::Initialising, "boot_up"),
-    (State::Stopped, "stopped"),
-    (State::Operational, "operational"),
-    (State::PreOperational, "pre_operational"),
+const NODE_STATES: [(NmtState, &str); 4] = [
+    (NmtState::Initialising, "boot_up"),
+    (NmtState::Stopped, "stopped"),
+    (NmtState::Operational, "operational"),
+    (NmtState::PreOperational, "pre_operational"),
 ];
 
 pub fn generate() -> String {

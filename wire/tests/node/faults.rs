@@ -2,7 +2,7 @@
 
 use canopen_rs::Value as PeerValue;
 use wire::dictionary::index;
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::{AbortCode, Address, BootCause, DataType, Fault, Node, Settings, Value};
 
 use crate::master::{ID, accepted, emergencies, node, read, refused};
@@ -76,7 +76,7 @@ fn faults_before_the_boot_are_reported_after_each_boot() {
     }
     assert!(node.clear(Fault::Panic).is_some());
     // A fault that could not be reported is not reported as cleared either.
-    node.command(Command::StopRemoteNode);
+    node.command(NmtCommand::StopRemoteNode);
     assert_eq!(node.raise(Fault::LateTick, 1200), None);
     assert_eq!(node.clear(Fault::LateTick), None);
 }

@@ -3,7 +3,7 @@
 use canopen_rs::Value as PeerValue;
 use estimator_core::Learnt;
 use wire::dictionary::index;
-use wire::node::{Calibration, CalibrationState, Command};
+use wire::node::{Calibration, CalibrationState, NmtCommand};
 use wire::{AbortCode, Address, DataType, Event, Node, Settings, Value};
 
 use crate::master::{node, read, refused, write};
@@ -36,11 +36,11 @@ fn learnt_values_can_be_read_kept_and_forgotten() {
         let expected = Ok(PeerValue::Real32(number));
         assert_eq!(read(&mut node, address, DataType::Real32), expected);
     }
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     for value in [KEEP, FORGET] {
         assert_eq!(refused(&mut node, command, value), AbortCode::DeviceState);
     }
-    node.command(Command::EnterPreOperational);
+    node.command(NmtCommand::EnterPreOperational);
     assert_eq!(node.settings().params().learnt, None);
     let (result, events) = write(&mut node, command, KEEP);
     assert_eq!((result, events), (Ok(()), vec![Event::Calibration(Calibration::Keep)]));

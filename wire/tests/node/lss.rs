@@ -3,7 +3,7 @@
 use canopen_rs::lss;
 use estimator_core::ContactEstimate;
 use wire::dictionary::{self, index};
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::{AbortCode, Address, BootCause, Event, Fault, Node, Outcome, Settings, Value};
 
 use crate::master::{ID, node, send, tick};
@@ -95,7 +95,7 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_stays_silent() {
     node.set_settings(settings);
     let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
     assert_eq!(boot.id(), 0x705);
-    assert_eq!(node.state(), State::PreOperational);
+    assert_eq!(node.state(), NmtState::PreOperational);
     send(&mut node, 0x7E5, &lss::encode_switch_global(true));
     let over = send(&mut node, 0x7E5, &lss::encode_switch_global(false));
     assert_eq!(over, Outcome::default(), "only once");
@@ -109,11 +109,11 @@ fn a_foot_without_an_id_is_configured_over_uart() {
     let mut node = Node::new(settings, 1);
     node.boot(BootCause::PowerUp);
     assert_eq!(node.write(id, &[7]), Ok(Some(Event::Changed(id))));
-    let reset = node.command(Command::ResetCommunication);
+    let reset = node.command(NmtCommand::ResetCommunication);
     assert_eq!(reset, Some(Event::ResetCommunication));
     let boot = node.boot(BootCause::Commanded).expect("a boot-up message");
     assert_eq!(boot.id(), 0x707);
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     assert_eq!(node.write(id, &[8]), Err(AbortCode::DeviceState));
 }
 
@@ -121,7 +121,7 @@ fn a_foot_without_an_id_is_configured_over_uart() {
 fn an_unstored_id_from_lss_applies_until_power_off() {
     let id = Address::new(index::NODE_ID, 0);
     let reset = |node: &mut Node| {
-        node.command(Command::ResetCommunication);
+        node.command(NmtCommand::ResetCommunication);
         node.set_settings(Settings::default());
         let boot = node.boot(BootCause::Commanded);
         boot.expect("a boot-up message").id()
@@ -137,6 +137,6 @@ fn an_unstored_id_from_lss_applies_until_power_off() {
     assert_eq!(reset(&mut node), 0x711, "the written one was not stored");
     send(&mut node, 0x7E5, &lss::encode_switch_global(true));
     send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
-    node.command(Command::ResetNode);
+    node.command(NmtCommand::ResetNode);
     assert_eq!(reset(&mut node), 0x711, "as after power-off");
 }

@@ -3,7 +3,7 @@
 use canopen_rs::sdo::{SdoClient, SdoEvent};
 use canopen_rs::{DataType as PeerType, Value as PeerValue};
 use estimator_core::{ContactEstimate, Timestamp};
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::{
     AbortCode, Address, BootCause, CanFrame, Counters, DataType, Event, Node, Outcome, Settings,
     Value,
@@ -16,7 +16,7 @@ pub const NOW: Timestamp = Timestamp::from_micros(5_000_000);
 pub fn node() -> Node {
     let mut node = Node::new(Settings::default(), 0xC0FFEE);
     node.boot(BootCause::PowerUp);
-    node.command(Command::EnterPreOperational);
+    node.command(NmtCommand::EnterPreOperational);
     node
 }
 

@@ -5,7 +5,7 @@ use estimator_core::ContactEstimate;
 use wire::dictionary::{
     self, Access, Limits, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE, SIGNATURE_STORE, index,
 };
-use wire::node::{Command, Crash};
+use wire::node::{Crash, NmtCommand};
 use wire::settings::UartStreams;
 use wire::{
     AbortCode, Address, Counter, Counters, DataType, Event, Fault, Foot, Outcome, Stage, Value,
@@ -202,7 +202,7 @@ fn uart_follows_the_same_rules() {
     // The codes are the same as over SDO.
     assert_eq!(node.write(window, &[1]), Err(AbortCode::TooShort));
     assert_eq!(node.write(window, &[1; 5]), Err(AbortCode::TooLong));
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     let running = node.write(window, &20_000_u32.to_le_bytes());
     assert_eq!(running, Err(AbortCode::DeviceState));
     let store = Address::new(index::STORE, 1);

@@ -7,7 +7,7 @@ use estimator_core::{
     Timestamp, Vec3, VelocitySigma,
 };
 use wire::dictionary::{self, index};
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::pdo::{Contact, Health, Load, PDOS};
 use wire::{AbortCode, Address, Counter, Counters, Event, Fault, Node, Outcome, Pdo, Value};
 
@@ -31,7 +31,7 @@ fn pdos_match_the_mappings_of_the_dictionary() {
         ..Default::default()
     };
     let mut node = node();
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     send(&mut node, 0x80, &[1]);
     let mut last = [None; PDOS];
     for _ in 0..1000 {
@@ -75,7 +75,7 @@ fn pdos_match_the_mappings_of_the_dictionary() {
 #[test]
 fn health_counts_the_frames_dropped_on_either_line() {
     let mut node = node();
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     let mut counters = Counters::default();
     counters.add(Counter::CanDropped, 3);
     counters.add(Counter::UartDropped, 4);
@@ -94,7 +94,7 @@ fn health_counts_the_frames_dropped_on_either_line() {
 #[test]
 fn streams_have_their_periods_and_different_phases() {
     let mut node = node();
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     let mut counts = [0; PDOS];
     let mut most = 0;
     let mut sequence = None;
@@ -123,7 +123,7 @@ fn motion_is_sent_with_its_contact_at_each_period() {
     for period in [1, 2, 4, 5, 20] {
         let mut node = node();
         accepted(&mut node, Address::new(index::TPDO, 5), Value::U16(period));
-        node.command(Command::StartRemoteNode);
+        node.command(NmtCommand::StartRemoteNode);
         let mut counts = [0; PDOS];
         for _ in 0..1_000 {
             let frames = tick(&mut node, &ContactEstimate::default());
@@ -154,7 +154,7 @@ fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
     ] {
         assert_eq!(refused(&mut node, Address::new(contact, sub), value), code);
     }
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     let mut counts = [0; PDOS];
     for i in 0..300 {
         if i % 10 == 0 {
@@ -175,7 +175,7 @@ fn the_load_is_received_over_rpdo1_when_operational() {
     let mut node = node();
     let rpdo = 0x200 + u16::from(ID);
     assert_eq!(send(&mut node, rpdo, &Load(5.0).encode()), Outcome::default());
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     let outcome = send(&mut node, rpdo, &Load(5.0).encode());
     assert_eq!(outcome.event, Some(Event::Load(Load(5.0))));
     assert_eq!(node.load(), Some(Load(5.0)));
@@ -199,7 +199,7 @@ fn a_load_is_valid_for_the_event_timer() {
     assert!(is_nan(&mut node));
     let source = Address::new(index::LOAD_INPUT, 1);
     accepted(&mut node, source, Value::U8(2));
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0], "the timer starts with the first");
     send(&mut node, rpdo, &Load(5.0).encode());
     assert_eq!(emergencies(&mut node, 100), [[0; 8]; 0]);
@@ -213,11 +213,11 @@ fn a_load_is_valid_for_the_event_timer() {
     assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
     assert_eq!(node.load(), Some(Load(6.0)));
     // Over SDO as well; a load that is not taken from CAN raises no fault when it is missing.
-    node.command(Command::EnterPreOperational);
+    node.command(NmtCommand::EnterPreOperational);
     accepted(&mut node, source, Value::U8(1));
     accepted(&mut node, object, Value::F32(7.0));
     assert_eq!(node.load(), Some(Load(7.0)));
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0]);
     assert_eq!(node.load(), None);
 }
@@ -225,7 +225,7 @@ fn a_load_is_valid_for_the_event_timer() {
 #[test]
 fn no_load_is_valid_for_longer_than_a_second() {
     let mut node = node();
-    node.command(Command::EnterPreOperational);
+    node.command(NmtCommand::EnterPreOperational);
     let timer = Address::new(index::RPDO, 5);
     for (limit, code) in
         [(0, AbortCode::TooLow), (1_001, AbortCode::TooHigh), (u16::MAX, AbortCode::TooHigh)]
@@ -263,7 +263,7 @@ fn a_fault_of_the_sensor_prevents_stable_in_every_frame() {
         ..Default::default()
     };
     let mut node = node();
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     node.raise(Fault::SensorFrozen, 0);
     let frames = tick(&mut node, &estimate);
     let contact = Contact::decode(frames[0].data8().expect("full"));

@@ -4,7 +4,7 @@ use canopen_rs::lss;
 use canopen_rs::time::TimeOfDay;
 use estimator_core::ContactEstimate;
 use wire::dictionary::index;
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::{Address, BootCause, CanFrame, Event, Node, Outcome, Pdo, Settings, Value};
 
 use crate::master::{ID, NOW, accepted, node, send, tick};
@@ -14,7 +14,7 @@ fn with_autostart_the_node_boots_and_streams() {
     let mut node = Node::new(Settings::default(), 1);
     let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
     assert_eq!((boot.id(), boot.data()), (0x700 + u16::from(ID), &[0][..]));
-    assert_eq!(node.state(), State::Operational);
+    assert_eq!(node.state(), NmtState::Operational);
     let frames = tick(&mut node, &ContactEstimate::default());
     assert_eq!(frames[0].id(), 0x180 + u16::from(ID));
 }
@@ -26,10 +26,10 @@ fn without_autostart_the_node_waits_for_the_master() {
     assert_eq!(settings.set(autostart, Value::U8(0)), Ok(()));
     let mut node = Node::new(settings, 1);
     node.boot(BootCause::PowerUp);
-    assert_eq!(node.state(), State::PreOperational);
+    assert_eq!(node.state(), NmtState::PreOperational);
     assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     let started = send(&mut node, 0, &[1, 0]);
-    assert_eq!(started.event, Some(Event::State(State::Operational)));
+    assert_eq!(started.event, Some(Event::State(NmtState::Operational)));
     assert!(!tick(&mut node, &ContactEstimate::default()).is_empty());
 }
 
@@ -37,17 +37,17 @@ fn without_autostart_the_node_waits_for_the_master() {
 fn a_master_resets_configures_and_starts_the_node() {
     let mut node = Node::new(Settings::default(), 1);
     node.boot(BootCause::PowerUp);
-    assert_eq!(node.state(), State::Operational);
+    assert_eq!(node.state(), NmtState::Operational);
     let reset = send(&mut node, 0, &[0x82, ID]);
     assert_eq!(reset.event, Some(Event::ResetCommunication));
     node.set_settings(Settings::default());
     assert!(node.boot(BootCause::Commanded).is_some());
-    assert_eq!(node.state(), State::PreOperational);
+    assert_eq!(node.state(), NmtState::PreOperational);
     let heartbeat = Address::new(index::HEARTBEAT, 0);
     accepted(&mut node, heartbeat, Value::U16(100));
     assert_eq!(tick(&mut node, &ContactEstimate::default()), []);
     let started = send(&mut node, 0, &[1, ID]);
-    assert_eq!(started.event, Some(Event::State(State::Operational)));
+    assert_eq!(started.event, Some(Event::State(NmtState::Operational)));
     assert!(!tick(&mut node, &ContactEstimate::default()).is_empty());
 }
 
@@ -57,9 +57,9 @@ fn the_heartbeat_reports_the_state_at_its_period() {
     let period = Address::new(index::HEARTBEAT, 0);
     accepted(&mut node, period, Value::U16(50));
     for (command, state) in [
-        (Command::EnterPreOperational, 0x7F),
-        (Command::StartRemoteNode, 0x05),
-        (Command::StopRemoteNode, 0x04),
+        (NmtCommand::EnterPreOperational, 0x7F),
+        (NmtCommand::StartRemoteNode, 0x05),
+        (NmtCommand::StopRemoteNode, 0x04),
     ] {
         node.command(command);
         let beats: Vec<CanFrame> = (0..500)
@@ -76,7 +76,7 @@ fn nmt_commands_for_others_are_ignored_and_resets_reported() {
     let mut node = node();
     for ignored in [&[1, 0x12][..], &[1], &[], &[9, ID], &[1, 200]] {
         assert_eq!(send(&mut node, 0, ignored), Outcome::default());
-        assert_eq!(node.state(), State::PreOperational);
+        assert_eq!(node.state(), NmtState::PreOperational);
     }
     let reset = send(&mut node, 0, &[0x82, ID]);
     assert_eq!(reset.event, Some(Event::ResetCommunication));
@@ -89,7 +89,7 @@ fn nmt_commands_for_others_are_ignored_and_resets_reported() {
 #[test]
 fn sdo_is_not_served_when_stopped() {
     let mut node = node();
-    node.command(Command::StopRemoteNode);
+    node.command(NmtCommand::StopRemoteNode);
     let request = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
     assert_eq!(send(&mut node, 0x600 + u16::from(ID), &request), Outcome::default());
 }
@@ -129,7 +129,7 @@ fn a_boot_resets_pending_transfers_and_stores() {
     send(&mut node, 0x7E5, &lss::encode_store());
     let sync = Address::new(index::TPDO + 6, 2);
     assert!(node.write(sync, &[1]).is_ok());
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     for _ in 0..300 {
         tick(&mut node, &ContactEstimate::default());
     }
@@ -153,7 +153,7 @@ fn a_sync_in_pre_operational_requests_nothing() {
     let sync = Address::new(index::TPDO + 6, 2);
     assert!(node.write(sync, &[1]).is_ok());
     send(&mut node, 0x80, &[]);
-    node.command(Command::StartRemoteNode);
+    node.command(NmtCommand::StartRemoteNode);
     let frames = tick(&mut node, &ContactEstimate::default());
     let health = Pdo::Health.cob_id(node.id().expect("an id"));
     assert!(frames.iter().all(|frame| frame.id() != health));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use estimator_core::Timestamp;
 use wire::foot::cob_id;
-use wire::node::State;
+use wire::node::NmtState;
 use wire::pdo::{Health, Load};
 use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, RawMessage};
 use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
@@ -62,7 +62,7 @@ pub enum MessageBody {
     /// The foot has started with these faults, whose frames precede the boot-up.
     BootUp(Faults),
     /// State of the node; CAN only.
-    Heartbeat(State),
+    Heartbeat(NmtState),
     /// A line of text; serial line only.
     Log(LogMessage),
     /// Load sent by the robot to the foot, N; CAN only.
@@ -285,8 +285,8 @@ pub fn body_of(frame: &CanFrame) -> Option<(NodeId, MessageBody)> {
 }
 
 /// Decodes the state in a heartbeat; the highest bit belongs to node guarding.
-fn state(code: u8) -> Option<State> {
-    use State::{Initialising, Operational, PreOperational, Stopped};
+fn state(code: u8) -> Option<NmtState> {
+    use NmtState::{Initialising, Operational, PreOperational, Stopped};
     let mut states = [Initialising, Stopped, Operational, PreOperational].into_iter();
     states.find(|state| *state as u8 == code & 0x7F)
 }
@@ -376,7 +376,7 @@ mod tests {
             [
                 MessageBody::Emergency(emergency),
                 MessageBody::BootUp(Faults::NONE.with(Fault::SensorFrozen)),
-                MessageBody::Heartbeat(State::Operational),
+                MessageBody::Heartbeat(NmtState::Operational),
                 MessageBody::Load(12.5),
             ]
         );

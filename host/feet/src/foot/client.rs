@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::foot::cob_id;
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Message, NmtRequest, encode};
 use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 
@@ -227,7 +227,7 @@ impl Client {
     ///
     /// # Errors
     /// The line does not work.
-    pub fn command(&mut self, command: Command) -> Result<(), RequestError> {
+    pub fn command(&mut self, command: NmtCommand) -> Result<(), RequestError> {
         match self.node {
             Some(node) => {
                 if let Some(frame) = CanFrame::new(0, &[command as u8, node.get()]) {
@@ -244,7 +244,7 @@ impl Client {
     ///
     /// # Errors
     /// The foot reports no state.
-    pub fn state(&mut self) -> Result<State, RequestError> {
+    pub fn state(&mut self) -> Result<NmtState, RequestError> {
         let id = self.node().map(NodeId::get);
         let mut streams = false;
         let state = self.listen(SCAN, |message| match &message.body {
@@ -256,7 +256,7 @@ impl Client {
             }
             _ => None,
         })?;
-        let state = state.or(streams.then_some(State::Operational));
+        let state = state.or(streams.then_some(NmtState::Operational));
         state.ok_or_else(|| self.no_answer(FootRequest::State))
     }
 
@@ -265,13 +265,13 @@ impl Client {
     ///
     /// # Errors
     /// The foot does not stream.
-    pub fn bring_to(&mut self, state: State) -> Result<(), RequestError> {
+    pub fn bring_to(&mut self, state: NmtState) -> Result<(), RequestError> {
         let command = match state {
-            State::Operational => Command::StartRemoteNode,
-            State::Stopped => Command::StopRemoteNode,
-            State::Initialising | State::PreOperational => Command::EnterPreOperational,
+            NmtState::Operational => NmtCommand::StartRemoteNode,
+            NmtState::Stopped => NmtCommand::StopRemoteNode,
+            NmtState::Initialising | NmtState::PreOperational => NmtCommand::EnterPreOperational,
         };
-        if state != State::Operational {
+        if state != NmtState::Operational {
             return self.command(command);
         }
         let id = self.node().map(NodeId::get);
@@ -280,10 +280,12 @@ impl Client {
             let streams = self.listen(SCAN, |message| {
                 let streams = match &message.body {
                     // On a serial line, a foot streams in the pre-operational state as well.
-                    MessageBody::Board(board) => id.is_none() && board.state == State::Operational,
+                    MessageBody::Board(board) => {
+                        id.is_none() && board.state == NmtState::Operational
+                    }
                     MessageBody::Contact(_) => id.is_some() && message.foot.node == id,
                     MessageBody::Heartbeat(state) => {
-                        message.foot.node == id && *state == State::Operational
+                        message.foot.node == id && *state == NmtState::Operational
                     }
                     _ => false,
                 };
@@ -313,7 +315,7 @@ impl Client {
     /// Those of [`Self::restart`].
     pub fn start_again(&mut self) -> Result<(), RequestError> {
         self.reset(None)?;
-        self.bring_to(State::Operational)
+        self.bring_to(NmtState::Operational)
     }
 
     /// Resets the foot and waits for its first response; it is in the pre-operational state then. Commands have
@@ -329,7 +331,7 @@ impl Client {
         };
         for _ in 0..TRIES {
             self.take_booted();
-            self.command(Command::ResetNode)?;
+            self.command(NmtCommand::ResetNode)?;
             let has_started = self.hears_start(node, serial)?;
             if has_started || !self.is_there()? {
                 if let Some(node) = node {

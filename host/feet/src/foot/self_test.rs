@@ -5,7 +5,7 @@ use std::time::Duration;
 use estimator_core::Axis;
 use thiserror::Error;
 use wire::dictionary::index;
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::{Address, Emergency, Fault, Faults, Stage, Value};
 
 use super::settings;
@@ -92,7 +92,7 @@ pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
 /// stream, and then refuses settings.
 fn switch_off(client: &mut Client) -> Result<(), RequestError> {
     client.first_answer()?;
-    client.command(Command::EnterPreOperational)?;
+    client.command(NmtCommand::EnterPreOperational)?;
     client.write(SETTING, Value::U8(0))?;
     settings::store(client)
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use thiserror::Error;
 use wire::dictionary::index;
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::{AbortCode, Address, Foot, NodeId, Value};
 
 use super::name::{NameError, Named};
@@ -282,10 +282,10 @@ pub fn write(
 ///
 /// # Errors
 /// Several boards respond as this foot, or it does not report its state.
-fn pause(client: &mut Client) -> Result<State, RequestError> {
+fn pause(client: &mut Client) -> Result<NmtState, RequestError> {
     client.is_alone()?;
     let before = client.state()?;
-    client.command(Command::EnterPreOperational)?;
+    client.command(NmtCommand::EnterPreOperational)?;
     Ok(before)
 }
 
@@ -366,7 +366,7 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
 }
 
 /// Restores the previous settings as far as possible.
-fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: State) -> Undone {
+fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: NmtState) -> Undone {
     let backwards = changes.iter();
     let backwards = backwards.map(|(named, before, after)| (*named, *after, *before));
     let put_back = write_all(client, &backwards.collect::<Vec<_>>());

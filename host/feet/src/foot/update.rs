@@ -7,7 +7,7 @@ use bootloader::DEVICE_NAME as BOOTLOADER;
 use bootloader::image::{HEADER, Header, Kind, Refusal};
 use thiserror::Error;
 use wire::dictionary::index;
-use wire::node::{Command, State};
+use wire::node::{NmtCommand, NmtState};
 use wire::{AbortCode, Address, NodeId, Value};
 
 use super::client::{Client, TRIES};
@@ -220,12 +220,12 @@ fn install(
         return Ok(Installed::new(client, updated));
     }
     let state = match runs {
-        Runs::Bootloader => State::Operational,
+        Runs::Bootloader => NmtState::Operational,
         Runs::Program => client.state()?,
     };
     if runs == Runs::Program {
         report(&foot, UpdateStage::Stopping);
-        client.command(Command::EnterPreOperational)?;
+        client.command(NmtCommand::EnterPreOperational)?;
         if let Err(error) = control(client, control::STOP) {
             client.bring_to(state)?;
             return Err(error.into());

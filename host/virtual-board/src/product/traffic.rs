@@ -1,7 +1,7 @@
 //! Traffic on the board's lines beyond its default: optional messages, other nodes, requests.
 
 use wire::dictionary::index;
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::uart::{ConfigSet, Message, NmtRequest, encode};
 use wire::{Address, Foot, Pdo, Value};
 
@@ -88,9 +88,9 @@ pub fn turn_all_streams_on(board: &mut Board) -> Result<(), Failure> {
             value: Value::U16(every).into(),
         })
     });
-    let requests = core::iter::once(nmt(Command::EnterPreOperational))
+    let requests = core::iter::once(nmt(NmtCommand::EnterPreOperational))
         .chain(every)
-        .chain([nmt(Command::StartRemoteNode)]);
+        .chain([nmt(NmtCommand::StartRemoteNode)]);
     for (sequence, request) in (0..).zip(requests) {
         board.push_uart(encode(sequence, &request).as_bytes());
     }

@@ -7,7 +7,7 @@ use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
 use virtual_board::emulator::time::PER_SECOND;
 use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{Address, SIGNATURE_STORE, index};
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
 use wire::value::Value;
 
@@ -97,7 +97,7 @@ impl Master {
             address: Address::new(index::PROGRAM_CONTROL, 1),
             value: Value::U8(STOP).into(),
         });
-        let pause = Message::Nmt(NmtRequest(Command::EnterPreOperational));
+        let pause = Message::Nmt(NmtRequest(NmtCommand::EnterPreOperational));
         for (sequence, message) in [pause, stop].iter().enumerate() {
             let bytes = encode(sequence as u16, message);
             self.board.push_uart(bytes.as_bytes());

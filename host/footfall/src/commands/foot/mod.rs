@@ -20,7 +20,7 @@ use feet::{LineSource, Link};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
-use wire::node::{Calibration, CalibrationState, State};
+use wire::node::{Calibration, CalibrationState, NmtState};
 use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::options::{SOURCES, parse_node, parse_number};
@@ -646,12 +646,12 @@ pub(super) fn hex(number: u32) -> String {
     format!("{number:08X}")
 }
 
-const fn state_name(state: State) -> &'static str {
+const fn state_name(state: NmtState) -> &'static str {
     match state {
-        State::Initialising => "initialising",
-        State::Stopped => "stopped",
-        State::Operational => "operational",
-        State::PreOperational => "pre-operational",
+        NmtState::Initialising => "initialising",
+        NmtState::Stopped => "stopped",
+        NmtState::Operational => "operational",
+        NmtState::PreOperational => "pre-operational",
     }
 }
 

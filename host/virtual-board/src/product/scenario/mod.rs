@@ -22,7 +22,7 @@ mod watch;
 use lsm6dsox::sim::Stimulus;
 use thiserror::Error;
 use wire::dictionary::{self, index};
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::uart::{self, ConfigGet, ConfigSet, Message, NmtRequest};
 use wire::{Address, Value};
 
@@ -66,7 +66,7 @@ pub enum ScenarioStep {
     /// Cuts the supply in the store that erases, after this many 32nds of its operations.
     CutInErase(u32),
     /// Sends a network management command of the master over the serial line.
-    Nmt(Command),
+    Nmt(NmtCommand),
     /// Waits, µs.
     Wait(u32),
     /// Requests a setting over the serial line.
@@ -199,11 +199,11 @@ impl ScenarioStep {
         };
         let restore = || command(index::RESTORE, dictionary::SIGNATURE_RESTORE);
         let store = || command(index::STORE, dictionary::SIGNATURE_STORE);
-        let nmt = |command: Command| Message::Nmt(NmtRequest(command));
+        let nmt = |command: NmtCommand| Message::Nmt(NmtRequest(command));
         let stopped = |board: &mut Board, message: &Message| {
-            send(board, &nmt(Command::EnterPreOperational));
+            send(board, &nmt(NmtCommand::EnterPreOperational));
             send(board, message);
-            send(board, &nmt(Command::StartRemoteNode));
+            send(board, &nmt(NmtCommand::StartRemoteNode));
         };
         match self {
             Self::Inject(injection) => board.inject(injection),

@@ -2,7 +2,7 @@
 
 use lsm6dsox::sim::PartFault as SensorFault;
 use wire::dictionary::index;
-use wire::node::Command;
+use wire::node::NmtCommand;
 use wire::{Address, Counter, Fault, Value};
 
 use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, ONE_TICK_US, PLAIN, RECEIVE_STREAM, SERIAL_STREAM};
@@ -46,7 +46,7 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |_| vec![Flood(500)], reports: Reports::Counter(Counter::UartDropped), ..PLAIN },
     Scenario { name: "bus-dominant-at-set", what: "CAN lines shorted while the controller is reconfigured",
         steps: |_| vec![Inject(Bus(BusFault::Shorted)), Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
-            Nmt(Command::ResetCommunication), Wait(250_000), Nmt(Command::StartRemoteNode)],
+            Nmt(NmtCommand::ResetCommunication), Wait(250_000), Nmt(NmtCommand::StartRemoteNode)],
         reports: Reports::Any, ..LINE },
     Scenario { name: "flood-then-sensor", what: "a flood of requests, and 12 ms later the SPI data line stuck low",
         steps: |_| vec![Flood(500), Wait(12_000), Inject(Injection::Sensor(SensorFault::MisoStuckLow))],

@@ -1,7 +1,7 @@
 //! Faults of the settings and the flash that stores them.
 
 use wire::Fault;
-use wire::node::Command;
+use wire::node::NmtCommand;
 
 use super::{LASTING, LOAD_SCALE, NEW_SCALE, OLD_AND_NEW, OLD_SCALE, PLAIN};
 use crate::emulator::board::Injection::{
@@ -31,8 +31,8 @@ pub(super) const ROWS: &[Scenario] = &[
         reports: Reports::Any, note: "defaults apply where no valid record is found", ..PLAIN },
     Scenario { name: "reload-damaged", what: "stored settings damaged, then NMT reset communication",
         before: &[Store],
-        steps: |_| vec![Inject(SettingsDamaged), Nmt(Command::ResetCommunication), Wait(50_000),
-            Nmt(Command::StartRemoteNode)],
+        steps: |_| vec![Inject(SettingsDamaged), Nmt(NmtCommand::ResetCommunication), Wait(50_000),
+            Nmt(NmtCommand::StartRemoteNode)],
         reports: Reports::Fault(Fault::ConfigCorrupted),
         note: "defaults apply; remains reported until settings are stored", ..PLAIN },
     Scenario { name: "load-defaults", what: "0x1011 \"load\" restores the defaults", before: &[Store],
