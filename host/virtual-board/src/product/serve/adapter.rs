@@ -13,7 +13,7 @@
 //! possible in the current state is answered with BEL. Frames are received while the channel is open, without
 //! those that the host sends.
 
-use super::bus::Carried;
+use super::robot::Carried;
 use crate::emulator::part::can::BusFrame;
 use wire::slcan::{self, BEL, CR};
 

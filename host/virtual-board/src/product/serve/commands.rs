@@ -4,7 +4,7 @@ use gait::GaitName;
 use wire::Foot;
 
 use super::foot::Order;
-use super::hands::Side;
+use super::foot::Side;
 use crate::product::fault::SelectedFault;
 use crate::product::scenario::Pages;
 

@@ -5,22 +5,18 @@
 //! |---|---|
 //! | lines that were typed become orders | `commands` |
 //! | in lock step: wait until each program waits | [`lock_step`] |
-//! | bytes of programs come from the terminals or sockets | [`port`], [`terminal`] |
+//! | bytes of programs come from the terminals or sockets | [`Port`] |
 //! | those of the adapter become frames | [`adapter`] |
-//! | frames of all nodes are put in order | [`bus`] |
-//! | the boards run, each in a thread; feet walk, and hands hold them | [`robot`], `foot`, [`gait::EndlessGait`], `hands` |
-//! | bytes and frames go out | [`port`], [`adapter`] |
+//! | frames of all nodes are put in order; the boards run | [`robot`] |
+//! | each board in its thread; feet walk, and hands hold them | `foot`, [`gait::EndlessGait`] |
+//! | bytes and frames go out | [`Port`], [`adapter`] |
 //! | in real time: wait until the millisecond is over | [`pace`] |
 
 pub mod adapter;
-pub mod bus;
 mod commands;
 mod foot;
-mod hands;
-mod links;
 pub mod lock_step;
 pub mod pace;
-pub mod port;
 pub mod robot;
 pub mod terminal;
 
@@ -39,12 +35,10 @@ use adapter::EmulatedAdapter;
 use commands::{Command, HELP};
 pub use foot::BoardPrograms;
 use foot::Order;
-use links::Links;
 use lock_step::{Change, LockStepLine, Turn};
 use pace::{Pace, VirtualSpeed};
-use port::Port;
 use robot::{BoardRobot, RobotOptions, Stopped};
-use terminal::{Sent, Terminal};
+use terminal::{Links, Sent, Terminal};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
@@ -114,6 +108,59 @@ pub struct ServeSummary {
     pub lost: Vec<(String, u64)>,
     /// Frames discarded because the queue for the bus was full.
     pub lost_on_bus: u64,
+}
+
+/// Line to a program: a pseudo-terminal, or a socket in lock step.
+#[derive(Debug)]
+pub enum Port {
+    /// In real time.
+    Terminal(Terminal),
+    /// In lock step.
+    LockStep(LockStepLine),
+}
+
+impl Port {
+    /// Reads bytes of the program, at most `most`.
+    ///
+    /// # Errors
+    /// If the terminal is gone.
+    pub fn read(&mut self, most: usize) -> io::Result<Vec<u8>> {
+        match self {
+            Self::Terminal(terminal) => terminal.read(most),
+            Self::LockStep(line) => Ok(line.read(most)),
+        }
+    }
+
+    /// Writes bytes to the program, all or none.
+    ///
+    /// # Errors
+    /// If the terminal is gone.
+    pub fn write(&mut self, bytes: &[u8]) -> io::Result<Sent> {
+        match self {
+            Self::Terminal(terminal) => terminal.write(bytes),
+            Self::LockStep(line) => Ok(line.write(bytes)),
+        }
+    }
+
+    /// Writes pending bytes as far as the system accepts them.
+    ///
+    /// # Errors
+    /// If the terminal is gone.
+    pub fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Terminal(terminal) => terminal.flush(),
+            Self::LockStep(_) => Ok(()),
+        }
+    }
+
+    /// Number of bytes lost because the program was too slow.
+    #[must_use]
+    pub const fn lost(&self) -> u64 {
+        match self {
+            Self::Terminal(terminal) => terminal.lost,
+            Self::LockStep(line) => line.lost,
+        }
+    }
 }
 
 /// Name of the bus.
