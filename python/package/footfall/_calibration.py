@@ -51,7 +51,9 @@ def calibrate(
     first = several[0]
     if any(recording.axes != first.axes for recording in several):
         raise ValueError("recordings differ in their axes")
-    chosen = settings(preset, config, first.gravity, None, first.axes, first.format)
+    chosen = settings(
+        preset, config, gravity=first.gravity, rate=None, axes=first.axes, format=first.format
+    )
     arrays = [recording._arrays() for recording in several]
     keys, report = _footfall.calibrate(arrays, chosen)
     return Calibration(config=json.loads(keys), report=json.loads(report))

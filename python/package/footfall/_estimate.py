@@ -88,7 +88,8 @@ def estimate(
         "load": None if load is None else floats(load),
         "validity": None if validity is None else np.ascontiguousarray(validity, dtype=np.uint8),
     }
-    arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate, axes))
+    chosen = settings(preset, config, gravity=gravity, rate=rate, axes=axes)
+    arrays = _footfall.estimate(recording, chosen)
     return Result._of(arrays)
 
 
@@ -147,9 +148,21 @@ def estimate_file(
         The file cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,
-        scale, decimal, estimate_again,
+        format=format,
+        rate=rate,
+        gravity=gravity,
+        topic=topic,
+        not_topic=not_topic,
+        frame=frame,
+        load_topic=load_topic,
+        map=map,
+        units=units,
+        scale=scale,
+        decimal=decimal,
+        time_unit=time_unit,
+        times=times,
+        estimate_again=estimate_again,
     )
-    chosen = settings(preset, config, gravity, rate, axes)
+    chosen = settings(preset, config, gravity=gravity, rate=rate, axes=axes)
     feet = _footfall.estimate_file(os.fspath(path), options, chosen, foot)
     return [Result._of(arrays) for arrays in feet]

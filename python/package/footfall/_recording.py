@@ -106,7 +106,9 @@ class Recording:
         preset, config
             As in :func:`footfall.estimate`.
         """
-        chosen = settings(preset, config, self.gravity, self.rate, self.axes, self.format)
+        chosen = settings(
+            preset, config, gravity=self.gravity, rate=self.rate, axes=self.axes, format=self.format
+        )
         arrays = _footfall.estimate(self._arrays(), chosen)
         named = {"recording": self.name, "foot": self.foot, "notices": self.notices}
         return Result._of(arrays | named)
@@ -197,8 +199,19 @@ def read(
         The file cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,
-        scale, decimal,
+        format=format,
+        rate=rate,
+        gravity=gravity,
+        topic=topic,
+        not_topic=not_topic,
+        frame=frame,
+        load_topic=load_topic,
+        map=map,
+        units=units,
+        scale=scale,
+        decimal=decimal,
+        time_unit=time_unit,
+        times=times,
     )
     feet = _footfall.read(os.fspath(path), options)
     return [Recording._of(arrays | {"axes": axes}) for arrays in feet]

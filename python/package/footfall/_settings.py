@@ -77,15 +77,16 @@ class WalkDict(TypedDict):
 def settings(
     preset: str,
     config: Config | None,
+    *,
     gravity: str | None,
     rate: float | None,
-    axes: str | None = None,
+    axes: str | None,
     format: str | None = None,
 ) -> SettingsDict:
     """Collects the arguments; the Rust part checks them."""
     return {
         "preset": preset,
-        "config": _text(config),
+        "config": config_text(config),
         "gravity": gravity,
         "rate": None if rate is None else float(rate),
         "axes": axes,
@@ -94,19 +95,20 @@ def settings(
 
 
 def read_options(
-    format: str | None = None,
-    rate: float | None = None,
-    gravity: str | None = None,
-    topic: str | Sequence[str] | None = None,
-    frame: str | Sequence[str] | None = None,
-    load_topic: str | Sequence[str] | None = None,
-    map: str | Mapping[str, str] | None = None,
-    units: str | None = None,
-    time_unit: str | None = None,
-    times: str | None = None,
-    not_topic: str | Sequence[str] | None = None,
-    scale: tuple[float, float] | None = None,
-    decimal: str | None = None,
+    *,
+    format: str | None,
+    rate: float | None,
+    gravity: str | None,
+    topic: str | Sequence[str] | None,
+    not_topic: str | Sequence[str] | None,
+    frame: str | Sequence[str] | None,
+    load_topic: str | Sequence[str] | None,
+    map: str | Mapping[str, str] | None,
+    units: str | None,
+    scale: tuple[float, float] | None,
+    decimal: str | None,
+    time_unit: str | None,
+    times: str | None,
     estimate_again: bool = False,
 ) -> ReadDict:
     """Collects the options of reading a file; the Rust part checks them."""
@@ -136,7 +138,7 @@ def _several(names: str | Sequence[str] | None) -> list[str]:
     return [names] if isinstance(names, str) else list(names)
 
 
-def _text(config: Config | tuple[str, str] | None) -> tuple[str, str] | None:
+def config_text(config: Config | tuple[str, str] | None) -> tuple[str, str] | None:
     """Returns the name of a configuration and its text; a configuration that was read before is returned unchanged."""
     if config is None or isinstance(config, tuple):
         return config

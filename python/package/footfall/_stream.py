@@ -79,7 +79,9 @@ class Estimator:
         axes: str | None = None,
         format: str | None = None,
     ) -> None:
-        self._settings = settings(preset, config, gravity, rate, axes, format)
+        self._settings = settings(
+            preset, config, gravity=gravity, rate=rate, axes=axes, format=format
+        )
         self._estimator = _footfall.Estimator(self._settings)
 
     def __copy__(self) -> Estimator:

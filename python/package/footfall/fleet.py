@@ -32,7 +32,7 @@ import numpy as np
 from ._estimate import estimate_file
 from ._footfall import FLAGS, STATES, __version__
 from ._result import Result
-from ._settings import _text
+from ._settings import config_text
 
 try:
     import fsspec
@@ -86,14 +86,26 @@ COLUMNS: dict[str, tuple[Any, str]] = {
 SCHEMA = pyarrow.schema([(name, kind) for name, (kind, _) in COLUMNS.items()])
 """The same as a schema of Arrow."""
 
-TASKS, GROUP, GROUP_BYTES = 64, 16, 8 << 20
-"""With more recordings than `TASKS`, up to `GROUP` short ones share a task, of `GROUP_BYTES` together."""
+TASKS = 64
+"""Number of recordings up to which each has a task of its own."""
+
+GROUP = 16
+"""With more recordings, the maximum number of short ones that share a task."""
+
+GROUP_BYTES = 8 << 20
+"""Maximum size of the recordings of a shared task together, bytes."""
 
 RETRIES = 3
 """How often Ray starts a task again whose worker or machine is lost."""
 
-ROWS, NEW, SAMPLES = "recordings.parquet", "recordings.new", "samples"
-"""What lies at a destination: all rows, those of a call that has not ended, estimates sample by sample."""
+ROWS = "recordings.parquet"
+"""File with all rows, at a destination."""
+
+NEW = "recordings.new"
+"""Folder with the rows of a call that has not ended, at a destination."""
+
+SAMPLES = "samples"
+"""Folder with estimates sample by sample, at a destination."""
 
 _RECORDING = re.compile(r"\.(csv|tsv|parquet|mcap|db3|bag)(\.(gz|zst|zstd))?$", re.IGNORECASE)
 _BAG = re.compile(r"\.(mcap|db3|bag)(\.(gz|zst|zstd))?$", re.IGNORECASE)
@@ -147,7 +159,7 @@ def estimate(
     OSError
         The destination cannot be written.
     """
-    options["config"] = _text(options.get("config"))
+    options["config"] = config_text(options.get("config"))
     # Arguments are checked before the file is opened; this path does not exist.
     with contextlib.suppress(OSError):
         estimate_file(os.path.join(os.devnull, "none"), **options, foot=None)
