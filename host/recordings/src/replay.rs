@@ -25,7 +25,7 @@ use std::fs::File;
 
 /// Requested results of a foot besides its summary.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Wanted {
+pub struct RequestedResults {
     /// Part of the recording in the results.
     pub span: Span,
     /// Table of estimates, and whether it names the foot.
@@ -105,10 +105,10 @@ pub enum ReplayError {
 pub fn replay(
     stored: &mut Stored,
     params: &Params,
-    wanted: &Wanted,
+    requested: &RequestedResults,
     observer: &mut impl Observer,
 ) -> Result<Replayed, ReplayError> {
-    let results = Results::new(stored, wanted, observer)?;
+    let results = Results::new(stored, requested, observer)?;
     if stored.has_estimates() {
         Ok(recorded(stored, results)?)
     } else {
@@ -196,7 +196,7 @@ struct Results<'a, O> {
 }
 
 impl<'a, O: Observer> Results<'a, O> {
-    fn new(stored: &Stored, wanted: &Wanted, observer: &'a mut O) -> io::Result<Self> {
+    fn new(stored: &Stored, requested: &RequestedResults, observer: &'a mut O) -> io::Result<Self> {
         let about = &stored.about;
         let name = about.title();
         // Outer: the table is wanted. Inner: the name in each of its rows.
@@ -206,13 +206,13 @@ impl<'a, O: Observer> Results<'a, O> {
             Table::SeveralFeet => Some(Some(about.foot_or_name().to_owned())),
             Table::SeveralRecordings => Some(Some(name.clone())),
         };
-        let estimates = |foot| EstimateTable::new(wanted.layout, foot, about.start_us);
+        let estimates = |foot| EstimateTable::new(requested.layout, foot, about.start_us);
         Ok(Self {
             tally: Tally::new(&name, about.foot.as_deref(), about.sample_rate),
-            table: named(wanted.table).map(estimates).transpose()?,
-            event_table: named(wanted.events).map(|foot| CsvRows::new(foot, about.start_us)),
+            table: named(requested.table).map(estimates).transpose()?,
+            event_table: named(requested.events).map(|foot| CsvRows::new(foot, about.start_us)),
             events: Events::default(),
-            span: wanted.span,
+            span: requested.span,
             observer,
         })
     }

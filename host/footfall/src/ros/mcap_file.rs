@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions, Writer};
-use recordings::input::bag::{Channel, Schema, Written};
+use recordings::input::bag::{Channel, MessageTimes, Schema};
 
 use crate::ros::message::Definition;
 use crate::ros::topics::Published;
@@ -83,7 +83,7 @@ impl<W: Write + Seek> McapFile<W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn copy(&mut self, of: &Channel, written: Written, data: &[u8]) -> io::Result<()> {
+    pub fn copy(&mut self, of: &Channel, times: MessageTimes, data: &[u8]) -> io::Result<()> {
         let (channel_id, number) = match self.next(&of.topic, |channel| channel == of) {
             Some(next) => next,
             None => self.declare(of.clone())?,
@@ -91,9 +91,9 @@ impl<W: Write + Seek> McapFile<W> {
         let nanos = |time| u64::try_from(time).unwrap_or_default();
         let header = MessageHeader {
             channel_id,
-            sequence: written.sequence.unwrap_or(number),
-            log_time: nanos(written.log_ns),
-            publish_time: nanos(written.publish_ns),
+            sequence: times.sequence.unwrap_or(number),
+            log_time: nanos(times.log_ns),
+            publish_time: nanos(times.publish_ns),
         };
         self.put(&header, data)
     }

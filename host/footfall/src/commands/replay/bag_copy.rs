@@ -12,7 +12,7 @@ use mcap::write::NoSeek;
 use recordings::estimate::Estimator;
 use recordings::events::ContactEvent;
 use recordings::input::About;
-use recordings::input::bag::{Channel, Replacement, Written, copy};
+use recordings::input::bag::{Channel, MessageTimes, Replacement, copy};
 
 use super::CopiedFoot;
 use crate::error::Error;
@@ -129,7 +129,7 @@ pub(super) fn write(
             low_state: options.low_states.as_ref().map(LowStateForces::new),
         };
         let copied =
-            copy(input, &mut |channel, written, payload| merger.message(channel, written, payload));
+            copy(input, &mut |channel, times, payload| merger.message(channel, times, payload));
         notices = copied.map_err(|error| wrapped(error.into()))??;
         merger.messages_until(i64::MAX)?;
         if let Some(states) = &options.low_states
@@ -201,7 +201,12 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
     }
 
     /// Writes a message of the bag, after those of the feet that precede it.
-    fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()> {
+    fn message(
+        &mut self,
+        channel: &Channel,
+        times: MessageTimes,
+        payload: &[u8],
+    ) -> io::Result<()> {
         if self.topics.contains(&channel.topic) {
             if self.again {
                 return Ok(());
@@ -210,8 +215,8 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
             return Err(wrapped(Error::TopicTaken { file, topic }));
         }
         // A contact follows its sample, whose log time is rounded to µs.
-        self.messages_until((written.log_ns.saturating_sub(1000)).div_euclid(1000))?;
-        self.bag.copy(channel, written, payload)?;
+        self.messages_until((times.log_ns.saturating_sub(1000)).div_euclid(1000))?;
+        self.bag.copy(channel, times, payload)?;
         let Some(low_state) = &mut self.low_state else {
             return Ok(());
         };
@@ -220,7 +225,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
             None => Ok(()),
             Some(message) => {
                 let channel = Channel { topic: LOW_STATE_TOPIC.to_owned(), ..channel.clone() };
-                self.bag.copy(&channel, written, &message)
+                self.bag.copy(&channel, times, &message)
             }
         }
     }
@@ -389,8 +394,8 @@ mod tests {
             encoding: "json".to_owned(),
             metadata: BTreeMap::new(),
         };
-        let written = Written { log_ns: 7, publish_ns: 7, sequence: None };
-        bag.copy(&other, written, b"{}").unwrap();
+        let times = MessageTimes { log_ns: 7, publish_ns: 7, sequence: None };
+        bag.copy(&other, times, b"{}").unwrap();
         bag.finish().unwrap();
         let mut table = "t,ax,ay,az,wx,wy,wz\n".to_owned();
         for k in 0..50 {

@@ -19,7 +19,7 @@ use recordings::input::{About, ContactUse, Format, InputOptions, Stored, without
 use recordings::jobs;
 use recordings::output::TableFeet;
 use recordings::replay::{
-    Layout, Observer, ReplayError, Replayed, Span, Table, Wanted, replay, write_tables,
+    Layout, Observer, ReplayError, Replayed, RequestedResults, Span, Table, replay, write_tables,
 };
 use recordings::samples::RecordedSample;
 use recordings::summary::{Estimation, InputReport, ParametersReport, Summaries, Summary};
@@ -279,7 +279,7 @@ impl ReplayArguments {
         resolved.origins(&file).check_effects(&params)?;
         let notices = self.notices(&file, format, &params, &stored);
         let has_recorded_contacts_only = stored.iter().all(Stored::has_estimates);
-        let wanted = self.wanted(span, stored.len());
+        let requested = self.requested(span, stored.len());
         // Each foot is estimated once, on any thread.
         let stored = stored.into_iter().map(Mutex::new);
         let stored: Vec<_> = names.iter().zip(stored).collect();
@@ -287,7 +287,7 @@ impl ReplayArguments {
         let jobs = if self.inputs.len() == 1 { jobs } else { NonZeroUsize::MIN };
         let replayed = jobs::run(&stored, jobs, |(names, stored)| {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
-            self.estimate_foot(resolved, (&file, format), names, &mut stored, &wanted, bars)
+            self.estimate_foot(resolved, (&file, format), names, &mut stored, &requested, bars)
         });
         let (mut feet, mut copied, mut details) = (Vec::new(), Vec::new(), Vec::new());
         for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
@@ -345,14 +345,14 @@ impl ReplayArguments {
     }
 
     /// Returns the results that are wanted of each foot of a recording with this number of feet.
-    fn wanted(&self, span: Span, feet: usize) -> Wanted {
+    fn requested(&self, span: Span, feet: usize) -> RequestedResults {
         let table = |path: &Option<PathBuf>| match path {
             None => Table::None,
             Some(_) if self.inputs.len() > 1 => Table::SeveralRecordings,
             Some(_) if feet > 1 => Table::SeveralFeet,
             Some(_) => Table::OneFoot,
         };
-        Wanted {
+        RequestedResults {
             span,
             table: self.bag().map_or(table(&self.output), |_| Table::None),
             layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
@@ -367,17 +367,17 @@ impl ReplayArguments {
         (file, format): (&str, Format),
         names: &[String],
         stored: &mut Stored,
-        wanted: &Wanted,
+        requested: &RequestedResults,
         bars: &Bars,
     ) -> Result<(ReplayedFoot, Option<Vec<ContactEvent>>), Error> {
         let drawing = self.plot.as_deref().map(Drawing::of);
         let mut observer = FootObserver {
             bar: bars.estimating(stored.about.samples as u64),
-            picture: drawing.map(|drawing| Picture::new(drawing, stored, wanted.span)),
+            picture: drawing.map(|drawing| Picture::new(drawing, stored, requested.span)),
             events: self.bag().map(|_| Vec::new()),
         };
         let params = params_of(resolved, names, format);
-        let replayed = replay(stored, &params, wanted, &mut observer);
+        let replayed = replay(stored, &params, requested, &mut observer);
         observer.bar.finish_and_clear();
         let mut results = replayed.map_err(|error| match error {
             ReplayError::Params(error) => resolved.origins(file).explain(&error).into(),

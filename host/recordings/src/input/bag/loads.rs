@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::input::bag::definition::{Definition, FieldPath, within};
-use crate::input::bag::messages::{Channel, Visitor, Written, decode_start, micros};
+use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode_start, micros};
 use crate::input::bag::reader::Fields;
 use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, last_word, names_of,
@@ -164,7 +164,7 @@ impl Visitor for LoadReader<'_> {
     fn message(
         &mut self,
         channel: &Channel,
-        Written { log_ns, .. }: Written,
+        MessageTimes { log_ns, .. }: MessageTimes,
         payload: &[u8],
     ) -> Result<(), InputError> {
         if let Some(error) = self.failed.take() {

@@ -13,7 +13,7 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::input::bag::messages::{Channel, Schema, Visitor, Written};
+use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
 use crate::input::error::{InputError, Problem};
 use crate::input::open::ContainerFile;
 
@@ -261,12 +261,12 @@ impl Bag<'_> {
             Record::Message { header, data } => {
                 if let Some((channel, true)) = self.channels.get(&header.channel_id) {
                     let nanos = |time| i64::try_from(time).unwrap_or(i64::MAX);
-                    let written = Written {
+                    let times = MessageTimes {
                         log_ns: nanos(header.log_time),
                         publish_ns: nanos(header.publish_time),
                         sequence: Some(header.sequence),
                     };
-                    let shown = self.visitor.message(channel, written, &data);
+                    let shown = self.visitor.message(channel, times, &data);
                     shown.map_err(Stop::Refused)?;
                 }
             }

@@ -41,9 +41,9 @@ pub struct Schema {
     pub text: Vec<u8>,
 }
 
-/// When a message was written.
+/// Times and number of a message, which its storage keeps beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Written {
+pub struct MessageTimes {
     /// Time at which it was written, ns.
     pub log_ns: i64,
     /// Time at which it was sent, ns; that of writing where the storage keeps one time.
@@ -61,7 +61,7 @@ pub(super) trait Visitor {
     fn message(
         &mut self,
         channel: &Channel,
-        written: Written,
+        times: MessageTimes,
         payload: &[u8],
     ) -> Result<(), InputError>;
 }

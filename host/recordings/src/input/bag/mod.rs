@@ -39,7 +39,7 @@ use crate::input::open::Container;
 use crate::input::options::{BagOptions, InputOptions, Topics};
 use crate::input::stored::Stored;
 
-pub use messages::{Channel, Schema, Written};
+pub use messages::{Channel, MessageTimes, Schema};
 pub use visit::{Replacement, copy};
 
 /// Reads the recordings of the selected feet.

@@ -9,7 +9,7 @@ use crate::input::bag::contact_feed::{ContactFeeds, is_contact};
 use crate::input::bag::definition::{Definition, FieldPath, within};
 use crate::input::bag::feed::{Feed, Known, Sidecar, is_sidecar};
 use crate::input::bag::loads::Loads;
-use crate::input::bag::messages::{Channel, Visitor, Written, decode};
+use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode};
 use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
 };
@@ -58,7 +58,7 @@ impl Visitor for Reader<'_> {
     fn message(
         &mut self,
         channel: &Channel,
-        Written { log_ns, .. }: Written,
+        MessageTimes { log_ns, .. }: MessageTimes,
         payload: &[u8],
     ) -> Result<(), InputError> {
         if let Some(error) = self.refused.take() {

@@ -12,7 +12,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::{NamedTempFile, TempPath};
 
 use crate::file_kind::FileKind;
-use crate::input::bag::messages::{Channel, Schema, Visitor, Written};
+use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
 use crate::input::error::{InputError, Problem};
 use crate::input::open::ContainerFile;
 
@@ -76,12 +76,12 @@ pub(super) fn visit(
             continue;
         };
         let log_ns: i64 = row.get(1).map_err(damaged)?;
-        let written = Written { log_ns, publish_ns: log_ns, sequence: None };
+        let times = MessageTimes { log_ns, publish_ns: log_ns, sequence: None };
         let payload = match row.get_ref(2).map_err(damaged)? {
             ValueRef::Blob(payload) => payload,
             _ => &[],
         };
-        visitor.message(channel, written, payload)?;
+        visitor.message(channel, times, payload)?;
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::input::bag::definition::{Definition, FieldPath};
 use crate::input::bag::mcap::LONGEST_RECORD;
-use crate::input::bag::messages::{Channel, Visitor, Written, decompressed_message};
+use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decompressed_message};
 use crate::input::bag::{mcap, rosbag2};
 use crate::input::error::InputError;
 use crate::input::format::Format;
@@ -38,7 +38,7 @@ pub(super) fn visit(
 }
 
 /// Receiver of the messages of a bag, decompressed; its error ends the copy.
-type Receiver<'a> = &'a mut dyn FnMut(&Channel, Written, &[u8]) -> io::Result<()>;
+type Receiver<'a> = &'a mut dyn FnMut(&Channel, MessageTimes, &[u8]) -> io::Result<()>;
 
 /// Passes all messages of a bag in stored order to a receiver; returns a sentence about each part that ends early.
 ///
@@ -74,7 +74,7 @@ impl Visitor for Copier<'_> {
     fn message(
         &mut self,
         channel: &Channel,
-        written: Written,
+        times: MessageTimes,
         payload: &[u8],
     ) -> Result<(), InputError> {
         let number = self.messages.entry(channel.topic.clone()).or_default();
@@ -86,7 +86,7 @@ impl Visitor for Copier<'_> {
         };
         let message = message
             .map_err(|what| InputError::of_message(&self.file, &channel.topic, *number, what))?;
-        let received = (self.receiver)(channel, written, &message);
+        let received = (self.receiver)(channel, times, &message);
         received.map_err(|error| {
             // The visit ends; the error itself is returned apart.
             self.failed = Some(error);
