@@ -17,14 +17,13 @@
 //! | summaries on standard output, as text or JSON | [`report`] |
 //! | checking and writing output files | [`files`] |
 //! | removing unfinished files on interruption | [`interruption`] |
-//! | messages on standard error, in words of the command line | [`messages`], [`words`] |
+//! | errors in words of the command line, messages on standard error | [`error`], [`messages`] |
 //! | optional features | [`feature`] |
 
 pub mod commands;
 pub mod error;
 pub mod feature;
 pub mod files;
-pub mod foot_error;
 pub mod interruption;
 pub mod messages;
 pub mod plot;
@@ -33,7 +32,6 @@ pub mod report;
 pub mod ros;
 pub mod source;
 pub mod stream;
-pub mod words;
 
 pub use error::Error;
 pub use source::Source;

@@ -14,10 +14,9 @@ use feet::{Feed, LinkError, Session, Update};
 use recordings::hint::Hint;
 
 use crate::Source;
-use crate::error::Error;
+use crate::error::{Error, in_words};
 use crate::interruption::is_interrupted;
 use crate::messages::warn;
-use crate::words::in_words;
 
 /// Time without arrivals after which [`Sink::idle`] is called.
 const QUIET: Duration = Duration::from_millis(200);

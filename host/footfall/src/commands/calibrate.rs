@@ -20,12 +20,11 @@ use recordings::summary::{InputReport, WithInputs};
 use serde::Serialize;
 
 use super::options::{self, ESTIMATOR, OUTPUT, RecordingArguments, check};
-use crate::error::Error;
+use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
 use crate::report::{Described, SummaryStyle, print};
-use crate::words::{CommandLine, in_words};
 
 /// Examples of `footfall calibrate`.
 pub const EXAMPLES: &str = "\

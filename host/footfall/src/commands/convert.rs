@@ -26,7 +26,7 @@ use recordings::replay::Span;
 use recordings::samples::RecordedSample;
 
 use super::options::{self, INPUT, OUTPUT, ReadingArguments, with_mounting};
-use crate::error::Error;
+use crate::error::{Error, in_words};
 use crate::feature::Feature;
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, warn};
@@ -37,7 +37,6 @@ use crate::ros::recording::{LAST_US, clock_shift_us};
 use crate::ros::topics::unused_name;
 #[cfg(feature = "bags")]
 use crate::ros::{McapFile, SampleMessages, mcap_file::earliest};
-use crate::words::in_words;
 
 /// Examples of `footfall convert`.
 pub const EXAMPLES: &str = "\

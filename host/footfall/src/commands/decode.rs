@@ -8,9 +8,8 @@ use feet::decode::row::{HEADER, write_row};
 use feet::decode::{self, DecodeError, Feet, FileOutcome};
 
 use super::options::FeetArguments;
-use crate::error::Error;
+use crate::error::{Error, with_hint};
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
-use crate::foot_error::with_hint;
 use crate::messages::{aside, warn};
 use crate::report::{SummaryStyle, print};
 

@@ -16,9 +16,8 @@ use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
 use super::options::ListenArguments;
-use crate::error::Error;
+use crate::error::{Error, with_hint};
 use crate::files::unless_closed;
-use crate::foot_error::with_hint;
 use crate::report::{Described, Document};
 use crate::stream::{
     deadline, is_over, next, parse_seconds, remark_text, unless_ended, warn_of_lost,

@@ -31,12 +31,11 @@ use recordings::summary::differences;
 use wire::NodeId;
 
 use crate::Source;
-use crate::error::Error;
+use crate::error::{Error, in_words};
 use crate::messages::{error, warn};
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
 use crate::ros::Bridge;
 use crate::ros::Compat;
-use crate::words::in_words;
 
 /// Heading of the options for reading the input.
 pub const INPUT: &str = "Input";

@@ -25,9 +25,8 @@ use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::options::{SOURCES, parse_node, parse_number};
 use crate::Source;
-use crate::error::Error;
+use crate::error::{Error, FootError, with_hint};
 use crate::files::{self, STANDARD, Target, write_file};
-use crate::foot_error::{FootError, with_hint};
 use crate::interruption::finish_when_interrupted;
 use crate::messages;
 use crate::report::{Described, Document, print_text};

@@ -15,7 +15,7 @@ use wire::NodeId;
 
 use super::{FootArguments, hex, to_json};
 use crate::Source;
-use crate::foot_error::FootError;
+use crate::error::FootError;
 use crate::messages;
 use crate::progress::Bars;
 use crate::report::print_text;

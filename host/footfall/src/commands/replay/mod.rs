@@ -28,7 +28,7 @@ use super::options::{
     self, ESTIMATOR, INPUT, OUTPUT, RecordingArguments, compat_parser, estimator_options,
     with_mounting,
 };
-use crate::error::Error;
+use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, Drawing, OutputError, STANDARD, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::plot::page::{self, PageFoot};
@@ -36,7 +36,6 @@ use crate::plot::{self, RecordingPlot};
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
 use crate::ros::Compat;
-use crate::words::{CommandLine, in_words};
 #[cfg(feature = "bags")]
 use bag_copy::{AllFeetOptions, LowStateSource};
 
