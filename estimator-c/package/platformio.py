@@ -44,6 +44,6 @@ def folder(env):
 
 source = Path(env.Dir(".").srcnode().abspath, "src")  # noqa: F821
 library = source / folder(env)  # noqa: F821
-if not any((library / name).is_file() for name in ("libfootfall_estimator.a", "footfall_estimator.lib")):
+if not (library / "libfootfall_estimator.a").is_file():
     raise SystemExit(f"footfall: there is no library {library}")
 env.Append(LIBPATH=[str(library)], LIBS=["footfall_estimator"])  # noqa: F821

@@ -263,7 +263,7 @@ fn programs_for_macos_and_windows_link() {
     for (target, library) in [
         ("aarch64-macos", "macos/arm64/libfootfall_estimator.a"),
         ("x86_64-macos", "macos/x86_64/libfootfall_estimator.a"),
-        ("x86_64-windows-gnu", "windows/x86_64/footfall_estimator.lib"),
+        ("x86_64-windows-gnu", "windows/x86_64/libfootfall_estimator.a"),
     ] {
         let program = temporary.path().join(target);
         run(Command::new(&python)

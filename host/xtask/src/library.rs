@@ -33,7 +33,7 @@ const fn library<'a>(target: &'a str, folders: &'a [&'a str]) -> Library<'a> {
 
 /// The libraries. Folders of microcontrollers have the names that the Arduino IDE looks for: the processor, then FPU and
 /// calling convention as the compiler's options name them. A core that gives no `-mfpu` has the convention alone.
-const LIBRARIES: [Library<'_>; 16] = [
+const LIBRARIES: [Library<'_>; 17] = [
     // Armv8-M without its main extension runs the code of Armv6-M.
     library("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus", "cortex-m23"]),
     library("thumbv7m-none-eabi", &["cortex-m3"]),
@@ -86,8 +86,9 @@ const LIBRARIES: [Library<'_>; 16] = [
     library("aarch64-unknown-linux-gnu", &["aarch64"]),
     library("aarch64-apple-darwin", &["macos/arm64"]),
     library("x86_64-apple-darwin", &["macos/x86_64"]),
-    // For Visual C++ and for MinGW: both call C in the same way.
+    // For Visual C++ and for MinGW: a file each.
     library("x86_64-pc-windows-msvc", &["windows/x86_64"]),
+    library("x86_64-pc-windows-gnu", &["windows/x86_64"]),
 ];
 
 /// Functions of C that the compiler calls by itself, the last one on macOS; those of its own library begin with `__`.
