@@ -12,6 +12,9 @@ use crate::command::{Step, remove_folder, root};
 /// Names of the packages, without their common beginning.
 const NAMES: [&str; 5] = ["estimator", "wire", "lsm6dsox", "storage", "bootloader"];
 
+/// Features that the packages' tests need.
+const FOR_TESTS: &str = "footfall-bootloader/verify,footfall-lsm6dsox/estimator,footfall-lsm6dsox/sim";
+
 /// Files in each package.
 const FILES: [&str; 4] = ["Cargo.toml", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 
@@ -64,7 +67,10 @@ pub fn run() -> Result<()> {
     if tree.lines().count() != 1 {
         bail!("footfall-estimator has dependencies:\n{tree}");
     }
-    Step::program("cargo").at(&outside).with(["test", "--workspace", "--quiet"]).run()?;
+    Step::program("cargo")
+        .at(&outside)
+        .with(["test", "--workspace", "--quiet", "--features", FOR_TESTS])
+        .run()?;
     println!("the tests of the packed packages pass");
     for name in NAMES {
         let oldest = oldest_compiler(name, &outside)?;
