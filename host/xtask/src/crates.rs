@@ -13,7 +13,8 @@ use crate::command::{Step, remove_folder, root};
 const NAMES: [&str; 5] = ["estimator", "wire", "lsm6dsox", "storage", "bootloader"];
 
 /// Features that the packages' tests need.
-const FOR_TESTS: &str = "footfall-bootloader/verify,footfall-lsm6dsox/estimator,footfall-lsm6dsox/sim";
+const FOR_TESTS: &str =
+    "footfall-bootloader/verify,footfall-lsm6dsox/estimator,footfall-lsm6dsox/sim";
 
 /// Files in each package.
 const FILES: [&str; 4] = ["Cargo.toml", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];

@@ -51,8 +51,10 @@ pub fn readme_program() -> PathBuf {
     file
 }
 
+/// Folder of this package; `host-tests` includes this file, too.
 fn wire() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../wire")
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if env!("CARGO_PKG_NAME") == "footfall-wire" { here.into() } else { here.join("../wire") }
 }
 
 /// Counts of each kind of frame, and of each reason for rejection: `contact`, `result 3`.

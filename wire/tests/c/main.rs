@@ -81,7 +81,7 @@ fn can_frames(random: &mut SmallRng) -> Vec<(u32, Vec<u8>)> {
 /// Frames of the serial line with every type; payloads of the corpus, damaged or not, under a CRC
 /// that fits.
 fn serial_line(random: &mut SmallRng) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/uart");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/robustness/corpus/uart");
     let mut files: Vec<_> = fs::read_dir(folder)
         .expect("there is a corpus")
         .map(|entry| entry.expect("readable").path())

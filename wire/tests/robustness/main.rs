@@ -1,7 +1,6 @@
 //! A short, reproducible run of the fuzz targets in `fuzz/`: their corpus, damaged pieces of
 //! it, and bytes from a generator.
 
-#[path = "../fuzz/targets.rs"]
 mod targets;
 
 use std::fs;
@@ -12,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use targets::{TARGETS, Target};
 
 fn corpus(name: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/robustness/corpus").join(name);
     let mut files: Vec<_> = fs::read_dir(folder)
         .expect("there is a corpus")
         .map(|entry| entry.expect("readable").path())
