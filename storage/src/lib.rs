@@ -128,10 +128,9 @@ where
             return (Settings::default(), Origin::Corrupted);
         };
         let Some(item) = latest.item else {
-            let origin = match self.pages.are_blank() {
-                Ok(true) => Origin::Blank,
-                _ => Origin::Corrupted,
-            };
+            // Flash that another program used was never written here.
+            let is_used = latest.damaged || !matches!(self.pages.were_used(), Ok(false));
+            let origin = if is_used { Origin::Corrupted } else { Origin::Blank };
             return (Settings::default(), origin);
         };
         let (settings, origin) = self.decode(item);
@@ -289,6 +288,56 @@ mod tests {
         assert_eq!(pages.append(&[1, 2, 3], Erase::Allowed), Ok(()));
         let expected = [0, 0, 0, 0, 0x1D, 0x80, 0xBC, 0x55, 3, 0, 0xFC, 0xFF, 1, 2, 3, 0, 0xFF];
         assert_eq!(pages.release().bytes[..expected.len()], expected);
+    }
+
+    /// Contents that other programs leave: zeros, a littlefs, a FAT, text, and noise.
+    fn foreign(kind: usize) -> Vec<u8> {
+        let mut random = 0x2545_F491_u32;
+        let mut noise = || {
+            random ^= random << 13;
+            random ^= random >> 17;
+            random ^= random << 5;
+            random as u8
+        };
+        let start: &[u8] = match kind {
+            0 => &[0; 64],
+            1 => b"\x06\0\0\0\xf0\x0f\xff\xf7littlefs\x2f\xe0\0\x10\0\0\x02\0",
+            2 => b"\xf8\xff\xff\xff\x03\xf0\xff\x05\x60\0\x07\x80\0\x09\xa0\0",
+            3 => b"# SPDX-License-Identifier: MIT\nimport board\nimport digitalio\n",
+            _ => &[],
+        };
+        let fill = |at: usize| start.get(at % 512).copied();
+        (0..2 * BOARD_PAGE)
+            .map(|at| fill(at).unwrap_or(if kind < 4 { 0 } else { noise() }))
+            .collect()
+    }
+
+    #[test]
+    fn flash_that_other_programs_used_counts_as_blank() {
+        for kind in 0..5 {
+            let pages = holding::<BOARD_PAGE>(foreign(kind));
+            let mut storage: Storage<Flash<BOARD_PAGE>> = Storage { pages };
+            assert_eq!(storage.load(), (Settings::default(), Origin::Blank), "{kind}");
+            assert_eq!(storage.store(&settings(), Erase::Allowed), Ok(()), "{kind}");
+            assert_eq!(storage.load(), (settings(), Origin::Stored), "{kind}");
+        }
+    }
+
+    #[test]
+    fn a_decayed_bit_of_the_only_record_is_reported() {
+        let mut pages = holding::<BOARD_PAGE>(vec![0xFF; 2 * BOARD_PAGE]);
+        assert_eq!(pages.append(&encode(&settings()), Erase::Allowed), Ok(()));
+        let stored = pages.release().bytes;
+        let end = stored.iter().rposition(|byte| *byte != 0xFF).expect("a record") + 1;
+        for bit in 0..8 * end {
+            let mut decayed = stored.clone();
+            decayed[bit / 8] ^= 1 << (bit % 8);
+            let pages = holding::<BOARD_PAGE>(decayed);
+            let found: (Settings, Origin) = Storage::<Flash<BOARD_PAGE>> { pages }.load();
+            // One bit of a mark, or of the zeros behind a record, does no harm.
+            let is_harmless = found == (settings(), Origin::Stored);
+            assert!(is_harmless || found.1 == Origin::Corrupted, "bit {bit}: {:?}", found.1);
+        }
     }
 
     #[test]

@@ -36,6 +36,9 @@ const WORD: u32 = 4;
 /// Size of the header before an item's data, bytes.
 const HEADER: u32 = 8;
 
+/// Wrong bits with which a mark or a length is still recognised.
+const DECAYED: u32 = 4;
+
 /// Bytes read at once.
 const CHUNK: usize = 64;
 
@@ -168,9 +171,20 @@ where
         Ok(bytes)
     }
 
-    /// Returns whether the pages are as after an erase.
-    pub(super) fn are_blank(&mut self) -> Result<bool, F::Error> {
-        self.is_blank(self.base(0), self.base(2))
+    /// Returns whether this log has been written to a page, as far as its start tells: the mark, and the header of an item
+    /// or nothing yet, with [`DECAYED`] wrong bits each. What others wrote has neither.
+    pub(super) fn were_used(&mut self) -> Result<bool, F::Error> {
+        Ok(self.was_used(0)? || self.was_used(1)?)
+    }
+
+    fn was_used(&mut self, page: usize) -> Result<bool, F::Error> {
+        let [m0, m1, m2, m3, header @ ..] =
+            self.read::<{ (WORD + HEADER) as usize }>(self.base(page))?;
+        let [.., l0, l1, k0, k1] = header;
+        let wrong = u16::from_le_bytes([l0, l1]) ^ !u16::from_le_bytes([k0, k1]);
+        let is_marked = u32::from_le_bytes([m0, m1, m2, m3]).count_ones() <= DECAYED;
+        let has_item = wrong.count_ones() <= DECAYED || header == [0xFF; HEADER as usize];
+        Ok(is_marked && has_item)
     }
 
     fn is_blank(&mut self, from: u32, to: u32) -> Result<bool, F::Error> {
