@@ -87,8 +87,8 @@ pub struct Start {
     pub origin: Origin,
     /// Frequency of a crystal that is not used, kHz, 0 if it does not start: there is no CAN.
     pub unused_crystal_khz: Option<u32>,
-    /// Level of the chip's brown-out reset: 0 off, 1 to 3.
-    pub brown_out_level: u8,
+    /// Level of the chip's brown-out reset: 0 off, 1 to 3. `None` for a chip that has no levels to choose from.
+    pub brown_out_level: Option<u8>,
     /// Program that runs.
     pub program: Program,
 }
@@ -347,9 +347,9 @@ impl Foot {
         self.check_origin(start.origin, ports);
         self.node.set_hardware(start.hardware);
         self.node.set_tick(self.tick_us as u16);
-        self.node.set_brown_out_level(start.brown_out_level);
+        self.node.set_brown_out_level(start.brown_out_level.unwrap_or(0));
         self.node.set_program(start.program);
-        if start.brown_out_level == 0 {
+        if start.brown_out_level == Some(0) {
             let text = "brown-out reset is off: see 0x2114";
             self.log(Level::Warning, text, ports);
         }

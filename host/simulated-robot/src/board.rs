@@ -32,7 +32,12 @@ pub fn settings() -> Settings {
 /// Start of a board at power-on.
 #[must_use]
 pub fn switched_on(serial: u32) -> Start {
-    Start { serial, hardware: "simulated", brown_out_level: BROWN_OUT_LEVEL, ..Start::default() }
+    Start {
+        serial,
+        hardware: "simulated",
+        brown_out_level: Some(BROWN_OUT_LEVEL),
+        ..Start::default()
+    }
 }
 
 /// Measurement of a sensor without faults.

@@ -212,7 +212,7 @@ pub(super) const OBJECTS: &[Object] = &[
         doc: Text::new("what the chip does when its supply is too low for its clock and its flash"),
         entries: &[
             Entry::live(1, "Brown-out level", Value::U8(0))
-                .doc("as found at the start: 0 off, as the chip is delivered; 1 to 3: it resets itself below 2.19, 2.50 or 2.83 V, typically"),
+                .doc("as found at the start: 0 off, as the STM32F405 is delivered, or none to set; 1 to 3: it resets itself below 2.19, 2.50 or 2.83 V, typically"),
             Entry::command(2, "Set brown-out level", Access::Wo, Value::U32(0))
                 .doc("0x33726F62 (\"bor3\"), in pre-operational: level 3 from the next power-up on, kept by the chip for good"),
         ],

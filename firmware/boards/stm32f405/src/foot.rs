@@ -81,7 +81,7 @@ pub fn run() -> ! {
             Source::Crystal => None,
             Source::Internal(khz) => Some(khz),
         },
-        brown_out_level: flash::brown_out_level(),
+        brown_out_level: Some(flash::brown_out_level()),
         program: update::program(),
     };
     log_boot(&start);

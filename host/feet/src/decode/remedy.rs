@@ -129,10 +129,10 @@ macro_rules! remedies {
 remedies! {
     fn of_fault(Fault) {
         SensorSilent: "check the supply and the wires of the sensor: no data-ready edge comes, or nothing new is read; if it clears by itself, look for a loose contact";
-        SensorFrozen: "check the wires of MISO and chip select; where single axes repeat, the sensor is damaged: replace it";
-        SensorWrongId: "switch power off and on; then check the sensor's supply, SPI's four wires, and that the part is an LSM6DSOX; the detail is what was read: 0x00 or 0xFF is no supply or an open wire";
+        SensorFrozen: "on wires, check those of MISO and chip select; on a board that carries its sensor, and where single axes repeat, the sensor is damaged: replace it";
+        SensorWrongId: "switch power off and on; then check the sensor's supply, the wires of its bus, and that the part is an LSM6DSOX; the detail is what was read: 0x00 or 0xFF is no supply or an open wire";
         SensorReset: "the sensor's supply dipped: check its decoupling and the wire; it is configured again by itself";
-        SensorConfigMismatch: "check SPI's wires for length and crosstalk; the board slows the bus down by itself after three failures";
+        SensorConfigMismatch: "check the wires of the sensor's bus for length and crosstalk; the board slows the bus down by itself after three failures";
         SensorSaturated: "the foot is beyond ±16 g or ±2000 °/s for more than an impact: check for a loose mounting; a stuck reading at its limit is a damaged sensor";
         SensorTiming: "edges come too often or too seldom: check INT1 for crosstalk, and the sensor for its data rate after a dip of the supply";
         SensorSelfTest: "keep the foot still while it starts and start it again; if it stays, the sensor is damaged";
@@ -150,7 +150,7 @@ remedies! {
         UartOverrun: "send requests more slowly, and check the line's rate";
         PdoTimeout: "the robot has stopped sending the load: check its program, or set the source of the load (0x2015:1) to none";
         GyroBias: "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor";
-        Misread: "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong";
+        Misread: "check the wires of the sensor's bus for length and crosstalk: samples are not read twice, and may be wrong";
         DataReadyDead: "check the wire of INT1: the sensor measures, but data-ready edges are missing, some or all; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second";
         SensorScale: "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)";
     }
