@@ -508,7 +508,8 @@ fn kconfig_offers_the_module_to_supported_processors() {
 }
 
 /// What the sketch calls of Arduino and of its sensor's library.
-const ARDUINO: &str = "#include <stdint.h>
+const ARDUINO: &str = "#include <math.h>
+#include <stdint.h>
 struct Printer { void begin(long); void println(const char *); void println(float); };
 extern Printer Serial;
 unsigned long micros();
@@ -519,23 +520,84 @@ struct Sensor {
 };
 extern Sensor IMU;
 ";
+const WIRE: &str = "#include <stddef.h>
+#include <stdint.h>
+struct Bus { void beginTransmission(uint8_t); size_t write(uint8_t); uint8_t endTransmission(); };
+extern Bus Wire;
+";
+
+/// A stand-in for both libraries: a sensor on its bus that scales by its register, as the part does, while its library
+/// scales by ±4 g; and an estimator that prints its samples.
+const STAND_IN: &str = "#include <stdio.h>
+#include \"Arduino_LSM6DSOX.h\"
+#include \"Wire.h\"
+#include \"footfall_estimator.h\"
+Printer Serial;
+Sensor IMU;
+Bus Wire;
+static uint8_t sent[3], count, ctrl1_xl = 0x4A;
+static float force_g;
+void Bus::beginTransmission(uint8_t address) { sent[0] = address; count = 1; }
+size_t Bus::write(uint8_t byte) { sent[count++ % 3] = byte; return 1; }
+uint8_t Bus::endTransmission() { if (sent[0] == 0x6A && sent[1] == 0x10) ctrl1_xl = sent[2]; return 0; }
+int Sensor::begin() { return 1; }
+int Sensor::accelerationAvailable() { return 1; }
+int Sensor::gyroscopeAvailable() { return 1; }
+float Sensor::accelerationSampleRate() { return 104; }
+int Sensor::readAcceleration(float &x, float &y, float &z) {
+    static const float ranges[] = {2, 16, 4, 8};
+    const float range = ranges[ctrl1_xl >> 2 & 3];
+    const float read = force_g > range ? range : force_g;
+    x = y = 0;
+    z = read / range * 4;
+    return 1;
+}
+int Sensor::readGyroscope(float &x, float &y, float &z) { x = y = z = 0; return 1; }
+void Printer::begin(long) {}
+void Printer::println(const char *) {}
+void Printer::println(float) {}
+unsigned long micros() { return 0; }
+footfall_error footfall_default_params(footfall_params *) { return FOOTFALL_OK; }
+footfall_error footfall_estimator_init(void *, size_t, const footfall_params *, footfall_estimator **) { return FOOTFALL_OK; }
+const char *footfall_error_text(footfall_error) { return \"\"; }
+footfall_error footfall_estimator_update(footfall_estimator *, const footfall_sample *sample, const float *, footfall_estimate *) {
+    printf(\"%.2f %d\\n\", sample->specific_force_m_s2[2] / 9.80665, sample->validity);
+    return FOOTFALL_OK;
+}
+void setup(), loop();
+int main() {
+    setup();
+    const float forces[] = {1, 12, 40};
+    for (float force : forces) { force_g = force; loop(); }
+}
+";
 
 #[test]
-fn sketch_for_arduino_compiles() {
+fn sketch_for_arduino_measures_a_heel_strike() {
     if !installed(CPP[0], "g++") {
         return;
     }
     let temporary = tempfile::tempdir().expect("a temporary directory");
-    fs::write(temporary.path().join("Arduino_LSM6DSOX.h"), ARDUINO).expect("a file");
+    let path = |name: &str| temporary.path().join(name);
+    for (name, text) in
+        [("Arduino_LSM6DSOX.h", ARDUINO), ("Wire.h", WIRE), ("stand_in.cpp", STAND_IN)]
+    {
+        fs::write(path(name), text).expect("a file");
+    }
     run(Command::new(CPP[0])
         .args(&CPP[1..])
         .args(WARNINGS)
-        .arg("-fsyntax-only")
         .arg("-I")
         .arg(temporary.path())
         .arg("-I")
         .arg(folder().join("include"))
-        .arg(folder().join("package/examples/Contact/Contact.ino")));
+        .arg(folder().join("package/examples/Contact/Contact.ino"))
+        .arg(path("stand_in.cpp"))
+        .arg("-o")
+        .arg(path("sketch")));
+    let printed = String::from_utf8(run(&mut Command::new(path("sketch"))).stdout).expect("text");
+    // At rest, a strike within the range, and one beyond it, which is marked.
+    assert_eq!(printed, "1.00 0\n12.00 0\n16.00 1\n");
 }
 
 /// Rules of arduino-lint for a library, by their numbers in its documentation.
