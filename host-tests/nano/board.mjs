@@ -9,6 +9,10 @@ const LED = 6;
 const SDA = 12;
 const SCL = 13;
 const INT1 = 24;
+const RADIO_RESET = 3;
+// Of a pin that is driven.
+const LOW = 0;
+const HARD_FAULT = 3;
 const SENSOR = 0x6a;
 // Of a data-ready pulse.
 const PULSE_NS = 75e3;
@@ -90,11 +94,27 @@ export class Board {
   usbBoot = null;
   busyNs = 0;
   led = { isOn: false, changes: 0 };
-  port = { strings: {}, id: null, enumerated: 0, isDeaf: false, unsent: [], received: () => {} };
+  lit = [];
+  port = {
+    strings: {},
+    id: null,
+    enumerated: 0,
+    maxPowerMa: 0,
+    isOpen: true,
+    isDeaf: false,
+    isHubBusy: false,
+    latestArmUs: 0,
+    unsent: [],
+    received: () => {},
+  };
   agenda = new Map();
 
-  /** `image` is a UF2 or raw flash; `flash`, if given, what the flash held before. */
-  constructor({ image, part, flash, uniqueId = [0x50, 0x44, 0x34, 0x15, 0x4b, 0x21, 0x07, 0x1c] }) {
+  /**
+   * `image` is a UF2 or raw flash; `flash`, if given, what the flash held before. `flashKind` names the flash chip, `reason`
+   * and `scratch` are registers of the watchdog at the first start.
+   */
+  constructor({ image, part, flash, flashKind, reason, scratch, uniqueId = [0x50, 0x44, 0x34, 0x15, 0x4b, 0x21, 0x07, 0x1c] }) {
+    this.flashKind = flashKind;
     this.flash = new Uint8Array(FLASH_SIZE).fill(0xff);
     if (flash) this.flash.set(flash);
     if (image) load(image, this.flash);
@@ -102,7 +122,7 @@ export class Board {
     this.wires = new Wires(this, part);
     // The package does not export its clock.
     this.clock = new RP2040().clock;
-    this.start();
+    this.start('power', { reason, scratch });
   }
 
   /** Emulated time since power-up, ns. */
@@ -111,14 +131,18 @@ export class Board {
   }
 
   /** Starts the chip after power-up or a reset; the world around it goes on. */
-  start() {
-    const { clock, flash, uniqueId, wires } = this;
+  start(cause, { reason = 0, scratch = [] } = {}) {
+    const { clock, flash, flashKind, uniqueId, wires } = this;
     clock.nextAlarm = null;
     this.pendingReset = null;
-    const chip = new Chip(clock, { flash, uniqueId, wires, before: this.chip });
+    const chip = new Chip(clock, { flash, flashKind, uniqueId, wires, before: this.chip, cause });
+    if (cause === 'power') {
+      chip.watchdog.reason = reason;
+      chip.watchdog.scratchData.set(scratch);
+    }
     this.chip = chip;
     for (const [alarm, ns] of this.agenda) clock.linkAlarm(ns - clock.nanos, alarm);
-    chip.onReset = (reason) => (this.pendingReset ??= reason);
+    chip.onReset = (reason, cause) => (this.pendingReset ??= { reason, cause });
     chip.onUsbBoot = (call) => (this.usbBoot = call);
     chip.onWarning = (message) => this.warnings.size < 20 && this.warnings.add(message);
     chip.gpio[SDA].setInputValue(!wires.stuck);
@@ -133,7 +157,10 @@ export class Board {
   }
 
   setLed(isOn) {
-    if (isOn !== this.led.isOn) this.led = { isOn, changes: this.led.changes + 1 };
+    if (isOn === this.led.isOn) return;
+    this.led = { isOn, changes: this.led.changes + 1 };
+    if (isOn) this.litFrom = this.now;
+    else this.lit.push([this.litFrom, this.now]);
   }
 
   /** Does `action` at a time; resets of the chip do not prevent it. Returns a handle for `cancel`. */
@@ -173,6 +200,33 @@ export class Board {
     this.port.host.moved();
   }
 
+  /** Presses the button for reset. */
+  press() {
+    this.chip.onReset('button', 'run');
+  }
+
+  /** Lets the core take a fault, as a jump to nothing does. */
+  fault() {
+    this.chip.core.exceptionEntry(HARD_FAULT);
+  }
+
+  /** Opens the serial port, which asserts DTR, or closes it. */
+  open(isOpen) {
+    this.port.isOpen = isOpen;
+    this.port.host.setLines();
+  }
+
+  /** Whether the radio module is held in reset. */
+  get isRadioHeld() {
+    return this.chip.gpio[RADIO_RESET].value === LOW;
+  }
+
+  /** Time for which the LED was lit since a time, ns. */
+  litSince(ns) {
+    const times = this.led.isOn ? [...this.lit, [this.litFrom, this.now]] : this.lit;
+    return times.reduce((sum, [from, to]) => sum + Math.max(0, to - Math.max(from, ns)), 0);
+  }
+
   send(bytes) {
     this.port.unsent.push(...bytes);
     this.port.host.moved();
@@ -184,7 +238,7 @@ export class Board {
     while (clock.nanos < until && !this.usbBoot) {
       const { chip } = this;
       const { core } = chip;
-      if (core.waiting) {
+      if (core.waiting || chip.isDead) {
         // Nothing happens until the next alarm.
         clock.tick(Math.min(clock.nextAlarm?.nanos ?? until, until) - clock.nanos);
       } else {
@@ -196,12 +250,13 @@ export class Board {
           // What `tick` does without an alarm, which is nearly always.
           if (nextAlarm === null || nextAlarm.nanos > now) clock.nanosCounter = now;
           else clock.tick(now - clock.nanosCounter);
-        } while (!core.waiting && !this.pendingReset && !this.usbBoot && clock.nanosCounter < until);
+        } while (!core.waiting && !chip.isDead && !this.pendingReset && !this.usbBoot && clock.nanosCounter < until);
         this.busyNs += clock.nanos - began;
       }
       if (!this.pendingReset) continue;
-      this.resets.push({ ms: clock.nanos / 1e6, reason: this.pendingReset });
-      this.start();
+      const { reason, cause } = this.pendingReset;
+      this.resets.push({ ms: clock.nanos / 1e6, reason });
+      this.start(cause);
     }
   }
 }

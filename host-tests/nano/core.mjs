@@ -9,6 +9,8 @@ export function speedUp(core, chip) {
   const decode = core.executeInstruction.bind(core);
   const { registers } = core;
   const { flash16 } = chip;
+  const { buffer, byteOffset, length } = chip.sram;
+  const ram16 = new Uint16Array(buffer, byteOffset, length / 2);
 
   const setNZ = (result) => {
     core.N = result < 0;
@@ -35,8 +37,9 @@ export function speedUp(core, chip) {
 
   core.executeInstruction = () => {
     const pc = registers[PC];
-    if (core.interruptsUpdated || pc >>> 24 !== 0x10) return decode();
-    const opcode = flash16[(pc & 0xffffff) >> 1];
+    const region = pc >>> 24;
+    if (core.interruptsUpdated || (region !== 0x20 && region !== 0x10)) return decode();
+    const opcode = (region === 0x20 ? ram16 : flash16)[(pc & 0xffffff) >> 1];
     const low = opcode & 7;
     const middle = (opcode >> 3) & 7;
     const high = (opcode >> 8) & 7;

@@ -8,6 +8,9 @@ const DATA_TABLE = 0x1f0;
 const FLASH_SIZE = 16 << 20;
 const SECTOR = 4096;
 const PAGE = 256;
+const RAM = 0x20000000;
+const SECOND_STAGE = 0x20041f00;
+const SECOND_STAGE_SIZE = 256;
 // Of the board's AT25SF128A, typical.
 const ERASE_SECTOR_NS = 60e6;
 const PROGRAM_PAGE_NS = 0.6e6;
@@ -16,7 +19,7 @@ const PROGRAM_PAGE_NS = 0.6e6;
 const functions = {
   lookup: (chip, [, code]) => stub(Object.keys(functions).indexOf(String.fromCharCode(code & 0xff, code >> 8))),
   IF: () => {},
-  EX: () => {},
+  EX: (chip) => chip.flashChip.exit(),
   FC: () => {},
   CX: () => {},
   RE: (chip, [address, length]) => {
@@ -74,6 +77,31 @@ export function image() {
     rom.setUint32(STUBS + 16 * index + 12, TRAPS + 4 * index, true);
   });
   return new Uint32Array(rom.buffer);
+}
+
+/**
+ * Copies the second boot stage to the end of RAM and starts it, as the ROM does: it sets up reads from the flash, and jumps
+ * to the program's vectors. Returns false where its checksum is wrong, as in a blank flash.
+ */
+export function loadSecondStage(chip) {
+  const code = chip.flash.subarray(0, SECOND_STAGE_SIZE);
+  const checksum = new DataView(code.buffer, code.byteOffset).getUint32(SECOND_STAGE_SIZE - 4, true);
+  if (crc32(code.subarray(0, SECOND_STAGE_SIZE - 4)) !== checksum) return false;
+  chip.sram.set(code, SECOND_STAGE - RAM);
+  chip.core.SP = SECOND_STAGE;
+  chip.core.LR = 0;
+  chip.core.PC = SECOND_STAGE;
+  return true;
+}
+
+/** CRC-32/MPEG-2. */
+function crc32(bytes) {
+  let crc = 0xffffffff;
+  for (const byte of bytes) {
+    crc ^= byte << 24;
+    for (let bit = 0; bit < 8; bit++) crc = crc & 0x80000000 ? (crc << 1) ^ 0x04c11db7 : crc << 1;
+  }
+  return crc >>> 0;
 }
 
 /** Does the work of a function, if a stub has stored to its trap. */

@@ -21,6 +21,14 @@ const { values: options } = parseArgs({
     output: text,
     live: { type: 'boolean' },
     flash: text,
+    'flash-chip': { ...text, default: 'at25sf128a' },
+    reason: { ...text, default: '0' },
+    'scratch-0': { ...text, default: '0' },
+    'busy-hub': { type: 'boolean' },
+    'open-at-ms': list,
+    'press-at-ms': list,
+    'crash-at-ms': list,
+    'hang-usb-at-ms': list,
     'unplug-ms': list,
     'stuck-ms': list,
     'deaf-ms': list,
@@ -32,7 +40,16 @@ const { values: options } = parseArgs({
 const part = new Part(options.part, options.motion, options.seed);
 const flash = options.flash && existsSync(options.flash) ? readFileSync(options.flash) : undefined;
 const image = options.uf2 && readFileSync(options.uf2);
-const board = new Board({ image, part, flash });
+const board = new Board({
+  image,
+  part,
+  flash,
+  flashKind: options['flash-chip'],
+  reason: Number(options.reason),
+  scratch: [Number(options['scratch-0'])],
+});
+board.port.isHubBusy = options['busy-hub'];
+board.port.isOpen = !options['open-at-ms'].length;
 
 let received = 0;
 const output = options.output && openSync(options.output, 'w');
@@ -54,12 +71,16 @@ for (const [name, change] of [
   }
 }
 for (const [name, action] of [
+  ['open-at-ms', () => board.open(true)],
+  ['press-at-ms', () => board.press()],
+  ['crash-at-ms', () => board.fault()],
+  ['hang-usb-at-ms', () => board.port.host.hang()],
   ['send-at-ms', (hex) => board.send(Buffer.from(hex, 'hex'))],
   ['fault-at-ms', (fault) => part.inject(board.now, fault)],
 ]) {
   for (const entry of options[name]) {
     const [ms, what] = entry.split(':');
-    board.at(ms * 1e6, () => action(what));
+    if (ms !== 'never') board.at(ms * 1e6, () => action(what));
   }
 }
 
@@ -83,7 +104,13 @@ part.close();
 const seconds = board.now / 1e9;
 const { wires, port, chip } = board;
 const summary = {
-  usb: { ...port.strings, id: port.id?.map((id) => id.toString(16).padStart(4, '0')), enumerated: port.enumerated },
+  usb: {
+    ...port.strings,
+    id: port.id?.map((id) => id.toString(16).padStart(4, '0')),
+    enumerated: port.enumerated,
+    maxPowerMa: port.maxPowerMa,
+    latestArmUs: port.latestArmUs,
+  },
   seconds,
   wallSeconds,
   busyShare: board.busyNs / board.now,
@@ -92,7 +119,8 @@ const summary = {
   resets: board.resets,
   i2c: { transfers: wires.transfers, refused: wires.refused },
   edges: wires.edges,
-  led: board.led,
+  led: { ...board.led, litMsInLastSecond: board.litSince(board.now - 1e9) / 1e6 },
+  isRadioHeld: board.isRadioHeld,
   flash: chip.flashLog,
   usbBoot: board.usbBoot,
   warnings: [...board.warnings],

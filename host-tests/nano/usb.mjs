@@ -10,12 +10,29 @@ const LENGTH = 0x3ff;
 const BUFFER_CONTROLS = 0x80;
 
 const PULLUP_EN = 1 << 16;
+
+// Of the SIE's status and the raw interrupts.
+const CONNECTED = 1 << 16;
+const LINE_STATE = 3 << 2;
+const LINE_J = 1 << 2;
+const BUS_RESET = 1 << 19;
+const DEV_SOF = 1 << 17;
+const SOF_RD = 0x48;
+const SIE_STATUS = 0x50;
+const USB_MUXING = 0x74;
+const TO_DIGITAL_PAD = 1 << 2;
 const DEVICE = 1;
 const CONFIGURATION = 2;
 const STRING = 3;
 const US_ENGLISH = 0x0409;
 
+// A host waits for a plug to settle, resets the bus, and waits again before its first request.
+const SETTLE_NS = 10e6;
 const RESET_NS = 10e6;
+const RECOVERY_NS = 10e6;
+const FRAME_NS = 1e6;
+// The device connects after so long an idle bus (RP2040-E5).
+const IDLE_NS = 0.8e6;
 const REQUEST_NS = 200e3;
 // A packet of 64 bytes with its token and handshake, at 12 Mbit/s.
 const PACKET_NS = 55e3;
@@ -31,16 +48,101 @@ export class UsbHost {
     this.tokens = new Map();
     port.host = this;
     this.usb.DPRAMUpdated = (offset, value) => this.armed(offset, value);
-    const attach = chip.clock.createAlarm(() => this.usb.resetDevice());
+    this.isHung = false;
+    this.attach = chip.clock.createAlarm(() => this.resetBus());
     this.usb.handleSieCtrlWrite = (value) => {
-      if (value & PULLUP_EN && !(this.usb.sieCtrl & PULLUP_EN)) attach.schedule(RESET_NS);
+      if (value & PULLUP_EN && !(this.usb.sieCtrl & PULLUP_EN)) this.attach.schedule(SETTLE_NS);
       this.usb.sieCtrl = value;
     };
-    this.usb.onResetReceived = () => {
-      this.requests = this.enumerate();
-      this.next(undefined);
+    // Where a program clears the status of a bus reset, the package takes the bus for idle.
+    this.usb.onResetReceived = () => {};
+    this.resetEnd = chip.clock.createAlarm(() => this.endReset());
+    this.recovered = chip.clock.createAlarm(() => this.start());
+    this.frame = chip.clock.createAlarm(() => this.startFrame());
+    this.watchRegisters();
+    chip.onUsbReset = () => this.detach();
+    this.gap = chip.clock.createAlarm(() => this.isHung || this.usb.sendSetupPacket(this.request.setup));
+  }
+
+  /** What the package has otherwise than the controller: the state of the lines, and the start of frames. */
+  watchRegisters() {
+    const { usb } = this;
+    const read = usb.readUint32.bind(usb);
+    const write = usb.writeUint32.bind(usb);
+    usb.readUint32 = (offset) => {
+      const value = read(offset);
+      if (offset === SIE_STATUS) return (value & ~(LINE_STATE | CONNECTED)) | this.lines | (this.isConnected ? CONNECTED : 0);
+      if (offset === SOF_RD) this.setSof(false);
+      return value;
     };
-    this.gap = chip.clock.createAlarm(() => this.usb.sendSetupPacket(this.request.setup));
+    usb.writeUint32 = (offset, value) => {
+      write(offset, value);
+      if (offset === USB_MUXING) this.force(!!(value & TO_DIGITAL_PAD));
+    };
+    this.lines = LINE_J;
+    this.isConnected = false;
+    this.connect = this.chip.clock.createAlarm(() => (this.isConnected = true));
+  }
+
+  /** Starts a reset of the bus: both lines low. */
+  resetBus() {
+    this.lines = 0;
+    this.isConnected = false;
+    this.frame.cancel();
+    this.requests = this.request = null;
+    this.endpoints = { in: -1, out: -1 };
+    this.usb.sieStatus |= BUS_RESET;
+    this.usb.sieStatusUpdated();
+    this.resetEnd.schedule(RESET_NS);
+  }
+
+  /** Ends it. Behind a busy hub the lines do not stay idle: others' packets pass. */
+  endReset() {
+    this.lines = LINE_J;
+    this.frame.schedule(FRAME_NS);
+    if (!this.port.isHubBusy) this.connect.schedule(IDLE_NS);
+    this.recovered.schedule(RECOVERY_NS);
+  }
+
+  /** The program takes the lines away from the transceiver, or gives them back. */
+  force(isForced) {
+    if (isForced) this.connect.schedule(IDLE_NS);
+    else if (this.port.isHubBusy && !this.isConnected) this.connect.cancel();
+  }
+
+  /** Makes the first request, of a device that has connected. */
+  start() {
+    if (!this.isConnected) return this.attach.schedule(0);
+    this.requests = this.enumerate();
+    this.next(undefined);
+  }
+
+  startFrame() {
+    this.frame.schedule(FRAME_NS);
+    if (this.isHung || !this.isConnected) return;
+    this.frameStart = this.chip.clock.nanos;
+    this.usb.sofFrameNumber = (this.usb.sofFrameNumber + 1) & 0x7ff;
+    this.setSof(true);
+  }
+
+  setSof(isSet) {
+    this.usb.intRaw = isSet ? this.usb.intRaw | DEV_SOF : this.usb.intRaw & ~DEV_SOF;
+    this.usb.checkInterrupts();
+  }
+
+  /** Hangs the controller, as a corrupted packet can (RP2040-E15): only its reset ends that. */
+  hang() {
+    this.isHung = true;
+  }
+
+  /** The controller is reset: the host sees its pull-up go. */
+  detach() {
+    for (const alarm of [this.attach, this.resetEnd, this.recovered, this.frame, this.connect, this.gap]) alarm.cancel();
+    this.isHung = this.isConnected = false;
+    this.requests = this.request = null;
+    this.endpoints = { in: -1, out: -1 };
+    Object.assign(this.usb, { sieCtrl: 0, sieStatus: 0, intEnable: 0, buffStatus: 0, intRaw: 0 });
+    this.usb.checkInterrupts();
   }
 
   /** The requests, in order; each yields the bytes of its answer, or null if the device refuses. */
@@ -56,12 +158,20 @@ export class UsbHost {
       port.strings[name] = text ? Buffer.from(text.slice(2)).toString('utf16le') : null;
     }
     this.endpoints = bulkEndpoints(configuration);
+    port.maxPowerMa = 2 * configuration[8];
     yield standard(9, 1);
     const lineCoding = Uint8Array.of(0x00, 0xc2, 0x01, 0x00, 0, 0, 8);
     yield { setup: setup(DataDirection.HostToDevice, SetupType.Class, SetupRecipient.Interface, 0x20, 0, 0, 7), data: lineCoding };
-    yield { setup: setup(DataDirection.HostToDevice, SetupType.Class, SetupRecipient.Interface, 0x22, 0b11, 0, 0) };
+    yield lines(port.isOpen);
     port.enumerated += 1;
     this.moved();
+  }
+
+  /** Tells the device whether the port is open. */
+  setLines() {
+    if (this.request || this.endpoints.in < 0) return;
+    this.requests = [lines(this.port.isOpen)].values();
+    this.next(undefined);
   }
 
   next(answer) {
@@ -76,7 +186,16 @@ export class UsbHost {
     const endpoint = (offset - BUFFER_CONTROLS) >> 3;
     const out = !!(offset & 4);
     if (endpoint === 0 && value & STALL && !out && this.request) this.next(null);
-    else if (value & AVAILABLE) this.token(endpoint, out);
+    else if (value & AVAILABLE) {
+      if (endpoint === this.endpoints.in && !out) this.note();
+      this.token(endpoint, out);
+    }
+  }
+
+  /** Notes when in its frame a packet for the host became ready. */
+  note() {
+    const us = (this.chip.clock.nanos - this.frameStart) / 1e3;
+    if (us > this.port.latestArmUs) this.port.latestArmUs = us;
   }
 
   /** Goes on after the port has changed. */
@@ -95,6 +214,7 @@ export class UsbHost {
   }
 
   transfer(endpoint, out, offset) {
+    if (this.isHung) return;
     const dpram = this.chip.usbDPRAMView;
     const word = dpram.getUint32(offset, true);
     if (!(word & AVAILABLE)) return;
@@ -133,6 +253,12 @@ export class UsbHost {
 
 function setup(dataDirection, type, recipient, bRequest, wValue, wIndex, wLength) {
   return createSetupPacket({ dataDirection, type, recipient, bRequest, wValue, wIndex, wLength });
+}
+
+/** A request that sets DTR and RTS. */
+function lines(isOpen) {
+  const state = isOpen ? 0b11 : 0b00;
+  return { setup: setup(DataDirection.HostToDevice, SetupType.Class, SetupRecipient.Interface, 0x22, state, 0, 0) };
 }
 
 /** A standard request; one with a length reads. */

@@ -15,7 +15,9 @@ use wire::dictionary::{SIGNATURE_STORE, index};
 
 use wire::node::{NmtCommand, NmtState};
 use wire::settings::WINDOW_CAPACITY;
-use wire::uart::{Answer, ConfigSet, ContactMessage, Decoder, Message, NmtRequest, encode};
+use wire::uart::{
+    Answer, ConfigGet, ConfigSet, ContactMessage, Decoder, Message, NmtRequest, encode,
+};
 use wire::{Address, Counter, Fault, Faults, Settings, Value};
 
 /// Period of the board's ticks, s.
@@ -102,6 +104,26 @@ impl Run {
         times.filter(|time| *time < seconds).fold(0.0, f64::max)
     }
 
+    /// Number from the summary.
+    fn number(&self, place: &str) -> f64 {
+        let found = self.summary.pointer(place).and_then(Json::as_f64);
+        found.unwrap_or_else(|| panic!("{place}: {}", self.summary))
+    }
+
+    /// Returns whether the loader was started.
+    fn is_in_loader(&self) -> bool {
+        !self.summary["usbBoot"].is_null()
+    }
+
+    /// Answers of the foot to requests for settings, in order.
+    fn answers(&self) -> Vec<Answer> {
+        let all = self.messages.iter().filter_map(|message| match message {
+            Message::ConfigResponse(response) => Some(response.answer),
+            _ => None,
+        });
+        all.collect()
+    }
+
     /// The last message about the board's state.
     fn health(&self) -> &wire::uart::HealthMessage {
         let all = self.messages.iter().rev().find_map(|message| match message {
@@ -128,6 +150,23 @@ fn at(ms: u32, request: &Message) -> String {
     format!("{ms}:{digits}")
 }
 
+/// A request for a value at a time, as an option.
+fn read_at(ms: u32, index: u16, subindex: u8) -> String {
+    at(ms, &Message::ConfigGet(ConfigGet { address: Address::new(index, subindex) }))
+}
+
+/// Asserts what the page says of the first light and the first acceptance of a good board: it runs without a fault, and
+/// without a crash before.
+fn assert_good(run: &Run, what: &str) {
+    assert_eq!(run.faults(), [], "{what}");
+    assert_eq!(run.answers(), [Answer::Value(Value::U16(0).into())], "{what}: a crash");
+    assert_eq!(run.health().state, State::Operational, "{what}");
+    assert_eq!(run.summary["resets"], Json::Array(vec![]), "{what}");
+    // A short flash a second: on once in its second half, not long on and short off.
+    let lit = run.number("/led/litMsInLastSecond");
+    assert!((30.0..100.0).contains(&lit), "{what}: lit for {lit} ms in the last second");
+}
+
 /// Runs a board that stores a setting: it sends each sample.
 fn store_raw_stream(folder: &TempDir) {
     let set = |index, subindex, value: Value| {
@@ -142,11 +181,7 @@ fn store_raw_stream(folder: &TempDir) {
     ];
     let options = requests.each_ref().map(|request| ["--send-at-ms", request]);
     let run = board(folder, 2, options.as_flattened());
-    let answers = run.messages.iter().filter_map(|message| match message {
-        Message::ConfigResponse(response) => Some(response.answer),
-        _ => None,
-    });
-    assert!(answers.eq([Answer::Done; 2]));
+    assert_eq!(run.answers(), [Answer::Done; 2]);
 }
 
 #[test]
@@ -280,6 +315,119 @@ fn nano_takes_defaults_when_its_settings_are_damaged() {
     let run = board(&folder, 2, &[]);
     assert!(run.faults().contains(&Fault::ConfigCorrupted), "{:?}", run.faults());
     assert!(!run.messages.iter().any(|message| matches!(message, Message::Raw(_))));
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_starts_from_both_kinds_of_flash() {
+    for chip in ["at25sf128a", "is25lp128f"] {
+        let folder = TempDir::new().expect("a folder");
+        let run = board(&folder, 2, &["--motion", "stand", "--flash-chip", chip]);
+        assert_eq!(run.summary["warnings"], Json::Array(vec![]), "{chip}");
+        assert!(run.contacts().count() > 400, "{chip}");
+    }
+}
+
+/// The ROM starts a copied program by the watchdog, and leaves the mask of the light of its loader.
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_takes_no_copy_for_a_crash() {
+    for (reason, scratch) in [("0", "0"), ("0", "64"), ("1", "0"), ("1", "64"), ("2", "64")] {
+        let folder = TempDir::new().expect("a folder");
+        let crash = read_at(3_500, index::LAST_CRASH, 1);
+        let watchdog = ["--reason", reason, "--scratch-0", scratch];
+        let others = ["--motion", "stand", "--send-at-ms", &crash];
+        let run = board(&folder, 4, [watchdog, others].as_flattened());
+        assert_good(&run, &format!("reason {reason}, scratch {scratch}"));
+    }
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_takes_a_foreign_filesystem_for_blank() {
+    let folder = TempDir::new().expect("a folder");
+    // Sectors of a FAT, with a file in them.
+    let sector: Vec<u8> =
+        b"IMPORTBOARD PY ".iter().copied().cycle().take(300).chain([0; 212]).collect();
+    let flash: Vec<u8> = sector.iter().copied().cycle().take(16 << 20).collect();
+    fs::write(folder.path().join("flash"), flash).expect("the flash");
+    let crash = read_at(3_500, index::LAST_CRASH, 1);
+    let run = board(&folder, 4, &["--motion", "stand", "--send-at-ms", &crash]);
+    assert_good(&run, "a foreign filesystem");
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_starts_its_loader_at_the_second_of_two_presses() {
+    let presses = |presses: &[&str]| {
+        let folder = TempDir::new().expect("a folder");
+        let options = presses.iter().flat_map(|at| ["--press-at-ms", at]);
+        board(&folder, 2, &options.collect::<Vec<_>>()).is_in_loader()
+    };
+    // As fast as a hand can, and slowly; in the first of these the program is not even in RAM.
+    assert!(presses(&["300", "400"]));
+    assert!(presses(&["300", "700"]));
+    assert!(presses(&["1000", "1500"]));
+    // Neither a bounce of the contact, nor a late press, nor a single one.
+    assert!(!presses(&["300", "303"]));
+    assert!(!presses(&["300", "1400"]));
+    assert!(!presses(&["50"]));
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_stays_out_of_its_loader_at_resets_of_others() {
+    // The second reset is the watchdog's, and the third a press, alone.
+    let folder = TempDir::new().expect("a folder");
+    let options = ["--press-at-ms", "300", "--crash-at-ms", "700", "--press-at-ms", "750"];
+    let run = board(&folder, 2, &options);
+    assert_eq!(run.summary["resets"].as_array().map(Vec::len), Some(3));
+    assert!(!run.is_in_loader());
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_restarts_after_a_crash_before_its_watchdog_runs() {
+    let folder = TempDir::new().expect("a folder");
+    // In the start of the clocks, behind the copy to RAM.
+    let run = board(&folder, 2, &["--motion", "stand", "--crash-at-ms", "365"]);
+    assert_eq!(run.summary["resets"][0]["reason"], "watchdog forced", "{}", run.summary);
+    assert!(run.contacts().count() > 100);
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_sends_once_a_host_has_opened_its_port() {
+    let received = |opened: &str| {
+        let folder = TempDir::new().expect("a folder");
+        board(&folder, 2, &["--open-at-ms", opened]).number("/received")
+    };
+    // Windows opens a port with DTR low.
+    assert_eq!(received("never"), 0.0);
+    assert!(received("1000") > 1_000.0);
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_enumerates_behind_a_busy_hub() {
+    let folder = TempDir::new().expect("a folder");
+    let run = board(&folder, 2, &["--busy-hub"]);
+    assert_eq!(run.number("/usb/enumerated"), 1.0);
+    assert_eq!(run.number("/usb/maxPowerMa"), 500.0);
+    assert_eq!(run.summary["isRadioHeld"], true);
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_recovers_from_a_hung_usb_controller() {
+    let folder = TempDir::new().expect("a folder");
+    let run = board(&folder, 5, &["--motion", "stand", "--hang-usb-at-ms", "2000"]);
+    assert_eq!(run.number("/usb/enumerated"), 2.0);
+    assert_eq!(run.summary["resets"], Json::Array(vec![]));
+    assert!(run.last_stable_before(5.0) > 4.9);
+    // A packet becomes ready in the first 0.8 ms of a frame, but for the time in which it is copied.
+    let latest = run.number("/usb/latestArmUs");
+    assert!(latest < 810.0, "{latest} µs");
 }
 
 #[test]

@@ -1,30 +1,21 @@
-//! Record of a crash, kept in RAM over the reset; and the loader, asked for by two resets soon after each other.
+//! Record of a crash, kept in RAM over the reset.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr;
 
-use embassy_time::Duration;
+use embassy_rp::pac;
 use firmware::supervision::{CRASH_WORDS, CrashReason, CrashRecord};
 
 #[repr(transparent)]
-struct Retained<T>(UnsafeCell<MaybeUninit<T>>);
+struct Retained(UnsafeCell<MaybeUninit<[u32; CRASH_WORDS]>>);
 
 // SAFETY: written by handlers that never return, and used at start, before they can run.
-unsafe impl<T> Sync for Retained<T> {}
+unsafe impl Sync for Retained {}
 
 #[unsafe(link_section = ".uninit.crash")]
-static RECORD: Retained<[u32; CRASH_WORDS]> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
-
-#[unsafe(link_section = ".uninit.reset")]
-static TAPPED: Retained<u32> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
-
-/// Mark of a reset that was not long ago.
-const SOON: u32 = 0x7A9_70A7;
-
-/// Time in which a second reset asks for the loader.
-const SECOND_TAP: Duration = Duration::from_millis(300);
+static RECORD: Retained = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// Takes the previous crash, if there was one. It is returned only once.
 pub fn take() -> Option<CrashRecord> {
@@ -36,29 +27,6 @@ pub fn take() -> Option<CrashRecord> {
     CrashRecord::from_words(words)
 }
 
-/// Starts the loader, a drive on USB, if the button was pressed twice.
-pub fn start_loader_if_tapped_twice() {
-    let tapped = TAPPED.0.get().cast::<u32>();
-    // SAFETY: valid, aligned, any bits are a word, and nothing else uses it.
-    let was_soon = unsafe { ptr::read_volatile(tapped) } == SOON;
-    // SAFETY: as above.
-    unsafe { ptr::write_volatile(tapped, if was_soon { 0 } else { SOON }) };
-    if was_soon {
-        start_loader();
-    }
-    embassy_time::block_for(SECOND_TAP);
-    // SAFETY: as above.
-    unsafe { ptr::write_volatile(tapped, 0) };
-}
-
-/// Starts the loader.
-pub fn start_loader() -> ! {
-    embassy_rp::rom_data::reset_to_usb_boot(0, 0);
-    loop {
-        cortex_m::asm::nop();
-    }
-}
-
 fn note_and_reset(reason: CrashReason, program_counter: u32) -> ! {
     let record = CrashRecord { reason, program_counter };
     // SAFETY: valid and aligned, and nothing else runs any more.
@@ -66,9 +34,13 @@ fn note_and_reset(reason: CrashReason, program_counter: u32) -> ! {
     reset()
 }
 
-/// Restarts the chip, with all peripherals.
+/// Bits of everything the watchdog can reset, without those of both oscillators.
+const ALL_BUT_OSCILLATORS: u32 = 0x1_FFFC;
+
+/// Restarts the chip, with all peripherals, also before the watchdog runs: its reset does only what is selected.
 pub fn reset() -> ! {
-    embassy_rp::pac::WATCHDOG.ctrl().modify(|w| w.set_trigger(true));
+    pac::PSM.wdsel().write(|selected| selected.0 = ALL_BUT_OSCILLATORS);
+    pac::WATCHDOG.ctrl().modify(|w| w.set_trigger(true));
     loop {
         cortex_m::asm::nop();
     }

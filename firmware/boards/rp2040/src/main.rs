@@ -5,23 +5,26 @@
 //!
 //! | level | what runs there |
 //! |---|---|
-//! | interrupts, priority 0 | timer, I²C, the pin of INT1 |
+//! | interrupts, priority 0 | timer, I²C, the pin of INT1, USB, whose frames are timed |
 //! | sampling, an executor at priority 1 | [`sample`] |
-//! | USB and an executor at priority 3 | the tasks of [`usb`] |
+//! | an executor at priority 3 | the tasks of [`usb`] |
 //! | thread | settings, watchdog, LED |
 //!
-//! CAN, a load input, the second core and the radio module with the RGB LED are not used.
+//! CAN, a load input and the second core are not used, nor the radio module with the RGB LED, which is held in reset.
 
 #![no_std]
 #![no_main]
 
 mod crash;
 mod flash;
+mod loader;
+mod resets;
 mod sensor;
 mod soft_float;
 mod stack;
 mod timebase;
 mod usb;
+mod usb_errata;
 
 use core::fmt::Write as _;
 
@@ -45,11 +48,12 @@ use wire::node::{BootCause, Crash, Program};
 use wire::{Fault, Settings};
 
 use flash::SettingsFlash;
+use resets::Restart;
 use timebase::{Delay, TICK_US, Timebase};
 
 bind_interrupts!(struct Irqs {
     I2C0_IRQ => i2c::InterruptHandler<I2C0>;
-    USBCTRL_IRQ => embassy_rp::usb::InterruptHandler<USB>;
+    USBCTRL_IRQ => usb_errata::FrameHandler, embassy_rp::usb::InterruptHandler<USB>;
 });
 
 /// State shared between the levels.
@@ -64,9 +68,6 @@ const WATCHDOG: Duration = Duration::from_millis(1_000);
 /// Clock of the cores, Hz: the highest that the RP2040's data sheet allows at the usual voltage.
 const CLOCK_HZ: u32 = 133_000_000;
 
-/// Register of the watchdog, kept over its resets, with their number in a row. [`Nano::feed_watchdog`] clears it.
-const RESETS: usize = 0;
-
 #[cortex_m_rt::entry]
 fn main() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
@@ -75,21 +76,20 @@ fn main() -> ! {
     let clocks =
         ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000));
     let p = embassy_rp::init(embassy_rp::config::Config::new(clocks));
-    crash::start_loader_if_tapped_twice();
-    let crash = crash::take();
     let mut watchdog = Watchdog::new(p.WATCHDOG);
-    let cause_of_reset = watchdog.reset_reason();
-    let timed_out = cause_of_reset == Some(ResetReason::TimedOut);
-    let resets = if timed_out { watchdog.get_scratch(RESETS).saturating_add(1) } else { 0 };
-    watchdog.set_scratch(RESETS, resets);
+    let restart = Restart::take(&mut watchdog);
     watchdog.start(WATCHDOG);
+    let crash = crash::take();
+    // Nothing uses the radio, and it would take most of the current.
+    let _radio_reset = Output::new(p.PIN_3, Level::Low);
 
     let mut flash = SettingsFlash::new(p.FLASH);
     let id = flash.unique_id();
     let Ok(mut storage) = Storage::new(flash, &(0..flash::SETTINGS)) else {
         halt();
     };
-    let (settings, origin) = thread::load_settings(&mut storage, resets);
+    let (settings, origin) = thread::load_settings(&mut storage, restart.timeouts);
+    let timed_out = restart.reason == Some(ResetReason::TimedOut);
     let reason = match crash {
         Some(record) => Some(record.into()),
         None => timed_out.then_some(Crash { fault: Fault::WatchdogReset, program_counter: 0 }),
@@ -97,15 +97,15 @@ fn main() -> ! {
     let start = Start {
         serial: serial_number(id),
         hardware: "Arduino Nano RP2040 Connect",
-        cause: match (cause_of_reset, crash.is_some()) {
+        cause: match (restart.reason, crash.is_some()) {
             (Some(ResetReason::Forced), false) => BootCause::Commanded,
             _ => BootCause::PowerUp,
         },
         crash: reason,
         origin,
         unused_crystal_khz: None,
-        // The detector of the chip is on after each reset.
-        brown_out_level: 1,
+        // The detector of the chip, which is on after each reset, watches the core's supply instead.
+        brown_out_level: None,
         program: Program {
             identification: u32::from_str_radix(env!("FOOTFALL_PROGRAM"), 16).unwrap_or(0),
             ..Program::default()
@@ -115,7 +115,6 @@ fn main() -> ! {
     foot.disable_can(TICK_US);
     let range = foot.settings().accelerometer_range();
 
-    interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
     interrupt::SWI_IRQ_1.set_priority(Priority::P3);
     let communication = COMMUNICATION.start(interrupt::SWI_IRQ_1);
     once(usb::serve(p.USB, text_of(id)), |task| {
@@ -134,6 +133,7 @@ fn main() -> ! {
     THREAD.init(Executor::new()).run(|thread| {
         once(serve_requests(storage), |task| thread.spawn(task));
         once(feed_watchdog(), |task| thread.spawn(task));
+        once(loader::forget_press(), |task| thread.spawn(task));
         once(blink(led), |task| thread.spawn(task));
     })
 }
@@ -190,7 +190,7 @@ impl Board for Nano {
     fn feed_watchdog(&self) {
         // Errata RP2040-E1: it counts down by two.
         pac::WATCHDOG.load().write_value(Load(2 * WATCHDOG.as_micros() as u32));
-        pac::WATCHDOG.scratch0().write(|resets| *resets = 0);
+        resets::end_row();
     }
 
     fn look_at_stack(&self, depth: &mut StackDepth) -> Option<usize> {
@@ -209,7 +209,7 @@ impl Board for Nano {
     }
 
     fn start_bootloader(&self) -> ! {
-        crash::start_loader()
+        loader::run()
     }
 
     fn reset(&self) -> ! {

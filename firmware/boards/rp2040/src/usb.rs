@@ -1,24 +1,34 @@
 //! The serial line: CDC on USB, with the frames of a UART.
 
-use embassy_futures::join::join3;
+use core::cell::Cell;
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::Poll;
+
+use embassy_futures::join::join4;
+use embassy_futures::select::select;
 use embassy_rp::Peri;
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::Driver;
 use embassy_time::{Duration, Timer, with_timeout};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
+use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config};
 use firmware::ports::{Input, UartBatch};
 use firmware::supervision::Worker;
 use firmware::uart_requests::UartReceiver;
-use static_cell::StaticCell;
 
-use crate::{Irqs, PORTS, crash};
+use crate::usb_errata::{self, Watch};
+use crate::{Irqs, PORTS, loader};
 
-type Bus = Driver<'static, USB>;
+type Bus<'d> = Driver<'d, USB>;
 
 /// Vendor and product: a CDC port of Raspberry Pi's SDK, for which systems bring drivers.
 const VENDOR: u16 = 0x2E8A;
 const PRODUCT: u16 = 0x000A;
+
+/// Current that the board may take, mA: as much as Arduino's programs for it ask for, since pins of the board supply others.
+const MAX_POWER: u16 = 500;
 
 /// Largest packet of a full-speed bulk endpoint, bytes.
 const PACKET: usize = 64;
@@ -29,33 +39,41 @@ const DEADLINE: Duration = Duration::from_millis(20);
 /// Rate that a host sets, and then closes the port, to ask for the loader, Bd: the custom of Arduino.
 const LOADER_RATE: u32 = 1_200;
 
-/// Serves the port of a board with a serial number, hexadecimal.
+/// Serves the port of a board with a serial number, hexadecimal. A controller that hangs is reset.
 #[embassy_executor::task]
-pub async fn serve(usb: Peri<'static, USB>, serial: &'static str) {
+pub async fn serve(mut usb: Peri<'static, USB>, serial: &'static str) {
+    loop {
+        select(run(usb.reborrow(), serial), usb_errata::hung()).await;
+        usb_errata::reset_controller().await;
+    }
+}
+
+/// Serves the port, forever.
+async fn run(usb: Peri<'_, USB>, serial: &str) {
     let mut config = Config::new(VENDOR, PRODUCT);
     config.manufacturer = Some("footfall");
     config.product = Some("footfall foot");
     config.serial_number = Some(serial);
-    static DESCRIPTORS: StaticCell<[u8; 256]> = StaticCell::new();
-    static BOS: StaticCell<[u8; 32]> = StaticCell::new();
-    static CONTROL: StaticCell<[u8; PACKET]> = StaticCell::new();
-    static STATE: StaticCell<State> = StaticCell::new();
+    config.max_power = MAX_POWER;
+    let (mut descriptors, mut bos, mut control) = ([0; 256], [0; 32], [0; PACKET]);
+    let (mut watch, mut state) = (Watch, State::new());
     let mut builder = Builder::new(
         Driver::new(usb, Irqs),
         config,
-        DESCRIPTORS.init([0; 256]),
-        BOS.init([0; 32]),
+        &mut descriptors,
+        &mut bos,
         &mut [],
-        CONTROL.init([0; PACKET]),
+        &mut control,
     );
-    let (sender, receiver) =
-        CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16).split();
+    builder.handler(&mut watch);
+    let (sender, receiver) = CdcAcmClass::new(&mut builder, &mut state, PACKET as u16).split();
     let mut device = builder.build();
-    join3(device.run(), send(sender), receive(receiver)).await;
+    usb_errata::watch_frames();
+    join4(device.run(), usb_errata::connect(), send(sender), receive(receiver)).await;
 }
 
 /// Sends the frames while a host has opened the port; those that it does not take in time are counted.
-async fn send(mut sender: Sender<'static, Bus>) {
+async fn send<'d>(mut sender: Sender<'d, Bus<'d>>) {
     let mut batch = UartBatch::default();
     let mut is_torn = false;
     loop {
@@ -69,7 +87,7 @@ async fn send(mut sender: Sender<'static, Bus>) {
         };
         if !sender.dtr() {
             if sender.line_coding().data_rate() == LOADER_RATE {
-                crash::start_loader();
+                loader::run();
             }
             // No host has opened the port.
             continue;
@@ -92,13 +110,37 @@ async fn send(mut sender: Sender<'static, Bus>) {
     }
 }
 
-/// Returns whether the host takes a packet before the deadline.
-async fn is_taken(sender: &mut Sender<'static, Bus>, packet: &[u8]) -> bool {
-    matches!(with_timeout(DEADLINE, sender.write_packet(packet)).await, Ok(Ok(())))
+/// Returns whether the host takes the packet before this one before the deadline, so that this one is ready for it.
+async fn is_taken<'d>(sender: &mut Sender<'d, Bus<'d>>, packet: &[u8]) -> bool {
+    matches!(with_timeout(DEADLINE, write(sender, packet)).await, Ok(Ok(())))
+}
+
+/// Makes a packet ready once the one before is taken, early in a frame: see [`usb_errata::until_early`].
+async fn write<'d>(sender: &mut Sender<'d, Bus<'d>>, packet: &[u8]) -> Result<(), EndpointError> {
+    let mut write = pin!(sender.write_packet(packet));
+    loop {
+        // Nothing comes between the check and the packet.
+        let poll = poll_fn(|cx| {
+            Poll::Ready(cortex_m::interrupt::free(|_| {
+                usb_errata::is_early().then(|| write.as_mut().poll(cx))
+            }))
+        });
+        match poll.await {
+            Some(Poll::Ready(result)) => return result,
+            Some(Poll::Pending) => next_wake().await,
+            None => usb_errata::until_early().await,
+        }
+    }
+}
+
+/// Waits until the task is woken.
+async fn next_wake() {
+    let is_first = Cell::new(true);
+    poll_fn(|_| if is_first.take() { Poll::Pending } else { Poll::Ready(()) }).await;
 }
 
 /// Passes requests of the host to the foot.
-async fn receive(mut receiver: Receiver<'static, Bus>) {
+async fn receive<'d>(mut receiver: Receiver<'d, Bus<'d>>) {
     let mut requests = UartReceiver::new();
     let mut packet = [0; PACKET];
     loop {
