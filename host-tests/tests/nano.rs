@@ -160,7 +160,7 @@ fn read_at(ms: u32, index: u16, subindex: u8) -> String {
 fn assert_good(run: &Run, what: &str) {
     assert_eq!(run.faults(), [], "{what}");
     assert_eq!(run.answers(), [Answer::Value(Value::U16(0).into())], "{what}: a crash");
-    assert_eq!(run.health().state, State::Operational, "{what}");
+    assert_eq!(run.health().state, NmtState::Operational, "{what}");
     assert_eq!(run.summary["resets"], Json::Array(vec![]), "{what}");
     // A short flash a second: on once in its second half, not long on and short off.
     let lit = run.number("/led/litMsInLastSecond");
