@@ -226,7 +226,7 @@ impl Found {
     }
 }
 
-/// Limit of the slips without an event: measured are 134 of
+/// Limit of the slips without an event: measured are 122 of
 /// 1,120, most of them slower than what a false idea of up leaves.
 const UNSEEN: usize = 140;
 
@@ -258,9 +258,9 @@ fn slip_distances_are_accurate_to_a_few_millimetres() {
     assert!((6.0..9.0).contains(&worst), "{worst} mm");
 }
 
-/// Limit of the slips reported on the twelve walks in a shoe, none of which slips: measured are 30 in
+/// Limit of the slips reported on the twelve walks in a shoe, none of which slips: measured are 3 in
 /// 270 steps.
-const SHOE_SLIPS: usize = 32;
+const SHOE_SLIPS: usize = 5;
 
 /// Numbers of touch-downs and slips in recordings of feet that are not known to slip, from the IMU alone.
 fn touch_downs_and_slips(recordings: &[&Recording]) -> [usize; 2] {

@@ -19,6 +19,10 @@
 //! probability falls to at most 0.03 in every swing; in slips it stays above 0.25, except for 2 ms at the end of
 //! one recording (0.09). The latter stays above 0.9 in soft ground that yields.
 //!
+//! A foot that comes to rest has not slid if its turn explains the distance that it moved along the ground. A turn by
+//! θ moves a sensor by `LEVER_M` · θ if it is [`LEVER_M`] away from the point about which the foot turns. The shoe of
+//! a person who stands and sways moves by tenths of a millimetre that way.
+//!
 //! A slip starts from stable contact. A landing, which counts as [`Phase::Slip`] until the foot is still, is
 //! therefore not a slip. A foot that is loaded for [`SHORTEST_SWING_US`] and not stable at any time of it, such as one
 //! that slides from its landing until its lift-off, has neither touch-down nor slip but a start and an end of an
@@ -43,7 +47,7 @@
 use std::collections::VecDeque;
 use std::io::{self, Write};
 
-use estimator_core::{ContactEstimate, Decision, Flag, Phase, Timestamp};
+use estimator_core::{ContactEstimate, Decision, Flag, Phase, Timestamp, VelocityParams};
 
 use crate::output::write_start;
 use crate::space::{Rotation, Vector};
@@ -288,6 +292,10 @@ pub const SLIDES_BELOW: f32 = 0.5;
 /// the foot peels off; roll-offs of a shoe tilt by 1° within 50 ms.
 pub const ROLLS_ABOVE: f64 = 0.0175;
 
+/// Distance between the IMU and the point about which a standing foot turns, m, as the default of
+/// [`VelocityParams::lever`].
+pub const LEVER_M: f64 = VelocityParams::DEFAULT.lever as f64;
+
 /// Flags of samples in which the motion of the foot is unknown.
 const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::WindowNotFull,
@@ -324,6 +332,10 @@ struct Unstable {
     rolled: Option<Timestamp>,
     /// Whether it slid before it rolled.
     slid: bool,
+    /// Greatest inclination against its stance, rad.
+    inclination: f64,
+    /// Greatest distance along the ground since the last stable sample, m.
+    moved_m: f64,
     unknown_us: u64,
     last_unknown: Option<Timestamp>,
     /// Motion since the last stable sample; `None` if there was none.
@@ -384,8 +396,13 @@ impl Unstable {
             if estimate.probabilities.vertical < LIFTED_BELOW {
                 self.lifted.get_or_insert(now);
             }
-            if (self.reckoning).is_some_and(|reckoning| reckoning.tilt(estimate) > ROLLS_ABOVE) {
-                self.rolled.get_or_insert(now);
+            if let Some(reckoning) = self.reckoning {
+                let inclination = reckoning.tilt(estimate);
+                self.inclination = self.inclination.max(inclination);
+                self.moved_m = self.moved_m.max(reckoning.farthest());
+                if inclination > ROLLS_ABOVE {
+                    self.rolled.get_or_insert(now);
+                }
             }
             self.slid |=
                 self.left_ground().is_none() && estimate.probabilities.tangential < SLIDES_BELOW;
@@ -418,6 +435,12 @@ impl Unstable {
         times.flatten().min_by_key(|time| time.as_micros())
     }
 
+    /// Returns whether its turn explains how far the foot moved. The distance is unknown if samples are missing.
+    fn only_turned(&self) -> bool {
+        self.reckoning.is_some_and(|reckoning| reckoning.is_sound)
+            && self.moved_m < LEVER_M * self.inclination
+    }
+
     /// Verdict on the stretch if it ends here.
     fn verdict(&self) -> Verdict {
         let lasted = |from: Timestamp, to: Timestamp| {
@@ -431,7 +454,7 @@ impl Unstable {
                 Verdict::Swing { lift_off: if slip { left } else { self.start }, slip }
             }
             _ if self.unknown_us >= SHORTEST_SWING_US => Verdict::Unknown,
-            _ if self.rolled.map_or(self.slid, slid_until) => Verdict::Slip,
+            _ if self.rolled.map_or(self.slid, slid_until) && !self.only_turned() => Verdict::Slip,
             _ => Verdict::Neither,
         }
     }
@@ -553,6 +576,12 @@ impl Reckoning {
         self.along_ground(self.position)
     }
 
+    /// Distance along the ground, m, of a foot that may stand or move: the larger one; 0 if it is unknown.
+    fn farthest(&self) -> f64 {
+        let distances = [self.distance(), self.distance_to_rest()];
+        distances.into_iter().flatten().fold(0.0, f64::max)
+    }
+
     fn along_ground(&self, Vector { x, y, .. }: Vector) -> Option<f64> {
         let distance = Vector::new(x, y, 0.0).length();
         (self.is_sound && distance.is_finite()).then_some(distance)
@@ -587,6 +616,7 @@ mod tests {
     /// | `f`, `F` | swings; with a load signal |
     /// | `a`, `b`, `+`, `-`, `L` | slides with 1, 2, 2.5 or −1.5 m/s², with 1 m/s² and a load |
     /// | `c` | slides with −2 m/s² |
+    /// | `w` | sways: the sensor moves along the ground with 1 m/s², and the foot is inclined by 0.5° |
     /// | `r` | rolls about its toe: the sensor moves along the ground, and the foot is inclined by 5° |
     /// | `v` | moves up and down on the spot |
     /// | `h`, `H` | moves unseen: the samples are unusable; with a load |
@@ -595,7 +625,7 @@ mod tests {
             's' => (Phase::Unknown, [0.95, 1.0, 1.0], 0.0),
             'f' => (Phase::Unknown, [0.0; 3], 5.0),
             'F' => (Phase::Swing, [0.0; 3], 5.0),
-            'a' | 'r' => (Phase::Unknown, [0.1, 0.1, 0.9], 1.0),
+            'a' | 'r' | 'w' => (Phase::Unknown, [0.1, 0.1, 0.9], 1.0),
             'b' => (Phase::Unknown, [0.1, 0.1, 0.9], 2.0),
             'c' => (Phase::Unknown, [0.1, 0.1, 0.9], -2.0),
             '+' => (Phase::Unknown, [0.1, 0.1, 0.9], 2.5),
@@ -625,6 +655,7 @@ mod tests {
             },
             orientation: match does {
                 'r' => Quaternion { w: 0.99905, x: 0.0, y: 0.04362, z: 0.0 },
+                'w' => Quaternion { w: 0.99999, x: 0.0, y: 0.00436, z: 0.0 },
                 _ => Quaternion::IDENTITY,
             },
             linear_acceleration: LinearAcceleration(Vec3::new(0.6 * along, 0.8 * along, 0.3)),
@@ -689,6 +720,9 @@ mod tests {
                 "slip_start 100 200, slip_end 300 200, lift_off 300, touch_down 600",
             ),
             ("a short one is the lift-off", "100s 60L 300F 50s", "lift_off 100, touch_down 460"),
+            ("a short slide", "100s 40a 100s", "slip_start 100 40, slip_end 140 40"),
+            ("it sways on the spot", "100s 40w 100s", ""),
+            ("it slides and sways", "100s 80w 100s", "slip_start 100 80, slip_end 180 80"),
             ("it rocks about its toe", "100s 30a 120r 100s", ""),
             (
                 "it rolls off about its toe",
