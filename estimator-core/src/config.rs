@@ -7,6 +7,7 @@ use crate::parameter;
 use crate::params::{Gravity, Method, Params, WindowLength};
 use crate::phase::PhaseCoefficients;
 use crate::range::ParamsError;
+use crate::roll::Roll;
 use crate::self_calibrating::SelfCalibratingConfig;
 use crate::velocity::VelocityCoefficients;
 
@@ -21,9 +22,10 @@ impl Params {
         if let GyroTiming::Delay(delay) = self.attitude.gyro_timing {
             parameter::GYRO_DELAY.check(delay)?;
         }
+        let period_us = u64::from(rounded(1.0e6 / self.sample_rate));
         Ok(Config {
             gravity: self.gravity,
-            period_us: u64::from(rounded(1.0e6 / self.sample_rate)),
+            period_us,
             method: self.method,
             kde: KdeConfig {
                 kernels: self.bandwidth.zip_with(self.half_width, Kernel::new),
@@ -43,6 +45,7 @@ impl Params {
                 load_on: self.load.on_threshold,
                 load_off: self.load.off_threshold,
             },
+            roll: Roll::new(period_us, &self.velocity),
             velocity: VelocityCoefficients::new(&self.velocity),
         })
     }
@@ -75,6 +78,7 @@ pub struct Config<const CAPACITY: usize> {
     pub(crate) self_calibrating: SelfCalibratingConfig,
     pub(crate) attitude: AttitudeCoefficients,
     pub(crate) phase: PhaseCoefficients,
+    pub(crate) roll: Roll,
     pub(crate) velocity: VelocityCoefficients,
 }
 

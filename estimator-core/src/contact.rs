@@ -8,6 +8,7 @@ use crate::learnt::Learnt;
 use crate::params::{Gravity, Method};
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
 use crate::probability::Probabilities;
+use crate::roll::Roll;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::self_calibrating::{SelfCalibrating, Up};
 use crate::vector::Quaternion;
@@ -53,6 +54,7 @@ pub struct ContactEstimator<const CAPACITY: usize> {
     /// Least time between two samples with one missing between them, µs.
     gap_us: u64,
     attitude: AttitudeFilter,
+    roll: Roll,
     phase: PhaseTracker,
     velocity: VelocityCoefficients,
     velocity_sigma: VelocitySigma,
@@ -82,6 +84,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             period_us: config.period_us,
             gap_us: 2 * config.period_us - config.period_us / 4,
             attitude: AttitudeFilter::new(config),
+            roll: config.roll,
             phase: PhaseTracker::new(config.phase),
             velocity: config.velocity,
             velocity_sigma: VelocitySigma::MOST,
@@ -146,9 +149,14 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             flags = flags.with(Flag::WindowNotFull);
         }
 
-        let (decision, phase) =
-            self.phase.update(sample.timestamp, probabilities.stable, flags, load);
         let (linear_acceleration, angular_rate) = measured.unwrap_or_default();
+        if measured.is_some() {
+            let certain = if flags.are_doubt() { 0.0 } else { probabilities.stable };
+            self.roll.push(angular_rate.0.length(), certain);
+        }
+        // A robot may not lean on a foot that rolls, as if P were 0.
+        let firm = if self.roll.rolls() { 0.0 } else { probabilities.stable };
+        let (decision, phase) = self.phase.update(sample.timestamp, firm, flags, load);
         self.velocity_sigma = self.velocity.sigma(probabilities.stable, angular_rate.0, flags);
         ContactEstimate {
             timestamp: sample.timestamp,

@@ -11,6 +11,7 @@
 //! | gyroscope bias, learnt at rest | [`gyro_bias`] |
 //! | probability of stillness, with limits learnt from the foot | [`self_calibrating`] |
 //! | or, with configured half-widths, the paper's | [`kde`] |
+//! | rolling: a foot that turns about a point on the ground | [`roll`] |
 //! | debounced decision, and the phase if the load is known | [`phase`] |
 //! | standard deviation of a zero-velocity measurement | [`velocity`] |
 //!
@@ -80,6 +81,7 @@ pub mod phase;
 pub mod probability;
 pub mod range;
 pub mod rest;
+pub mod roll;
 pub mod sample;
 pub mod self_calibrating;
 #[cfg(any(test, feature = "self-check"))]

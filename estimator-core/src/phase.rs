@@ -20,7 +20,8 @@ use crate::sample::Timestamp;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Load(pub f32);
 
-/// Debounced decision whether the robot may lean on this foot.
+/// Debounced decision whether the robot may lean on this foot. It may not lean on a foot that
+/// [rolls](crate::roll).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Decision {

@@ -2,8 +2,11 @@
 //! velocity measurement at each sample instead of switching it on and off.
 //!
 //! ```text
-//! σ² = s² (1 − P)/P + (r |ω|)² + σ₀²
+//! σ² = (s (1 − P)/P)² + (r |ω|)² + σ₀²
 //! ```
+//!
+//! σ grows with the odds against a stance. With their root a swing in which P is 0.05 would count as a measurement of
+//! ±0.2 m/s at each sample, and the samples of a swing together as one of a few cm/s.
 //!
 //! s is the speed at even odds (P = ½), r the distance between the IMU and the point about which a standing
 //! foot turns, and σ₀ the least σ. The measurement is zero velocity of the IMU, in any frame, with
@@ -92,7 +95,9 @@ impl VelocityCoefficients {
         // A NaN fails both comparisons.
         if probability > 0.0 && !flags.are_doubt() {
             let odds_against = (1.0 - probability.lesser(1.0)) / probability;
-            let variance = self.speed * odds_against + self.lever * rate.dot(rate) + self.floor;
+            let variance = self.speed * (odds_against * odds_against)
+                + self.lever * rate.dot(rate)
+                + self.floor;
             if variance < MOST {
                 return VelocitySigma(sqrt(variance));
             }
@@ -119,7 +124,7 @@ mod tests {
         for (probability, rate, expected) in [
             (1.0, 0.0, 0.003),
             (0.5, 0.0, 0.2_f32.hypot(0.003)),
-            (0.2, 0.0, 0.4_f32.hypot(0.003)),
+            (0.2, 0.0, 0.8_f32.hypot(0.003)),
             (1.0, 2.0, 0.2_f32.hypot(0.003)),
             (0.5, 2.0, 0.2_f32.hypot(0.2).hypot(0.003)),
         ] {

@@ -145,7 +145,7 @@ fn assert_sigma(params: &VelocityParams, estimate: &ContactEstimate) -> Result<(
     let p = f64::from(estimate.probabilities.stable);
     let Vec3 { x, y, z } = estimate.angular_rate.0;
     let rate: f64 = [x, y, z].map(|w| f64::from(w).powi(2)).iter().sum();
-    let variance = speed.powi(2) * (1.0 - p) / p + lever.powi(2) * rate + floor.powi(2);
+    let variance = (speed * (1.0 - p) / p).powi(2) + lever.powi(2) * rate + floor.powi(2);
     let expected = if estimate.flags.are_doubt() {
         100.0
     } else {

@@ -78,7 +78,7 @@ def _of_methods(evaluation: Evaluation) -> Iterator[Bound]:
 
 def _of_odometry(odometry: Odometry) -> Iterator[Bound]:
     error, _, nis = odometry.detectors["footfall, sigma_v"]
-    yield "NIS of sigma_v", nis, 0.5, 4.0
+    yield "NIS of sigma_v", nis, 0.2, 4.0
     decision, nine_tenths = (odometry.detectors[f"footfall, {name}"][0] for name in ("decision", "P > 0.9"))
     yield "position error by sigma_v", error, 0.0, min(0.09, 0.8 * decision, 0.9 * nine_tenths)
     for *_, of_half, _ in odometry.halves:

@@ -47,9 +47,9 @@ SPEEDS = (0.03, 0.05, 0.07, 0.1, 0.2)
 LEVERS = (0.05, 0.1, 0.15, 0.2)
 """Candidates for the constants of `sigma_v`, m/s and m."""
 
-NIS = (0.5, 4.0)
+NIS = (0.2, 4.0)
 """Range of the mean NIS for chosen constants. It is 3 if σ is right: above, the filter trusts the foot too much; errors
-that last for a stance, as those of a rolling foot, lower it."""
+that last for a stance, as those of a rolling foot, lower it, and so do samples of swings, whose σ says nothing."""
 
 
 @dataclass(frozen=True)

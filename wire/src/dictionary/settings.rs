@@ -358,7 +358,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Zero-velocity measurement"),
         shape: Shape::Record,
         doc: Text::new(
-            "σ² = speed² (1 − P)/P + (lever |ω|)² + floor²: standard deviation of a foot's velocity about zero",
+            "σ² = (speed (1 − P)/P)² + (lever |ω|)² + floor²: standard deviation of a foot's velocity about zero",
         ),
         entries: &[
             Entry::parameter(1, "Speed", Parameter::VelocitySpeed),
