@@ -132,7 +132,7 @@ fn first_command() -> Result<()> {
     const SIZE_BUDGET_MB: f64 = 16.0;
     // A machine that does other work meanwhile counts more.
     const TOLERANCE: f64 = 1.2;
-    let tree = ["tree", "--locked", "--package", "footfall", "--edges", "normal,build"];
+    let tree = ["tree", "--locked", "--package", "footfall-program", "--edges", "normal,build"];
     let listed = Step::cargo(&tree).with(["--prefix", "none", "--no-dedupe"]).output()?;
     let packages = listed.lines().filter_map(|line| line.split(" (").next());
     let packages: std::collections::BTreeSet<&str> = packages.collect();
@@ -142,7 +142,8 @@ fn first_command() -> Result<()> {
     let build = || -> Result<f64> {
         remove_folder(&target)?;
         let before = cpu_s_of_children()?;
-        Step::cargo(&["build", "--quiet", "--release", "--locked", "--package", "footfall"])
+        Step::cargo(&["build", "--quiet", "--release", "--locked"])
+            .with(["--package", "footfall-program"])
             .with(["--target-dir", &target.display().to_string()])
             .run()?;
         Ok(cpu_s_of_children()? - before)
@@ -238,7 +239,7 @@ const FULL_TARGET: [&str; 2] = ["--target-dir", "target/full"];
 /// Lints the program without a feature and with each alone, the formats for a log on the target, and tests all features.
 fn features() -> Result<()> {
     for features in ["", "bags", "foxglove", "parquet", "ros2"] {
-        Step::cargo(&["clippy", "--quiet", "--locked", "--package", "footfall"])
+        Step::cargo(&["clippy", "--quiet", "--locked", "--package", "footfall-program"])
             .with(["--features", features])
             .with(DENY)
             .run()?;
@@ -247,10 +248,11 @@ fn features() -> Result<()> {
         .with(["--package", "footfall-wire", "--features", "footfall-wire/defmt"])
         .with(DENY)
         .run()?;
-    let features = "footfall/all,host-tests/full,recordings/bags,recordings/parquet";
+    let features = "footfall-program/all,host-tests/full,recordings/bags,recordings/parquet";
     Step::cargo(&["test", "--locked", "--no-fail-fast"])
         .with(FULL_TARGET)
-        .with(["--package", "footfall", "--package", "recordings", "--package", "host-tests"])
+        .with(["--package", "footfall-program"])
+        .with(["--package", "recordings", "--package", "host-tests"])
         .with(["--features", features, "--", "--include-ignored"])
         .run()
 }
@@ -259,7 +261,8 @@ fn features() -> Result<()> {
 fn hosts() -> Result<()> {
     Step::cargo(&["test", "--locked", "--no-fail-fast"])
         .with(PACKAGES)
-        .with(["--exclude", "footfall", "--exclude", "host-tests", "--exclude", "virtual-board"])
+        .with(["--exclude", "footfall-program"])
+        .with(["--exclude", "host-tests", "--exclude", "virtual-board"])
         .with(["--", "--ignored"])
         .run()
 }
@@ -267,7 +270,7 @@ fn hosts() -> Result<()> {
 /// Long tests of the virtual board, with a program that has all features: recordings are bags.
 fn boards() -> Result<()> {
     firmware::build_all()?;
-    Step::cargo(&["build", "--locked", "--package", "footfall", "--features", "all"])
+    Step::cargo(&["build", "--locked", "--package", "footfall-program", "--features", "all"])
         .with(FULL_TARGET)
         .run()?;
     Step::cargo(&["test", "--locked", "--package", "virtual-board", "--no-fail-fast"])

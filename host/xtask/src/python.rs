@@ -101,7 +101,7 @@ pub fn full() -> Result<()> {
     let environment = Environment::create("full")?;
     let extras = "./python[arrow,docs,fleet,notebooks,test]";
     environment.install([extras, "--config-settings", "build-args=--features all"])?;
-    Step::cargo(&["build", "--locked", "--package", "footfall", "--features", "all"])
+    Step::cargo(&["build", "--locked", "--package", "footfall-program", "--features", "all"])
         .with(["--target-dir", "target/full"])
         .run()?;
     // Ray's sockets, whose paths are short, its logs, and all temporary files.

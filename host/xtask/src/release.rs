@@ -119,7 +119,7 @@ fn install_tools() -> Result<PathBuf> {
 /// Builds the program with all features, packs it, and checks that it needs no shared library.
 fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
     Step::cargo(&["zigbuild", "--locked", "--release"])
-        .with(["--package", "footfall", "--features", "all"])
+        .with(["--package", "footfall-program", "--features", "all"])
         .with(["--target", machine.program])
         .with_path(tools)
         .run()?;

@@ -37,7 +37,7 @@ pub fn run() -> Result<()> {
     let missing = TOOLS.iter().filter(|(program, _)| !is_installed(program));
     install_packages(&missing.map(|(_, package)| *package).collect::<Vec<_>>())?;
     // The program has the features of the tests' build, so that it is there already.
-    Step::cargo(&["build", "--locked", "--package", "footfall", "--features", "all"])
+    Step::cargo(&["build", "--locked", "--package", "footfall-program", "--features", "all"])
         .with(["--target-dir", "target/full"])
         .run()?;
     let work = root().join("target/socketcan");

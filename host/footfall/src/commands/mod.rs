@@ -68,6 +68,7 @@ Examples:
 /// Estimates the probability of stable contact of a robot's foot, from the IMU on it
 #[derive(Debug, Parser)]
 #[command(
+    name = "footfall",
     version = crate::feature::version(),
     arg_required_else_help = false,
     max_term_width = 100,

@@ -266,7 +266,7 @@ pub fn program() -> &'static Path {
         }
         let status = Command::new(env!("CARGO"))
             .current_dir(workspace())
-            .args(["build", "--quiet", "--locked", "--package", "footfall"])
+            .args(["build", "--quiet", "--locked", "--package", "footfall-program"])
             .status();
         assert!(status.expect("cargo starts").success());
         workspace().join("target/debug/footfall")
