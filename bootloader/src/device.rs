@@ -11,7 +11,7 @@ use wire::value::Value;
 use crate::DEVICE_NAME;
 use crate::flash::{Flash, Slot};
 use crate::image::{BROKEN_OFF, Board, HEADER, Header, Refusal, identification};
-use crate::journal::{Event, Progress, State};
+use crate::journal::{Progress, State};
 use crate::update::{Download, ProgramState};
 use crate::{program, verify};
 
@@ -142,11 +142,7 @@ impl<F: Flash> Device<F> {
                     let is_confirmed = state.progress == Progress::Settled
                         && program::same(&self.flash, Slot::New, Slot::Running);
                     if !is_confirmed {
-                        // The starts that follow need room for their records.
-                        state.tidy(&mut self.flash).map_err(|_| AbortCode::Hardware)?;
-                        state
-                            .append(Event::Install, &mut self.flash)
-                            .map_err(|_| AbortCode::Hardware)?;
+                        state.install(&mut self.flash).map_err(|_| AbortCode::Hardware)?;
                     }
                 }
                 self.action = Some(Action::Restart(Restart::ByMaster));

@@ -13,7 +13,8 @@
 //! | 24 to 43 | commit, 20 bytes |
 //! | 44 to 75 | SHA-256 of the program, followed by bytes 0 to 43 |
 //! | 76 to 139 | Ed25519 signature of bytes 0 to 75 |
-//! | 140 to 511 | 0xFF |
+//! | 140 to 507 | 0xFF |
+//! | 508 to 511 | 0xFF in an image; [mark](MARK) of a confirmed program in the running slot |
 //!
 //! Integers are little-endian. The signature covers the hash, and so the program. A program that runs is checked by its
 //! hash, which finds a changed bit of the header, too; bytes 76 to 139 are used before an install alone.
@@ -31,6 +32,10 @@ pub const SIGNED: usize = 76;
 
 /// Number of bytes in use; the others are those of erased flash.
 pub const USED: usize = 140;
+
+/// Place of the mark of a confirmed program in its header: the last word. Bootloaders write it in the running slot, and
+/// no copy has it.
+pub const MARK: usize = HEADER - 4;
 
 /// Bytes of a commit's hash.
 pub const COMMIT: usize = 20;

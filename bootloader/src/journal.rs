@@ -6,12 +6,16 @@
 //! | 1 | complement of word 0 |
 //!
 //! A record that a power cut interrupted has another complement, and does not count. The journal is erased where it
-//! is nearly full, and begins with its last state. Before the erase both words of the first record become zero: what an
-//! interrupted erase leaves behind it does not count. Without a record a program that was sent is on trial: a power cut
-//! in the erase makes no untried program the settled one.
+//! is nearly full, and begins with its last state. Before the erase all words in use become zero, those of the first
+//! record first: an interrupted erase leaves no record that counts.
+//!
+//! A confirmed program is also marked in its own slot, in the last word of its header. The mark is written before an
+//! install and before an erase of the journal, and is erased with its program. A marked program is never on trial,
+//! whatever became of the journal. A program without mark and record is on trial if it was sent: a power cut in the erase
+//! makes no untried program the settled one.
 
 use crate::flash::{Flash, FlashFailed, JOURNAL, JOURNAL_SIZE, Sector, Slot};
-use crate::image::Refusal;
+use crate::image::{MARK, Refusal};
 
 /// Size of a record, bytes.
 const RECORD: u32 = 8;
@@ -25,8 +29,14 @@ const ERASING: (u32, u32) = (0, 0);
 /// Number of records that are kept free for an update when the journal is erased.
 const RESERVE: u32 = 64;
 
-/// Number of records that a trial and the next update need.
+/// Number of records that an update or a trial in progress needs.
 const LEAST: u32 = 8;
+
+/// Number of records in which a write of an event is tried.
+const ATTEMPTS: u32 = 4;
+
+/// Address of the mark of a confirmed program.
+const MARK_ADDRESS: u32 = Slot::Running.start() + MARK as u32;
 
 /// Starts of a new program without its confirmation, after which the previous one is restored.
 pub const MOST_STARTS: u8 = 3;
@@ -83,6 +93,21 @@ fn event(word: u32, complement: u32) -> Option<Event> {
     (complement == !word).then(|| Event::decode(word)).flatten()
 }
 
+/// Returns whether the running program is marked as confirmed. The mark is a word of zeros in erased flash: most of its
+/// bits decide.
+pub fn is_marked(flash: &impl Flash) -> bool {
+    flash.read(MARK_ADDRESS).count_zeros() > u32::BITS / 2
+}
+
+/// Marks the running program, if there is one, as confirmed. A mark is written again, as a power cut can have left it weak.
+fn mark(flash: &mut impl Flash) -> Result<(), FlashFailed> {
+    if flash.read(Slot::Running.start()) == u32::MAX {
+        return Ok(());
+    }
+    let written = flash.program(MARK_ADDRESS, 0);
+    if is_marked(flash) { Ok(()) } else { written }
+}
+
 /// Progress of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Progress {
@@ -108,15 +133,20 @@ pub struct State {
     pub refusal: Option<Refusal>,
     /// Starts of a running program that is not confirmed while an update is in progress: it is never kept.
     pub trial: Option<u8>,
-    /// Number of records, damaged ones included.
+    /// Number of records up to the last event, damaged ones included.
     used: u32,
+    /// Number of blank records behind the last event.
+    free: u32,
+    /// Whether the journal has no event and is not blank: an interrupted erase leaves that.
+    is_torn: bool,
 }
 
 impl State {
-    /// Reads the journal up to the first record that is blank.
+    /// Reads the journal. A record that reads as blank does not end it: bits that a power cut has left weak can read so.
     #[must_use]
     pub fn read(flash: &impl Flash) -> Self {
         let mut state = Self::default();
+        let is_marked = is_marked(flash);
         // The kind of a program that was sent.
         if let [_, 1, ..] = flash.read(Slot::Running.start() + 8).to_le_bytes() {
             state.progress = Progress::Trial(0);
@@ -124,16 +154,21 @@ impl State {
         for index in 0..RECORDS {
             let at = JOURNAL + index * RECORD;
             let (word, complement) = (flash.read(at), flash.read(at + 4));
-            if (word, complement) == (u32::MAX, u32::MAX) {
-                break;
-            }
-            if index == 0 && (word, complement) == ERASING {
-                state.used = RECORDS;
-                break;
-            }
-            state.used = index + 1;
             if let Some(event) = event(word, complement) {
+                (state.used, state.free) = (index + 1, 0);
                 state.apply(event);
+            } else if (word, complement) == (u32::MAX, u32::MAX) {
+                state.free += 1;
+            } else if index == 0 && (word, complement) == ERASING {
+                state.is_torn = true;
+                break;
+            }
+        }
+        state.is_torn |= state.used == 0 && state.free < RECORDS;
+        if is_marked {
+            state.trial = None;
+            if let Progress::Trial(_) = state.progress {
+                state.progress = Progress::Settled;
             }
         }
         state
@@ -158,76 +193,119 @@ impl State {
                     _ => 1,
                 });
             }
-            Event::Confirmed => (self.progress, self.refusal) = (Progress::Settled, None),
+            Event::Confirmed => {
+                (self.progress, self.refusal, self.trial) = (Progress::Settled, None, None);
+            }
             Event::Restore(why) => {
                 (self.progress, self.trial) = (Progress::Restoring(why), None);
             }
             Event::Ended(why) => {
                 self.refusal = Some(why);
-                self.progress = match self.trial.take() {
+                self.progress = match (self.progress, self.trial.take()) {
+                    // A record whose first attempt was interrupted can count twice.
+                    (Progress::Settled | Progress::Trial(_), _) => self.progress,
                     // The new program was refused, and the running one is on trial as before.
-                    Some(starts) => Progress::Trial(starts),
-                    None => Progress::Settled,
+                    (_, Some(starts)) => Progress::Trial(starts),
+                    (_, None) => Progress::Settled,
                 };
             }
         }
     }
 
-    /// Appends an event in the next record that is blank. Programs two words, and erases nothing.
+    /// Appends an event in the next record that is blank. Programs two words, more where a bad cell does not take them, and
+    /// erases nothing.
     ///
     /// # Errors
     /// The journal is full, or the flash failed.
     pub fn append(&mut self, event: Event, flash: &mut impl Flash) -> Result<(), FlashFailed> {
-        // A bad cell is never blank.
-        let blank = (self.used..RECORDS).find(|index| {
-            let at = JOURNAL + index * RECORD;
-            (flash.read(at), flash.read(at + 4)) == (u32::MAX, u32::MAX)
-        });
-        let index = blank.ok_or(FlashFailed)?;
-        let at = JOURNAL + index * RECORD;
-        self.used = index + 1;
         let word = event.encode();
-        flash.program(at, word)?;
-        flash.program(at + 4, !word)?;
-        self.apply(event);
-        Ok(())
+        for _ in 0..ATTEMPTS {
+            // A bad cell is never blank.
+            let blank = (self.used..RECORDS).find(|index| {
+                let at = JOURNAL + index * RECORD;
+                (flash.read(at), flash.read(at + 4)) == (u32::MAX, u32::MAX)
+            });
+            let index = blank.ok_or(FlashFailed)?;
+            let at = JOURNAL + index * RECORD;
+            self.used = index + 1;
+            self.free = self.free.saturating_sub(1);
+            let written = flash.program(at, word).and_then(|()| flash.program(at + 4, !word));
+            if written.is_ok() {
+                self.apply(event);
+                return Ok(());
+            }
+        }
+        Err(FlashFailed)
     }
 
-    /// Erases a journal that is nearly full and one whose erase was interrupted. While a program is being installed or
-    /// restored a power cut after the erase would forget that, so that only a journal of a trial is erased then.
+    /// Asks for the install of the program in [`Slot::New`]. A confirmed program is marked before.
+    ///
+    /// # Errors
+    /// The flash failed.
+    pub fn install(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
+        self.tidy(flash)?;
+        self.mark_confirmed(flash)?;
+        self.append(Event::Install, flash)
+    }
+
+    /// Erases a journal that is nearly full and one whose erase was interrupted. It begins again with its state, and a
+    /// power cut before that makes no untried program the settled one: at worst an update is forgotten, or a trial begins
+    /// again.
     ///
     /// # Errors
     /// The flash failed.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
-        // An interrupted erase leaves records. A bad cell is none: another erase would not change it.
-        let mut behind =
-            (JOURNAL + self.used * RECORD..JOURNAL + JOURNAL_SIZE).step_by(RECORD as usize);
-        let is_torn = behind.any(|at| event(flash.read(at), flash.read(at + 4)).is_some());
-        let is_due = match self.progress {
-            Progress::Settled => self.used + RESERVE > RECORDS,
-            Progress::Trial(_) => self.used + LEAST > RECORDS,
-            Progress::Installing | Progress::Replacing | Progress::Restoring(_) => false,
-        };
-        if is_torn || is_due {
-            let (word, complement) = ERASING;
-            flash.program(JOURNAL, word)?;
-            flash.program(JOURNAL + 4, complement)?;
-            flash.erase(Sector::Journal)?;
-            let before = core::mem::replace(self, Self::read(flash));
-            match before.progress {
-                Progress::Settled => {
-                    let last = before.refusal.map_or(Event::Confirmed, Event::Ended);
-                    self.append(last, flash)?;
-                }
-                Progress::Replacing => self.append(Event::Kept, flash)?,
-                Progress::Trial(starts) => {
-                    for _ in 0..starts {
-                        self.append(Event::Started, flash)?;
-                    }
-                }
-                Progress::Installing | Progress::Restoring(_) => {}
+        let least = if self.progress == Progress::Settled { RESERVE } else { LEAST };
+        if !self.is_torn && self.free >= least {
+            return Ok(());
+        }
+        self.mark_confirmed(flash)?;
+        let (word, complement) = ERASING;
+        flash.program(JOURNAL, word)?;
+        flash.program(JOURNAL + 4, complement)?;
+        for at in (JOURNAL + RECORD..JOURNAL + JOURNAL_SIZE).step_by(4) {
+            if flash.read(at) != u32::MAX {
+                // A bad cell makes no record that counts.
+                let _ = flash.program(at, 0);
             }
         }
+        flash.erase(Sector::Journal)?;
+        let before = core::mem::replace(self, Self::read(flash));
+        let starts = match before.progress {
+            Progress::Trial(starts) => starts,
+            Progress::Installing => before.trial.unwrap_or(0),
+            Progress::Settled | Progress::Replacing | Progress::Restoring(_) => 0,
+        };
+        for _ in 0..starts {
+            self.append(Event::Started, flash)?;
+        }
+        if before.is_confirmed() {
+            self.append(Event::Confirmed, flash)?;
+        }
+        match before.progress {
+            Progress::Settled => {
+                if let Some(why) = before.refusal {
+                    self.append(Event::Ended(why), flash)?;
+                }
+            }
+            Progress::Trial(_) => {}
+            Progress::Installing => self.append(Event::Install, flash)?,
+            Progress::Replacing => self.append(Event::Kept, flash)?,
+            Progress::Restoring(why) => self.append(Event::Restore(why), flash)?,
+        }
         Ok(())
+    }
+
+    /// Returns whether the journal calls the running program confirmed.
+    const fn is_confirmed(&self) -> bool {
+        match self.progress {
+            Progress::Settled => true,
+            Progress::Installing => self.trial.is_none(),
+            Progress::Trial(_) | Progress::Replacing | Progress::Restoring(_) => false,
+        }
+    }
+
+    fn mark_confirmed(&self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
+        if self.is_confirmed() { mark(flash) } else { Ok(()) }
     }
 }

@@ -1,7 +1,7 @@
 //! Programs in their slots: whether one is whole, whether two are equal, copies.
 
 use crate::flash::{Flash, FlashFailed, Sector, Slot};
-use crate::image::{HASHED, HEADER, Header, Kind, LONGEST, Refusal};
+use crate::image::{HASHED, HEADER, Header, Kind, LONGEST, MARK, Refusal};
 use crate::verify::Hash;
 
 /// Reads the header of a slot.
@@ -12,10 +12,12 @@ pub fn header(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     Header::decode(&header_bytes(flash, slot))
 }
 
-/// Reads the bytes of a slot's header, whatever they are.
+/// Reads the bytes of a slot's header, whatever they are, without the mark of a confirmed program.
 pub fn header_bytes(flash: &impl Flash, slot: Slot) -> [u8; HEADER] {
-    let mut bytes = [0; HEADER];
-    read(flash, slot.start(), &mut bytes);
+    let mut bytes = [0xFF; HEADER];
+    if let Some(bytes) = bytes.get_mut(..MARK) {
+        read(flash, slot.start(), bytes);
+    }
     bytes
 }
 
@@ -57,14 +59,14 @@ pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     if hash.finish() == header.hash { Ok(header) } else { Err(Refusal::WrongHash) }
 }
 
-/// Number of words of a program with its header.
-const fn words(header: &Header) -> u32 {
+/// Places of the words of a program with its header, which do not include the mark.
+fn words(header: &Header) -> impl DoubleEndedIterator<Item = u32> {
     let length = match header.kind {
         Kind::Signed => header.length,
         // Its length is not known.
         Kind::Probed => LONGEST,
     };
-    (HEADER as u32 + length) / 4
+    (0..HEADER as u32 + length).step_by(4).filter(|at| *at != MARK as u32)
 }
 
 /// Returns whether two slots hold the same program.
@@ -72,8 +74,7 @@ pub fn same(flash: &impl Flash, one: Slot, other: Slot) -> bool {
     let Ok(header) = header(flash, one) else {
         return false;
     };
-    (0..words(&header))
-        .all(|k| flash.read(one.start() + 4 * k) == flash.read(other.start() + 4 * k))
+    words(&header).all(|at| flash.read(one.start() + at) == flash.read(other.start() + at))
 }
 
 /// Erases a slot. Its header goes first: where the erase is interrupted, what is left is no program.
@@ -95,11 +96,11 @@ pub fn clear(flash: &mut impl Flash, slot: Slot) -> Result<(), FlashFailed> {
 pub fn copy(flash: &mut impl Flash, from: Slot, to: Slot) -> Result<(), FlashFailed> {
     let header = header(flash, from).map_err(|_| FlashFailed)?;
     clear(flash, to)?;
-    for k in (0..words(&header)).rev() {
-        let word = flash.read(from.start() + 4 * k);
+    for at in words(&header).rev() {
+        let word = flash.read(from.start() + at);
         // Erased flash reads so already.
         if word != u32::MAX {
-            flash.program(to.start() + 4 * k, word)?;
+            flash.program(to.start() + at, word)?;
         }
     }
     Ok(())

@@ -3,17 +3,18 @@
 //! | in the journal | done at the start |
 //! |---|---|
 //! | nothing in progress | the running program is checked and started, also where the flash takes no record; if it has decayed, the previous one is restored |
-//! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that has worked ends it, and so does a failure of the flash |
+//! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that is [marked](crate::image::MARK) as confirmed ends it, and so does a failure of the flash |
 //! | [`Replacing`](Progress::Replacing) | the new program is checked, copied to `Running` and started, and its slot is cleared; where it is lost or the flash fails, the previous one is restored |
 //! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none; one that a probe has written since then is started |
 //! | [`Restoring`](Progress::Restoring) | the previous program is copied to `Running` |
 //!
 //! At every moment one of the slots holds a whole program that has worked: `Running` until its copy in `Previous` is
-//! complete, then `Previous` until the new program has confirmed itself.
+//! complete, then `Previous` until the new program has confirmed itself. No step takes an earlier copy for complete,
+//! though it reads so: a power cut in its last word can have left bits that read differently the next time.
 
 use crate::flash::{Flash, FlashFailed, Slot};
 use crate::image::{HEADER, Header, Kind, Refusal};
-use crate::journal::{Event, MOST_STARTS, Progress, State};
+use crate::journal::{Event, MOST_STARTS, Progress, State, is_marked};
 use crate::{program, verify};
 
 /// What to do after the start.
@@ -80,16 +81,14 @@ fn proceed(
             // Once in a start: it takes a second.
             Progress::Replacing => match checked
                 .map_or_else(|| check_new(flash, key), Ok)
-                .and_then(|()| replace(flash).map_err(|FlashFailed| Refusal::FlashFailed))
+                .and_then(|()| replace(flash))
             {
                 Ok(()) => Event::Started,
                 Err(why) if program::check(flash, Slot::Previous).is_ok() => Event::Restore(why),
                 Err(why) => Event::Ended(why),
             },
             Progress::Restoring(why) => {
-                if program::check(flash, Slot::Previous).is_ok()
-                    && !program::same(flash, Slot::Previous, Slot::Running)
-                {
+                if program::check(flash, Slot::Previous).is_ok() {
                     program::copy(flash, Slot::Previous, Slot::Running)?;
                 }
                 Event::Ended(why)
@@ -140,28 +139,22 @@ fn check_new(flash: &impl Flash, key: &[u8; 32]) -> Result<(), Refusal> {
     verify::signature(&program::header_bytes(flash, Slot::New), key)
 }
 
-/// Copies the running program to `Previous`, unless that is done already, and says what follows. A program that was on
-/// trial is never kept: with one that hangs in `Previous`, the next that fails would leave a foot that hangs for good.
+/// Copies the running program to `Previous`, and returns the event that follows. A program that was on trial is never
+/// kept: with one that hangs in `Previous`, the next that fails would leave a foot that hangs for good.
 fn keep(flash: &mut impl Flash, state: &State) -> Result<Event, FlashFailed> {
-    let is_own = program::same(flash, Slot::New, Slot::Running);
-    if state.trial.is_some() {
-        return Ok(if is_own { Event::Started } else { Event::Kept });
+    if program::same(flash, Slot::New, Slot::Running) {
+        // The request for the install has marked a program that was confirmed.
+        return Ok(if is_marked(flash) { Event::Confirmed } else { Event::Started });
     }
-    if is_own {
-        return Ok(Event::Confirmed);
-    }
-    if is_whole(flash) && !program::same(flash, Slot::Running, Slot::Previous) {
+    if state.trial.is_none() && is_whole(flash) {
         program::copy(flash, Slot::Running, Slot::Previous)?;
     }
     Ok(Event::Kept)
 }
 
-/// Copies the new program to `Running`, unless that is done already.
-fn replace(flash: &mut impl Flash) -> Result<(), FlashFailed> {
-    if program::same(flash, Slot::New, Slot::Running) {
-        return Ok(());
-    }
-    program::copy(flash, Slot::New, Slot::Running)
+/// Copies the new program to `Running`.
+fn replace(flash: &mut impl Flash) -> Result<(), Refusal> {
+    program::copy(flash, Slot::New, Slot::Running).map_err(|FlashFailed| Refusal::FlashFailed)
 }
 
 /// Download of a program into [`Slot::New`], which was cleared. The header is checked as soon as it is complete, and

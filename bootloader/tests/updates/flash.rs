@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use bootloader::flash::{Flash, FlashFailed, JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Sector, Slot};
-use bootloader::image::{Board, HASHED, HEADER, Header, Kind, SIGNED, Sources};
+use bootloader::image::{Board, HASHED, HEADER, Header, Kind, MARK, SIGNED, Sources};
 use bootloader::journal::{Event, State};
 use bootloader::update::{Start, settle};
 use bootloader::verify::{Hash, KEY};
@@ -57,9 +57,13 @@ impl Chip {
         chip
     }
 
-    /// Appends an event to the journal, which has room for it.
+    /// Appends an event to the journal, which has room for it; an install as a master asks for it.
     pub fn log(&mut self, event: Event) {
-        let appended = State::read(self).append(event, self);
+        let mut state = State::read(self);
+        let appended = match event {
+            Event::Install => state.install(self),
+            _ => state.append(event, self),
+        };
         appended.expect("room");
     }
 
@@ -93,11 +97,12 @@ impl Chip {
         *self.word(slot.start() + 8) &= !0x100;
     }
 
-    /// Bytes of a slot up to the end of a program.
+    /// Returns whether a slot holds a program, whose mark does not matter.
     pub fn holds(&self, slot: Slot, image: &[u8]) -> bool {
         (slot.start()..)
             .step_by(4)
             .zip(image.chunks(4))
+            .filter(|(at, _)| *at != slot.start() + MARK as u32)
             .all(|(at, word)| self.read(at).to_le_bytes() == word)
     }
 

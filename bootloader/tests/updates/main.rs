@@ -3,4 +3,5 @@
 mod attacks;
 mod download;
 mod flash;
+mod histories;
 mod power_cut;

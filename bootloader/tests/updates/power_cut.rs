@@ -394,10 +394,12 @@ fn trial_survives_any_cut_in_the_erase_of_a_full_journal() {
             }
         }
         for cut in CUTS {
-            for at in 1.. {
+            // One word of each record becomes zero before the erase; some of these operations are tried.
+            let words = JOURNAL_SIZE / 8;
+            for at in (1..).filter(|at| is_tried(*at, words) || *at > words - 150) {
                 let mut chip = full.clone();
                 if !cut_in(&mut chip, at, cut) {
-                    assert!(at > 4, "the erase and records behind it");
+                    assert!(at > words + 4, "the erase and records behind it");
                     let progress = State::read(&chip).progress;
                     assert_eq!(progress, Progress::Trial(starts + 1));
                     break;

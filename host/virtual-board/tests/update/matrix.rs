@@ -408,7 +408,7 @@ fn forged(run: &Run) -> Vec<u8> {
 }
 
 /// A branch to itself, and an undefined instruction.
-const BRANCH_TO_ITSELF: [u8; 2] = [0xFE, 0xE7];
+pub const BRANCH_TO_ITSELF: [u8; 2] = [0xFE, 0xE7];
 const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
 /// Erases sectors 0 and 1 and programs the first word of sector 0, in words of 32 bits; then a branch to itself.
@@ -433,14 +433,15 @@ const WRITES_BOOTLOADER: [u8; 70] = [
 const NO_PROGRAM: &str = "none";
 
 #[rustfmt::skip]
-const ROWS: [Row; 30] = [
+const ROWS: [Row; 31] = [
     row("none", "nothing; then four more starts, and an older image, which is refused", NEW, None, undisturbed),
     row("traffic", "three frames of other nodes in each millisecond", NEW, None, beside_traffic),
     row("serial-line", "no bus; the serial line breaks in the middle of a block", NEW, None, over_serial_line),
     row("power-cut-clear", "power cut in the erase for the image", OLD, None, |run| cut(run, 1, CLEAR)),
     row("power-cut-download", "power cut while the image is received", OLD, None, cut_in_download),
+    row("power-cut:1", "power cut in the mark of the confirmed program", OLD, None, |run| cut(run, 1, START)),
     row("power-cut:2", "power cut in the first record of the install", OLD, None, |run| cut(run, 2, START)),
-    row("power-cut:3", "power cut in the erase for the previous program", NEW, None, |run| cut(run, 3, START)),
+    row("power-cut:4", "power cut in the erase for the previous program", NEW, None, |run| cut(run, 4, START)),
     row("power-cut:1000", "power cut in the copy of the previous program", NEW, None, |run| cut(run, 1_000, START)),
     row("power-cut:30000", "power cut in the copy of the new program", NEW, None, |run| cut(run, 30_000, START)),
     row("hangs", "the new program hangs",

@@ -2,6 +2,7 @@
 //! program.
 
 mod attacks;
+mod journal;
 mod lss;
 mod master;
 mod matrix;

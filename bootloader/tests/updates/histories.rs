@@ -1,0 +1,363 @@
+//! Random histories of starts, confirmations and updates, with power cuts and a journal near its end: at every moment a
+//! slot holds a whole program that has worked.
+
+use std::cell::RefCell;
+
+use bootloader::device::Device;
+use bootloader::flash::{Flash, FlashFailed, JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Sector, Slot};
+use bootloader::image::{Board, MARK};
+use bootloader::journal::{Event, MOST_STARTS, Progress, State};
+use bootloader::update::ProgramState::Missing;
+use bootloader::update::{Start, settle};
+use bootloader::verify::KEY;
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
+use wire::dictionary::{Address, index};
+use wire::domain::Domains;
+use wire::sdo::Objects;
+
+use crate::flash::{image, probed};
+
+const PROGRAM_DATA: Address = Address::new(index::PROGRAM_DATA, 1);
+const PROGRAM_CONTROL: Address = Address::new(index::PROGRAM_CONTROL, 1);
+
+/// Word of a header that is no part of a program.
+const MARK_WORD: usize = MARK / 4;
+
+/// Effect of a power cut on the bits that an operation was changing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bits {
+    /// Each has its old or its new value.
+    Firm,
+    /// Some read differently from one time to the next until they are programmed or erased again.
+    Weak,
+}
+
+/// Flash whose supply fails in a random operation and leaves random contents.
+#[derive(Clone)]
+struct Part {
+    words: Vec<u32>,
+    /// Bits that read differently from one time to the next.
+    weak: Vec<u32>,
+    bits: Bits,
+    random: RefCell<SmallRng>,
+    /// Number of operations until the supply fails.
+    until_cut: Option<u32>,
+    programs: Programs,
+}
+
+/// Programs and their past.
+#[derive(Clone, Default)]
+struct Programs {
+    images: Vec<Vec<u8>>,
+    /// Programs that have begun to confirm themselves: they work.
+    work: Vec<bool>,
+    /// Whether one of them has completed that: from then on the board has a program.
+    has_worked: bool,
+    /// First violation of the invariant.
+    lost: Option<String>,
+}
+
+const fn place(address: u32) -> usize {
+    ((address - JOURNAL) / 4) as usize
+}
+
+impl Part {
+    fn new(seed: u64, bits: Bits, images: &[Vec<u8>]) -> Self {
+        let size = place(JOURNAL + JOURNAL_SIZE + 3 * SLOT_SIZE);
+        Self {
+            words: vec![u32::MAX; size],
+            weak: vec![0; size],
+            bits,
+            random: RefCell::new(SmallRng::seed_from_u64(seed)),
+            until_cut: None,
+            programs: Programs {
+                images: images.to_vec(),
+                work: vec![false; images.len()],
+                ..Programs::default()
+            },
+        }
+    }
+
+    fn below(&self, limit: u32) -> u32 {
+        self.random.borrow_mut().random_range(0..limit)
+    }
+
+    fn any(&self) -> u32 {
+        self.random.borrow_mut().random()
+    }
+
+    /// Index of the program that a slot holds whole, without a weak bit.
+    fn program_in(&self, slot: Slot) -> Option<usize> {
+        let start = place(slot.start());
+        self.programs.images.iter().position(|image| {
+            image.chunks(4).enumerate().all(|(k, bytes)| {
+                k == MARK_WORD
+                    || self.weak[start + k] == 0
+                        && self.words[start + k].to_le_bytes().as_slice() == bytes
+            })
+        })
+    }
+
+    /// Notes a moment in which no slot holds a program that works.
+    fn watch(&mut self, operation: &str) {
+        let works = |slot| self.program_in(slot).is_some_and(|k| self.programs.work[k]);
+        let is_safe = works(Slot::Running) || works(Slot::Previous);
+        if self.programs.has_worked && !is_safe && self.programs.lost.is_none() {
+            self.programs.lost = Some(operation.into());
+        }
+    }
+
+    /// Returns whether the supply fails in this operation.
+    fn operate(&mut self) -> Result<bool, FlashFailed> {
+        match &mut self.until_cut {
+            None => Ok(false),
+            Some(0) => Err(FlashFailed),
+            Some(left) => {
+                *left -= 1;
+                Ok(*left == 0)
+            }
+        }
+    }
+
+    /// Leaves a word between two values.
+    fn leave(&mut self, at: usize, old: u32, new: u32) {
+        let changing = old ^ new;
+        let changed = changing & self.any();
+        self.words[at] = old ^ changed;
+        if self.bits == Bits::Weak {
+            self.weak[at] |= changing & self.any() & self.any();
+        }
+    }
+
+    /// Lets the supply fail in one of the next operations, or not.
+    fn arm(&mut self) {
+        self.until_cut = match self.below(6) {
+            0 => Some(1 + self.below(8)),
+            1 => Some(1 + self.below(1_500)),
+            // The journal has 16,384 words.
+            2 => Some(1 + self.below(17_000)),
+            _ => None,
+        };
+    }
+
+    /// Returns whether the supply has failed, and brings it back.
+    fn take_cut(&mut self) -> bool {
+        self.until_cut.take() == Some(0)
+    }
+
+    /// Fills the journal up to `rest` records: with updates while the running program is confirmed, otherwise with records
+    /// that power cuts have damaged.
+    fn fill(&mut self, rest: u32) {
+        // The records of an update: install, kept, started, confirmed.
+        const UPDATE: [u32; 4] = [1, 6, 2, 3];
+        let is_settled = State::read(self).progress == Progress::Settled;
+        let mut update = UPDATE.into_iter().cycle();
+        let blank = (0..(JOURNAL_SIZE / 8).saturating_sub(rest)).map(|k| place(JOURNAL + 8 * k));
+        let blank: Vec<usize> =
+            blank.filter(|at| self.words[*at..=at + 1] == [u32::MAX; 2]).collect();
+        // The last update is complete.
+        let count = blank.len() / UPDATE.len() * UPDATE.len();
+        for at in blank.into_iter().take(count) {
+            let word = update.next().unwrap_or_default();
+            let record = if is_settled { [word, !word] } else { [0; 2] };
+            self.words[at..=at + 1].copy_from_slice(&record);
+        }
+    }
+
+    /// Downloads an image and asks for its start, as a master does. Returns whether all was taken.
+    fn download(self, program: usize) -> (Self, bool) {
+        let image = self.programs.images[program].clone();
+        let mut device = Device::new(self, Board::Reference, 1, KEY);
+        device.find_running(Missing(None));
+        let taken = (|| {
+            device.write(PROGRAM_CONTROL, &[3])?;
+            device.begin(PROGRAM_DATA, Some(image.len() as u32))?;
+            for bytes in image.chunks(127 * 7) {
+                device.append(bytes)?;
+                device.flush()?;
+            }
+            device.end()?;
+            device.write(PROGRAM_CONTROL, &[1])
+        })();
+        (device.flash, taken.is_ok())
+    }
+
+    /// The running program confirms itself, if it is on trial.
+    fn confirm(&mut self) {
+        let Some(program) = self.program_in(Slot::Running) else {
+            return;
+        };
+        let mut state = State::read(self);
+        if matches!(state.progress, Progress::Trial(_)) {
+            self.programs.work[program] = true;
+            if state.append(Event::Confirmed, self).is_ok() {
+                self.programs.has_worked = true;
+            }
+        }
+    }
+
+    /// Asserts that a start runs a program that works wherever the journal calls it confirmed.
+    #[track_caller]
+    fn assert_settled_works(&self, context: &str) {
+        if State::read(self).progress == Progress::Settled {
+            let running = self.program_in(Slot::Running);
+            let works = running.is_some_and(|program| self.programs.work[program]);
+            assert!(works, "{context}: a program is settled without a trial");
+        }
+    }
+
+    /// Asserts that a board whose programs are never confirmed again comes to one that works.
+    #[track_caller]
+    fn assert_comes_back(&self, context: &str) {
+        let mut part = self.clone();
+        part.until_cut = None;
+        for _ in 0..MOST_STARTS + 2 {
+            let start = settle(&mut part, KEY);
+            if part.programs.has_worked {
+                assert_eq!(start, Ok(Start::Program), "{context}");
+            }
+        }
+        let running = part.program_in(Slot::Running);
+        let works = running.is_some_and(|program| part.programs.work[program]);
+        assert!(works || !part.programs.has_worked, "{context}: runs {running:?}");
+        assert_eq!(part.programs.lost, None, "{context}");
+    }
+}
+
+impl Flash for Part {
+    fn read(&self, address: u32) -> u32 {
+        let (word, weak) = (self.words[place(address)], self.weak[place(address)]);
+        if weak == 0 { word } else { word ^ (weak & self.any()) }
+    }
+
+    fn program(&mut self, address: u32, word: u32) -> Result<(), FlashFailed> {
+        let at = place(address);
+        let is_cut = self.operate()?;
+        let old = self.words[at];
+        match (is_cut, self.below(3)) {
+            (true, 0) => {}
+            (true, 1) => self.leave(at, old, old & word),
+            _ => {
+                self.words[at] = old & word;
+                // Bits that are programmed again are firm.
+                self.weak[at] &= word;
+            }
+        }
+        self.watch("program");
+        if !is_cut && self.read(address) == word { Ok(()) } else { Err(FlashFailed) }
+    }
+
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFailed> {
+        let is_cut = self.operate()?;
+        let (start, size) = match sector {
+            Sector::Journal => (JOURNAL, JOURNAL_SIZE),
+            Sector::Slot(slot) => (slot.start(), SLOT_SIZE),
+        };
+        let (start, size) = (place(start), size as usize / 4);
+        let kind = if is_cut { self.below(6) } else { 0 };
+        let split = self.below(size as u32) as usize;
+        for k in 0..size {
+            let at = start + k;
+            let old = self.words[at];
+            let is_erased = match kind {
+                0 => true,
+                1 => false,
+                2 => k < split,
+                3 => k >= split,
+                4 => self.below(2) == 0,
+                _ => {
+                    self.leave(at, old, u32::MAX);
+                    continue;
+                }
+            };
+            if is_erased {
+                (self.words[at], self.weak[at]) = (u32::MAX, 0);
+            }
+        }
+        self.watch("erase");
+        if is_cut { Err(FlashFailed) } else { Ok(()) }
+    }
+}
+
+/// Runs a history, and asserts after each step that nothing is lost.
+fn run(seed: u64, bits: Bits, images: &[Vec<u8>]) {
+    let mut part = Part::new(seed, bits, images);
+    let mut steps = Vec::new();
+    // One in three boards begins with the program of a probe.
+    if part.below(3) == 0 {
+        let start = place(Slot::Running.start());
+        for (k, bytes) in images[0].chunks(4).enumerate() {
+            part.words[start + k] = u32::from_le_bytes(bytes.try_into().expect("whole words"));
+        }
+        (part.programs.work[0], part.programs.has_worked) = (true, true);
+    }
+    for _ in 0..24 {
+        let step = part.below(8);
+        part.arm();
+        steps.push((step, part.until_cut));
+        match step {
+            0 => {
+                let rest = part.below(90);
+                part.fill(rest);
+            }
+            1 | 2 => {
+                let program = 1 + part.below(images.len() as u32 - 1);
+                let taken;
+                (part, taken) = part.download(program as usize);
+                steps.push((100 + program, Some(u32::from(taken))));
+            }
+            _ => {
+                let start = settle(&mut part, KEY);
+                let context = format!("{seed}: {steps:?}");
+                if start == Ok(Start::Program) && part.until_cut != Some(0) {
+                    part.assert_settled_works(&context);
+                    if step < 6 {
+                        part.confirm();
+                    }
+                }
+            }
+        }
+        part.take_cut();
+        let context = format!("{seed}: {steps:?}");
+        assert_eq!(part.programs.lost, None, "{context}");
+        part.assert_comes_back(&context);
+    }
+}
+
+/// Runs histories, and asserts that none loses a program.
+fn run_all(seeds: std::ops::Range<u64>, bits: Bits) {
+    let mut images = vec![probed(0)];
+    images.extend((1..6).map(|seed| image(seed, 7)));
+    let seeds: Vec<u64> = seeds.collect();
+    let failed: Vec<String> = seeds
+        .iter()
+        .filter_map(|&seed| {
+            let ended = std::panic::catch_unwind(|| run(seed, bits, &images));
+            ended.err().map(|why| why.downcast_ref::<String>().cloned().unwrap_or_default())
+        })
+        .collect();
+    assert!(failed.is_empty(), "{} of {}: {failed:#?}", failed.len(), seeds.len());
+}
+
+#[test]
+fn histories_keep_a_program_that_works() {
+    run_all(0..100, Bits::Firm);
+}
+
+#[test]
+fn histories_with_weak_bits_keep_a_program_that_works() {
+    run_all(1_000..1_100, Bits::Weak);
+}
+
+#[test]
+#[ignore = "full: 900 more histories"]
+fn many_histories_keep_a_program_that_works() {
+    run_all(100..1_000, Bits::Firm);
+}
+
+#[test]
+#[ignore = "full: 900 more histories with weak bits"]
+fn many_histories_with_weak_bits_keep_a_program_that_works() {
+    run_all(1_100..2_000, Bits::Weak);
+}

@@ -1,0 +1,53 @@
+//! The journal of updates near its end.
+
+use bootloader::flash::{JOURNAL, JOURNAL_SIZE};
+use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::wiring::Wiring;
+
+use super::master::{CONFIRM, INSTALLED_MS, Master, NEW, image_beginning_with, new_image};
+use super::matrix::BRANCH_TO_ITSELF;
+use crate::common::product;
+
+/// Records of an update: install, kept, started, confirmed.
+const UPDATE: [u32; 4] = [1, 6, 2, 3];
+
+/// Records in use: an erase is due, and the last update is complete.
+const RECORDS: u32 = JOURNAL_SIZE / 8 - 8;
+
+/// Fills the journal behind its first update.
+fn fill(master: &mut Master) {
+    for k in 4..RECORDS {
+        let word = UPDATE[(k % 4) as usize];
+        let record = [word.to_le_bytes(), (!word).to_le_bytes()].concat();
+        master.board.cpu().memory().write(JOURNAL + 8 * k, &record);
+    }
+}
+
+/// The board has no program to return to but the one that is confirmed.
+#[test]
+#[ignore = "full: power cuts in the renewal of the journal"]
+fn confirmed_program_survives_a_cut_in_the_journals_erase() {
+    let Some(elf) = product() else { return };
+    let hangs = image_beginning_with(&elf, &BRANCH_TO_ITSELF);
+    // The mark, each word in use, and then the erase; and early in that.
+    for operation in [3, 2 + 2 * u64::from(RECORDS)] {
+        let mut master = Master::with(Wiring::reference(), None, |_| ());
+        master.boot_up(1_000);
+        master.install(&new_image(&elf));
+        master.updated();
+        assert_eq!(master.control(CONFIRM)[0], 0x60);
+        fill(&mut master);
+        master.board.inject(Injection::CutInFlash(operation));
+        master.board.inject(Injection::Reset);
+        master.boot_up(INSTALLED_MS);
+        let causes = master.board.resets();
+        let cuts = causes.iter().filter(|(_, cause)| *cause == ResetCause::PowerOn);
+        assert_eq!(cuts.count(), 1, "operation {operation}");
+        // Another program comes before it confirms itself again.
+        master.stop();
+        master.install(&hangs);
+        master.boot_up(90_000);
+        assert_eq!(master.version(), NEW, "operation {operation}");
+    }
+}
