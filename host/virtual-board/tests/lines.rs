@@ -144,6 +144,27 @@ fn micros_a_byte(bytes: &[TimedByte]) -> f64 {
     to_us(gaps.min().expect("bytes"))
 }
 
+/// Frames are sent until the last moment before the change, and each arrives whole.
+#[test]
+fn change_of_rate_cuts_no_byte() {
+    const RATES: [u32; 4] = [115_200, 2_000_000, 9_600, 1_000_000];
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(300);
+    for rate in RATES {
+        rig.pre_operational();
+        rig.uart_set(index::UART_RATE, 0, Value::U32(rate));
+        rig.run(50);
+        rig.store();
+        rig.run(100);
+        rig.operational();
+        rig.run(200);
+        rig.nmt(RESET_COMMUNICATION);
+        rig.run(500);
+    }
+    assert_eq!((rig.resets(), rig.damaged), (vec![], 0));
+}
+
 /// A stored rate applies after a reset of the communication. At a slow one contacts are as fresh.
 #[test]
 fn contacts_are_fresh_and_requests_answered_at_a_slow_rate() {

@@ -11,6 +11,7 @@ use embassy_stm32::gpio::Pull;
 use embassy_stm32::interrupt::{self, InterruptExt, typelevel};
 use embassy_stm32::mode::Async;
 use embassy_stm32::pac::dma::regs::{Cr, Ixr, Ndtr};
+use embassy_stm32::pac::usart::regs::Sr;
 use embassy_stm32::pac::{self, DMA2};
 use embassy_stm32::usart::{self, Config, RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
@@ -41,6 +42,9 @@ const EVENTS: u32 = 0b11_1101 << 22;
 /// Setting of the sending stream (RM0090, 10.5.5): channel 4, byte by byte from memory to the peripheral,
 /// interrupts at the end and at an error.
 const TRANSMITTING: u32 = 4 << 25 | 1 << 10 | 0b01 << 6 | 1 << 4 | 1 << 2 | 1;
+
+/// Flag of `USART_SR` of a complete transmission, cleared by writing a zero.
+const TC: u32 = 1 << 6;
 
 /// Returns whether no transfer is in progress: at the thread level, that no frame waits for one.
 pub fn is_idle() -> bool {
@@ -185,6 +189,10 @@ impl Sender {
         stream.par().write_value(pac::USART1.dr().as_ptr() as u32);
         stream.m0ar().write_value(bytes.as_ptr() as u32);
         stream.ndtr().write_value(Ndtr(bytes.len() as u32));
+        // The DMA's writes leave the flag of a complete transmission as it is, and `flush` would not wait (RM0090, 30.3.13
+        // and 30.6.1). Ones leave the other flags. An earlier byte that ends between both writes would set it again: they
+        // are next to each other.
+        pac::USART1.sr().write_value(Sr(!TC));
         stream.cr().write_value(Cr(TRANSMITTING));
         poll_fn(|context| {
             DONE.register(context.waker());

@@ -30,6 +30,8 @@ pub struct Rig {
     decoder: Decoder,
     frames: Vec<(u64, BusFrame)>,
     pub messages: Vec<(u64, Message)>,
+    /// Number of frames on the serial line that are not valid.
+    pub damaged: usize,
 }
 
 impl Rig {
@@ -52,7 +54,7 @@ impl Rig {
 
     pub fn of(board: Board) -> Self {
         let (frames, messages) = (Vec::new(), Vec::new());
-        Self { board, decoder: Decoder::new(), frames, messages }
+        Self { board, decoder: Decoder::new(), frames, messages, damaged: 0 }
     }
 
     pub fn run_us(&mut self, us: u64) {
@@ -63,8 +65,10 @@ impl Rig {
             self.frames.push((sent.time, sent.frame));
         }
         for sent in self.board.take_uart() {
-            if let Some(Ok(frame)) = self.decoder.push(sent.byte) {
-                self.messages.push((sent.time, frame.message));
+            match self.decoder.push(sent.byte) {
+                Some(Ok(frame)) => self.messages.push((sent.time, frame.message)),
+                Some(Err(_)) => self.damaged += 1,
+                None => {}
             }
         }
         self.board.take_can_requests();

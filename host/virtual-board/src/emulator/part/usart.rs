@@ -60,6 +60,9 @@ pub struct Usart {
     shifting: Option<u8>,
     done_at: u64,
     status_read: bool,
+    /// Whether the status was read with TC set: the next write of data clears TC, which no other write does
+    /// (RM0090, 30.6.1).
+    complete_read: bool,
     idle_at: u64,
     /// Sent bytes that have not been taken.
     pub sent: Vec<TimedByte>,
@@ -198,6 +201,10 @@ impl Usart {
         }
     }
 
+    const fn is_sending(&self) -> bool {
+        self.waiting.is_some() || self.shifting.is_some()
+    }
+
     /// Returns whether DMA is to write a byte.
     #[must_use]
     pub const fn wants_byte(&self) -> bool {
@@ -229,6 +236,7 @@ impl Usart {
         Ok(match offset {
             0x00 => {
                 self.status_read = true;
+                self.complete_read |= self.status & TC != 0;
                 self.status
             }
             0x04 => {
@@ -257,8 +265,15 @@ impl Usart {
                     return Err("a byte for the serial line overwrites one that waits".into());
                 }
                 self.waiting = Some(value as u8);
-                self.status &= !(TXE | TC);
+                self.status &= !TXE;
+                if core::mem::take(&mut self.complete_read) {
+                    self.status &= !TC;
+                }
                 self.begin(now, pclk);
+            }
+            // A byte that is being sent is cut (RM0090, 30.3.4).
+            0x08 if value & 0xFFFF != self.divider && self.is_sending() => {
+                return Err("the rate of the serial line is changed while a byte is sent".into());
             }
             0x08 => self.divider = value & 0xFFFF,
             0x0C => {
@@ -273,5 +288,47 @@ impl Usart {
             _ => return unknown("USART", offset),
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HERTZ: u32 = 80_000_000;
+
+    fn sender() -> Usart {
+        let mut usart = Usart::new();
+        for (offset, value) in [(0x08, 80), (0x0C, UE | TE)] {
+            usart.write(offset, value, 0, HERTZ).expect("a register");
+        }
+        usart
+    }
+
+    #[test]
+    fn write_of_data_clears_tc_after_a_read_of_the_status() {
+        for is_read in [false, true] {
+            let mut usart = sender();
+            if is_read {
+                usart.read(0).expect("a register");
+            }
+            usart.write(4, 0x55, 0, HERTZ).expect("a register");
+            assert_eq!(usart.read(0).expect("a register") & TC == 0, is_read);
+        }
+        let mut usart = sender();
+        usart.write(0, !TC, 0, HERTZ).expect("a register");
+        usart.write(4, 0x55, 0, HERTZ).expect("a register");
+        assert_eq!(usart.read(0).expect("a register") & TC, 0);
+        usart.advance(usart.next_event(), HERTZ);
+        assert_eq!(usart.read(0).expect("a register") & TC, TC);
+    }
+
+    #[test]
+    fn rate_does_not_change_while_a_byte_is_sent() {
+        let mut usart = sender();
+        usart.write(4, 0x55, 0, HERTZ).expect("a register");
+        assert!(usart.write(8, 40, 0, HERTZ).is_err());
+        usart.advance(usart.next_event(), HERTZ);
+        usart.write(8, 40, 0, HERTZ).expect("the line is idle");
     }
 }
