@@ -4,6 +4,8 @@
 //!
 //! On the target alone; the bootloader and the foot's program both begin with it.
 
+use core::ops::RangeInclusive;
+
 use stm32_metapac::timer::vals::CcmrInputCcs;
 use stm32_metapac::{RCC, TIM11};
 
@@ -19,25 +21,46 @@ const TOLERANCE_KHZ: u32 = 60;
 /// data sheet calls typical.
 const POLLS: u32 = 64_000;
 
-/// Starts the crystal and measures it.
+/// Frequencies of crystals that the chip takes, and the tolerance of their measurement, kHz.
+const POSSIBLE_KHZ: RangeInclusive<u32> = 3_600..=28_600;
+
+/// Frequency of a crystal that is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frequency {
+    /// That of the board.
+    Measured,
+    /// Unknown: the crystal starts, and its measurement gives nothing that a crystal can be.
+    NotMeasured,
+}
+
+/// Starts the crystal and measures it. One that starts is used where the measurement fails: no board has shown yet that
+/// the crystal's clock reaches the timer, and a bus that stays off is worse than a frequency that is not checked.
 ///
 /// # Errors
 /// Its frequency, kHz, if it is not that of the board; 0 if it does not start. It is switched off.
-pub fn start(expected_mhz: u32) -> Result<(), u32> {
+pub fn start(expected_mhz: u32) -> Result<Frequency, u32> {
     RCC.cr().modify(|w| w.set_hseon(true));
     let starts = (0..POLLS).any(|_| RCC.cr().read().hserdy());
-    let khz = if starts { measure() } else { 0 };
-    if khz.abs_diff(expected_mhz * 1000) <= expected_mhz * TOLERANCE_KHZ {
-        return Ok(());
-    }
+    let khz = if starts {
+        match measure().filter(|khz| POSSIBLE_KHZ.contains(khz)) {
+            None => return Ok(Frequency::NotMeasured),
+            Some(khz) if khz.abs_diff(expected_mhz * 1000) <= expected_mhz * TOLERANCE_KHZ => {
+                return Ok(Frequency::Measured);
+            }
+            Some(khz) => khz,
+        }
+    } else {
+        0
+    };
     RCC.cr().modify(|w| w.set_hseon(false));
     Err(khz)
 }
 
 /// Measures the crystal with the internal oscillator: TIM11 captures
 /// every eighth edge of the crystal's frequency divided by [`DIVIDER`] (RM0090, 7.2.11 and 19.5.11 \[M\]).
-/// Returns kHz, or 0 if it stops.
-fn measure() -> u32 {
+/// Returns kHz, or `None` without captures. The manual does not say whether the divided clock runs before the RTC selects
+/// it (`RTCSEL`).
+fn measure() -> Option<u32> {
     /// Largest divider of the clock `HSE_RTC`.
     const DIVIDER: u8 = 31;
     const EDGES: u32 = 8;
@@ -68,7 +91,7 @@ fn measure() -> u32 {
     RCC.apb2rstr().modify(|w| w.set_tim11rst(false));
     RCC.apb2enr().modify(|w| w.set_tim11en(false));
     RCC.cfgr().modify(|w| w.set_rtcpre(0));
-    let counts = first.zip(last).map(|(first, last)| last.wrapping_sub(first));
+    let counts = first.zip(last).map(|(first, last)| last.wrapping_sub(first))?;
     let edges = CAPTURES * EDGES * u32::from(DIVIDER);
-    (HSI_MHZ * 1000 * edges).checked_div(u32::from(counts.unwrap_or(0))).unwrap_or(0)
+    (HSI_MHZ * 1000 * edges).checked_div(u32::from(counts))
 }

@@ -69,6 +69,21 @@ pub const LOAD_READINGS: RangeInclusive<u16> = 16..=4079;
 /// Ticks after which the input counts as open, and as connected again.
 const LOAD_OPEN: Hysteresis = Hysteresis::new(10, 100);
 
+/// Crystal at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Crystal {
+    /// It drives the clock, and has the frequency of the board's.
+    #[default]
+    InUse,
+    /// It drives the clock. Its frequency could not be measured.
+    NotMeasured,
+    /// It is not used: there is no CAN.
+    Unused {
+        /// Its frequency, kHz; 0 if it does not start.
+        khz: u32,
+    },
+}
+
 /// State at the start, besides the settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Start {
@@ -85,8 +100,8 @@ pub struct Start {
     pub crash: Option<Crash>,
     /// Origin of the settings.
     pub origin: Origin,
-    /// Frequency of a crystal that is not used, kHz, 0 if it does not start: there is no CAN.
-    pub unused_crystal_khz: Option<u32>,
+    /// The crystal.
+    pub crystal: Crystal,
     /// Level of the chip's brown-out reset: 0 off, 1 to 3. `None` for a chip that has no levels to choose from.
     pub brown_out_level: Option<u8>,
     /// Program that runs.
@@ -243,7 +258,7 @@ impl Foot {
             misreads: 0,
             load_open: LOAD_OPEN,
             // Without a crystal there is no CAN.
-            with_can: start.unused_crystal_khz.is_none(),
+            with_can: !matches!(start.crystal, Crystal::Unused { .. }),
             uart_sequence: 0,
         }
     }
@@ -341,8 +356,10 @@ impl Foot {
             BootCause::Commanded => 0,
         });
         self.boot(start.cause, ports);
-        if let Some(khz) = start.unused_crystal_khz {
-            self.report_crystal(khz, ports);
+        match start.crystal {
+            Crystal::InUse => {}
+            Crystal::NotMeasured => self.log(Level::Warning, "crystal not measured", ports),
+            Crystal::Unused { khz } => self.report_crystal(khz, ports),
         }
         self.check_origin(start.origin, ports);
         self.node.set_hardware(start.hardware);

@@ -67,5 +67,5 @@ pub mod thread;
 pub mod uart_requests;
 
 pub use board::Board;
-pub use foot::{Foot, STORES_AT_ONCE, Start};
+pub use foot::{Crystal, Foot, STORES_AT_ONCE, Start};
 pub use ports::Ports;

@@ -81,11 +81,11 @@ fn start_pll(source: Pllsrc, mhz: u32) -> bool {
     if !(0..POLLS).any(|_| RCC.cr().read().pllrdy()) {
         return false;
     }
-    // Enough for 80 MHz from 1.8 V on (RM0090, table 10): nothing has looked at the supply yet.
+    // Enough for 80 MHz from 1.8 V on, where the prefetch must be off (RM0090, table 10): nothing has looked at the
+    // supply yet.
     FLASH.acr().modify(|w| {
         w.set_latency(stm32_metapac::flash::vals::Latency::WS3);
         w.set_icen(true);
-        w.set_prften(true);
     });
     RCC.cfgr().modify(|w| {
         w.set_hpre(Hpre::DIV1);

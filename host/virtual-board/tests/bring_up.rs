@@ -93,6 +93,14 @@ fn missing_crystal_and_brown_out_level_are_named() {
 }
 
 #[test]
+fn crystal_that_cannot_be_measured_is_named_and_used() {
+    let mut options = options();
+    options.chip.crystal = Crystal::NotMeasurable;
+    let mut board = boot(Wiring::reference(), options);
+    assert_troubles(&lines(&mut board), &[["crystal", "not tested: it starts"]]);
+}
+
+#[test]
 fn faults_of_sensor_and_bus_are_named() {
     let report = |injections: &[Injection]| {
         report(Wiring::reference(), |board| {

@@ -30,6 +30,22 @@ fn no_message_is_dropped_at_the_start() {
     }
 }
 
+/// The manual does not say that the crystal's divided clock reaches the timer that measures it.
+#[test]
+fn crystal_that_cannot_be_measured_is_used_and_reported() {
+    for (board, elf) in products() {
+        let mut rig = Rig::with(&elf, |options| options.chip.crystal = Crystal::NotMeasurable);
+        rig.run(400);
+        assert!(rig.contacts() > 200, "{}: {} contacts", board.name, rig.contacts());
+        assert_eq!((rig.emergencies(), rig.resets()), (vec![], vec![]), "{}", board.name);
+        let lines = rig.messages.iter().filter(|(_, message)| match message {
+            Message::Log(line) => line.text() == "crystal not measured",
+            _ => false,
+        });
+        assert_eq!(lines.count(), 1, "{}", board.name);
+    }
+}
+
 /// The chip takes crystals of 4 to 26 MHz, and only one of them sets the clocks that a program is built for.
 #[test]
 fn a_wrong_or_missing_crystal_is_measured_reported_and_not_used() {

@@ -39,6 +39,25 @@ fn the_first_start_sets_the_brown_out_level() {
     }
 }
 
+/// 160 MHz need more wait states below 2.7 V than the HAL sets.
+#[test]
+fn start_waits_for_the_supply_and_goes_on_slower_without() {
+    let Some(elf) = product() else { return };
+    for (risen_mv, hertz) in [(3_300, 160_000_000), (2_600, 72_000_000)] {
+        let mut rig = board(&elf, 0);
+        rig.inject(Injection::Supply(2_600));
+        rig.run(30);
+        assert_eq!(rig.board.processor_hertz(), 16_000_000);
+        rig.inject(Injection::Supply(risen_mv));
+        rig.run(3_400);
+        assert_eq!(rig.board.processor_hertz(), hertz);
+        let (codes, contacts) = rig.watch(500);
+        assert_eq!((codes, rig.resets().len()), (vec![], 0), "{risen_mv} mV");
+        assert!(contacts >= 499, "{risen_mv} mV: {contacts} contacts");
+        assert_eq!(rig.board.can_bit_rate(), Some(1_000_000), "{risen_mv} mV");
+    }
+}
+
 /// No data sheet limits the time that option bytes take: cut short, they close the chip to probes.
 #[test]
 #[ignore = "full: option bytes that take 4 s"]

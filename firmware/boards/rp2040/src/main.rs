@@ -39,7 +39,7 @@ use embassy_rp::{bind_interrupts, i2c, pac};
 use embassy_time::{Duration, Instant};
 use firmware::sampling::{self, Sensor, Tick};
 use firmware::supervision::StackDepth;
-use firmware::{Board, Foot, Ports, Start, thread};
+use firmware::{Board, Crystal, Foot, Ports, Start, thread};
 use lsm6dsox::Config;
 use static_cell::StaticCell;
 use storage::{Storage, StoreFailed};
@@ -103,7 +103,7 @@ fn main() -> ! {
         },
         crash: reason,
         origin,
-        unused_crystal_khz: None,
+        crystal: Crystal::InUse,
         // The detector of the chip, which is on after each reset, watches the core's supply instead.
         brown_out_level: None,
         program: Program {

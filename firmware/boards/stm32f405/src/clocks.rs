@@ -1,11 +1,15 @@
 //! 160 MHz, from the crystal if it starts and has the right frequency, otherwise from the internal
 //! oscillator. A crystal that is not the board's would set another frequency: 12 MHz instead of 8 would run the core
-//! at 240 MHz.
+//! at 240 MHz. One that starts and could not be measured is used.
+//!
+//! The flash allows 160 MHz with the five wait states that the HAL sets only from 2.7 V on (RM0090, table 10). At a lower
+//! supply the start waits, and then goes on with 72 MHz, which two wait states allow from 2.4 V on.
 //!
 //! SYSCLK 160 MHz and not 168: APB2 is then 80 MHz and SPI1 runs at exactly 5.0 MHz, half of the sensor's limit;
 //! the dividers of 84 MHz give 5.25 MHz.
 
-use bootloader::crystal;
+use bootloader::crystal::{self, Frequency};
+use bootloader::supply;
 use embassy_stm32::Config;
 use embassy_stm32::pac::{FLASH, RCC};
 use embassy_stm32::rcc::{
@@ -14,6 +18,7 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
+use crate::watchdog;
 use crate::wiring::CRYSTAL_MHZ;
 
 /// Internal oscillator, MHz.
@@ -26,44 +31,77 @@ const PLL_INPUT_MHZ: u32 = if CRYSTAL_MHZ.is_multiple_of(2) { 2 } else { 1 };
 /// Oscillator of the PLL, MHz; half of it is the system clock.
 const PLL_MHZ: u32 = 320;
 
+/// The same at a low supply.
+const PLL_AT_LOW_SUPPLY_MHZ: u32 = 144;
+
+/// Polls of a supply that is low, on the internal oscillator: each takes at least 5 cycles of 16 MHz, so this is at least
+/// 50 ms, in which the output of a regulator has risen.
+const SUPPLY_POLLS: u32 = 160_000;
+
 const _: () = assert!(
     4 <= CRYSTAL_MHZ && CRYSTAL_MHZ <= 26,
     "CRYSTAL_MHZ: the STM32F405 takes crystals of 4 to 26 MHz"
 );
 
+/// Clock of the board.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock {
+    /// Source of the clock.
+    pub source: Source,
+    supply: Supply,
+}
+
+/// Supply at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Supply {
+    /// Above 2.7 V.
+    Sufficient,
+    /// Below 2.7 V after the wait.
+    Low,
+}
+
 /// Source of the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The crystal.
-    Crystal,
+    Crystal(Frequency),
     /// The internal oscillator, with the frequency of the crystal, kHz, which is 0 if it does not start. It is within 1 % at 25 °C, within 4 % from −10 to 85 °C (data sheet DS8626,
     /// HSI oscillator characteristics). Not accurate enough for CAN; the serial line tolerates some 4 % in all
     /// (RM0090, tolerance of the USART receiver).
     Internal(u32),
 }
 
-/// Starts the crystal and measures it. The HAL would wait for a missing one indefinitely.
-pub fn start() -> Source {
-    match crystal::start(CRYSTAL_MHZ) {
-        Ok(()) => Source::Crystal,
+/// Starts the crystal, measures it, and looks at the supply, whose detector has settled by then. The HAL would wait for a
+/// missing crystal indefinitely.
+pub fn start() -> Clock {
+    supply::watch();
+    let source = match crystal::start(CRYSTAL_MHZ) {
+        Ok(frequency) => Source::Crystal(frequency),
         Err(khz) => Source::Internal(khz),
-    }
+    };
+    let suffices = (0..SUPPLY_POLLS).any(|_| !supply::is_low());
+    watchdog::feed();
+    Clock { source, supply: if suffices { Supply::Sufficient } else { Supply::Low } }
 }
 
-/// The HAL's configuration for `source`.
-pub fn config(source: Source) -> Config {
-    let (pll_src, input_mhz) = match source {
-        Source::Crystal => (PllSource::HSE, CRYSTAL_MHZ),
+/// The HAL's configuration for a clock.
+pub fn config(clock: Clock) -> Config {
+    let (pll_src, input_mhz) = match clock.source {
+        Source::Crystal(_) => (PllSource::HSE, CRYSTAL_MHZ),
         Source::Internal(_) => (PllSource::HSI, HSI_MHZ),
+    };
+    let (pll_mhz, apb1_pre, apb2_pre) = match clock.supply {
+        Supply::Sufficient => (PLL_MHZ, APBPrescaler::DIV4, APBPrescaler::DIV2),
+        Supply::Low => (PLL_AT_LOW_SUPPLY_MHZ, APBPrescaler::DIV2, APBPrescaler::DIV1),
     };
     let mut config = Config::default();
     let rcc = &mut config.rcc;
-    rcc.hse = (source == Source::Crystal)
+    rcc.hse = matches!(clock.source, Source::Crystal(_))
         .then_some(Hse { freq: Hertz::mhz(CRYSTAL_MHZ), mode: HseMode::Oscillator });
     rcc.pll_src = pll_src;
     rcc.pll = Some(Pll {
         prediv: PllPreDiv::from_bits((input_mhz / PLL_INPUT_MHZ) as u8),
-        mul: PllMul::from_bits((PLL_MHZ / PLL_INPUT_MHZ) as u16),
+        mul: PllMul::from_bits((pll_mhz / PLL_INPUT_MHZ) as u16),
         divp: Some(PllPDiv::DIV2),
         // Unused, but its reset value is lost and 0 is forbidden: 45.7 of at most 48 MHz.
         divq: Some(PllQDiv::DIV7),
@@ -71,9 +109,18 @@ pub fn config(source: Source) -> Config {
     });
     rcc.sys = Sysclk::PLL1_P;
     rcc.ahb_pre = AHBPrescaler::DIV1;
-    rcc.apb1_pre = APBPrescaler::DIV4;
-    rcc.apb2_pre = APBPrescaler::DIV2;
+    rcc.apb1_pre = apb1_pre;
+    rcc.apb2_pre = apb2_pre;
     config
+}
+
+/// Clock of the peripherals on APB1, Hz, by the divider that [`config`] has set. The HAL's function for it has a branch to
+/// a panic.
+pub fn apb1_hertz() -> u32 {
+    match RCC.cfgr().read().ppre1() {
+        APBPrescaler::DIV4 => PLL_MHZ / 2 / 4 * 1_000_000,
+        _ => PLL_AT_LOW_SUPPLY_MHZ / 2 / 2 * 1_000_000,
+    }
 }
 
 /// Makes the loss of the crystal an exception (NMI) instead of a silent halt.
@@ -81,8 +128,9 @@ pub fn watch_crystal() {
     RCC.cr().modify(|w| w.set_csson(true));
 }
 
-/// Enables the caches that hide the flash's five wait states. The HAL leaves them off.
-pub fn enable_caches() {
+/// Enables the caches that hide the wait states of the flash, and the prefetch, which must be off below 2.1 V (RM0090,
+/// table 10). The HAL leaves them off.
+pub fn enable_caches(clock: Clock) {
     FLASH.acr().modify(|w| {
         w.set_icrst(true);
         w.set_dcrst(true);
@@ -92,6 +140,6 @@ pub fn enable_caches() {
         w.set_dcrst(false);
         w.set_icen(true);
         w.set_dcen(true);
-        w.set_prften(true);
+        w.set_prften(clock.supply == Supply::Sufficient);
     });
 }

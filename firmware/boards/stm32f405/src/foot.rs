@@ -8,6 +8,7 @@
 
 use core::ops::Range;
 
+use bootloader::crystal::Frequency;
 use bootloader::{image, supply};
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
 use embassy_futures::select::{Either, select};
@@ -20,7 +21,7 @@ use firmware::ports::{BusState, Input, UartBatch};
 use firmware::sampling::{self, Sensor, Tick};
 use firmware::supervision::{StackDepth, Worker};
 use firmware::uart_requests::UartReceiver;
-use firmware::{Board, Foot, Ports, Start, thread};
+use firmware::{Board, Crystal, Foot, Ports, Start, thread};
 use lsm6dsox::Config;
 use static_cell::StaticCell;
 use storage::{Origin, Storage, StoreFailed};
@@ -77,9 +78,10 @@ pub fn run() -> ! {
         },
         crash: reason_for_start(peripherals.crash, peripherals.reset),
         origin,
-        unused_crystal_khz: match peripherals.clock {
-            Source::Crystal => None,
-            Source::Internal(khz) => Some(khz),
+        crystal: match peripherals.clock {
+            Source::Crystal(Frequency::Measured) => Crystal::InUse,
+            Source::Crystal(Frequency::NotMeasured) => Crystal::NotMeasured,
+            Source::Internal(khz) => Crystal::Unused { khz },
         },
         brown_out_level: Some(flash::brown_out_level()),
         program: update::program(),
@@ -97,7 +99,7 @@ pub fn run() -> ! {
     interrupt::UART5.set_priority(crate::COMMUNICATION_EXECUTOR_PRIORITY);
     let communication = COMMUNICATION.start(interrupt::UART5);
     // Without a crystal the bus is not joined: the clock is not accurate enough for it.
-    let can = (peripherals.clock == Source::Crystal).then(|| {
+    let can = matches!(peripherals.clock, Source::Crystal(_)).then(|| {
         let (control, can_out, can_in) = peripherals.can.start(settings.can_bit_rate());
         once(send_can(can_out), |task| communication.spawn(task));
         once(receive_can(can_in), |task| communication.spawn(task));
@@ -161,10 +163,15 @@ fn log_boot(start: &Start) {
             Origin::Blank => "default",
             Origin::Corrupted | Origin::Incompatible | Origin::NotRead => "unreadable",
         },
-        if start.unused_crystal_khz.is_some() { "internal" } else { "crystal" },
+        match start.crystal {
+            Crystal::InUse | Crystal::NotMeasured => "crystal",
+            Crystal::Unused { .. } => "internal",
+        },
     );
-    if let Some(khz) = start.unused_crystal_khz {
-        defmt::error!("crystal: {=u32} kHz", khz);
+    match start.crystal {
+        Crystal::InUse => {}
+        Crystal::NotMeasured => defmt::warn!("crystal: not measured"),
+        Crystal::Unused { khz } => defmt::error!("crystal: {=u32} kHz", khz),
     }
 }
 

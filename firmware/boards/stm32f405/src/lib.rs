@@ -99,15 +99,16 @@ fn start() -> Peripherals {
     let reset = crash::take_reset();
     let clock = clocks::start();
     let p = embassy_stm32::init(clocks::config(clock));
-    clocks::enable_caches();
-    if clock == clocks::Source::Crystal {
+    clocks::enable_caches(clock);
+    if matches!(clock.source, clocks::Source::Crystal(_)) {
         clocks::watch_crystal();
     }
+    // The HAL has reset the detector.
     supply::watch();
     interrupt::TIM5.set_priority(COMMUNICATION_PRIORITY);
     let parts = wiring::parts(p);
     Peripherals {
-        clock,
+        clock: clock.source,
         reset,
         watchdog_resets: crash::count_watchdog_resets(reset),
         crash,

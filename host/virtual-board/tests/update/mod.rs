@@ -43,6 +43,28 @@ fn bootloader_of_each_board_joins_its_bus_and_serial_line() {
     }
 }
 
+#[test]
+fn bootloader_uses_a_crystal_that_cannot_be_measured() {
+    for wiring in Wiring::all() {
+        let mut master = Master::with(wiring, None, |options| {
+            options.chip.crystal = Crystal::NotMeasurable;
+        });
+        master.boot_up(1_000);
+        let rate = master.board.can_bit_rate();
+        assert_eq!(rate, Some(1_000_000), "{}", wiring.name);
+    }
+}
+
+/// Nothing has looked at the supply yet: wait states and prefetch must suit any.
+#[test]
+fn bootloader_starts_at_the_lowest_supply() {
+    let mut master = Master::with(Wiring::reference(), None, |options| {
+        options.chip.brown_out_level = 0;
+    });
+    master.board.inject(Injection::Supply(1_800));
+    master.boot_up(1_000);
+}
+
 /// Crystals of other boards, and one that is missing.
 const WRONG_CRYSTALS: [Crystal; 10] = [
     Crystal::Missing,

@@ -10,6 +10,7 @@ mod supply;
 use core::fmt;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use bootloader::crystal::Frequency;
 use embassy_executor::Executor;
 use embassy_stm32::pac::{DBGMCU, FLASH};
 use embassy_time::{Duration, Instant, Timer};
@@ -104,7 +105,7 @@ async fn measure(peripherals: Peripherals) {
     measure_chip(&mut out, peripherals.clock, peripherals.serial).await;
     let sensor = measure_sensor(&mut out, peripherals.sensor, peripherals.timebase).await;
     match peripherals.clock {
-        Source::Crystal => measure_can(&mut out, peripherals.can, sensor).await,
+        Source::Crystal(_) => measure_can(&mut out, peripherals.can, sensor).await,
         Source::Internal(_) => {
             let no_crystal = Verdict::NotTested("it needs the crystal");
             out.line("CAN", format_args!("-"), "", no_crystal).await;
@@ -148,9 +149,13 @@ async fn measure_chip(out: &mut Out, clock: Source, serial: u32) {
     .await;
     out.line("serial number", format_args!("{serial:#010x}"), "", Verdict::Pass).await;
     match clock {
-        Source::Crystal => {
+        Source::Crystal(Frequency::Measured) => {
             let value = format_args!("{CRYSTAL_MHZ} MHz");
             out.line("crystal", value, "within 6 %", Verdict::Pass).await;
+        }
+        Source::Crystal(Frequency::NotMeasured) => {
+            let verdict = Verdict::NotTested("it starts, but its frequency cannot be measured");
+            out.line("crystal", format_args!("starts"), "within 6 %", verdict).await;
         }
         Source::Internal(0) => {
             let verdict = Verdict::Fail("it does not start: solder joints, load capacitors");

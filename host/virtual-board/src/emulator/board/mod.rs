@@ -207,6 +207,12 @@ impl Board {
         self.cpu.machine().chip.can.withdraw(time);
     }
 
+    /// Clock of the processor, Hz.
+    #[must_use]
+    pub fn processor_hertz(&self) -> u32 {
+        self.cpu.machine().chip.rcc.clocks.hclk
+    }
+
     /// Bit rate of the CAN controller, bit/s; `None` while it does not take part in bus traffic.
     #[must_use]
     pub fn can_bit_rate(&self) -> Option<u32> {

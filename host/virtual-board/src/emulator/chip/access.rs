@@ -4,6 +4,7 @@ use super::Chip;
 use crate::emulator::memory::{FLASH, Memory};
 use crate::emulator::part::dma::Dma;
 use crate::emulator::part::pwr::Pwr;
+use crate::emulator::part::rcc::HERTZ_A_STATE;
 use crate::emulator::part::tim11::Tim11;
 use crate::emulator::time::cycle;
 
@@ -218,8 +219,12 @@ impl Chip {
             Part::Rcc => self.write_rcc(offset, value, now),
             Part::Flash => {
                 self.flash.reset_at = self.iwdg.next_event();
+                let prefetched = self.flash.prefetches();
                 self.flash.write(offset, value, now, memory)?;
-                self.rcc.check_wait_states(self.flash.wait_states())
+                if self.flash.prefetches() && !prefetched {
+                    self.check_flash_at_supply()?;
+                }
+                self.rcc.check_wait_states(self.flash.wait_states(), HERTZ_A_STATE)
             }
             Part::Dma(index) => self.dmas[index].write(offset, value),
         }

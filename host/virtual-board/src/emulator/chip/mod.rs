@@ -49,6 +49,9 @@ pub enum Crystal {
     Hertz(u32),
     /// One that does not start.
     Missing,
+    /// That of the board. Its divided clock does not reach the timer that measures it: RM0090 does not say whether the
+    /// clock runs before the RTC selects it.
+    NotMeasurable,
 }
 
 /// Variant of the chip.
@@ -123,11 +126,12 @@ impl Chip {
     #[must_use]
     pub fn new(options: ChipOptions, wiring: &'static Wiring, sensor: Option<Sensor>) -> Self {
         let crystal = match options.crystal {
-            Crystal::Fitted => Some(wiring.crystal),
+            Crystal::Fitted | Crystal::NotMeasurable => Some(wiring.crystal),
             Crystal::Hertz(hertz) => Some(hertz),
             Crystal::Missing => None,
         };
-        let rcc = Rcc::new(crystal, options.corner);
+        let mut rcc = Rcc::new(crystal, options.corner);
+        rcc.is_measurable = options.crystal != Crystal::NotMeasurable;
         let clocks = rcc.clocks;
         let period = cycle(clocks.timers1);
         let mut ports: [Gpio; 9] = core::array::from_fn(Gpio::new);
@@ -324,6 +328,7 @@ impl Chip {
         let before = self.rcc.clocks;
         self.rcc.write(offset, value, now, self.flash.wait_states())?;
         if self.rcc.clocks != before {
+            self.check_flash_at_supply()?;
             self.follow_clocks(now);
         }
         // Reset registers lie 0x20 below the enables.
@@ -336,6 +341,28 @@ impl Chip {
                     self.reset_part(entry.part, now);
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Checks wait states and prefetch of the flash for the supply (RM0090, table 10). A supply that falls later goes
+    /// unnoticed.
+    ///
+    /// # Errors
+    /// If there are too few wait states, or the prefetch is on below 2.1 V.
+    pub(super) fn check_flash_at_supply(&self) -> Result<(), String> {
+        let supply_mv = self.flash.supply_mv;
+        let hertz_a_state = match supply_mv {
+            2_700.. => 30_000_000,
+            2_400.. => 24_000_000,
+            2_100.. => 22_000_000,
+            _ => 20_000_000,
+        };
+        self.rcc
+            .check_wait_states(self.flash.wait_states(), hertz_a_state)
+            .map_err(|error| format!("{error} at {supply_mv} mV"))?;
+        if supply_mv < 2_100 && self.flash.prefetches() {
+            return Err(format!("flash is prefetched at {supply_mv} mV"));
         }
         Ok(())
     }

@@ -66,6 +66,8 @@ pub struct Rcc {
     pub(crate) clocks: ClockTree,
     /// Frequency of the crystal, Hz; `None` if it does not start.
     pub crystal: Option<u32>,
+    /// Whether the crystal's divided clock reaches the timer that measures it.
+    pub is_measurable: bool,
     corner: Corner,
     /// Whether the crystal has stopped after it ran.
     lost: bool,
@@ -83,6 +85,9 @@ const CFGR: usize = 2;
 const CIR: usize = 3;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
+
+/// Clock for which flash needs another wait state at 2.7 V and above, Hz (table 10).
+pub const HERTZ_A_STATE: u32 = 30_000_000;
 
 /// Bit in CR: the clock security system is on.
 const CSSON: u32 = 1 << 19;
@@ -115,6 +120,7 @@ impl Rcc {
             registers,
             clocks: ClockTree::reset(corner),
             crystal,
+            is_measurable: true,
             corner,
             lost: false,
             stopped: false,
@@ -129,6 +135,7 @@ impl Rcc {
     pub fn reset(&mut self, cause: ResetCause) {
         let backup = self.registers[BDCR];
         *self = Self {
+            is_measurable: self.is_measurable,
             lost: self.lost,
             flags: self.flags | cause.flags(),
             ..Self::new(self.crystal, self.corner)
@@ -145,7 +152,7 @@ impl Rcc {
     #[must_use]
     pub fn hse_rtc(&self, now: u64) -> Option<u64> {
         let divider = self.registers[CFGR] >> 16 & 0x1F;
-        let runs = now >= self.hse_ready_at && divider >= 2;
+        let runs = self.is_measurable && now >= self.hse_ready_at && divider >= 2;
         let crystal = self.crystal.filter(|_| runs)?;
         Some(u64::from(divider) * time::cycle(crystal))
     }
@@ -342,15 +349,15 @@ impl Rcc {
         if hclk > 168_000_000 || pclk1 > 42_000_000 || pclk2 > 84_000_000 {
             return Err(format!("clocks beyond their limits: {:?}", self.clocks));
         }
-        self.check_wait_states(wait_states)
+        self.check_wait_states(wait_states, HERTZ_A_STATE)
     }
 
-    /// Checks that flash is fast enough for the clock, at 2.7 V and above (table 10).
+    /// Checks that flash is fast enough for the clock, with another wait state for each `hertz_a_state` (table 10).
     ///
     /// # Errors
     /// If there are too few wait states.
-    pub fn check_wait_states(&self, wait_states: u32) -> Result<(), String> {
-        let needed = self.clocks.hclk.div_ceil(30_000_000) - 1;
+    pub fn check_wait_states(&self, wait_states: u32, hertz_a_state: u32) -> Result<(), String> {
+        let needed = self.clocks.hclk.div_ceil(hertz_a_state) - 1;
         if wait_states < needed {
             return Err(format!(
                 "{wait_states} wait states of flash at {} Hz; {needed} are needed",

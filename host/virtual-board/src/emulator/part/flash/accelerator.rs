@@ -19,7 +19,8 @@ const DATA_LINES: u8 = 8;
 /// Number of lines in flash.
 const LINES: usize = FLASH.size >> LINE;
 
-const PREFETCH: u32 = 1 << 8;
+/// Bit in `FLASH_ACR`: the next line is read ahead.
+pub const PREFETCH: u32 = 1 << 8;
 const INSTRUCTION_CACHE: u32 = 1 << 9;
 const DATA_CACHE: u32 = 1 << 10;
 const INSTRUCTION_RESET: u32 = 1 << 11;

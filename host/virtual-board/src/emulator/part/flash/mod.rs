@@ -187,6 +187,12 @@ impl FlashRegisters {
         self.access & 7
     }
 
+    /// Returns whether lines of flash are read ahead.
+    #[must_use]
+    pub const fn prefetches(&self) -> bool {
+        self.access & accelerator::PREFETCH != 0
+    }
+
     /// Supply below which the option bytes reset the chip, mV; below 1.7 V it is always reset (DS8626, table 23,
     /// falling edge, typical).
     #[must_use]
