@@ -324,7 +324,10 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// Packs a folder under a name; the same files give the same bytes.
-fn pack(folder: &Path, name: &str, to: &Path) -> Result<()> {
+///
+/// # Errors
+/// A file cannot be read or written.
+pub fn pack(folder: &Path, name: &str, to: &Path) -> Result<()> {
     let mut zip = ZipWriter::new(File::create(to).with_context(|| to.display().to_string())?);
     let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
     for path in files(folder)? {

@@ -1,8 +1,9 @@
 //! Builds the files of a release in `dist`: programs, wheels, firmware, the estimator for C,
-//! descriptions of the wire.
+//! descriptions of the wire, and bills of materials.
 //!
 //! Those of the firmware depend on commit and compiler alone: two clones of a commit give the same bytes.
 
+use std::env::consts::{ARCH, OS};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,36 @@ const MACHINES: [Machine; 2] = [
 /// Tools that compile and link for other machines, from `PyPI`.
 const TOOLS: [&str; 3] = ["cargo-zigbuild==0.24.0", "maturin==1.16.0", "ziglang==0.17.1"];
 
+/// Tool that writes bills of materials, from crates.io, and its version.
+const BILL_TOOL: [&str; 2] = ["cargo-cyclonedx", "0.5.9"];
+
+/// Version of the format of bills of materials.
+const BILL_FORMAT: &str = "1.5";
+
+const BILLS: [Bill; 6] = [
+    Bill { product: "footfall", folder: "host/footfall", features: "all", target: "all" },
+    Bill { product: "footfall-python", folder: "python", features: "all", target: "all" },
+    Bill { product: "footfall-estimator", folder: "estimator-c", features: "alone", target: "all" },
+    Bill {
+        product: "foot-stm32f405",
+        folder: "firmware/boards/stm32f405",
+        features: "reference",
+        target: "thumbv7em-none-eabihf",
+    },
+    Bill {
+        product: "bootloader-stm32f405",
+        folder: "bootloader",
+        features: "program",
+        target: "thumbv7em-none-eabihf",
+    },
+    Bill {
+        product: "foot-nano-rp2040",
+        folder: "firmware/boards/rp2040",
+        features: "",
+        target: "thumbv6m-none-eabi",
+    },
+];
+
 /// Oldest glibc that wheels run with: that of `manylinux_2_28`.
 const WHEELS_FOR: &str = "manylinux_2_28";
 
@@ -43,6 +74,17 @@ const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MI
 /// Version of the workspace, which this package has too.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
+/// Bill of materials of a product.
+struct Bill {
+    /// Name of the file.
+    product: &'static str,
+    /// Folder of its package.
+    folder: &'static str,
+    features: &'static str,
+    /// Target of the product; `all` for one that runs on several.
+    target: &'static str,
+}
+
 struct Machine {
     name: &'static str,
     program: &'static str,
@@ -54,6 +96,10 @@ struct Machine {
 pub enum Part {
     /// What needs no other compiler: the firmware, and descriptions of the wire.
     Firmware,
+    /// The program for the machine that runs this, such as macOS and Windows.
+    Native,
+    /// Bills of materials.
+    Bills,
 }
 
 /// Builds the files of a release, or of a part of it, in `dist`, which is emptied first.
@@ -71,6 +117,11 @@ pub fn run(only: Option<Part>) -> Result<()> {
         fs::remove_dir_all(&dist).context("dist cannot be emptied")?;
     }
     fs::create_dir(&dist).context("dist cannot be made")?;
+    match only {
+        Some(Part::Native) => return build_native_program(&dist),
+        Some(Part::Bills) => return write_bills(&dist),
+        Some(Part::Firmware) | None => {}
+    }
     if only.is_none() {
         let tools = install_tools()?;
         for machine in &MACHINES {
@@ -81,6 +132,7 @@ pub fn run(only: Option<Part>) -> Result<()> {
         let built = uf2::run()?;
         let name = format!("foot-{VERSION}-nano-rp2040.uf2");
         fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
+        write_bills(&dist)?;
     }
     build_firmware(&dist)?;
     for file in DESCRIPTIONS {
@@ -124,24 +176,79 @@ fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
         .with_path(tools)
         .run()?;
     let name = format!("footfall-{VERSION}-{}", machine.name);
-    let folder = root().join("target/dist-packed").join(&name);
-    remove_folder(&folder)?;
-    fs::create_dir_all(&folder)?;
     let program = root().join("target").join(machine.program);
     let program = program.join("release/footfall");
     if has_interpreter(&fs::read(&program)?) {
         bail!("{}: it is not static", program.display());
     }
-    copy(&program, &folder)?;
-    for file in BESIDE_PROGRAM {
-        copy(&root().join(file), &folder)?;
-    }
+    let folder = folder_of(&name, &program)?;
     Step::program("tar")
         .at(folder.parent().unwrap_or(&folder))
         .with(["--create", "--gzip", "--owner=0", "--group=0", "--file"])
         .with([dist.join(format!("{name}.tar.gz")).display().to_string()])
         .with([&name])
         .run()
+}
+
+/// Builds the program with all features for the machine that runs this, checks that it starts, and packs it.
+fn build_native_program(dist: &Path) -> Result<()> {
+    Step::cargo(&["build", "--locked", "--release"])
+        .with(["--package", "footfall", "--features", "all"])
+        .run()?;
+    let program = root().join("target/release");
+    let program = program.join(format!("footfall{}", std::env::consts::EXE_SUFFIX));
+    Step::program(&program.display().to_string()).with(["--version"]).run()?;
+    let name = format!("footfall-{VERSION}-{ARCH}-{OS}");
+    let folder = folder_of(&name, &program)?;
+    if cfg!(windows) {
+        return library::pack(&folder, &name, &dist.join(format!("{name}.zip")));
+    }
+    Step::program("tar")
+        .at(folder.parent().unwrap_or(&folder))
+        .with(["-czf", &dist.join(format!("{name}.tar.gz")).display().to_string(), &name])
+        .run()
+}
+
+/// Folder of this name with a program and the files beside it.
+fn folder_of(name: &str, program: &Path) -> Result<PathBuf> {
+    let folder = root().join("target/dist-packed").join(name);
+    remove_folder(&folder)?;
+    fs::create_dir_all(&folder)?;
+    copy(program, &folder)?;
+    for file in BESIDE_PROGRAM {
+        copy(&root().join(file), &folder)?;
+    }
+    Ok(folder)
+}
+
+/// Writes a bill of materials of each product, in the format of `CycloneDX`. The tool writes one beside each manifest of a
+/// workspace, in a copy of the repository.
+fn write_bills(dist: &Path) -> Result<()> {
+    let tools = root().join("target/release-tools");
+    let [name, version] = BILL_TOOL;
+    Step::cargo(&["install", "--locked", "--root", &tools.display().to_string()])
+        .with(["--version", version, name])
+        .run()?;
+    let tool = tools.join("bin").join(name).display().to_string();
+    let clone = root().join("target/bills");
+    remove_folder(&clone)?;
+    Step::program("git")
+        .with(["clone", "--quiet", "--no-hardlinks", ".", &clone.display().to_string()])
+        .run()?;
+    for Bill { product, folder, features, target } in BILLS {
+        let manifest = clone.join(folder).join("Cargo.toml");
+        Step::program(&tool)
+            .with(["cyclonedx", "--quiet", "--manifest-path", &manifest.display().to_string()])
+            .with(["--features", features, "--target", target, "--no-build-deps"])
+            .with(["--format", "json", "--spec-version", BILL_FORMAT])
+            .with(["--override-filename", "bill"])
+            .run()?;
+        let bill = fs::read_to_string(clone.join(folder).join("bill.json"))?;
+        // Names of packages contain the folder.
+        let bill = bill.replace(&clone.display().to_string(), "");
+        fs::write(dist.join(format!("{product}-{VERSION}.cdx.json")), bill)?;
+    }
+    Ok(())
 }
 
 /// Returns whether a 64-bit ELF has a segment `PT_INTERP`, which names a dynamic linker.
