@@ -193,7 +193,7 @@ fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
 /// Builds the program with all features for the machine that runs this, checks that it starts, and packs it.
 fn build_native_program(dist: &Path) -> Result<()> {
     Step::cargo(&["build", "--locked", "--release"])
-        .with(["--package", "footfall", "--features", "all"])
+        .with(["--package", "footfall-program", "--features", "all"])
         .run()?;
     let program = root().join("target/release");
     let program = program.join(format!("footfall{}", std::env::consts::EXE_SUFFIX));
