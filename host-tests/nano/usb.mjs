@@ -192,8 +192,9 @@ export class UsbHost {
     }
   }
 
-  /** Notes when in its frame a packet for the host became ready. */
+  /** Notes when in its frame a packet for the host became ready. A hung controller sees no frames. */
   note() {
+    if (this.isHung) return;
     const us = (this.chip.clock.nanos - this.frameStart) / 1e3;
     if (us > this.port.latestArmUs) this.port.latestArmUs = us;
   }
