@@ -1,8 +1,9 @@
-//! Line that is read by its own thread, so that a slow consumer does not block it, and reopened when it breaks.
+//! Lines of a robot, each read by its own thread, so that a slow consumer does not block it, and reopened when it breaks.
 //!
-//! A line in lock step is read by its consumer instead: its time passes only while the consumer waits.
+//! Lines in lock step are read by their consumer instead: their time passes only while the consumer waits. Playbacks are
+//! merged in order of time.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,12 +14,16 @@ use std::sync::mpsc::{
 use std::thread;
 use std::time::Duration;
 
+use crate::link::merged::MergedPlaybacks;
 use crate::link::{
     Arrival, Arrived, LISTEN, LineClock, LineSource, Link, LinkError, Remark, Sending,
 };
 
 /// Capacity of the queue, arrivals: three seconds of four feet on CAN.
 const WAITING: usize = 1 << 14;
+
+/// Time for which one of several lines in lock step is read.
+const STEP: Duration = Duration::from_millis(1);
 
 /// Delay before a line is reopened.
 const RETRY: Duration = Duration::from_millis(500);
@@ -30,88 +35,128 @@ pub enum Fed {
     Arrived(Arrived),
     /// Remark about a recording that is played, for people to read.
     Remark(Remark),
-    /// The line is open.
+    /// A line is open.
     Opened,
-    /// The line has broken or is unavailable; opening it is retried without limit.
+    /// The line of this source has broken or was unavailable, and is open again.
+    OpenedAgain(String),
+    /// A line has broken or is unavailable; opening it is retried without limit.
     WaitsFor(LinkError),
     /// Something could not be sent.
     NotSent(LinkError),
-    /// End of the feed: the playback has ended, or the file cannot be read.
+    /// End of the feed: all playbacks have ended, or a file cannot be read.
     Ended(LinkError),
 }
 
-/// Line whose arrivals, and whose breaks, are events.
+/// Lines whose arrivals, and whose breaks, are events.
 pub struct Feed {
     reader: LineReader,
     clock: LineClock,
+    /// Number of lines.
+    lines: usize,
+    /// Number of lines that have not ended.
+    open: Cell<usize>,
 }
 
-/// Reader of a line.
+/// Reader of the lines.
 enum LineReader {
-    Thread { fed: Receiver<Fed>, sendings: Sender<Sending>, lost: Arc<AtomicU64> },
-    Consumer(RefCell<ConsumedLine>),
+    Threads { fed: Receiver<Fed>, sendings: Vec<Sender<Sending>>, lost: Arc<AtomicU64> },
+    Consumer(RefCell<ConsumedLines>),
 }
 
 impl Feed {
     /// Opens a source. If the queue is full, playback waits, and arrivals from a device are dropped and counted.
     #[must_use]
     pub fn open(source: impl LineSource + 'static) -> Self {
-        if source.is_in_lock_step() {
-            return Self::consumed(source.open());
+        Self::open_all(vec![Box::new(source)])
+    }
+
+    /// Opens sources as one feed. Playbacks are merged in order of time, and have the speed of the first.
+    #[must_use]
+    pub fn open_all(sources: Vec<Box<dyn LineSource>>) -> Self {
+        if !sources.is_empty() && sources.iter().all(|source| source.is_in_lock_step()) {
+            return Self::consumed(sources.iter().map(|source| source.open()));
         }
+        let (played, mut sources): (Vec<_>, Vec<_>) =
+            sources.into_iter().partition(|source| source.speed().is_some());
+        match played.len() {
+            0 | 1 => sources.extend(played),
+            _ => sources.push(Box::new(MergedPlaybacks(played))),
+        }
+        let lines = sources.len();
         let (to, fed) = sync_channel(WAITING);
-        let (sendings, to_send) = channel();
         let lost = Arc::new(AtomicU64::new(0));
-        let feeder = Feeder { source: Box::new(source), to, to_send, lost: Arc::clone(&lost) };
-        // `serve` fails only when the feed is dropped; the thread notices at its next arrival or timeout.
-        thread::spawn(move || feeder.serve());
-        Self { reader: LineReader::Thread { fed, sendings, lost }, clock: LineClock::default() }
+        let mut sendings = Vec::new();
+        for source in sources {
+            let (sending, to_send) = channel();
+            sendings.push(sending);
+            let feeder = Feeder { source, to: to.clone(), to_send, lost: Arc::clone(&lost) };
+            // `serve` fails only when the feed is dropped; the thread notices at its next arrival or timeout.
+            thread::spawn(move || feeder.serve());
+        }
+        let reader = LineReader::Threads { fed, sendings, lost };
+        Self { reader, clock: LineClock::default(), lines, open: Cell::new(lines) }
     }
 
-    /// Feed of a line that its consumer reads.
-    fn consumed(opened: Result<Box<dyn Link>, LinkError>) -> Self {
-        let (link, first) = match opened {
-            Ok(link) => (Some(link), Fed::Opened),
-            Err(error) => (None, Fed::Ended(error)),
-        };
-        let clock = link.as_ref().map(|link| link.clock());
-        let events = VecDeque::from([first]);
+    /// Feed of lines that their consumer reads.
+    fn consumed(opened: impl Iterator<Item = Result<Box<dyn Link>, LinkError>>) -> Self {
+        let lines: Vec<_> = opened.map(ConsumedLine::new).collect();
+        let clocks = lines.iter().filter_map(|line| line.link.as_ref());
+        let clock = clocks.map(|link| link.clock()).next();
+        let count = lines.len();
         Self {
-            reader: LineReader::Consumer(ConsumedLine { link, events }.into()),
+            reader: LineReader::Consumer(ConsumedLines { lines, next: 0 }.into()),
             clock: clock.unwrap_or_default(),
+            lines: count,
+            open: Cell::new(count),
         }
     }
 
-    /// Clock of the line.
+    /// Clock of the lines.
     #[must_use]
     pub const fn clock(&self) -> &LineClock {
         &self.clock
+    }
+
+    /// Number of lines; merged playbacks are one.
+    #[must_use]
+    pub const fn lines(&self) -> usize {
+        self.lines
     }
 
     /// Returns the next event, or `None` if there is none within `longest`.
     #[must_use]
     pub fn next(&self, longest: Duration) -> Option<Fed> {
         let fed = match &self.reader {
-            LineReader::Thread { fed, .. } => fed,
-            LineReader::Consumer(line) => return line.borrow_mut().next(longest),
+            LineReader::Threads { fed, .. } => match fed.recv_timeout(longest) {
+                Ok(fed) => Some(fed),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => {
+                    // The end was reported already; the sleep keeps a polling caller from spinning.
+                    thread::sleep(longest.min(LISTEN));
+                    None
+                }
+            },
+            LineReader::Consumer(lines) => lines.borrow_mut().next(&self.clock, longest),
         };
-        match fed.recv_timeout(longest) {
-            Ok(fed) => Some(fed),
-            Err(RecvTimeoutError::Timeout) => None,
-            Err(RecvTimeoutError::Disconnected) => {
-                // The end was reported already; the sleep keeps a polling caller from spinning.
-                thread::sleep(longest.min(LISTEN));
+        match fed {
+            Some(Fed::Ended(LinkError::Ended(_))) if self.open.get() > 1 => {
+                self.open.set(self.open.get() - 1);
                 None
             }
+            fed => fed,
         }
     }
 
-    /// Queues data for sending; a failure is reported as [`Fed::NotSent`].
-    pub fn send(&self, sending: Sending) {
+    /// Queues data for sending on all lines; a failure is reported as [`Fed::NotSent`].
+    pub fn send(&self, sending: &Sending) {
         match &self.reader {
-            // If the line has ended, that was reported already.
-            LineReader::Thread { sendings, .. } => drop(sendings.send(sending)),
-            LineReader::Consumer(line) => line.borrow_mut().send(&sending),
+            LineReader::Threads { sendings, .. } => {
+                for line in sendings {
+                    // If the line has ended, that was reported already.
+                    let _ = line.send(sending.clone());
+                }
+            }
+            LineReader::Consumer(lines) => lines.borrow_mut().send(sending),
         }
     }
 
@@ -119,9 +164,43 @@ impl Feed {
     #[must_use]
     pub fn lost(&self) -> u64 {
         match &self.reader {
-            LineReader::Thread { lost, .. } => lost.load(Ordering::Relaxed),
+            LineReader::Threads { lost, .. } => lost.load(Ordering::Relaxed),
             LineReader::Consumer(_) => 0,
         }
+    }
+}
+
+/// Lines that their consumer reads, one after the other.
+struct ConsumedLines {
+    lines: Vec<ConsumedLine>,
+    /// Line that is read next.
+    next: usize,
+}
+
+impl ConsumedLines {
+    fn next(&mut self, clock: &LineClock, longest: Duration) -> Option<Fed> {
+        let end = clock.now() + longest;
+        // The boards behind the lines share their time, which passes while one of them is read.
+        let piece = if self.lines.len() == 1 { longest } else { STEP.min(longest) };
+        loop {
+            for _ in 0..self.lines.len() {
+                let index = self.next % self.lines.len();
+                self.next = index + 1;
+                if let Some(fed) = self.lines[index].next(piece) {
+                    return Some(fed);
+                }
+            }
+            if self.lines.len() == 1 || clock.now() >= end {
+                return None;
+            }
+            if self.lines.iter().all(|line| line.link.is_none()) {
+                return None;
+            }
+        }
+    }
+
+    fn send(&mut self, sending: &Sending) {
+        self.lines.iter_mut().for_each(|line| line.send(sending));
     }
 }
 
@@ -133,6 +212,14 @@ struct ConsumedLine {
 }
 
 impl ConsumedLine {
+    fn new(opened: Result<Box<dyn Link>, LinkError>) -> Self {
+        let (link, first) = match opened {
+            Ok(link) => (Some(link), Fed::Opened),
+            Err(error) => (None, Fed::Ended(error)),
+        };
+        Self { link, events: VecDeque::from([first]) }
+    }
+
     fn next(&mut self, longest: Duration) -> Option<Fed> {
         if let Some(event) = self.events.pop_front() {
             return Some(event);
@@ -180,8 +267,11 @@ impl Feeder {
         loop {
             let error = match self.source.open() {
                 Ok(mut link) => {
-                    reported = false;
-                    self.hand_on(Fed::Opened)?;
+                    self.hand_on(if std::mem::take(&mut reported) {
+                        Fed::OpenedAgain(self.source.to_string())
+                    } else {
+                        Fed::Opened
+                    })?;
                     self.listen(link.as_mut())?
                 }
                 Err(error) => error,
@@ -222,7 +312,7 @@ impl Feeder {
     }
 
     fn hand_on(&self, fed: Fed) -> Result<(), Left> {
-        if self.source.is_played() || !matches!(fed, Fed::Arrived(_)) {
+        if self.source.speed().is_some() || !matches!(fed, Fed::Arrived(_)) {
             return self.to.send(fed).map_err(|_| Left);
         }
         match self.to.try_send(fed) {

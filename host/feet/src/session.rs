@@ -9,6 +9,7 @@
 use std::time::Duration;
 
 use estimator_core::Timestamp;
+use wire::Foot;
 
 use crate::Feed;
 use crate::decode::Feet;
@@ -48,6 +49,19 @@ pub struct Session {
     unreadable: u64,
     /// Update after the messages that are still to be returned.
     last: Option<Update>,
+    /// Indices of two feet on different lines with the same name.
+    same: Option<[usize; 2]>,
+}
+
+/// Two feet on different lines with the same name, whose messages would be mixed.
+#[derive(Clone, Copy, Debug)]
+pub struct SameFoot<'a> {
+    /// The feet.
+    pub feet: [&'a LiveFoot; 2],
+    /// Whether each is on a serial line.
+    pub are_serial: [bool; 2],
+    /// Name of a foot that no foot of the session has.
+    pub unused: &'static str,
 }
 
 impl Session {
@@ -145,7 +159,35 @@ impl Session {
         if foot.key != *key {
             (foot.key, foot.name) = (key.clone(), name);
         }
+        self.compare_names(index);
         index
+    }
+
+    /// Looks for a foot on another line with the name of this one.
+    fn compare_names(&mut self, index: usize) {
+        let foot = &self.feet[index];
+        let is_same = |other: &LiveFoot| {
+            foot.name.is_some() && other.name == foot.name && other.key.line != foot.key.line
+        };
+        if self.same.is_none()
+            && let Some(other) = self.feet.iter().position(is_same)
+        {
+            self.same = Some([other.min(index), other.max(index)]);
+        }
+    }
+
+    /// Returns two feet on different lines with the same name, if there are any.
+    #[must_use]
+    pub fn same_name(&self) -> Option<SameFoot<'_>> {
+        let feet = self.same?.map(|index| &self.feet[index]);
+        let is_unused =
+            |name: &&str| self.feet.iter().all(|foot| foot.name.as_deref() != Some(*name));
+        let unused = Foot::ALL.map(Foot::name).into_iter().find(is_unused);
+        Some(SameFoot {
+            feet,
+            are_serial: feet.map(|foot| self.listener.is_serial(&foot.key.line)),
+            unused: unused.unwrap_or("R"),
+        })
     }
 
     /// Returns the feet, in the order of their first messages.
@@ -283,6 +325,27 @@ mod tests {
         }
         let names = session.feet().iter().map(|foot| foot.name_or("node "));
         assert!(names.eq(["FL", "FR", "RL"]));
+    }
+
+    #[test]
+    fn same_name_on_two_lines_is_found_once_both_are_heard() {
+        let mut session = Session::new(Feet::default());
+        let mut row = |line: &str, foot: &str| {
+            let row = ContactRow {
+                timestamp: at(0),
+                interface: Some(line.into()),
+                foot: Some(foot.into()),
+                ..ContactRow::default()
+            };
+            session.take(Fed::Arrived((at(0), Arrival::Estimate(Box::new(row)))));
+            updates(&mut session);
+            let same = session.same_name();
+            same.map(|same| (same.feet.map(|foot| foot.key.line.to_string()), same.unused))
+        };
+        assert_eq!(row("a", "FL"), None);
+        assert_eq!(row("b", "FR"), None);
+        let both = ["a", "c"].map(str::to_owned);
+        assert_eq!(row("c", "FL"), Some((both, "RL")));
     }
 
     #[test]

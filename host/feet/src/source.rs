@@ -3,7 +3,6 @@
 //! | written | is |
 //! |---|---|
 //! | `uart:/dev/ttyACM0`, `uart:COM3@115200` | a serial port, at 1 000 000 Bd unless another rate is given |
-//! | `usb` | the one foot on USB that is a serial port by itself |
 //! | `can:can0` | an interface of `SocketCAN` |
 //! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@500` | an adapter that speaks slcan, at 1000 kbit/s unless another rate is given |
 //! | `file:can.log`, `file:uart.bin@10`, `file:walk.mcap@max` | a log, a recording of the serial line or of an IMU, at its own speed unless another is given |
@@ -15,8 +14,6 @@ use std::str::FromStr;
 use recordings::config::Resolved;
 use recordings::input::{ContactUse, InputOptions};
 use thiserror::Error;
-
-use crate::usb;
 
 /// Default rate of a foot's serial port, Bd.
 pub const DEFAULT_BAUD: u32 = 1_000_000;
@@ -133,17 +130,9 @@ impl Default for Playback {
 pub enum SourceError {
     /// The kind of source is unknown.
     #[error(
-        "{0:?} is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
+        "{0:?} is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
     )]
     Unknown(String),
-    /// No foot is on USB.
-    #[error(
-        "no foot is on USB: plug one in, or name a source such as uart:/dev/ttyACM0 or can:can0"
-    )]
-    NoneOnUsb,
-    /// Several feet are on USB.
-    #[error("several feet are on USB, name one: uart:{}", .0.join(", uart:"))]
-    SeveralOnUsb(Vec<String>),
     /// The part after the kind is missing.
     #[error("{source_text:?} lacks {lacking}, as in {example}")]
     Lacks {
@@ -183,7 +172,6 @@ impl FromStr for Source {
         let split = rest.rsplit_once('@');
         let (port, rate) = split.map_or((rest, None), |(port, rate)| (port, Some(rate)));
         match kind {
-            "usb" if rest.is_empty() => Ok(Self::Uart { port: port_on_usb()?, baud: DEFAULT_BAUD }),
             "uart" if port.is_empty() => Err(lacks("a port", "uart:/dev/ttyACM0")),
             "uart" => {
                 let baud = rate.map(|rate| {
@@ -261,16 +249,6 @@ impl Source {
     }
 }
 
-/// Returns the port of the only foot on USB.
-fn port_on_usb() -> Result<String, SourceError> {
-    let ports = usb::foot_ports();
-    match ports.as_slice() {
-        [port] => Ok(port.clone()),
-        [] => Err(SourceError::NoneOnUsb),
-        _ => Err(SourceError::SeveralOnUsb(ports)),
-    }
-}
-
 /// Parses a number, and checks its range.
 fn number<T: FromStr>(
     text: &str,
@@ -323,7 +301,7 @@ mod tests {
     fn invalid_source_error_names_the_expected_form() {
         assert_eq!(
             error("/dev/ttyACM0"),
-            "\"/dev/ttyACM0\" is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
+            "\"/dev/ttyACM0\" is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
         );
         assert_eq!(error("uart:"), "\"uart:\" lacks a port, as in uart:/dev/ttyACM0");
         assert_eq!(

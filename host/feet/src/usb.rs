@@ -1,6 +1,6 @@
 //! Feet on USB: boards with a serial port of their own.
 //!
-//! They are found by the name in their descriptors. An update copies a file to the drive of the loader in their chip.
+//! They are found by the names in their descriptors. An update copies a file to the drive of the loader in their chip.
 
 use std::fs::{self, File};
 use std::io::{self, Write as _};
@@ -11,17 +11,39 @@ use std::time::{Duration, Instant};
 use serial2::SerialPort;
 use thiserror::Error;
 
-/// Folder in which Linux names serial ports by the device that has them.
-const PORTS: &str = "/dev/serial/by-id";
+/// Folder in which Linux names serial ports by the device that has them. systemd 252 and containers lack it.
+const BY_ID: &str = "/dev/serial/by-id";
 
-/// Start of the name of a foot's port: its manufacturer and product.
+/// Folder in which Linux describes the serial ports.
+const SYSFS: &str = "/sys/class/tty";
+
+/// Folder of the devices.
+const DEVICES: &str = "/dev";
+
+/// Manufacturer and product of a foot, in its descriptors.
+const MANUFACTURER: &str = "footfall";
+const PRODUCT: &str = "footfall foot";
+
+/// Numbers of vendor and product of a foot on an RP2040, which other programs of the chip share.
+#[cfg(windows)]
+const NUMBERS: (u16, u16) = (0x2E8A, 0x000A);
+
+/// Start and end of the name of a foot's port in [`BY_ID`], around its serial number.
 const FOOT: &str = "usb-footfall_footfall_foot_";
+const INTERFACE: &str = "-if";
 
 /// Rate that a port has when it is closed to start the loader, Bd.
 const LOADER_BAUD: u32 = 1_200;
 
 /// Timeout for the loader to start and the system to mount its drive, and for the foot to return.
 const LONGEST: Duration = Duration::from_secs(30);
+
+/// Advice where the system shows no drive.
+const BY_HAND: &str = if cfg!(target_os = "linux") {
+    "; where none appears, lsblk --output NAME,LABEL names its partition: sudo mount it, and repeat this command"
+} else {
+    ""
+};
 
 /// First words of a UF2 file, and its family of chips, the RP2040, at byte 28.
 const UF2: [u8; 8] = *b"UF2\nWQ]\x9E";
@@ -34,7 +56,7 @@ pub enum CopyError {
     #[error("{0}: {1}")]
     Port(String, io::Error),
     /// The loader was not seen.
-    #[error("no drive RPI-RP2 is mounted {waited} s after {0} was asked for it: press the board's button twice, and copy the file to it", waited = LONGEST.as_secs())]
+    #[error("no drive RPI-RP2 is mounted {waited} s after {0} was asked for it: press the board's button twice, and copy the file to the drive that appears{BY_HAND}", waited = LONGEST.as_secs())]
     NoDrive(String),
     /// The file was not written.
     #[error("{}: {}", .0.display(), .1)]
@@ -59,8 +81,12 @@ pub fn update(port: &str, program: &[u8]) -> Result<(), CopyError> {
     let drive = wait(|| loader_drive(mounted()));
     let drive = drive.ok_or_else(|| CopyError::NoDrive(port.to_owned()))?;
     copy(&drive, program).map_err(|error| CopyError::NotCopied(drive, error))?;
-    wait(|| Path::new(port).exists().then_some(()))
-        .ok_or_else(|| CopyError::NotBack(port.to_owned()))
+    wait(|| is_there(port).then_some(())).ok_or_else(|| CopyError::NotBack(port.to_owned()))
+}
+
+/// Returns whether a port exists. Ports are files, but for those of Windows.
+fn is_there(port: &str) -> bool {
+    Path::new(port).exists() || cfg!(windows) && foot_ports().iter().any(|foot| foot.port == port)
 }
 
 fn copy(drive: &Path, program: &[u8]) -> io::Result<()> {
@@ -85,7 +111,14 @@ fn wait<T>(mut answer: impl FnMut() -> Option<T>) -> Option<T> {
     }
 }
 
+/// Drives of the system.
+#[cfg(windows)]
+fn mounted() -> Vec<PathBuf> {
+    ('A'..='Z').map(|letter| PathBuf::from(format!("{letter}:\\"))).collect()
+}
+
 /// Folders in which the system has mounted drives.
+#[cfg(not(windows))]
 fn mounted() -> Vec<PathBuf> {
     let mounts = fs::read_to_string("/proc/mounts").unwrap_or_default();
     let linux = mounts
@@ -104,22 +137,121 @@ fn loader_drive(folders: Vec<PathBuf>) -> Option<PathBuf> {
     })
 }
 
-/// Returns the ports of the feet on USB, in the order of their names.
-#[must_use]
-pub fn foot_ports() -> Vec<String> {
-    foot_ports_in(Path::new(PORTS))
+/// Port of a foot on USB.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct UsbPort {
+    /// Serial number of the board, as in its descriptors.
+    pub serial: String,
+    /// Name of the port.
+    pub port: String,
 }
 
-fn foot_ports_in(folder: &Path) -> Vec<String> {
+/// Returns the ports of the feet on USB, in the order of their serial numbers.
+#[must_use]
+pub fn foot_ports() -> Vec<UsbPort> {
+    ports_of_system()
+}
+
+/// Finds the feet by the names of their ports, or else by what the kernel knows of each port.
+#[cfg(target_os = "linux")]
+fn ports_of_system() -> Vec<UsbPort> {
+    let named = named_ports(Path::new(BY_ID));
+    if named.is_empty() { described_ports(Path::new(SYSFS), Path::new(DEVICES)) } else { named }
+}
+
+/// Finds the feet among the ports that the system lists with their descriptors.
+#[cfg(not(target_os = "linux"))]
+fn ports_of_system() -> Vec<UsbPort> {
+    let ports = serialport::available_ports().unwrap_or_default();
+    let feet = ports.into_iter().filter_map(|found| {
+        let serialport::SerialPortType::UsbPort(usb) = found.port_type else {
+            return None;
+        };
+        // Windows calls each port "USB Serial Device", whatever its device is called.
+        #[cfg(windows)]
+        let is_foot = (usb.vid, usb.pid) == NUMBERS;
+        #[cfg(not(windows))]
+        let is_foot = usb.manufacturer.as_deref() == Some(MANUFACTURER)
+            && usb.product.as_deref() == Some(PRODUCT);
+        // macOS lists each port twice. A port named tty waits for a carrier when it is opened.
+        let is_second = found.port_name.starts_with("/dev/tty.");
+        let serial = usb.serial_number.unwrap_or_default();
+        (is_foot && !is_second).then_some(UsbPort { serial, port: found.port_name })
+    });
+    let mut feet: Vec<UsbPort> = feet.collect();
+    feet.sort();
+    feet
+}
+
+/// Serial number of the board on USB at a port; `None` for another port.
+#[must_use]
+pub fn serial_number(port: &str) -> Option<String> {
+    if let Some(named) = port.strip_prefix(BY_ID).and_then(|name| name.strip_prefix('/')) {
+        return serial_in_name(named).map(str::to_owned);
+    }
+    let ports = foot_ports();
+    let found = ports.into_iter().find(|found| found.port == port);
+    found.map(|found| found.serial)
+}
+
+/// Returns whether a text is this serial number of a board on USB: as in its descriptors, or object 0x1018:4, which is
+/// computed from it.
+#[must_use]
+pub fn is_serial_number(text: &str, serial: &str) -> bool {
+    let folded = text.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
+    text.eq_ignore_ascii_case(serial)
+        || folded
+            .is_some_and(|number| unique_id(serial).map(wire::foot::serial_number) == Some(number))
+}
+
+/// Unique id of the chip, which its serial number on USB has in hexadecimal.
+fn unique_id(serial: &str) -> Option<Vec<u8>> {
+    let digits = serial.as_bytes().chunks(2);
+    let byte = |pair: &[u8]| u8::from_str_radix(str::from_utf8(pair).ok()?, 16).ok();
+    digits.map(byte).collect()
+}
+
+/// Serial number in the name of a foot's port.
+fn serial_in_name(name: &str) -> Option<&str> {
+    let (serial, _) = name.strip_prefix(FOOT)?.rsplit_once(INTERFACE)?;
+    Some(serial)
+}
+
+fn entries(folder: &Path) -> impl Iterator<Item = PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let is_foot = |path: &PathBuf| {
-        let name = path.file_name().and_then(|name| name.to_str());
-        name.is_some_and(|name| name.starts_with(FOOT))
-    };
-    let ports = entries.map(|entry| entry.path()).filter(is_foot);
-    let mut ports: Vec<String> = ports.map(|path| path.display().to_string()).collect();
-    ports.sort();
-    ports
+    entries.map(|entry| entry.path())
+}
+
+/// Feet among the ports that a folder names by their devices.
+#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "Linux has the folder"))]
+fn named_ports(folder: &Path) -> Vec<UsbPort> {
+    let feet = entries(folder).filter_map(|path| {
+        let serial = serial_in_name(path.file_name()?.to_str()?)?.to_owned();
+        Some(UsbPort { serial, port: path.display().to_string() })
+    });
+    let mut feet: Vec<UsbPort> = feet.collect();
+    feet.sort();
+    feet
+}
+
+/// Feet among the ports that the kernel describes: `device` of a port is an interface of a device on USB, whose folder is
+/// the next one up.
+#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "Linux has the folder"))]
+fn described_ports(sysfs: &Path, devices: &Path) -> Vec<UsbPort> {
+    let feet = entries(sysfs).filter_map(|path| {
+        let device = path.join("device").canonicalize().ok()?.parent()?.to_owned();
+        let read = |name| fs::read_to_string(device.join(name)).ok();
+        let is = |name, value: &str| read(name).is_some_and(|text| text.trim_end() == value);
+        if !is("manufacturer", MANUFACTURER) || !is("product", PRODUCT) {
+            return None;
+        }
+        let serial = read("serial").unwrap_or_default().trim_end().to_owned();
+        let port = devices.join(path.file_name()?).display().to_string();
+        Some(UsbPort { serial, port })
+    });
+    let mut feet: Vec<UsbPort> = feet.collect();
+    feet.sort();
+    feet
 }
 
 #[cfg(test)]
@@ -149,20 +281,62 @@ mod tests {
     }
 
     #[test]
-    fn feet_on_usb_are_found_by_their_names() {
+    fn feet_on_usb_are_found_by_the_names_of_their_ports() {
         let folder = std::env::temp_dir().join(format!("footfall-usb-{}", std::process::id()));
-        assert_eq!(foot_ports_in(&folder), Vec::<String>::new());
+        assert_eq!(named_ports(&folder), []);
         fs::create_dir(&folder).expect("a folder");
         let add = |name: &str| {
             let path = folder.join(name);
             fs::write(&path, "").expect("a file");
             path.display().to_string()
         };
+        let found = |serial: &str, port: String| UsbPort { serial: serial.to_owned(), port };
         add("usb-FTDI_FT232R_A1-if00-port0");
-        let first = add("usb-footfall_footfall_foot_1C-if00");
-        assert_eq!(foot_ports_in(&folder), [first.as_str()]);
-        let second = add("usb-footfall_footfall_foot_2C-if00");
-        assert_eq!(foot_ports_in(&folder), [first, second]);
+        let second = found("2C", add("usb-footfall_footfall_foot_2C-if00"));
+        assert_eq!(named_ports(&folder), std::slice::from_ref(&second));
+        let first = found("1C", add("usb-footfall_footfall_foot_1C-if00"));
+        assert_eq!(named_ports(&folder), [first, second]);
         fs::remove_dir_all(&folder).expect("removed");
+        let port = format!("{BY_ID}/usb-footfall_footfall_foot_1C-if00");
+        assert_eq!(serial_number(&port).as_deref(), Some("1C"));
+        assert_eq!(serial_number("/dev/there-is-none"), None);
+    }
+
+    /// The folders of systemd 252 and of containers: no `/dev/serial`, the kernel's own description.
+    #[cfg(unix)]
+    #[test]
+    fn feet_are_found_without_names_of_ports() {
+        use std::os::unix::fs::symlink;
+        let folder = std::env::temp_dir().join(format!("footfall-sysfs-{}", std::process::id()));
+        let sysfs = folder.join("class/tty");
+        let add = |port: &str, descriptors: &[(&str, &str)]| {
+            let device = folder.join("devices").join(port);
+            fs::create_dir_all(device.join("1-1:1.0")).expect("a folder");
+            for (name, value) in descriptors {
+                fs::write(device.join(name), format!("{value}\n")).expect("a file");
+            }
+            fs::create_dir_all(sysfs.join(port)).expect("a folder");
+            symlink(device.join("1-1:1.0"), sysfs.join(port).join("device")).expect("a link");
+        };
+        let foot = |serial| {
+            [("manufacturer", "footfall"), ("product", "footfall foot"), ("serial", serial)]
+        };
+        add("ttyACM1", &foot("1C"));
+        add("ttyACM0", &foot("2C"));
+        add("ttyUSB0", &[("manufacturer", "FTDI"), ("product", "FT232R"), ("serial", "A1")]);
+        fs::create_dir_all(sysfs.join("tty0")).expect("a port of no device");
+        let found = described_ports(&sysfs, Path::new("/dev"));
+        let found: Vec<_> = found.iter().map(|found| (&*found.serial, &*found.port)).collect();
+        assert_eq!(found, [("1C", "/dev/ttyACM1"), ("2C", "/dev/ttyACM0")]);
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn board_is_known_by_both_of_its_serial_numbers() {
+        assert!(is_serial_number("e66164084332a925", "E66164084332A925"));
+        let folded = wire::foot::serial_number([0xE6, 0x61]);
+        assert!(is_serial_number(&format!("0x{folded:08X}"), "E661"));
+        assert!(!is_serial_number("0x00000001", "E661"));
+        assert!(!is_serial_number("E6", "E661"));
     }
 }

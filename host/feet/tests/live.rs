@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
+use estimator_core::Timestamp;
 use feet::decode::Feet;
 use feet::decode::live::MessageBody;
 use feet::feed::Fed;
-use feet::{Arrival, Feed, Session, Update};
+use feet::{Arrival, Feed, LineSource, Session, Update};
 use simulated_robot::Demo;
 
 /// Timeout that ends a hang.
@@ -35,7 +36,7 @@ fn demo_at_max_speed_yields_every_frame_and_its_end() {
 }
 
 #[test]
-fn serial_foot_keeps_its_state_when_its_id_becomes_known() {
+fn contacts_of_a_serial_foot_have_its_name_from_the_first() {
     let feed = demo("line=uart,seconds=2,speed=max");
     let mut session = Session::new(Feet::default());
     let mut contacts = 0;
@@ -44,9 +45,10 @@ fn serial_foot_keeps_its_state_when_its_id_becomes_known() {
         while let Some(update) = session.next_update() {
             match update {
                 Update::Line(Fed::Ended(_)) => break 'listen,
-                Update::Message(0, message) if message.foot.node.is_none() => {
+                Update::Message(0, message) => {
                     contacts += u64::from(matches!(message.body, MessageBody::Contact(_)));
-                    assert_eq!(session.feet()[0].name, None);
+                    assert_eq!(message.foot.node, Some(0x11));
+                    assert_eq!(session.feet()[0].name.as_deref(), Some("FL"));
                 }
                 _ => {}
             }
@@ -55,8 +57,32 @@ fn serial_foot_keeps_its_state_when_its_id_becomes_known() {
     let [foot] = session.feet() else {
         panic!("{} feet", session.feet().len());
     };
-    assert!(contacts > 0 && foot.key.node.is_some());
-    assert_eq!((foot.name.as_deref(), foot.missing), (Some("FL"), 0));
-    // The second begins before the id is known, and the demo lasts two.
+    assert_eq!((contacts, foot.missing), (2000, 0));
     assert!(foot.second.rate_hz().is_some_and(|rate| rate > 990.0));
+}
+
+#[test]
+fn feet_of_two_sources_are_one_feed_in_order_of_time() {
+    let sources = ["feet=1,line=uart,seconds=2,speed=max", "feet=2,seconds=1,speed=max"];
+    let sources =
+        sources.map(|keys| Box::new(keys.parse::<Demo>().expect("keys")) as Box<dyn LineSource>);
+    let feed = Feed::open_all(sources.into());
+    let mut session = Session::new(Feet::default());
+    let mut newest = Timestamp::default();
+    'listen: loop {
+        session.listen(&feed, LONGEST);
+        assert!(session.now() >= newest);
+        newest = session.now();
+        while let Some(update) = session.next_update() {
+            if let Update::Line(Fed::Ended(_)) = update {
+                break 'listen;
+            }
+        }
+    }
+    let mut names: Vec<_> =
+        session.feet().iter().map(|foot| foot.name_or("").into_owned()).collect();
+    names.sort();
+    assert_eq!(names, ["FL", "L", "R"]);
+    assert!(session.same_name().is_none());
+    assert!(session.elapsed_s() > 1.9, "the end of the first source does not end the other");
 }

@@ -9,10 +9,11 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use feet::decode::Feet;
 use feet::decode::live::{FootMessage, Listener, MessageBody};
 use feet::feed::Fed;
 use feet::link::serial::{SlcanParser, SlcanWord};
-use feet::{Feed, LineSource, Sending, Source};
+use feet::{Feed, LineSource, Sending, Session, Source};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use simulated_robot::{DemoLine, Robot};
@@ -83,9 +84,8 @@ fn contacts(heard: &[FootMessage]) -> usize {
     contacts.count()
 }
 
-#[test]
-fn foot_on_a_serial_port_streams_and_responds() {
-    use wire::uart::{Answer, ConfigGet, Message, encode};
+/// Runs a foot at our end of a terminal until the other end is closed; returns the name of that.
+fn foot() -> String {
     let (ours, name) = terminal();
     let requests = received(&ours);
     thread::spawn(move || {
@@ -101,6 +101,13 @@ fn foot_on_a_serial_port_streams_and_responds() {
             thread::sleep(Duration::from_micros(200));
         }
     });
+    name
+}
+
+#[test]
+fn foot_on_a_serial_port_streams_and_responds() {
+    use wire::uart::{Answer, ConfigGet, Message, encode};
+    let name = foot();
     let feed = Feed::open(source(&format!("uart:{name}")));
     let heard = listen(&feed, |heard| contacts(heard) >= 500);
     let first = heard.iter().find_map(|heard| match &heard.body {
@@ -110,7 +117,7 @@ fn foot_on_a_serial_port_streams_and_responds() {
     assert!(first.is_some());
     let address = wire::Address::new(0x2000, 0);
     let request = encode(0, &Message::ConfigGet(ConfigGet { address }));
-    feed.send(Sending::Bytes { port: None, bytes: request.as_bytes().to_vec() });
+    feed.send(&Sending::Bytes { port: None, bytes: request.as_bytes().to_vec() });
     let is_answer = |heard: &FootMessage| matches!(&heard.body, MessageBody::Answer(answer) if answer.address == address);
     let heard = listen(&feed, |heard| heard.iter().any(is_answer));
     let answer = heard.into_iter().find(is_answer).map(|heard| heard.body);
@@ -118,6 +125,28 @@ fn foot_on_a_serial_port_streams_and_responds() {
         Some(MessageBody::Answer(answer)) => assert!(matches!(answer.answer, Answer::Value(_))),
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn feet_on_several_ports_are_one_feed_with_names() {
+    let ports = [foot(), foot()];
+    let sources =
+        ports.iter().map(|port| Box::new(source(&format!("uart:{port}"))) as Box<dyn LineSource>);
+    let feed = Feed::open_all(sources.collect());
+    let of = |heard: &[FootMessage], port: &str| {
+        heard.iter().filter(|heard| *heard.foot.line == *port).count()
+    };
+    let heard = listen(&feed, |heard| ports.iter().all(|port| of(heard, port) >= 300));
+    assert!(heard.iter().all(|heard| heard.foot.node == Some(0x11)), "no foot without a name");
+    let mut session = Session::new(Feet::default());
+    let end = Instant::now() + LONGEST;
+    while session.same_name().is_none() {
+        assert!(Instant::now() < end);
+        session.listen(&feed, Duration::from_millis(100));
+        while session.next_update().is_some() {}
+    }
+    let same = session.same_name().expect("both are FL");
+    assert_eq!(same.unused, "FR");
 }
 
 /// Runs an adapter at our end of a terminal, with a robot of four feet on its bus. The frames that it receives
@@ -183,7 +212,7 @@ fn slcan_adapter_receives_from_and_sends_to_four_feet() {
     assert_eq!(nodes, [0x11, 0x12, 0x13, 0x14]);
     // An SDO that reads the device type, 0x1000.
     let request = CanFrame::new(0x611, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]).expect("a frame");
-    feed.send(Sending::Frame(request));
+    feed.send(&Sending::Frame(request));
     let heard = listen(&feed, |heard| heard.iter().any(|h| matches!(h.body, MessageBody::Sdo(_))));
     assert!(heard.iter().any(|h| matches!(h.body, MessageBody::Sdo([0x43, 0x00, 0x10, ..]))));
     let frames: Vec<_> = given.try_iter().collect();

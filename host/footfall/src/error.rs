@@ -25,6 +25,8 @@ use wire::{Fault, NodeId};
 
 use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
+use crate::source::FindError;
+use crate::stream::SameName;
 
 /// Reason a command failed.
 #[derive(Debug, Error)]
@@ -58,6 +60,12 @@ pub enum Error {
     /// The recordings do not contain the data a calibration needs.
     #[error("{}", in_words(.0))]
     Calibration(#[from] CalibrationError),
+    /// A source has no line.
+    #[error(transparent)]
+    Find(#[from] FindError),
+    /// Two boards are one foot.
+    #[error(transparent)]
+    SameName(#[from] SameName),
     /// A recording is implausible and `--strict` is given.
     #[error("{file}: --strict does not let {count} of the above pass")]
     Implausible {
@@ -103,6 +111,19 @@ pub enum Error {
     /// The source failed.
     #[error("{}", with_hint(.0, .0.hint()))]
     Source(LinkError),
+    /// A conversion has no output.
+    #[error("there is no output: name it after the recordings, or with --output")]
+    NoOutput,
+    /// Two recordings of a robot have the same foot.
+    #[error(
+        "{name} is in {} and in {}: one robot has it once; convert one of them with --rename {name}=OTHER first", files[0], files[1]
+    )]
+    FootTwice {
+        /// Name of the foot.
+        name: String,
+        /// The recordings.
+        files: [String; 2],
+    },
     /// Several feet cannot be written to one table.
     #[error(
         "{file} has several feet, and a table has one: {}; choose one with --topic, or write .mcap",
@@ -165,6 +186,16 @@ pub enum Error {
     NoPlace {
         /// Name of the foot.
         name: String,
+    },
+    /// Messages of all feet are to be written, and feet are missing.
+    #[error(
+        "there is no foot {absent}: {option} writes messages of FL, FR, RL and RR, and a missing foot may stand; --compat bool has a topic for each foot"
+    )]
+    AbsentFeet {
+        /// Option that requests the messages.
+        option: &'static str,
+        /// Names of the missing feet.
+        absent: String,
     },
     /// Messages whose forces are to be replaced have none.
     #[error("{file}, topic {topic}: no forces of four feet to replace: {what}")]

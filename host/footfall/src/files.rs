@@ -250,9 +250,9 @@ pub enum OutputError {
         /// Missing directory.
         directory: String,
     },
-    /// Contacts go into a copy of a bag, and the input is another file, or there are several.
-    #[error("{0} becomes a copy of a bag with its contacts: give one mcap or rosbag2 to replay")]
-    OneBagOnly(String),
+    /// Contacts go into a copy of bags, and an input is another file.
+    #[error("{0} becomes a copy of bags with their contacts: give mcap or rosbag2 to replay")]
+    BagsOnly(String),
     /// There are options for a copy of a bag, and none is written.
     #[error("{0} is for a copy of a bag: --output copy.mcap")]
     NoCopy(&'static str),

@@ -34,4 +34,4 @@ pub mod source;
 pub mod stream;
 
 pub use error::Error;
-pub use source::Source;
+pub use source::{Source, SourceArgument};

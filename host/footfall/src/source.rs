@@ -1,18 +1,50 @@
-//! Source of the feet that a command reads, with the syntax that all commands share.
+//! Sources of the feet that a command reads, with the syntax that all commands share.
+//!
+//! | written | is |
+//! |---|---|
+//! | `usb` | all feet on USB |
+//! | `usb:FR`, `usb:E66164084332A925` | the foot on USB with this name or serial number |
+//! | `uart:/dev/ttyACM*` | all ports of this pattern |
+//! | `demo`, `demo:feet=4,speed=10` | simulated feet; keys are [`Demo`]'s |
+//! | anything else | a line or a file, see [`feet::source`] |
 
+use std::collections::BTreeSet;
 use std::fmt;
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use feet::foot::{Client, RequestError};
 use feet::source::{SourceError, Speed};
+use feet::usb::{self, UsbPort};
 use feet::{LineSource, Link, LinkError, Playback};
 use simulated_robot::{Demo, DemoError};
 use thiserror::Error;
+use wire::dictionary::index;
 
-/// Prefix of simulated feet.
+/// Kinds of sources beside lines, before the colon.
 const DEMO: &str = "demo";
+const USB: &str = "usb";
 
-/// Source of the feet.
+/// Sources as they are written; each may be several lines.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SourceArgument {
+    /// One line or file, or simulated feet.
+    One(Source),
+    /// Serial ports of a pattern, with their rate, Bd.
+    Ports {
+        /// The pattern, in whose last part `*` matches any text.
+        pattern: String,
+        /// Rate, Bd.
+        baud: u32,
+    },
+    /// All feet on USB.
+    Usb,
+    /// The foot on USB with this name or serial number.
+    OneOnUsb(String),
+}
+
+/// One source of feet.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     /// A line or a file.
@@ -25,8 +57,13 @@ pub enum Source {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SourceTextError {
     /// The kind of source is unknown.
-    #[error("{0}, or demo[:feet=4] for simulated feet")]
-    Unknown(SourceError),
+    #[error(
+        "{0:?} is no source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+    )]
+    Unknown(String),
+    /// Several sources are written as one.
+    #[error("{0:?} are several sources: separate them by spaces")]
+    Several(String),
     /// The text of a line or a file is invalid.
     #[error(transparent)]
     Line(SourceError),
@@ -35,24 +72,222 @@ pub enum SourceTextError {
     Demo(#[from] DemoError),
 }
 
-impl From<SourceError> for SourceTextError {
-    fn from(error: SourceError) -> Self {
-        match error {
-            SourceError::Unknown(_) | SourceError::NoneOnUsb => Self::Unknown(error),
-            error => Self::Line(error),
-        }
-    }
+/// Reason for which sources cannot be found.
+#[derive(Debug, Error)]
+pub enum FindError {
+    /// No foot is on USB.
+    #[error(
+        "no foot is on USB: plug one in, or name a source such as uart:/dev/ttyACM0, can:can0 or demo"
+    )]
+    NoneOnUsb,
+    /// Several feet are on USB, and one is needed.
+    #[error("several feet are on USB, name one: {}", names(.0))]
+    SeveralOnUsb(Vec<UsbPort>),
+    /// No foot on USB has this name or serial number.
+    #[error("no foot on USB is {wanted:?}; on USB: {}", list(found))]
+    NotOnUsb {
+        /// Name or serial number.
+        wanted: String,
+        /// The feet on USB, or the reasons for which they are unknown.
+        found: Vec<String>,
+    },
+    /// Several feet on USB have this name.
+    #[error("several feet on USB are {name}: name one by its serial number, {}", names(ports))]
+    SameName {
+        /// The name.
+        name: String,
+        /// Their ports.
+        ports: Vec<UsbPort>,
+    },
+    /// No port has a name of this pattern.
+    #[error("uart:{0} matches no port")]
+    NoPort(String),
+    /// One foot is needed.
+    #[error("{0} are several sources: name one")]
+    Several(String),
 }
 
-impl FromStr for Source {
+fn names(ports: &[UsbPort]) -> String {
+    let names = ports.iter().map(|found| format!("{USB}:{}", found.serial));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+fn list(found: &[String]) -> String {
+    if found.is_empty() { "none".to_owned() } else { found.join(", ") }
+}
+
+impl FromStr for SourceArgument {
     type Err = SourceTextError;
 
     fn from_str(text: &str) -> Result<Self, SourceTextError> {
         let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
-        if kind == DEMO {
-            return Ok(Self::Demo(rest.parse()?));
+        let is_source = |part: &str| part == USB || part.parse::<feet::Source>().is_ok();
+        // Names of files may have commas.
+        if kind != "file" && text.split(',').skip(1).any(is_source) {
+            return Err(SourceTextError::Several(text.to_owned()));
         }
-        Ok(Self::Line(text.parse()?))
+        match kind {
+            DEMO => Ok(Self::One(Source::Demo(rest.parse()?))),
+            USB if rest.is_empty() => Ok(Self::Usb),
+            USB => Ok(Self::OneOnUsb(rest.to_owned())),
+            _ => match text.parse() {
+                Ok(feet::Source::Uart { port, baud }) if port.contains('*') => {
+                    Ok(Self::Ports { pattern: port, baud })
+                }
+                Ok(line) => Ok(Self::One(Source::Line(line))),
+                Err(SourceError::Unknown(text)) => Err(SourceTextError::Unknown(text)),
+                Err(error) => Err(SourceTextError::Line(error)),
+            },
+        }
+    }
+}
+
+impl fmt::Display for SourceArgument {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::One(source) => source.fmt(f),
+            Self::Ports { pattern, baud } => write!(f, "uart:{pattern}@{baud}"),
+            Self::Usb => f.write_str(USB),
+            Self::OneOnUsb(which) => write!(f, "{USB}:{which}"),
+        }
+    }
+}
+
+impl SourceArgument {
+    /// Path of the file that is played, if the source is a file.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::One(Source::Line(line)) => line.file(),
+            _ => None,
+        }
+    }
+
+    /// Finds all lines of the source.
+    ///
+    /// # Errors
+    /// There is none, or the foot on USB is not there.
+    pub fn find(&self) -> Result<Vec<Source>, FindError> {
+        match self {
+            Self::One(source) => Ok(vec![source.clone()]),
+            Self::Ports { pattern, baud } => match ports(pattern) {
+                ports if ports.is_empty() => Err(FindError::NoPort(pattern.clone())),
+                ports => Ok(ports.into_iter().map(|port| uart(port, *baud)).collect()),
+            },
+            Self::Usb => match usb::foot_ports() {
+                ports if ports.is_empty() => Err(FindError::NoneOnUsb),
+                ports => Ok(ports.into_iter().map(on_usb).collect()),
+            },
+            Self::OneOnUsb(which) => Ok(vec![on_usb(one_on_usb(which, usb::foot_ports())?)]),
+        }
+    }
+
+    /// Finds the line of a source that has one.
+    ///
+    /// # Errors
+    /// There is none, or there are several.
+    pub fn find_one(&self) -> Result<Source, FindError> {
+        let mut found = self.find()?;
+        if found.len() > 1 {
+            return Err(match self {
+                Self::Usb => FindError::SeveralOnUsb(usb::foot_ports()),
+                _ => FindError::Several(text_of(&found)),
+            });
+        }
+        found.pop().ok_or(FindError::NoneOnUsb)
+    }
+}
+
+/// Finds the lines of all sources, each once.
+///
+/// # Errors
+/// A source has none.
+pub fn find_all(sources: &[SourceArgument]) -> Result<Vec<Source>, FindError> {
+    let mut found: Vec<Source> = Vec::new();
+    let mut ports = BTreeSet::new();
+    for source in sources {
+        for source in source.find()? {
+            let is_new = match &source {
+                // A port has several names.
+                Source::Line(feet::Source::Uart { port, .. }) => {
+                    ports.insert(fs::canonicalize(port).unwrap_or_else(|_| PathBuf::from(port)))
+                }
+                source => !found.contains(source),
+            };
+            if is_new {
+                found.push(source);
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Text of sources, as on the command line.
+#[must_use]
+pub fn text_of(sources: &[impl fmt::Display]) -> String {
+    sources.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}
+
+fn uart(port: String, baud: u32) -> Source {
+    Source::Line(feet::Source::Uart { port, baud })
+}
+
+fn on_usb(found: UsbPort) -> Source {
+    uart(found.port, feet::source::DEFAULT_BAUD)
+}
+
+/// Returns the foot with this serial number or, as they answer, this name.
+fn one_on_usb(which: &str, ports: Vec<UsbPort>) -> Result<UsbPort, FindError> {
+    let has_number = |found: &&UsbPort| usb::is_serial_number(which, &found.serial);
+    if let Some(found) = ports.iter().find(has_number) {
+        return Ok(found.clone());
+    }
+    let (mut named, mut others) = (Vec::new(), Vec::new());
+    for found in ports {
+        let source = on_usb(found.clone());
+        match name_of(&source) {
+            Ok(name) if name.eq_ignore_ascii_case(which) => named.push(found),
+            Ok(name) => others.push(format!("{name} ({USB}:{})", found.serial)),
+            Err(error) => others.push(error.to_string()),
+        }
+    }
+    match (named.pop(), named.len()) {
+        (Some(found), 0) => Ok(found),
+        (None, _) => Err(FindError::NotOnUsb { wanted: which.to_owned(), found: others }),
+        (Some(found), _) => {
+            named.push(found);
+            Err(FindError::SameName { name: which.to_owned(), ports: named })
+        }
+    }
+}
+
+/// Asks the foot of a serial line for its name.
+fn name_of(source: &Source) -> Result<&'static str, RequestError> {
+    let mut client = Client::new(source.open()?, None)?;
+    let code = client.read_number(index::FOOT, 0)?;
+    let foot = u8::try_from(code).ok().and_then(wire::Foot::from_code);
+    foot.map(wire::Foot::name).ok_or(RequestError::Unknown { what: "the foot", code })
+}
+
+/// Ports of a pattern, in the order of their names.
+fn ports(pattern: &str) -> Vec<String> {
+    let (folder, name) = pattern.rsplit_once('/').unwrap_or((".", pattern));
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let named = entries
+        .filter(|entry| entry.file_name().to_str().is_some_and(|other| matches(name, other)));
+    let mut ports: Vec<String> = named.map(|entry| entry.path().display().to_string()).collect();
+    ports.sort();
+    ports
+}
+
+/// Returns whether a name is of a pattern, in which `*` is any text.
+fn matches(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((start, rest)) => name.strip_prefix(start).is_some_and(|name| {
+            let ends = name.char_indices().map(|(index, _)| index).chain([name.len()]);
+            ends.into_iter().any(|end| matches(rest, &name[end..]))
+        }),
     }
 }
 
@@ -106,12 +341,16 @@ impl LineSource for Source {
         self.line().open()
     }
 
+    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
+        self.line().open_unpaced()
+    }
+
     fn open_for_requests(&self) -> Result<Box<dyn Link>, LinkError> {
         self.line().open_for_requests()
     }
 
-    fn is_played(&self) -> bool {
-        self.line().is_played()
+    fn speed(&self) -> Option<Speed> {
+        self.line().speed()
     }
 
     fn is_in_lock_step(&self) -> bool {
@@ -123,13 +362,58 @@ impl LineSource for Source {
 mod tests {
     use super::*;
 
+    fn error(text: &str) -> String {
+        text.parse::<SourceArgument>().expect_err(text).to_string()
+    }
+
     #[test]
     fn unknown_source_error_lists_all_kinds() {
-        let error = "/dev/ttyACM0".parse::<Source>().expect_err("no source").to_string();
         assert_eq!(
-            error,
-            "\"/dev/ttyACM0\" is no source; sources are usb, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED], or demo[:feet=4] for simulated feet"
+            error("/dev/ttyACM0"),
+            "\"/dev/ttyACM0\" is no source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
         );
-        assert_eq!("demo".parse(), Ok(Source::Demo(Demo::default())));
+        let demo = SourceArgument::One(Source::Demo(Demo::default()));
+        assert_eq!("demo".parse(), Ok(demo));
+        assert_eq!("usb:FR".parse(), Ok(SourceArgument::OneOnUsb("FR".to_owned())));
+    }
+
+    #[test]
+    fn sources_joined_by_commas_are_refused() {
+        for text in ["uart:/dev/ttyACM0,uart:/dev/ttyACM1", "usb:FL,usb", "can:can0,can:can1"] {
+            assert_eq!(
+                error(text),
+                format!("{text:?} are several sources: separate them by spaces")
+            );
+        }
+        for text in ["demo:feet=2,line=uart", "file:a,can:b.log"] {
+            assert!(text.parse::<SourceArgument>().is_ok(), "{text}");
+        }
+    }
+
+    #[test]
+    fn pattern_is_all_its_ports_or_an_error() {
+        let folder = std::env::temp_dir().join(format!("footfall-ports-{}", std::process::id()));
+        fs::create_dir(&folder).expect("a folder");
+        for name in ["ttyACM1", "ttyACM0", "ttyUSB0"] {
+            fs::write(folder.join(name), "").expect("a file");
+        }
+        let found = |pattern: &str| {
+            let text = format!("uart:{}/{pattern}", folder.display());
+            text.parse::<SourceArgument>().expect("a pattern").find()
+        };
+        let ports = found("ttyACM*@9600").expect("two ports");
+        let expected = ["ttyACM0", "ttyACM1"];
+        let expected = expected.map(|name| uart(folder.join(name).display().to_string(), 9600));
+        assert_eq!(ports, expected);
+        let none = found("ttyS*").expect_err("no such port").to_string();
+        assert_eq!(none, format!("uart:{}/ttyS* matches no port", folder.display()));
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn port_of_two_names_is_one_source() {
+        let arguments = ["uart:/dev/null", "uart:/dev/../dev/null", "demo", "demo"];
+        let arguments = arguments.map(|text| text.parse::<SourceArgument>().expect(text));
+        assert_eq!(find_all(&arguments).expect("sources").len(), 2);
     }
 }

@@ -1,6 +1,7 @@
 //! Messages of streaming feet, for `footfall record`, `footfall ros2` and `footfall view`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
+use std::path::Path;
 use std::time::Duration;
 
 use crate::ros::compat::FEET;
@@ -9,8 +10,8 @@ use crate::ros::{Bridge, Published};
 use feet::decode::Feet;
 use feet::feed::Fed;
 use feet::link::{LineClock, Remark};
-use feet::session::SEVERAL_BOARDS;
-use feet::{Feed, LinkError, Session, Update};
+use feet::session::{SEVERAL_BOARDS, SameFoot};
+use feet::{Feed, LineSource, LinkError, LiveFoot, Session, Update, usb};
 use recordings::hint::Hint;
 
 use crate::Source;
@@ -47,6 +48,8 @@ pub trait Sink {
 /// A stream of messages from the feet.
 pub struct Stream {
     feed: Feed,
+    /// Events of lines that were open before the others.
+    early: VecDeque<Fed>,
     session: Session,
     bridge: Bridge,
     /// Feet whose id is used by several boards, as last reported.
@@ -60,27 +63,34 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Opens a source with the given feet, whose messages `bridge` creates. Returns once the source is open, or is being
+    /// Opens sources with the given feet, whose messages `bridge` creates. Returns once each source is open, or is being
     /// waited for.
     ///
     /// # Errors
-    /// The source cannot be opened.
-    pub fn open(source: Source, feet: Feet, bridge: Bridge) -> Result<Self, LinkError> {
-        let feed = Feed::open(source);
-        while !is_interrupted() {
+    /// A source cannot be opened.
+    pub fn open(sources: Vec<Source>, feet: Feet, bridge: Bridge) -> Result<Self, LinkError> {
+        let feed = feed_of(sources);
+        let mut early = VecDeque::new();
+        let mut unknown = feed.lines();
+        while unknown > 0 && !is_interrupted() {
             match feed.next(QUIET) {
-                Some(Fed::Ended(error)) => return Err(error),
+                Some(Fed::Ended(error)) if early.is_empty() => return Err(error),
                 Some(Fed::WaitsFor(error)) => {
                     warn_of_waiting(&error);
+                    unknown -= 1;
+                }
+                Some(Fed::Opened) => unknown -= 1,
+                Some(end @ Fed::Ended(_)) => {
+                    early.push_back(end);
                     break;
                 }
-                Some(Fed::Opened) => break,
-                // These do not occur before the source is open.
-                Some(Fed::Arrived(_) | Fed::Remark(_) | Fed::NotSent(_)) | None => {}
+                Some(other) => early.push_back(other),
+                None => {}
             }
         }
         Ok(Self {
             feed,
+            early,
             session: Session::new(feet),
             bridge,
             shared: BTreeSet::new(),
@@ -107,7 +117,10 @@ impl Stream {
     ) -> Result<Option<LinkError>, Error> {
         let mut ended = None;
         while ended.is_none() && !is_over(self.clock(), deadline) {
-            self.session.listen(&self.feed, SILENCE_CHECK);
+            match self.early.pop_front() {
+                Some(fed) => self.session.take(fed),
+                None => self.session.listen(&self.feed, SILENCE_CHECK),
+            }
             ended = self.publish_updates(sink)?;
         }
         self.session.finish();
@@ -130,6 +143,9 @@ impl Stream {
             for published in self.bridge.messages(&self.session, &update) {
                 sink.publish(published)?;
             }
+            if let Some(same) = self.session.same_name() {
+                return Err(SameName::of(same).into());
+            }
             self.warn_of_feet_without_place();
             self.warn_of_absent_feet();
             match update {
@@ -139,6 +155,7 @@ impl Stream {
                 Update::Line(Fed::Remark(remark)) => warn(remark_text(&remark)),
                 Update::Line(Fed::NotSent(error)) => warn(error),
                 Update::Line(Fed::Ended(error)) => return Ok(Some(error)),
+                Update::Line(Fed::OpenedAgain(line)) => warn(format!("{line} is open again")),
                 Update::Quiet(_) | Update::Line(Fed::Opened | Fed::Arrived(_)) => {}
             }
         }
@@ -166,7 +183,7 @@ impl Stream {
         if !absent.is_empty() {
             self.warned_of_absent = true;
             warn(format!(
-                "no contact of {}: in the messages of --compat they count as in swing",
+                "no contact of {}: --compat sends messages of all four feet once each is heard, and bool those of the others",
                 absent.join(", ")
             ));
         }
@@ -209,6 +226,81 @@ impl Stream {
             warn(format!("{unreadable} lines unreadable; {problems}"));
         }
         warn_of_lost(&self.feed);
+    }
+}
+
+/// Opens sources as one feed.
+#[must_use]
+pub fn feed_of(sources: Vec<Source>) -> Feed {
+    let boxed = |source| Box::new(source) as Box<dyn LineSource>;
+    Feed::open_all(sources.into_iter().map(boxed).collect())
+}
+
+/// Two boards have the name of one foot, so that their messages would be mixed.
+#[derive(Debug, thiserror::Error)]
+#[error("two boards are {name}, {} and {}; {advice}", boards[0], boards[1])]
+pub struct SameName {
+    name: String,
+    boards: [String; 2],
+    /// Commands that give one of them another name.
+    advice: String,
+}
+
+impl SameName {
+    /// Describes two feet of a session with the same name, and names a position that no foot of it has.
+    #[must_use]
+    pub fn of(SameFoot { feet, are_serial, unused }: SameFoot<'_>) -> Self {
+        let [first, second] = feet;
+        let boards = [Board::of(first, are_serial[0]), Board::of(second, are_serial[1])];
+        let commands = boards.iter().filter_map(|board| {
+            let source = board.source.as_ref()?;
+            Some(format!("footfall foot {source} id {unused}"))
+        });
+        let commands: Vec<_> = commands.collect();
+        let mut advice = if commands.is_empty() {
+            "play them one at a time".to_owned()
+        } else {
+            format!("make one of them {unused}: {}", commands.join(", or "))
+        };
+        // The second of both, as the first has the name already.
+        if let Some(line) = boards.iter().rev().find_map(|board| board.line.as_ref()) {
+            advice += &format!("; for this command alone: --names {line}={unused}");
+        }
+        let name = first.name.as_deref().unwrap_or_default().to_owned();
+        Self { name, boards: boards.map(|board| board.text), advice }
+    }
+}
+
+/// Board as messages name it.
+struct Board {
+    text: String,
+    /// Its source, to which a request is sent, if it is not played.
+    source: Option<String>,
+    /// Its line in `--names`.
+    line: Option<String>,
+}
+
+impl Board {
+    fn of(foot: &LiveFoot, is_serial: bool) -> Self {
+        let line = &*foot.key.line;
+        match (usb::serial_number(line), is_serial, foot.key.node) {
+            (Some(serial), ..) => {
+                let source = format!("usb:{serial}");
+                Self { text: source.clone(), source: Some(source), line: Some(serial) }
+            }
+            (None, true, _) => {
+                let is_played = Path::new(line).is_file();
+                let text = if is_played { line.to_owned() } else { format!("uart:{line}") };
+                let source = (!is_played).then(|| text.clone());
+                Self { text, source, line: Some(line.to_owned()) }
+            }
+            (None, false, Some(node)) => Self {
+                text: format!("node {node} on {line}"),
+                source: Some(format!("can:{line} --node {node}")),
+                line: None,
+            },
+            (None, false, None) => Self { text: line.to_owned(), source: None, line: None },
+        }
     }
 }
 

@@ -31,6 +31,22 @@ fn foot_is_scanned_described_and_read() {
 }
 
 #[test]
+fn scan_and_acceptance_take_the_feet_of_several_lines() {
+    let bench = Bench::new();
+    let (scan, error) = foot(&bench, "demo:feet=2,speed=max demo:line=uart,speed=max scan");
+    assert_eq!(scan, "can0  node 21  L\ncan0  node 22  R\nFL  FL\n", "{error}");
+    let (_, error) = foot(&bench, "demo:speed=max demo:line=uart info");
+    assert_eq!(error, "footfall: demo:feet=1 demo:feet=1 are several sources: name one\n");
+    let both = bench.run("accept demo:speed=max demo:line=uart,speed=max --only board --json");
+    let said = text(&both.stderr);
+    assert!(both.status.success(), "{said}");
+    let reports = text(&both.stdout);
+    let reports = serde_json::Deserializer::from_str(&reports).into_iter::<serde_json::Value>();
+    let nodes: Vec<_> = reports.map(|report| report.expect("JSON")["node"].clone()).collect();
+    assert_eq!(nodes, [17.into(), serde_json::Value::Null]);
+}
+
+#[test]
 fn invalid_setting_error_gives_name_and_range() {
     let bench = Bench::new();
     for (arguments, expected) in cases(

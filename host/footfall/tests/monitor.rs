@@ -66,7 +66,7 @@ fn json_output_has_one_object_per_line() {
 fn invalid_source_is_a_command_line_error() {
     let (_, error, code) = monitor("ttyACM0");
     assert_eq!(code, Some(2));
-    assert!(error.contains("sources are usb, uart:PORT[@BAUD]"), "{error}");
+    assert!(error.contains("sources are usb, usb:FR, uart:PORT[@BAUD]"), "{error}");
 }
 
 #[test]

@@ -145,8 +145,13 @@ impl LineSource for Demo {
         self.open()
     }
 
-    fn is_played(&self) -> bool {
-        true
+    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
+        let unpaced = Self { speed: Some(Speed::Max), ..self.clone() };
+        Ok(Box::new(SimulatedFeet::new(&unpaced)))
+    }
+
+    fn speed(&self) -> Option<Speed> {
+        Some(self.speed.unwrap_or(Speed::REAL))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Nodes of a CAN bus that are feet, and their names.
+//! Nodes of a CAN bus that are feet; names of feet by node and by line.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,11 +6,15 @@ use std::sync::Arc;
 use thiserror::Error;
 use wire::{Foot, NodeId};
 
+use crate::usb;
+
 /// Nodes that are feet, with their names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Feet {
     /// By node id; the name is optional.
     names: BTreeMap<u8, Option<Arc<str>>>,
+    /// Names by line: a port, a file, or the serial number of a board on USB.
+    lines: BTreeMap<String, Arc<str>>,
 }
 
 impl Default for Feet {
@@ -18,7 +22,7 @@ impl Default for Feet {
     /// 0x15 `L`, 0x16 `R`.
     fn default() -> Self {
         let name = |foot: Foot| (foot.default_node_id().get(), Some(foot.name().into()));
-        Self { names: Foot::ALL.into_iter().map(name).collect() }
+        Self { names: Foot::ALL.into_iter().map(name).collect(), lines: BTreeMap::new() }
     }
 }
 
@@ -43,16 +47,53 @@ impl Feet {
                 return Err(NamedTwice::Name(name.0.to_string()));
             }
         }
-        for known in self.names.values_mut() {
-            let is_given = |known: &str| names.iter().any(|(_, name)| *name.0 == *known);
-            if known.as_deref().is_some_and(is_given) {
-                *known = None;
-            }
-        }
+        names.iter().for_each(|(_, name)| self.take_default(name));
         for (node, name) in names {
             self.names.insert(node.get(), Some(Arc::clone(&name.0)));
         }
         Ok(())
+    }
+
+    /// Names the feet of serial lines: by the line's name, or by the serial number of a board on USB. A node that has the
+    /// name by default loses it.
+    ///
+    /// # Errors
+    /// A line is given two names, or the name of another line or node is given.
+    pub fn call_lines(&mut self, names: &[(String, Name)]) -> Result<(), NamedTwice> {
+        for (line, name) in names {
+            if self.lines.contains_key(line) {
+                return Err(NamedTwice::Line(line.clone()));
+            }
+            if self.lines.values().any(|other| *other == name.0) {
+                return Err(NamedTwice::Name(name.0.to_string()));
+            }
+            self.take_default(name);
+            self.lines.insert(line.clone(), Arc::clone(&name.0));
+        }
+        Ok(())
+    }
+
+    /// Takes a name from the node that has it.
+    fn take_default(&mut self, name: &Name) {
+        for known in self.names.values_mut() {
+            if known.as_deref() == Some(&*name.0) {
+                *known = None;
+            }
+        }
+    }
+
+    /// Name given to the foot of a line, if any.
+    #[must_use]
+    pub fn name_of_line(&self, line: &str) -> Option<Arc<str>> {
+        if self.lines.is_empty() {
+            return None;
+        }
+        let serial = usb::serial_number(line);
+        let is_of_line = |of: &str| {
+            of == line || serial.as_deref().is_some_and(|serial| usb::is_serial_number(of, serial))
+        };
+        let mut lines = self.lines.iter();
+        lines.find(|(of, _)| is_of_line(of)).map(|(_, name)| Arc::clone(name))
     }
 
     /// Returns whether a node is a foot.
@@ -89,8 +130,11 @@ pub enum NamedTwice {
     /// A node is given two names.
     #[error("node {0} gets two names")]
     Node(u8),
-    /// Two nodes are given the same name.
-    #[error("two nodes get the name {0}")]
+    /// A line is given two names.
+    #[error("{0} gets two names")]
+    Line(String),
+    /// Two feet are given the same name.
+    #[error("two feet get the name {0}")]
     Name(String),
 }
 

@@ -1,7 +1,8 @@
 //! Live decoding of frames of a CAN bus and bytes of serial lines.
 //!
 //! [`Listener`] keeps the sequence numbers of each line and combines the frames of a sample. A contact is
-//! returned once it is final, which is when its foot has sent the next one, a millisecond later.
+//! returned once it is final, which is when its foot has sent the next one, a millisecond later. The output of a foot on a
+//! serial line is returned once its first health message has named it, or 0.2 s later.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -14,7 +15,7 @@ use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, Ra
 use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
 
 use crate::decode::can::{CanDecoder, Reception};
-use crate::decode::uart::{self, UartDecoder};
+use crate::decode::uart::{self, HeldBack, UartDecoder};
 use crate::decode::{ContactRow, Feet, Report};
 
 /// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
@@ -87,6 +88,20 @@ pub struct Listener {
 struct SerialInput {
     decoder: Decoder,
     rows: UartDecoder,
+    held: HeldBack<FootMessage>,
+}
+
+impl SerialInput {
+    /// Returns the messages that are held back no longer, with the foot that sent them.
+    fn released(&self, messages: VecDeque<FootMessage>) -> impl Iterator<Item = FootMessage> + '_ {
+        messages.into_iter().map(|mut message| {
+            message.foot.node = self.rows.node.map(NodeId::get);
+            if let MessageBody::Contact(row) = &mut message.body {
+                self.rows.identify(row);
+            }
+            message
+        })
+    }
 }
 
 impl Listener {
@@ -158,7 +173,8 @@ impl Listener {
         let serial = self.serial.entry(Arc::clone(&line));
         let serial = serial.or_insert_with(|| SerialInput {
             decoder: Decoder::new(),
-            rows: UartDecoder::new(self.can.known.clone()),
+            rows: UartDecoder::new(&self.can.known, &line),
+            held: HeldBack::default(),
         });
         for byte in bytes {
             let frame = match serial.decoder.push(*byte) {
@@ -183,7 +199,15 @@ impl Listener {
                 (None, _) => continue,
             };
             let foot = FootKey { line: Arc::clone(&line), node: serial.rows.node.map(NodeId::get) };
-            self.messages.push_back(FootMessage { at, foot, body });
+            let message = FootMessage { at, foot, body };
+            if matches!(message.body, MessageBody::Answer(_)) {
+                // Whoever has sent the request waits for it.
+                self.messages.push_back(message);
+            } else {
+                serial.held.push(message, at);
+            }
+            let known = serial.held.take_if(&serial.rows, at);
+            self.messages.extend(serial.released(known));
         }
     }
 
@@ -198,12 +222,20 @@ impl Listener {
 
     /// Advances the time to `now` without reception: a contact whose timeout has expired is released.
     pub fn idle(&mut self, now: Timestamp) {
+        for serial in self.serial.values_mut() {
+            let known = serial.held.take_if(&serial.rows, now);
+            self.messages.extend(serial.released(known));
+        }
         let overdue = now.as_micros().saturating_sub(LONGEST_WAIT_US);
         self.settle(Timestamp::from_micros(overdue));
     }
 
     /// Ends reception: every pending contact is released.
     pub fn finish(&mut self) {
+        for serial in self.serial.values_mut() {
+            let held = serial.held.take();
+            self.messages.extend(serial.released(held));
+        }
         self.can.finish();
         self.settle(Timestamp::from_micros(u64::MAX));
     }
@@ -222,8 +254,15 @@ impl Listener {
     /// Name of a foot, if any.
     #[must_use]
     pub fn name(&self, foot: &FootKey) -> Option<Arc<str>> {
+        let of_line = || self.serial.get(&foot.line).and_then(|serial| serial.rows.name());
         let node = foot.node.and_then(NodeId::new);
-        node.and_then(|node| self.can.known.name(node))
+        of_line().or_else(|| node.and_then(|node| self.can.known.name(node)))
+    }
+
+    /// Returns whether a line has received bytes of a serial port.
+    #[must_use]
+    pub fn is_serial(&self, line: &str) -> bool {
+        self.serial.contains_key(line)
     }
 
     /// Reports of received, missing and invalid frames: one for CAN as a whole, without a name, and one for
@@ -404,9 +443,39 @@ mod tests {
         for byte in encoded.as_bytes() {
             listener.bytes("ttyACM0", &[*byte], at(1));
         }
+        assert_eq!(all(&mut listener), [], "the foot has no name yet");
+        listener.idle(at(199_000));
+        assert_eq!(all(&mut listener), []);
+        listener.idle(at(300_000));
         let messages = all(&mut listener);
         let (foot, row) = only_contact(&messages);
         assert_eq!((&*foot.line, foot.node), ("ttyACM0", None));
         assert_eq!(row.timestamp.as_micros(), 5000);
+    }
+
+    #[test]
+    fn first_contacts_of_a_serial_foot_wait_for_its_name() {
+        let contact = Message::Contact(line::ContactMessage::new(&estimate(5000), Faults::NONE));
+        let health = Message::Health(HealthMessage {
+            timestamp: Timestamp::from_micros(6000),
+            stage: wire::Stage::Running,
+            state: NmtState::Operational,
+            id: NodeId::new(0x12),
+            faults: Faults::NONE,
+            unknown_faults: 0,
+            temperature: wire::pdo::Quantity::default(),
+            counters: wire::Counters::default(),
+        });
+        let mut listener = Listener::default();
+        listener.bytes("ttyACM0", line::encode(3, &contact).as_bytes(), at(1));
+        assert_eq!(all(&mut listener), []);
+        listener.bytes("ttyACM0", line::encode(4, &health).as_bytes(), at(2));
+        let messages = all(&mut listener);
+        let (foot, row) = only_contact(&messages[..1]);
+        assert_eq!((foot.node, row.foot.as_deref()), (Some(0x12), Some("FR")));
+        assert_eq!(row.node, NodeId::new(0x12));
+        assert!(matches!(messages[1].body, MessageBody::Board(_)));
+        listener.bytes("ttyACM0", line::encode(5, &contact).as_bytes(), at(3));
+        assert_eq!(all(&mut listener).len(), 1, "its name is known");
     }
 }

@@ -1,6 +1,8 @@
 //! Decoding of recordings of the serial line.
 
+use std::collections::VecDeque;
 use std::io::{BufReader, Read};
+use std::sync::Arc;
 
 use estimator_core::Timestamp;
 use wire::board::Counter;
@@ -22,7 +24,8 @@ pub(super) fn decode(
 ) -> Result<Option<FileOutcome>, DecodeError> {
     let mut decoder = Decoder::new();
     let mut has_frame = false;
-    let mut stream = UartDecoder::new(feet.clone());
+    let mut stream = UartDecoder::new(feet, file);
+    let mut held = HeldBack::default();
     for byte in BufReader::with_capacity(1 << 14, source).bytes() {
         let Some(result) = decoder.push(byte.map_err(DecodeError::unreadable(file))?) else {
             continue;
@@ -32,12 +35,16 @@ pub(super) fn decode(
             Ok(frame) => {
                 if let Some(row) = stream.take(&frame) {
                     stream.report.count_row(&row);
-                    sink(row).map_err(DecodeError::Rows)?;
+                    let at = row.timestamp;
+                    held.push(row, at);
                 }
+                let rows = held.take_if(&stream, stream.last.unwrap_or_default());
+                write_rows(rows, &stream, sink)?;
             }
             Err(problem) => stream.report.count_problem(name(problem)),
         }
     }
+    write_rows(held.take(), &stream, sink)?;
     if !has_frame {
         return Ok(None);
     }
@@ -46,6 +53,60 @@ pub(super) fn decode(
     }
     let (file, report, notices) = (file.to_owned(), stream.report, Vec::new());
     Ok(Some(FileOutcome { file, report, notices }))
+}
+
+/// Writes rows that were held back, with what is known of their foot.
+fn write_rows(
+    rows: VecDeque<ContactRow>,
+    stream: &UartDecoder,
+    sink: RowSink<'_>,
+) -> Result<(), DecodeError> {
+    rows.into_iter().try_for_each(|mut row| {
+        stream.identify(&mut row);
+        sink(row).map_err(DecodeError::Rows)
+    })
+}
+
+/// Longest time for which contacts are held back, µs: two periods of the health message, which names the foot.
+const LONGEST_UNNAMED_US: u64 = 200_000;
+
+/// Output of a foot on a serial line that is held back until its first health message names the foot.
+///
+/// Otherwise the first contacts would be those of a foot without a name. A foot that sends no health message stays without
+/// one.
+pub(crate) struct HeldBack<T> {
+    held: VecDeque<T>,
+    /// Time of the first.
+    since: Option<Timestamp>,
+    /// Whether the foot is known, or was waited for in vain.
+    is_over: bool,
+}
+
+impl<T> Default for HeldBack<T> {
+    fn default() -> Self {
+        Self { held: VecDeque::new(), since: None, is_over: false }
+    }
+}
+
+impl<T> HeldBack<T> {
+    /// Adds output received at `at`.
+    pub(crate) fn push(&mut self, output: T, at: Timestamp) {
+        self.since.get_or_insert(at);
+        self.held.push_back(output);
+    }
+
+    /// Takes the output if the foot is known, or if `now` is too late to wait for that; otherwise nothing.
+    pub(crate) fn take_if(&mut self, stream: &UartDecoder, now: Timestamp) -> VecDeque<T> {
+        let waited_us =
+            self.since.map_or(0, |since| now.as_micros().saturating_sub(since.as_micros()));
+        self.is_over |= stream.is_known || waited_us > LONGEST_UNNAMED_US;
+        if self.is_over { self.take() } else { VecDeque::new() }
+    }
+
+    /// Takes the output in any case.
+    pub(crate) fn take(&mut self) -> VecDeque<T> {
+        std::mem::take(&mut self.held)
+    }
 }
 
 /// Returns whether the frame is undamaged but of an unknown version, kind or payload.
@@ -84,6 +145,8 @@ const fn kind_name(kind: Kind) -> &'static str {
 pub(crate) struct UartDecoder {
     pub(crate) report: Report,
     feet: Feet,
+    /// Name given to the foot of this line.
+    given: Option<Arc<str>>,
     newest: Option<u16>,
     /// Time of the newest row of the segment.
     last: Option<Timestamp>,
@@ -92,11 +155,27 @@ pub(crate) struct UartDecoder {
     shown_missing: u64,
     /// Node id of the foot, known from its first health message on.
     pub(crate) node: Option<NodeId>,
+    /// Whether a health message was received.
+    is_known: bool,
 }
 
 impl UartDecoder {
-    pub(crate) fn new(feet: Feet) -> Self {
-        Self { report: Report::new(Medium::Uart), feet, ..Self::default() }
+    /// Creates the state of a line before its first byte.
+    pub(crate) fn new(feet: &Feet, line: &str) -> Self {
+        let given = feet.name_of_line(line);
+        Self { report: Report::new(Medium::Uart), feet: feet.clone(), given, ..Self::default() }
+    }
+
+    /// Name of the foot: the one given to its line, or that of its node id, once that is known.
+    pub(crate) fn name(&self) -> Option<Arc<str>> {
+        let of_node = || self.node.and_then(|node| self.feet.name(node));
+        self.given.clone().or_else(of_node)
+    }
+
+    /// Adds to a row what is known of the foot now.
+    pub(crate) fn identify(&self, row: &mut ContactRow) {
+        row.node = self.node;
+        row.foot = self.name();
     }
 
     /// Processes a frame; returns a row for a contact.
@@ -138,7 +217,7 @@ impl UartDecoder {
             timestamp: Timestamp::from_micros(contact.timestamp.as_micros()),
             missing: self.report.missing.wrapping_sub(shown).cast_signed(),
             node: self.node,
-            foot: self.node.and_then(|node| self.feet.name(node)),
+            foot: self.name(),
             segment: self.segment,
             sequence,
             stable: contact.stable.probability(),
@@ -157,6 +236,7 @@ impl UartDecoder {
 
     fn health(&mut self, health: &HealthMessage) {
         self.node = health.id;
+        self.is_known = true;
         let temperature = health.temperature.value(TEMPERATURE_STEP);
         let counters = Counter::ALL.map(|counter| (counter.name(), health.counters.get(counter)));
         self.report.board = Some(BoardReport {

@@ -7,6 +7,7 @@
 //! | line of a board in lock step instead of a port | `lock_step` |
 //! | interface of `SocketCAN` | `can` |
 //! | playback of a log or a recording | [`file`](mod@file) |
+//! | several playbacks in order of time | `merged` |
 //! | clock of a line, and pace of a playback | [`clock`] |
 
 #[cfg(target_os = "linux")]
@@ -15,6 +16,7 @@ pub mod clock;
 pub mod file;
 #[cfg(unix)]
 mod lock_step;
+pub(crate) mod merged;
 mod port;
 pub mod serial;
 
@@ -242,8 +244,8 @@ pub trait Link {
     }
 }
 
-/// Source of a line, which can be opened more than once.
-pub trait LineSource: Send {
+/// Source of a line, which can be opened more than once. Its text is that of the command line.
+pub trait LineSource: fmt::Display + Send {
     /// Opens the line. A recording is played at its original speed unless the source has another.
     ///
     /// # Errors
@@ -258,9 +260,18 @@ pub trait LineSource: Send {
         self.open()
     }
 
-    /// Returns whether the data wait for their reader, as in a playback; those of a device are lost if nobody reads.
-    fn is_played(&self) -> bool {
-        false
+    /// Opens the line; a playback is as fast as it is read.
+    ///
+    /// # Errors
+    /// The device or file cannot be used.
+    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
+        self.open()
+    }
+
+    /// Returns the speed of a playback, whose data wait for their reader; `None` for a device, whose data are lost if nobody
+    /// reads them.
+    fn speed(&self) -> Option<Speed> {
+        None
     }
 
     /// Returns whether the line is in lock step: its time passes only while its reader waits.
@@ -284,8 +295,18 @@ impl LineSource for Source {
         })
     }
 
-    fn is_played(&self) -> bool {
-        matches!(self, Self::File { .. })
+    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
+        match self {
+            Self::File { path, playback, .. } => file::open(path, Speed::Max, playback),
+            _ => self.open(),
+        }
+    }
+
+    fn speed(&self) -> Option<Speed> {
+        match self {
+            Self::File { speed, .. } => Some(speed.unwrap_or(Speed::REAL)),
+            _ => None,
+        }
     }
 
     fn is_in_lock_step(&self) -> bool {

@@ -98,6 +98,9 @@ fn opened(name: &str, baud: u32) -> io::Result<SerialPort> {
     let mut port = SerialPort::open(name, baud)?;
     take_alone(&port)?;
     port.set_write_timeout(WRITE_TIMEOUT)?;
+    // Windows leaves DTR low, and a foot on USB sends only while it is high. An error is ignored, as some adapters lack this
+    // line.
+    let _ = port.set_dtr(true);
     Ok(port)
 }
 

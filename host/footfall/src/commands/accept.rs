@@ -14,18 +14,18 @@ use wire::NodeId;
 
 use super::foot::{Identity, to_json};
 use super::options::{SOURCES, parse_node};
-use crate::Source;
 use crate::error::{Error, FootError, with_hint};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
 use crate::report::{Described, Document, print_text};
+use crate::source::{Source, SourceArgument, find_all};
 
 /// Arguments of `footfall accept`.
 #[derive(Debug, Args)]
 pub struct AcceptArguments {
-    /// Source of the foot.
-    #[arg(help = SOURCES)]
-    pub source: Source,
+    /// Sources of the feet, which are measured one after the other.
+    #[arg(required = true, value_name = "SOURCE", help = SOURCES)]
+    pub sources: Vec<SourceArgument>,
     /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node)]
     pub node: Option<NodeId>,
@@ -48,7 +48,32 @@ fn parse_step(text: &str) -> Result<AcceptStep, String> {
 
 impl AcceptArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let link = self.source.open_for_requests()?;
+        let sources = find_all(&self.sources)?;
+        let mut rejected = Vec::new();
+        for source in &sources {
+            if sources.len() > 1 {
+                messages::aside(format!("{source}:"));
+            }
+            match self.accept(source) {
+                Err(Error::Foot(FootError::NotAccepted(why))) if sources.len() > 1 => {
+                    rejected.push(format!("{source}: {why}"));
+                }
+                done => done?,
+            }
+            if is_interrupted() {
+                break;
+            }
+        }
+        if rejected.is_empty() {
+            Ok(())
+        } else {
+            Err(FootError::NotAccepted(rejected.join("; ")).into())
+        }
+    }
+
+    /// Measures one board.
+    fn accept(&self, source: &Source) -> Result<(), Error> {
+        let link = source.open_for_requests()?;
         let mut client = Client::new(link, self.node).map_err(FootError::from)?;
         // Some steps change settings of the foot, and restore them at their end.
         finish_when_interrupted();

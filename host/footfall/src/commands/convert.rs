@@ -1,4 +1,4 @@
-//! `footfall convert`: converts a recording to another format.
+//! `footfall convert`: converts a recording to another format, and merges the recordings of a robot's feet.
 //!
 //! The output holds the inputs of the estimator: SI units in the frame of the foot, f32, times in µs on the
 //! recording's clock, with load, validity and label. Estimates from the output are therefore bit-identical to those
@@ -43,15 +43,19 @@ pub const EXAMPLES: &str = "\
 Examples:
   footfall convert walk.mcap walk.parquet --load-topic /ft:force.z
   footfall convert log.csv walk.mcap --units g,dps --axes x,-z,y
+  footfall convert left.mcap right.mcap --output robot.mcap
   footfall convert walk.parquet - --from 10 --to 20 | head";
 
 /// Arguments of `footfall convert`.
 #[derive(Debug, Args)]
 pub struct ConvertArguments {
-    /// The recording, in any format that `footfall replay` reads; `-` is standard input
-    pub input: PathBuf,
+    /// The recordings, in any format that `footfall replay` reads; `-` is standard input. Feet of several recordings
+    /// become one .mcap. Without --output, the last name is the output
+    #[arg(required = true, value_name = "RECORDING")]
+    pub inputs: Vec<PathBuf>,
     /// The converted recording: its name ends in .csv, .parquet or .mcap; `-` is standard output
-    pub output: PathBuf,
+    #[arg(long, short, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
+    pub output: Option<PathBuf>,
     /// How it is read.
     #[command(flatten)]
     pub reading: ReadingArguments,
@@ -79,49 +83,66 @@ struct Scan {
 }
 
 impl ConvertArguments {
-    pub(super) fn run(self) -> Result<(), Error> {
+    pub(super) fn run(mut self) -> Result<(), Error> {
         let span = options::span(self.from, self.to)?;
-        let output_format = self.output_format()?;
-        let file = self.input.display().to_string();
-        let opened = progress::open(&self.input, self.reading.format, &Bars::default())?;
-        let format = opened.format();
+        let output = match self.output.take() {
+            Some(output) => output,
+            None if self.inputs.len() > 1 => self.inputs.pop().unwrap_or_default(),
+            None => return Err(Error::NoOutput),
+        };
+        let output_format = self.output_format(&output)?;
+        files::check_inputs(&self.inputs)?;
+        let files: Vec<String> =
+            self.inputs.iter().map(|input| input.display().to_string()).collect();
         let resolved = self.reading.resolved(Preset::default(), None)?;
-        let input_options = self.reading.input_options(&resolved);
-        let stored = opened.store_all(&input_options)?;
-        options::check_begin(&file, self.from, &stored)?;
-        let names = stored.iter().flat_map(|stored| stored.about.names());
-        resolved.check_axes(&names.collect::<Vec<_>>())?;
+        let mut formats = Vec::new();
         let mut feet: Vec<ConvertedFoot> = Vec::new();
-        for stored in stored {
-            stored.about.notices.iter().map(in_words).for_each(warn);
-            let taken = feet.iter().map(|foot| foot.name.as_str());
-            let name = unused_name(stored.about.foot_or_name(), &taken.collect::<Vec<_>>());
-            feet.push(ConvertedFoot { name, stored });
+        // The file of each foot.
+        let mut of = Vec::new();
+        for (input, file) in self.inputs.iter().zip(&files) {
+            let opened = progress::open(input, self.reading.format, &Bars::default())?;
+            formats.push(opened.format());
+            let stored = opened.store_all(&self.reading.input_options(&resolved))?;
+            options::check_begin(file, self.from, &stored)?;
+            for stored in stored {
+                stored.about.notices.iter().map(in_words).for_each(warn);
+                let name = stored.about.foot_or_name();
+                let same = feet.iter().position(|foot| foot.name == name);
+                if let Some(other) = same.map(|index| of[index]).filter(|other| *other != file) {
+                    let files = [other, file].map(String::clone);
+                    return Err(Error::FootTwice { name: name.to_owned(), files });
+                }
+                let taken = feet.iter().map(|foot| foot.name.as_str());
+                let name = unused_name(name, &taken.collect::<Vec<_>>());
+                feet.push(ConvertedFoot { name, stored });
+                of.push(file);
+            }
         }
+        let names = feet.iter().flat_map(|foot| foot.stored.about.names());
+        resolved.check_axes(&names.collect::<Vec<_>>())?;
         if feet.len() > 1 && !output_format.holds_several() {
             let feet = feet.into_iter().map(|foot| foot.name).collect();
-            return Err(Error::OneFootOnly { file, feet });
+            return Err(Error::OneFootOnly { file: files.join(", "), feet });
         }
         let mut scans = Vec::new();
-        for foot in &mut feet {
+        for (foot, file) in feet.iter_mut().zip(of) {
             let (scan, findings) =
-                scan(foot, span).map_err(|source| InputError::spool(&file, source))?;
-            let place = options::place(&file, foot.stored.about.foot.as_deref());
+                scan(foot, span).map_err(|source| InputError::spool(file, source))?;
+            let place = options::place(file, foot.stored.about.foot.as_deref());
             self.reading.report(&place, &findings)?;
             scans.push(scan);
         }
         if scans.iter().all(|scan| scan.samples == 0) {
-            return Err(Error::NothingInSpan(file));
+            return Err(Error::NothingInSpan(files.join(", ")));
         }
-        let bag = self.write(output_format, &mut feet, &scans, span)?;
+        let bag = self.write(&output, output_format, &mut feet, &scans, span)?;
         let has_loads = scans.iter().any(|scan| scan.has_load);
-        let thresholds = thresholds(format).filter(|_| has_loads);
-        self.print_summary(&feet, &scans, bag.as_ref(), thresholds)
+        let thresholds = formats.into_iter().find_map(thresholds).filter(|_| has_loads);
+        print_summary(&output, &feet, &scans, bag.as_ref(), thresholds)
     }
 
     /// Returns the output format if it can be written.
-    fn output_format(&self) -> Result<ConvertFormat, OutputError> {
-        let output = self.output.as_path();
+    fn output_format(&self, output: &Path) -> Result<ConvertFormat, OutputError> {
         let named = || output.display().to_string();
         let format = self.form.or_else(|| ConvertFormat::of(output));
         let format = format.ok_or_else(|| OutputError::Extension {
@@ -133,7 +154,7 @@ impl ConvertArguments {
             feature.needed_for(named())?;
         }
         let target = Target::Samples(output);
-        files::check(std::slice::from_ref(&self.input), &[target])?;
+        files::check(&self.inputs, &[target])?;
         if output.is_file() && !self.overwrite {
             Err(OutputError::Exists(named()))
         } else {
@@ -143,12 +164,12 @@ impl ConvertArguments {
 
     fn write(
         &self,
+        path: &Path,
         format: ConvertFormat,
         feet: &mut [ConvertedFoot],
         scans: &[Scan],
         span: Span,
     ) -> Result<Option<Bag>, Error> {
-        let path = self.output.as_path();
         if !format.holds_several() {
             for foot in feet {
                 write_file(path, |to| write_table(format, &mut foot.stored, span, to))?;
@@ -165,58 +186,60 @@ impl ConvertArguments {
                 "{}: times of a bag begin after 1970-01-01 00:00:00, so all are {} s later than in {}",
                 path.display(),
                 bag.shift_us / 1_000_000,
-                self.input.display()
+                self.inputs
+                    .iter()
+                    .map(|input| input.display().to_string())
+                    .collect::<Vec<_>>()
+                    .join(", ")
             ));
         }
         Ok(Some(bag))
     }
+}
 
-    /// Prints the output file, and the options with which it is read.
-    fn print_summary(
-        &self,
-        feet: &[ConvertedFoot],
-        scans: &[Scan],
-        bag: Option<&Bag>,
-        thresholds: Option<LoadParams>,
-    ) -> Result<(), Error> {
-        let output = self.output.display();
-        let counts = feet.iter().zip(scans);
-        let counts =
-            counts.map(|(foot, scan)| format!("{} samples of {}", scan.samples, foot.name));
-        let counts: Vec<String> = counts.collect();
-        let mut options: Vec<String> = Vec::new();
-        if feet.len() > 1 {
-            options.push("--topic all".to_owned());
-        }
-        if let Some(bag) = bag.filter(|bag| bag.has_loads) {
-            // `--topic all` expects the load topics in the order of the feet's topic names.
-            let mut topics: Vec<&FootTopics> = bag.topics.iter().collect();
-            topics.sort_by(|a, b| a.imu.cmp(&b.imu));
-            let topics = topics.into_iter();
-            options.extend(topics.map(|topics| format!("--load-topic {}", topics.load)));
-        }
-        for option in scans.iter().flat_map(|scan| &scan.options) {
-            if !options.contains(option) {
-                options.push(option.clone());
-            }
-        }
-        let mut text = format!("wrote {output}: {}\n", counts.join(", "));
-        if !options.is_empty() {
-            text += &format!("read it with {}\n", options.join(" "));
-        }
-        if let Some(load) = thresholds {
-            text += &format!(
-                "and a configuration file with\n\
-                 load = {{ on_threshold = {:?}, off_threshold = {:?} }}\n",
-                load.on_threshold, load.off_threshold
-            );
-        }
-        if self.output == Path::new(STANDARD) {
-            aside(text.trim_end());
-            return Ok(());
-        }
-        print_text(&text).map_err(Error::Print)
+/// Prints the output file, and the options with which it is read.
+fn print_summary(
+    output: &Path,
+    feet: &[ConvertedFoot],
+    scans: &[Scan],
+    bag: Option<&Bag>,
+    thresholds: Option<LoadParams>,
+) -> Result<(), Error> {
+    let counts = feet.iter().zip(scans);
+    let counts = counts.map(|(foot, scan)| format!("{} samples of {}", scan.samples, foot.name));
+    let counts: Vec<String> = counts.collect();
+    let mut options: Vec<String> = Vec::new();
+    if feet.len() > 1 {
+        options.push("--topic all".to_owned());
     }
+    if let Some(bag) = bag.filter(|bag| bag.has_loads) {
+        // `--topic all` expects the load topics in the order of the feet's topic names.
+        let mut topics: Vec<&FootTopics> = bag.topics.iter().collect();
+        topics.sort_by(|a, b| a.imu.cmp(&b.imu));
+        let topics = topics.into_iter();
+        options.extend(topics.map(|topics| format!("--load-topic {}", topics.load)));
+    }
+    for option in scans.iter().flat_map(|scan| &scan.options) {
+        if !options.contains(option) {
+            options.push(option.clone());
+        }
+    }
+    let mut text = format!("wrote {}: {}\n", output.display(), counts.join(", "));
+    if !options.is_empty() {
+        text += &format!("read it with {}\n", options.join(" "));
+    }
+    if let Some(load) = thresholds {
+        text += &format!(
+            "and a configuration file with\n\
+             load = {{ on_threshold = {:?}, off_threshold = {:?} }}\n",
+            load.on_threshold, load.off_threshold
+        );
+    }
+    if output == Path::new(STANDARD) {
+        aside(text.trim_end());
+        return Ok(());
+    }
+    print_text(&text).map_err(Error::Print)
 }
 
 /// Returns the default load thresholds of the input format if they differ from those of the output, which is read as CSV.

@@ -20,7 +20,8 @@ use crate::error::{Error, with_hint};
 use crate::files::unless_closed;
 use crate::report::{Described, Document};
 use crate::stream::{
-    deadline, is_over, next, parse_seconds, remark_text, unless_ended, warn_of_lost,
+    SameName, deadline, feed_of, is_over, next, parse_seconds, remark_text, unless_ended,
+    warn_of_lost,
 };
 
 /// Period of the lines of a foot.
@@ -45,13 +46,16 @@ pub struct MonitorArguments {
 
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let (source, feet) = self.listen.listen()?;
-        let feed = Feed::open(source);
+        let (sources, feet) = self.listen.listen()?;
+        let feed = feed_of(sources);
         let end = deadline(feed.clock(), self.seconds);
         let mut robot = MonitorState::new(feet);
         let watched = unless_closed(watch(&feed, &mut robot, end, self.json));
         warn_of_lost(&feed);
         watched.map_err(Error::Print)?;
+        if let Some(same) = robot.session().same_name() {
+            return Err(SameName::of(same).into());
+        }
         unless_ended(robot.ended)
     }
 }
@@ -97,8 +101,6 @@ struct MonitorState {
     known: Vec<Faults>,
     /// Events that have not been taken.
     events: Vec<MonitorEvent>,
-    /// Whether the source is not open and is being waited for.
-    waits: bool,
     /// Reason the source has ended.
     ended: Option<LinkError>,
 }
@@ -111,7 +113,7 @@ impl MonitorState {
 
     /// Receives from a feed until `due` on its clock.
     fn listen(&mut self, feed: &Feed, due: Duration) {
-        while self.ended.is_none() {
+        while !self.has_ended() {
             let left = feed.clock().until(due);
             if left.is_zero() {
                 return;
@@ -126,16 +128,13 @@ impl MonitorState {
         while let Some(update) = self.session.next_update() {
             match update {
                 Update::Message(foot, message) => self.process_message(foot, &message.body),
-                Update::Quiet(_) | Update::Line(Fed::Arrived(_)) => {}
+                Update::Quiet(_) | Update::Line(Fed::Opened | Fed::Arrived(_)) => {}
                 Update::Line(Fed::Remark(remark)) => self.add_event(None, remark_text(&remark)),
-                Update::Line(Fed::Opened) => {
-                    if mem::take(&mut self.waits) {
-                        self.add_event(None, "the line is open again".to_owned());
-                    }
+                Update::Line(Fed::OpenedAgain(line)) => {
+                    self.add_event(None, format!("{line} is open again"));
                 }
                 Update::Line(Fed::WaitsFor(error)) => {
                     self.add_event(None, format!("{error}; waiting for it"));
-                    self.waits = true;
                 }
                 Update::Line(Fed::NotSent(error)) => {
                     self.add_event(None, format!("not sent: {error}"));
@@ -182,8 +181,8 @@ impl MonitorState {
     }
 
     /// Returns whether the source has ended.
-    const fn has_ended(&self) -> bool {
-        self.ended.is_some()
+    fn has_ended(&self) -> bool {
+        self.ended.is_some() || self.session.same_name().is_some()
     }
 }
 
@@ -379,8 +378,10 @@ mod tests {
     use wire::CanFrame;
     use wire::pdo::{ClockReading, Contact, Health, ShortTime};
 
+    use simulated_robot::Demo;
+
     use super::*;
-    use crate::Source;
+    use crate::SourceArgument;
 
     impl MonitorState {
         fn take(&mut self, fed: Fed) {
@@ -396,7 +397,9 @@ mod tests {
 
     /// Plays a source to its end.
     fn watched(source: &str) -> MonitorState {
-        let feed = Feed::open(source.parse::<Source>().expect("a source"));
+        let feed = Feed::open(
+            source.parse::<SourceArgument>().expect("a source").find_one().expect("one"),
+        );
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
             robot.listen(&feed, feed.clock().now() + Duration::from_secs(600));
@@ -464,8 +467,7 @@ mod tests {
 
     #[test]
     fn two_boards_with_one_id_report_no_decision() {
-        let feed =
-            Feed::open("demo:feet=2,speed=max,seconds=3".parse::<Source>().expect("a source"));
+        let feed = Feed::open("feet=2,speed=max,seconds=3".parse::<Demo>().expect("keys"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
             let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");

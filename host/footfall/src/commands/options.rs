@@ -36,6 +36,7 @@ use crate::messages::{error, warn};
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
 use crate::ros::Bridge;
 use crate::ros::Compat;
+use crate::source::{SourceArgument, find_all, text_of};
 
 /// Heading of the options for reading the input.
 pub const INPUT: &str = "Input";
@@ -345,15 +346,20 @@ pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Res
 }
 
 /// Help text on the syntax of a source.
-pub(crate) const SOURCES: &str = "Source of the feet: usb, uart:/dev/ttyACM0[@BAUD], can:can0, \
-        slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for simulated feet";
+pub(crate) const SOURCES: &str = "Sources of the feet, which are one robot: usb for all feet on USB, usb:FR or usb:SERIAL for \
+        one of them, uart:/dev/ttyACM0[@BAUD], can:can0, slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] \
+        for simulated feet";
 
-/// Feet that stream, and their source.
+/// Help text on the syntax of a single source.
+pub(crate) const SOURCE: &str = "Source of the foot: usb, usb:FR or usb:SERIAL for one of several, \
+        uart:/dev/ttyACM0[@BAUD], can:can0, slcan:/dev/ttyACM0[@KBIT], or demo[:feet=4] for simulated feet";
+
+/// Feet that stream, and their sources.
 #[derive(Debug, Args)]
 pub struct ListenArguments {
-    /// Source of the feet.
-    #[arg(help = SOURCES, default_value = "usb")]
-    pub source: Source,
+    /// Sources of the feet.
+    #[arg(value_name = "SOURCE", help = SOURCES, default_value = "usb")]
+    pub sources: Vec<SourceArgument>,
     /// Nodes that are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
@@ -363,13 +369,13 @@ pub struct ListenArguments {
 }
 
 impl ListenArguments {
-    /// Returns the source and the feet.
+    /// Returns the sources and the feet.
     ///
     /// # Errors
-    /// Names of feet contradict each other, or options for reading a file are given for another source.
-    pub(crate) fn listen(self) -> Result<(Source, Feet), Error> {
+    /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
+    pub(crate) fn listen(self) -> Result<(Vec<Source>, Feet), Error> {
         let feet = self.feet.feet()?;
-        Ok((self.played.read(self.source)?, feet))
+        Ok((self.played.find(&self.sources)?, feet))
     }
 }
 
@@ -379,20 +385,38 @@ pub struct FeetArguments {
     /// On CAN, a node that is a foot in addition to ids 0x11 to 0x16; may be repeated
     #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
     pub nodes: Vec<NodeId>,
-    /// Names of feet by node id, such as 1=FL,2=FR; these nodes count as feet
-    #[arg(long, value_name = "ID=NAME,...", value_delimiter = ',', value_parser = parse_name)]
-    pub names: Vec<(NodeId, Name)>,
+    /// Names of feet by node id, such as 1=FL,2=FR, these nodes count as feet; on serial lines by the serial number of the
+    /// board or the port
+    #[arg(long, value_name = "ID|SERIAL=NAME,...", value_delimiter = ',', value_parser = parse_name)]
+    pub names: Vec<(NamedFoot, Name)>,
+}
+
+/// Foot that is given a name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NamedFoot {
+    /// A node of a bus.
+    Node(NodeId),
+    /// The foot of a serial line, by the serial number of its board or by its port.
+    Line(String),
 }
 
 impl FeetArguments {
     /// Returns the feet.
     ///
     /// # Errors
-    /// A node is given two names, or two nodes are given one name.
+    /// A foot is given two names, or two feet are given one name.
     pub(crate) fn feet(&self) -> Result<Feet, NamedTwice> {
         let mut feet = Feet::default();
         self.nodes.iter().for_each(|node| feet.add(*node));
-        feet.call(&self.names)?;
+        let (mut nodes, mut lines) = (Vec::new(), Vec::new());
+        for (foot, name) in self.names.iter().cloned() {
+            match foot {
+                NamedFoot::Node(node) => nodes.push((node, name)),
+                NamedFoot::Line(line) => lines.push((line, name)),
+            }
+        }
+        feet.call(&nodes)?;
+        feet.call_lines(&lines)?;
         Ok(feet)
     }
 }
@@ -422,11 +446,12 @@ pub struct PlayedArguments {
 }
 
 impl PlayedArguments {
-    /// Returns the source with these options.
+    /// Finds the sources, and returns them with these options.
     ///
     /// # Errors
-    /// Options are given and the source is not a file, or the configuration file cannot be read or has an error.
-    pub(crate) fn read(&self, source: Source) -> Result<Source, Error> {
+    /// A source has no line, options are given and no source is a file, or the configuration file cannot be read or has an
+    /// error.
+    pub(crate) fn find(&self, sources: &[SourceArgument]) -> Result<Vec<Source>, Error> {
         let config = self.config.as_deref();
         let settings = Resolved {
             preset: self.preset,
@@ -442,10 +467,11 @@ impl PlayedArguments {
             estimator_options: estimator_options(self.preset, config, None, &self.mounting),
             settings,
         };
-        if playback != Playback::default() && source.file().is_none() {
-            return Err(Error::NotPlayed(source.to_string()));
+        if playback != Playback::default() && sources.iter().all(|source| source.file().is_none()) {
+            return Err(Error::NotPlayed(text_of(sources)));
         }
-        Ok(source.played_with(playback))
+        let found = find_all(sources)?.into_iter();
+        Ok(found.map(|source| source.played_with(playback.clone())).collect())
     }
 }
 
@@ -507,11 +533,19 @@ pub(crate) fn parse_number(text: &str) -> Option<u32> {
     }
 }
 
-/// Parses a node id with the name of its foot.
-fn parse_name(text: &str) -> Result<(NodeId, Name), String> {
-    let (id, name) = text.split_once('=').ok_or("write a node id and a name, such as 1=FL")?;
+/// Parses a node id, serial number or port with the name of its foot. A number of up to three digits is a node id.
+fn parse_name(text: &str) -> Result<(NamedFoot, Name), String> {
+    let (of, name) = text.split_once('=').ok_or("write a node id and a name, such as 1=FL")?;
     let name = Name::new(name).map_err(|error| error.to_string())?;
-    Ok((parse_node(id)?, name))
+    let is_node = of.len() <= 3 && of.bytes().all(|byte| byte.is_ascii_digit());
+    let foot = match parse_node(of) {
+        Ok(node) => NamedFoot::Node(node),
+        Err(error) if is_node || of.is_empty() => return Err(error.to_owned()),
+        Err(_) => {
+            NamedFoot::Line(of.trim_start_matches("usb:").trim_start_matches("uart:").to_owned())
+        }
+    };
+    Ok((foot, name))
 }
 
 /// Parser of a preset name; the help lists all presets.

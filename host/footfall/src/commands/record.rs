@@ -45,8 +45,9 @@ pub struct RecordArguments {
 impl RecordArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let path = self.output.as_path();
-        let input = self.listen.source.file().map(Path::to_owned);
-        files::check(input.as_slice(), &[Target::Bag(path)])?;
+        let files = self.listen.sources.iter().filter_map(|source| source.file());
+        let files: Vec<PathBuf> = files.map(Path::to_owned).collect();
+        files::check(&files, &[Target::Bag(path)])?;
         #[cfg(feature = "bags")]
         self.record()?;
         Ok(())
@@ -57,17 +58,21 @@ impl RecordArguments {
     fn record(self) -> Result<(), Error> {
         let path = self.output.as_path();
         finish_when_interrupted();
-        let (source, feet) = self.listen.listen()?;
+        let (sources, feet) = self.listen.listen()?;
         // Recorded sources are read at full speed.
-        let source = source.at_speed(Speed::Max);
+        let sources = sources.into_iter().map(|source| source.at_speed(Speed::Max)).collect();
         // An unreadable source must not replace an existing file.
-        let mut stream = Stream::open(source, feet, self.published.bridge())?;
+        let mut stream = Stream::open(sources, feet, self.published.bridge())?;
         let mut recording = McapRecording::create(path, self.overwrite)?;
         let end = deadline(stream.clock(), self.seconds);
-        let ended = stream.run(end, &mut recording)?;
+        let ended = match stream.run(end, &mut recording) {
+            // The messages before the error are kept.
+            Err(error @ Error::SameName(_)) => Err(error),
+            ended => unless_ended(ended?),
+        };
         stream.report();
         print_text(&recording.finish()?).map_err(Error::Print)?;
-        unless_ended(ended)
+        ended
     }
 }
 

@@ -13,6 +13,7 @@ use crate::messages::warn;
 use crate::report::print_text;
 use crate::ros::Published;
 use crate::ros::node::{FootNode, FootNodeOptions, Reliability};
+use crate::source::text_of;
 use crate::stream::{Sink, Stream, deadline, unless_ended};
 
 /// Arguments of `footfall ros2`.
@@ -108,13 +109,13 @@ impl Ros2Arguments {
             name: self.node_name,
             reliability: self.reliability,
             depth: self.depth.into(),
-            source: self.listen.source.to_string(),
+            source: text_of(&self.listen.sources),
             frame_id: self.published.frame(),
             compat: self.published.compat.clone(),
         };
         finish_when_interrupted();
-        let (source, feet) = self.listen.listen()?;
-        let mut stream = Stream::open(source, feet, bridge)?;
+        let (sources, feet) = self.listen.listen()?;
+        let mut stream = Stream::open(sources, feet, bridge)?;
         let mut node = FootNode::new(options)?;
         let end = deadline(stream.clock(), self.seconds);
         let ended = stream.run(end, &mut node)?;

@@ -92,7 +92,7 @@ impl Bridge {
         all_feet.flat_map(|feet| feet.others.iter().map(String::as_str))
     }
 
-    /// Names of feet that combined messages report in swing, as they have sent no contact.
+    /// Names of feet that have sent no contact, without which there are no combined messages.
     #[must_use]
     pub fn absent(&self, session: &Session) -> Vec<&'static str> {
         let all_feet = self.all_feet.as_ref();
@@ -442,12 +442,11 @@ mod tests {
     use wire::{CanFrame, NodeId};
 
     use super::*;
-    use crate::Source;
     use crate::ros::topics::FRAME;
 
     /// Messages of a robot with two feet, of which the right one has the id `right`.
     fn messages(right: NodeId) -> Vec<Published> {
-        let source = "demo:feet=2,speed=max,seconds=3".parse::<Source>();
+        let source = "feet=2,speed=max,seconds=3".parse::<simulated_robot::Demo>();
         let feed = Feed::open(source.expect("a source"));
         let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::new(FRAME, &[]));
         let mut published = Vec::new();
@@ -557,7 +556,7 @@ mod tests {
         let words = published.iter().map(|published| match &published.message {
             RosMessage::Number(number) => format!("{} {number}", published.topic),
             RosMessage::Diagnostics(array) => array.status[0].message.clone(),
-            RosMessage::Champ(champ) => format!("{:?}", champ.stances),
+            RosMessage::Bool(stands) => format!("{} {stands}", published.topic),
             other => panic!("{other:?}"),
         });
         words.collect()
@@ -566,7 +565,7 @@ mod tests {
     #[test]
     fn silent_foot_is_reported_once_a_second_with_probability_0() {
         let mut session = Session::new(Feet::default());
-        let mut bridge = Bridge::new(FRAME, &[Compat::Champ]);
+        let mut bridge = Bridge::new(FRAME, &[Compat::Bool]);
         let mut next = |session: &mut Session| -> Vec<Published> {
             let updates = std::iter::from_fn(|| {
                 let update = session.next_update()?;
@@ -592,11 +591,11 @@ mod tests {
             });
             words.collect()
         };
-        let none_stands = "[false, false, false, false]";
+        let does_not_stand = "/footfall/FL/contact/decision false";
         let all = idle(110, 2000);
-        let of_all = all.iter().filter(|(_, words)| words == none_stands);
-        assert_eq!(of_all.count(), 95);
-        let rest: Vec<_> = all.iter().filter(|(_, words)| words != none_stands).collect();
+        let decisions = all.iter().filter(|(_, words)| words == does_not_stand);
+        assert_eq!(decisions.count(), 95);
+        let rest: Vec<_> = all.iter().filter(|(_, words)| words != does_not_stand).collect();
         let number = "/footfall/FL/contact/probability 0".to_owned();
         let expected = [(610, number), (610, SILENT.to_owned()), (1610, SILENT.to_owned())];
         assert!(rest.iter().copied().eq(&expected), "{rest:?}");
@@ -609,6 +608,6 @@ mod tests {
         assert!(said.eq(["no fault"]));
         let last = last_words(&bridge.end(&session));
         assert_eq!(last.len(), 3, "{last:?}");
-        assert_eq!((last[0].as_str(), last[2].as_str()), (none_stands, SILENT));
+        assert_eq!((last[0].as_str(), last[2].as_str()), (does_not_stand, SILENT));
     }
 }

@@ -23,7 +23,8 @@
 //!
 //! Where nothing else is said, the order is left front, right front, left hind, right hind. A message is created as
 //! soon as each of the four feet has a new contact; after 20 ms it is created without the silent feet, even if all
-//! are silent. Invalid and silent feet are reported in swing: false, 0.
+//! are silent. Feet that are invalid or have fallen silent are reported as not standing: false, 0. No message can say
+//! "unknown": the first is created once each foot was heard. `bool` is created for the heard feet alone.
 
 use std::collections::BTreeSet;
 
@@ -206,15 +207,18 @@ impl AllFeet {
         Self { compats, ..Self::default() }
     }
 
-    /// Names of the feet that have sent no contact in the second after the first one of any foot, and count as in swing;
-    /// none before.
+    /// Names of the feet that have sent no contact in the second after the first one of any foot; none before.
     #[must_use]
     pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
-        let since_us = self.first_us.map(|first_us| listened_us.saturating_sub(first_us));
-        let is_known = since_us >= Some(ABSENT_US);
         let feet = FEET.iter().zip(self.heard);
-        let absent = feet.filter(|(_, heard)| is_known && !heard);
+        let absent = feet.filter(|(_, heard)| self.is_late(listened_us) && !heard);
         absent.map(|([name, _], _)| *name).collect()
+    }
+
+    /// Returns whether feet without a contact are no longer waited for.
+    fn is_late(&self, listened_us: u64) -> bool {
+        let since_us = self.first_us.map(|first_us| listened_us.saturating_sub(first_us));
+        since_us >= Some(ABSENT_US)
     }
 
     /// Processes a contact received at `at` and `listened_us` of the listening time; returns the messages that it completes.
@@ -247,7 +251,9 @@ impl AllFeet {
         self.heard[place] = true;
         self.first_us.get_or_insert(listened_us);
         self.made_us.get_or_insert(listened_us);
-        if self.feet.iter().all(Option::is_some) {
+        let is_late = self.is_late(listened_us);
+        let mut feet = self.feet.iter().zip(self.heard);
+        if feet.all(|(foot, heard)| foot.is_some() || is_late && !heard) {
             return self.make(at, listened_us);
         }
         self.advance(at, listened_us)
@@ -261,7 +267,7 @@ impl AllFeet {
         }
     }
 
-    /// Ends reception; returns messages with all feet in swing, if there were contacts before.
+    /// Ends reception; returns messages in which no foot stands, if there were contacts before.
     pub fn end(&mut self, now: Timestamp) -> Vec<Published> {
         self.feet = [None; 4];
         let made = self.made_us.map(|made_us| self.make(now, made_us));
@@ -280,10 +286,20 @@ impl AllFeet {
             frame_id: String::new(),
         };
         let stands = feet.map(|foot| foot.is_some_and(|foot| foot.stands));
-        let compats = self.compats.iter();
-        let messages = compats.flat_map(|compat| compat.messages(&header, stands));
-        let published = messages.map(|(topic, message)| Published::new(&topic.into(), at, message));
-        published.collect()
+        let mut published = Vec::new();
+        for compat in &self.compats {
+            let messages = compat.messages(&header, stands);
+            // A foot that was never heard may stand: there is no message about it, alone or with others.
+            let is_known: &[bool] = match compat {
+                Compat::Bool => &self.heard,
+                _ => &[self.heard == [true; 4]],
+            };
+            let known = messages.into_iter().zip(is_known).filter(|(_, is_known)| **is_known);
+            published.extend(
+                known.map(|((topic, message), _)| Published::new(&topic.into(), at, message)),
+            );
+        }
+        published
     }
 }
 
@@ -404,11 +420,42 @@ mod tests {
     }
 
     #[test]
-    fn silent_foot_is_skipped_and_reported_in_swing() {
-        let contacts: Vec<_> =
-            (0..60).flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000))).collect();
+    fn silent_foot_does_not_stand_in_messages_of_the_others() {
+        let all = ["FL", "FR", "RL", "RR"].map(|foot| (foot, 0.9, 0));
+        let three = (1..60).flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)));
+        let contacts: Vec<_> = all.into_iter().chain(three).collect();
         let times = [20_000, 40_000].map(|us| (us, [1.0, 1.0, 1.0, 0.0]));
-        assert_eq!(made(Compat::Pronto, &contacts), times);
+        assert_eq!(made(Compat::Pronto, &contacts), [vec![(0, [1.0; 4])], times.to_vec()].concat());
+    }
+
+    #[test]
+    fn foot_that_was_never_heard_is_in_no_message() {
+        let contacts: Vec<_> = (0..2000)
+            .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
+            .collect();
+        let of_all = Compat::ALL.into_iter().filter(|compat| *compat != Compat::Bool);
+        for compat in of_all {
+            let mut all = Listened::new(compat);
+            for (foot, p, us) in &contacts {
+                let (contact, at) = contact(foot, *p, *us);
+                assert!(all.take(&contact, at).is_none(), "{}", compat.name());
+            }
+            assert!(all.end().is_none(), "{}", compat.name());
+        }
+        let (mut all, mut listening) = (AllFeet::new(&[Compat::Bool]), Listening::default());
+        let mut topics = BTreeSet::new();
+        let mut messages = 0;
+        for (foot, p, us) in &contacts {
+            let (contact, at) = contact(foot, *p, *us);
+            listening.arrive(at);
+            let published = all.take(&contact, at, listening.us());
+            messages += published.len();
+            topics.extend(published.into_iter().map(|published| published.topic.to_string()));
+        }
+        let expected = ["FL", "FR", "RL"].map(|foot| format!("/footfall/{foot}/contact/decision"));
+        assert!(topics.into_iter().eq(expected));
+        // One for each contact, once the missing foot is not waited for any longer.
+        assert!(messages > 3000, "{messages}");
     }
 
     #[test]
@@ -459,7 +506,6 @@ mod tests {
         assert!(all.others.iter().eq(["L", "node_33"]));
         let published = all.end(Timestamp::from_micros(5000));
         let topics: Vec<&str> = published.iter().map(|p| p.topic.as_ref()).collect();
-        assert_eq!(topics.len(), 4);
-        assert_eq!(topics[3], "/footfall/RR/contact/decision");
+        assert_eq!(topics, ["/footfall/FL/contact/decision"]);
     }
 }

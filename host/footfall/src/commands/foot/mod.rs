@@ -16,28 +16,29 @@ use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::update::programs;
 use feet::foot::{Client, Named, RequestError, calibration, scan};
-use feet::{LineSource, Link};
+use feet::{LineSource, Link, usb};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState, NmtState};
 use wire::{Address, DataType, Fault, NodeId, Value};
 
-use super::options::{SOURCES, parse_node, parse_number};
-use crate::Source;
+use super::options::{SOURCE, parse_node, parse_number};
 use crate::error::{Error, FootError, with_hint};
 use crate::files::{self, STANDARD, Target, write_file};
 use crate::interruption::finish_when_interrupted;
 use crate::messages;
 use crate::report::{Described, Document, print_text};
+use crate::source::{FindError, Source, SourceArgument, find_all, text_of};
 use update::{ImageFile, Which};
 
 /// Arguments of `footfall foot`.
 #[derive(Debug, Args)]
+#[command(subcommand_precedence_over_arg = true)]
 pub struct FootArguments {
-    /// Source of the foot.
-    #[arg(help = SOURCES)]
-    pub source: Source,
+    /// Source of the foot; a scan takes several.
+    #[arg(required = true, value_name = "SOURCE", help = SOURCE)]
+    pub sources: Vec<SourceArgument>,
     /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node, global = true)]
     pub node: Option<NodeId>,
@@ -145,9 +146,16 @@ impl FootArguments {
         if let FootAction::Export { file } = &self.action {
             files::check(&[], &[Target::Settings(file)])?;
         }
-        let open = || self.source.open_for_requests();
+        if matches!(self.action, FootAction::Scan) {
+            let text = self.scan(&find_all(&self.sources)?)?;
+            return print_text(&text).map_err(Error::Print);
+        }
+        let source = match &self.sources[..] {
+            [source] => source.find_one()?,
+            sources => return Err(FindError::Several(text_of(sources)).into()),
+        };
+        let open = || source.open_for_requests();
         let text = match &self.action {
-            FootAction::Scan => self.scan(open()?.as_mut())?,
             FootAction::Update { image, all, serial } => {
                 let file = ImageFile::read(image)?;
                 let which = if *all {
@@ -158,13 +166,13 @@ impl FootArguments {
                     Which::Numbered(serial)
                 };
                 if file.is_for_usb() {
-                    return print_text(&update::copy_over_usb(&self, &file, which)?)
+                    return print_text(&update::copy_over_usb(&self, &source, &file, which)?)
                         .map_err(Error::Print);
                 }
                 let link = open()?;
                 // A foot that is left in its bootloader is silent.
                 finish_when_interrupted();
-                update::send(&self, link, file, which)?
+                update::send(&self, &source, link, file, which)?
             }
             action => self.act(action, open()?)?,
         };
@@ -262,28 +270,35 @@ impl FootArguments {
         Ok(text)
     }
 
-    /// Lists the feet on a line.
-    fn scan(&self, link: &mut dyn Link) -> Result<String, FootError> {
-        let mut listener = Listener::default();
-        let feet = scan::feet(link, &mut listener, scan::SCAN)?;
+    /// Lists the feet on lines.
+    fn scan(&self, sources: &[Source]) -> Result<String, FootError> {
+        let mut feet = Vec::new();
+        for source in sources {
+            let mut link = source.open_for_requests()?;
+            let mut listener = Listener::default();
+            let heard = scan::feet(link.as_mut(), &mut listener, scan::SCAN)?;
+            let named = heard.iter().map(|foot| Scanned {
+                line: foot.line.to_string(),
+                node: foot.node,
+                name: listener.name(foot).map(|name| name.to_string()),
+                serial: usb::serial_number(&foot.line),
+            });
+            feet.extend(named);
+        }
         if feet.is_empty() {
             return Err(RequestError::NoFoot.into());
         }
-        let feet = feet.iter().map(|foot| Scanned {
-            line: foot.line.to_string(),
-            node: foot.node,
-            name: listener.name(foot).map(|name| name.to_string()),
-        });
         if self.json {
-            return Ok(to_json(&feet.collect::<Vec<_>>()));
+            return Ok(to_json(&feet));
         }
         let line = |foot: Scanned| {
             let node = foot.node.map(|node| format!("node {node}"));
-            let words = [Some(foot.line), node, foot.name];
+            let serial = foot.serial.map(|serial| format!("usb:{serial}"));
+            let words = [Some(foot.line), node, foot.name, serial];
             let words: Vec<_> = words.into_iter().flatten().collect();
             words.join("  ") + "\n"
         };
-        Ok(feet.map(line).collect())
+        Ok(feet.into_iter().map(line).collect())
     }
 
     /// Returns the names of values that differ, with both values.
@@ -503,6 +518,8 @@ struct Scanned {
     node: Option<u8>,
     /// Its name, such as FL; null if it is unknown.
     name: Option<String>,
+    /// Serial number of its board on USB; null on other lines.
+    serial: Option<String>,
 }
 
 /// Polling interval of the foot.

@@ -54,6 +54,7 @@ fn refused(file: &Path, message: &str) -> FootError {
 /// Copies a program to the drive of a foot on USB, and returns a report.
 pub(super) fn copy_over_usb(
     arguments: &FootArguments,
+    source: &Source,
     file: &ImageFile<'_>,
     which: Which<'_>,
 ) -> Result<String, FootError> {
@@ -63,7 +64,7 @@ pub(super) fn copy_over_usb(
             "a program for the one foot on a USB port: no --all, --node, --serial or --json",
         ));
     }
-    let Source::Line(feet::Source::Uart { port, .. }) = &arguments.source else {
+    let Source::Line(feet::Source::Uart { port, .. }) = source else {
         return Err(refused(file.name, "a program for a foot on USB: name it as usb or uart:PORT"));
     };
     usb::update(port, &file.bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;
@@ -73,6 +74,7 @@ pub(super) fn copy_over_usb(
 /// Sends the image to the feet, and returns a report.
 pub(super) fn send(
     arguments: &FootArguments,
+    source: &Source,
     mut link: Box<dyn Link>,
     ImageFile { name, bytes }: ImageFile<'_>,
     which: Which<'_>,
@@ -117,7 +119,7 @@ pub(super) fn send(
         matches!(error, UpdateError::NotStarted { .. } | UpdateError::Request(_))
     };
     let mut errors = results.iter().filter_map(|result| result.as_ref().err());
-    if matches!(arguments.source, Source::Demo(_)) && errors.any(is_silent) {
+    if matches!(source, Source::Demo(_)) && errors.any(is_silent) {
         return Err(FootError::NoBootloader);
     }
     // The successful updates are printed as well.

@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::iter::Peekable;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use estimator_core::{ContactEstimate, Load, Timestamp};
 use mcap::write::NoSeek;
@@ -17,7 +17,6 @@ use recordings::input::bag::{Channel, MessageTimes, Replacement, copy};
 use super::CopiedFoot;
 use crate::error::Error;
 use crate::files::write_file;
-use crate::messages::warn;
 use crate::ros::compat::{FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
 use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
@@ -49,8 +48,8 @@ impl AllFeetOptions {
         }
     }
 
-    /// Checks that each foot has a place of its own in the messages, and warns about places without a foot.
-    fn check_places(feet: &[CopiedFoot]) -> Result<(), Error> {
+    /// Checks that each foot has a place of its own in the messages, and each place a foot: one that is missing may stand.
+    fn check_places(&self, feet: &[CopiedFoot]) -> Result<(), Error> {
         let has_none = |(index, foot): &(usize, &CopiedFoot)| {
             let mut before = feet[..*index].iter();
             foot.place.is_none() || before.any(|other| other.place == foot.place)
@@ -62,13 +61,14 @@ impl AllFeetOptions {
         let is_absent = |at: &usize| feet.iter().all(|foot| foot.place != Some(*at));
         let absent = (0..FEET.len()).filter(is_absent).map(|at| FEET[at][0]);
         let absent: Vec<&str> = absent.collect();
-        if !absent.is_empty() {
-            warn(format!(
-                "the bag has no foot {}: in messages of all feet each counts as in swing",
-                absent.join(", ")
-            ));
+        let is_of_one = |compat: &Compat| *compat == Compat::Bool;
+        if absent.is_empty() || self.low_states.is_none() && self.compats.iter().all(is_of_one) {
+            return Ok(());
         }
-        Ok(())
+        Err(Error::AbsentFeet {
+            option: self.option().unwrap_or_default(),
+            absent: absent.join(", "),
+        })
     }
 }
 
@@ -81,28 +81,30 @@ pub(super) struct LowStateSource {
     pub(super) scale: Option<f64>,
 }
 
-/// Copies the messages of the bag `input`, with the contacts and events of its feet, to the MCAP file `path`.
+/// Copies the messages of the bags `inputs`, one after the other, with the contacts and events of their feet to the MCAP file
+/// `path`.
 ///
 /// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those of the
 /// samples. Recorded contacts are copied like other messages, but omitted if the estimate is made `again`. Returns a
 /// sentence about each part that ends early.
 ///
 /// # Errors
-/// The bag has a topic of the copy, lacks the robot's states, or cannot be read or written.
+/// Two bags have the same foot, a bag has a topic of the copy, none has the robot's states, or cannot be read or written.
 pub(super) fn write(
-    input: &Path,
+    inputs: &[PathBuf],
     feet: &mut [CopiedFoot],
     options: &AllFeetOptions,
     again: bool,
     path: &Path,
 ) -> Result<Vec<String>, Error> {
     let mut notices = Vec::new();
-    let file = input.display().to_string();
+    let files: Vec<String> = inputs.iter().map(|input| input.display().to_string()).collect();
+    check_names(feet)?;
     if let Some(option) = options.option() {
         if feet.iter().any(|foot| foot.stored.has_estimates()) {
-            return Err(Error::CopiedContacts { file, option });
+            return Err(Error::CopiedContacts { file: files.join(", "), option });
         }
-        AllFeetOptions::check_places(feet)?;
+        options.check_places(feet)?;
     }
     write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to))?;
@@ -119,7 +121,7 @@ pub(super) fn write(
         let topics = topics.chain(options.topics()).collect();
         let compats = &options.compats;
         let mut merger = Merger {
-            file: &file,
+            file: "",
             bag: &mut bag,
             streams: &mut streams,
             topics,
@@ -128,19 +130,34 @@ pub(super) fn write(
             all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
             low_state: options.low_states.as_ref().map(LowStateForces::new),
         };
-        let copied =
-            copy(input, &mut |channel, times, payload| merger.message(channel, times, payload));
-        notices = copied.map_err(|error| wrapped(error.into()))??;
+        for (input, file) in inputs.iter().zip(&files) {
+            merger.file = file;
+            let copied =
+                copy(input, &mut |channel, times, payload| merger.message(channel, times, payload));
+            notices.extend(copied.map_err(|error| wrapped(error.into()))??);
+        }
         merger.messages_until(i64::MAX)?;
         if let Some(states) = &options.low_states
             && merger.low_state.is_some_and(|state| !state.is_found)
         {
             let what = "the bag has no message on it".to_owned();
-            return Err(no_forces(&file, &states.topic, what));
+            return Err(no_forces(&files.join(", "), &states.topic, what));
         }
         bag.finish()
     })?;
     Ok(notices)
+}
+
+/// Checks that no two bags have a foot of the same name.
+fn check_names(feet: &[CopiedFoot]) -> Result<(), Error> {
+    for (index, foot) in feet.iter().enumerate() {
+        let is_same = |other: &&CopiedFoot| other.name == foot.name && other.file != foot.file;
+        if let Some(other) = feet[..index].iter().find(is_same) {
+            let files = [other, foot].map(|foot| foot.file.clone());
+            return Err(Error::FootTwice { name: foot.name.clone(), files });
+        }
+    }
+    Ok(())
 }
 
 /// Wraps an error to return it from a writer; `write_file` unwraps it.
@@ -406,6 +423,7 @@ mod tests {
             let opened = Opened::new(&path("walk.csv"), None).unwrap();
             let mut stored = opened.store_all(&InputOptions::default()).unwrap();
             CopiedFoot {
+                file: "walk.mcap".to_owned(),
                 name: name.to_owned(),
                 place: None,
                 stored: stored.remove(0),
@@ -416,7 +434,7 @@ mod tests {
         };
         let mut feet = ["front left", "front_left"].map(foot);
         let options = AllFeetOptions::default();
-        write(&path("walk.mcap"), &mut feet, &options, false, &path("contacts.mcap")).unwrap();
+        write(&[path("walk.mcap")], &mut feet, &options, false, &path("contacts.mcap")).unwrap();
         let bytes = std::fs::read(path("contacts.mcap")).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let counts = summary.stats.unwrap().channel_message_counts;

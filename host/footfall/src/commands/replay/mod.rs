@@ -73,7 +73,7 @@ pub struct ReplayArguments {
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub to: Option<f64>,
     /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output. As .mcap, write a
-    /// copy of the replayed bag with the contacts of its feet
+    /// copy of the replayed bags with the contacts of their feet
     #[arg(long, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
     /// Messages of all feet in a copy of a bag.
@@ -143,6 +143,8 @@ struct ReplayedFoot {
 /// A foot whose contacts go into a copy of its bag.
 #[cfg_attr(not(feature = "bags"), expect(dead_code, reason = "only a copy of a bag reads it"))]
 struct CopiedFoot {
+    /// Bag of the foot.
+    file: String,
     /// Name of the foot, in the topics of its contacts.
     name: String,
     /// Its place in messages of all feet, if its names have one.
@@ -204,20 +206,19 @@ impl ReplayArguments {
         self.copied.check(self.bag())?;
         if let Some(bag) = self.bag() {
             let file = bag.display().to_string();
-            let [input] = &self.inputs[..] else {
-                return Err(OutputError::OneBagOnly(file));
-            };
-            let is_pipe = input.exists() && !input.is_file() && !input.is_dir();
-            if is_pipe || input == Path::new(STANDARD) {
-                return Err(OutputError::ReadTwice(file));
-            }
             let folder = bag.parent().filter(|folder| *folder != Path::new(""));
-            let folder = folder.unwrap_or(Path::new(".")).canonicalize();
-            if let (Ok(folder), Ok(input)) = (folder, input.canonicalize())
-                && input.is_dir()
-                && folder.starts_with(&input)
-            {
-                return Err(OutputError::OverInput(file));
+            let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok();
+            for input in &self.inputs {
+                let is_pipe = input.exists() && !input.is_file() && !input.is_dir();
+                if is_pipe || input == Path::new(STANDARD) {
+                    return Err(OutputError::ReadTwice(file));
+                }
+                if let (Some(folder), Ok(input)) = (&folder, input.canonicalize())
+                    && input.is_dir()
+                    && folder.starts_with(&input)
+                {
+                    return Err(OutputError::OverInput(file));
+                }
             }
         }
         if self.json && self.fills_stdout() {
@@ -254,7 +255,7 @@ impl ReplayArguments {
             && !matches!(format, Format::Mcap | Format::Rosbag2)
         {
             let file = bag.display().to_string();
-            return Err(OutputError::OneBagOnly(file).into());
+            return Err(OutputError::BagsOnly(file).into());
         }
         let file = input.display().to_string();
         let input_options = InputOptions {
@@ -294,6 +295,7 @@ impl ReplayArguments {
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
             details.push(recognised(&stored.about, &foot.results.summary));
             copied.extend(events.map(|events| CopiedFoot {
+                file: file.clone(),
                 name: names.first().cloned().unwrap_or_default(),
                 place: names.iter().find_map(|name| crate::ros::compat::place(name)),
                 stored,
@@ -465,7 +467,10 @@ impl CopiedArguments {
         Ok(())
     }
 
-    /// Copies the only bag of `inputs` with the contacts and events of feet.
+    /// Copies the bags `inputs` with the contacts and events of their feet.
+    ///
+    /// # Errors
+    /// Two bags have the same foot, or the copy cannot be written.
     #[cfg(feature = "bags")]
     fn copy(
         &self,
@@ -481,10 +486,8 @@ impl CopiedArguments {
                 .clone()
                 .map(|topic| LowStateSource { topic, scale: self.lowstate_scale }),
         };
-        for input in inputs {
-            // Parts that end early were reported when the samples were read.
-            bag_copy::write(input, feet, &options, again, to)?;
-        }
+        // Parts that end early were reported when the samples were read.
+        bag_copy::write(inputs, feet, &options, again, to)?;
         Ok(())
     }
 }

@@ -6,11 +6,13 @@ pub mod server;
 use clap::{Args, ValueEnum};
 
 use super::options::{FeetArguments, PlayedArguments, PublishedArguments, SOURCES};
-use crate::Source;
+use crate::SourceArgument;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
 use crate::feature::Feature;
 use crate::report::print_text;
+#[cfg(not(feature = "foxglove"))]
+use crate::source::text_of;
 use crate::stream::parse_seconds;
 
 /// Examples of `footfall view`.
@@ -23,9 +25,9 @@ Examples:
 /// Arguments of `footfall view`.
 #[derive(Debug, Args)]
 pub struct ViewArguments {
-    /// Source of the feet.
-    #[arg(help = SOURCES, required_unless_present = "layout")]
-    pub source: Option<Source>,
+    /// Sources of the feet.
+    #[arg(value_name = "SOURCE", help = SOURCES, required_unless_present = "layout")]
+    pub sources: Vec<SourceArgument>,
     /// Nodes that are feet.
     #[command(flatten)]
     pub nodes: FeetArguments,
@@ -46,7 +48,7 @@ pub struct ViewArguments {
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub seconds: Option<f64>,
     /// Print a layout of the feet FL, FR, RL and RR for this viewer, and serve nothing
-    #[arg(long, value_name = "VIEWER", conflicts_with = "source")]
+    #[arg(long, value_name = "VIEWER", conflicts_with = "sources")]
     pub layout: Option<Viewer>,
 }
 
@@ -77,18 +79,17 @@ impl ViewArguments {
         if let Some(viewer) = self.layout {
             return print_text(viewer.layout()).map_err(Error::Print);
         }
-        let Some(source) = self.source else {
-            return Ok(());
-        };
-        let source = self.played.read(source)?;
+        let sources = self.played.find(&self.sources)?;
         #[cfg(feature = "foxglove")]
         return server::serve(
-            &source,
+            sources,
             (&self.host, self.port),
             (self.nodes.feet()?, self.published.bridge()),
             self.seconds,
         );
         #[cfg(not(feature = "foxglove"))]
-        Err(Feature::Foxglove.missing_for(format_args!("footfall view {source}")).into())
+        Err(Feature::Foxglove
+            .missing_for(format_args!("footfall view {}", text_of(&sources)))
+            .into())
     }
 }

@@ -24,6 +24,7 @@ use crate::interruption::finish_when_interrupted;
 use crate::messages::{aside, warn};
 use crate::ros::message::Definition;
 use crate::ros::{Bridge, Published};
+use crate::source::text_of;
 use crate::stream::{Sink, Stream, deadline, is_over, unless_ended};
 
 /// Maximum number of messages queued per client: four seconds of four feet on serial lines.
@@ -40,14 +41,15 @@ const DEADLINE_CHECK: Duration = Duration::from_millis(50);
 /// # Errors
 /// The source cannot be opened, or the server cannot start.
 pub fn serve(
-    source: &Source,
+    sources: Vec<Source>,
     (host, port): (&str, u16),
     (feet, bridge): (Feet, Bridge),
     seconds: Option<f64>,
 ) -> Result<(), Error> {
-    let name = format!("footfall {source}");
+    let text = text_of(&sources);
+    let name = format!("footfall {text}");
     finish_when_interrupted();
-    let mut stream = Stream::open(source.clone(), feet, bridge)?;
+    let mut stream = Stream::open(sources, feet, bridge)?;
     let end = deadline(stream.clock(), seconds);
     let mut server = Server::start(host, port, &name)?;
     let url = server.url();
@@ -58,7 +60,7 @@ pub fn serve(
         ""
     };
     aside(format!(
-        "serving {source} at {url}{also}\n\
+        "serving {text} at {url}{also}\n\
          Foxglove: {app_url}\n\
          PlotJuggler: Streaming, Foxglove Bridge, {url}"
     ));
