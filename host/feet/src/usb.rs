@@ -15,9 +15,11 @@ use thiserror::Error;
 const BY_ID: &str = "/dev/serial/by-id";
 
 /// Folder in which Linux describes the serial ports.
+#[cfg(target_os = "linux")]
 const SYSFS: &str = "/sys/class/tty";
 
 /// Folder of the devices.
+#[cfg(target_os = "linux")]
 const DEVICES: &str = "/dev";
 
 /// Manufacturer and product of a foot, in its descriptors.
