@@ -52,7 +52,7 @@ def estimate(
         Time of each sample, from any start, increasing by at least 1 µs; or ``datetime64``, as in a
         ``DatetimeIndex``: the times of the result are then s since 1970.
     rate : float, Hz, optional
-        Sample rate, 20 to 10 000 Hz. Required without `t`; with `t`, both must agree within 1 %.
+        Sample rate, 20 to 10 000 Hz. Required without `t`; with `t`, both must agree within 10 %, and this one is used.
     load : array_like, shape (N,), optional
         Load on the foot in the unit of the load's thresholds, N by default; NaN where unknown. Without it the state is
         ``unknown``, and nothing else changes.

@@ -7,8 +7,9 @@ use std::collections::HashMap;
 
 use crate::input::error::{InputError, Problem};
 
-/// Largest deviation of a given sample rate from that of the times, as a fraction.
-const RATE_TOLERANCE: f64 = 0.01;
+/// Largest deviation of a given sample rate from that of the times, as a fraction: the clock of a sensor may be wrong by
+/// some percent, and a rate in another unit is far outside.
+const RATE_TOLERANCE: f64 = 0.1;
 
 /// The same where times scatter: a true rate lies within it, one in another unit far outside.
 const SCATTERED_TOLERANCE: f64 = 0.2;
@@ -18,6 +19,9 @@ const SCATTERED_SHARE: f64 = 0.05;
 
 /// Multiple of the usual step from which a step is a gap in times that scatter.
 const GAP_STEPS: u64 = 20;
+
+/// Most periods that a step may count as; a longer one is a gap, of which the number is not certain.
+const MOST_PERIODS: u64 = 3;
 
 /// Sample rate in Hz on which times and hint agree.
 pub(super) fn sample_rate(
@@ -42,7 +46,7 @@ pub(super) fn sample_rate(
 /// Sample rate in Hz of increasing times, µs, checked against the given rate, if any, as for a column `t`.
 ///
 /// # Errors
-/// The rates differ by more than 1 %, or neither is known.
+/// The rates differ by more than 10 %, or neither is known.
 pub fn rate_of_times(times_us: &[i64], given: Option<f32>) -> Result<f32, InputError> {
     let mut times = TimesSoFar::default();
     times_us.iter().for_each(|time_us| times.add(*time_us));
@@ -68,7 +72,7 @@ impl TimesSoFar {
     /// Sample rate in Hz of the times, checked against the given rate, if any, as for a column `t`.
     ///
     /// # Errors
-    /// The rates differ by more than 1 %, or neither is known.
+    /// The rates differ by more than 10 %, or neither is known.
     pub fn rate(&self, given: Option<f32>) -> Result<f32, InputError> {
         sample_rate(&self.steps, given, "t")
     }
@@ -90,24 +94,33 @@ struct Measured {
 /// Rate of the steps between rows, gaps excluded.
 ///
 /// Rows may be displaced by up to a fraction of a period, like samples that wait for a sensor with its own clock.
-/// The rate is the inverse of the mean step, with an uncertainty given by the displacement of the rows; the
-/// roundest rate within it is chosen. Where times scatter, a step is a gap only if it is many times as long as the usual one:
-/// without the short and the long ones the mean would be that of the middle.
+/// The rate is the inverse of the mean period, with an uncertainty given by the displacement of the rows; the
+/// roundest rate within it is chosen. A step is one period where no row can be missing, so that a late row, whose step is long
+/// and the next one short, changes nothing; a longer one counts as the nearest number of periods. Where times scatter, each step is a period, and a gap only if it is many times
+/// as long as the usual one: without the short and the long ones the mean would be that of the middle.
 fn measured_rate(steps: &Steps) -> Option<Measured> {
     let mut sorted = steps.sorted();
     let median = median(&sorted)?;
     let is_short = |(step, _): &&(u64, u64)| 2 * step < median;
     let short: u64 = sorted.iter().filter(is_short).map(|(_, count)| count).sum();
     let scatters = short as f64 >= SCATTERED_SHARE * steps.total() as f64;
+    let periods_of = |step: u64| {
+        // As the estimator: a row that is up to three quarters of a period late is no missing one.
+        let is_one = scatters || 4 * step < 7 * median;
+        if is_one { 1 } else { (step + median / 2) / median.max(1) }
+    };
     sorted.retain(|(step, _)| {
-        if scatters { *step < GAP_STEPS * median } else { 2 * step.abs_diff(median) <= median }
+        if scatters { *step < GAP_STEPS * median } else { periods_of(*step) <= MOST_PERIODS }
     });
-    let (shortest, longest) = (sorted.first()?.0, sorted.last()?.0);
+    let displacements =
+        || sorted.iter().map(|(step, _)| *step as f64 - (periods_of(*step) * median) as f64);
+    let displacement = displacements().reduce(f64::max)? - displacements().reduce(f64::min)?;
     let kept: u64 = sorted.iter().map(|(_, count)| count).sum();
     let runs = (steps.total() - kept + 1) as f64;
-    let count = kept as f64;
-    let mean = sorted.iter().map(|(step, count)| step * count).sum::<u64>() as f64 / count;
-    let uncertainty = runs * (longest - shortest) as f64 / count;
+    let periods: u64 = sorted.iter().map(|(step, count)| periods_of(*step) * count).sum();
+    let periods = periods.max(1) as f64;
+    let mean = sorted.iter().map(|(step, count)| step * count).sum::<u64>() as f64 / periods;
+    let uncertainty = runs * displacement / periods;
     let rate =
         roundest(1.0e6 / (mean + uncertainty), 1.0e6 / mean, 1.0e6 / (mean - uncertainty).max(1.0));
     let tolerance = if scatters { SCATTERED_TOLERANCE } else { RATE_TOLERANCE };
@@ -314,10 +327,36 @@ mod tests {
     }
 
     #[test]
-    fn rate_within_one_percent_of_the_times_is_accepted() {
+    fn given_rate_within_ten_percent_of_the_times_takes_precedence() {
         let times = [0, 10_000, 20_000];
-        assert_eq!(sample_rate(&steps(&times), Some(100.9), "x").unwrap(), 100.9);
-        assert!(sample_rate(&steps(&times), Some(101.1), "x").is_err());
+        for given in [90.1, 99.1, 109.9] {
+            assert_eq!(sample_rate(&steps(&times), Some(given), "x").unwrap(), given);
+        }
+        for given in [89.9, 110.1] {
+            assert!(sample_rate(&steps(&times), Some(given), "x").is_err(), "{given}");
+        }
+    }
+
+    #[test]
+    fn jittered_rates_of_a_sensor_are_not_rounded_to_others() {
+        let mut random = SmallRng::seed_from_u64(1);
+        // Rates of the LSM6DSOX, with the time of arrival late by up to a share of a period.
+        for rate in [104.0, 208.0, 416.0, 833.0, 1_666.0] {
+            for share in [0.05, 0.3, 0.6] {
+                let times: Vec<u64> = (0..5_000)
+                    .map(|k| {
+                        let late: f64 = random.random_range(0.0..share);
+                        ((f64::from(k) + late) * 1.0e6 / rate) as u64
+                    })
+                    .collect();
+                let measured = measured_rate(&steps(&times)).expect("a rate").rate;
+                assert!((measured / rate - 1.0).abs() < 2.0e-3, "{rate}, {share}: {measured}");
+                assert_eq!(
+                    sample_rate(&steps(&times), Some(rate as f32), "x").unwrap(),
+                    rate as f32
+                );
+            }
+        }
     }
 
     fn kept(times: &[i64]) -> Vec<i64> {

@@ -11,7 +11,7 @@
 //! | `validity` | a name of [`VALIDITIES`](crate::samples::VALIDITIES): validity at the source | valid |
 //!
 //! Other columns are ignored, and named in a notice. The sample rate is the roundest number of Hz compatible with
-//! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 1 %.
+//! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 10 %.
 //!
 //! Tables of other origin are read by their names for these columns, listed in `names`, or by a
 //! [`Mapping`](super::options::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
