@@ -66,7 +66,7 @@ int main(void) {
 #ifdef BITS
     printf("learnt");
     print(learnt.values, 5);
-    printf("\n");
+    printf(" %08lx\n", (unsigned long)learnt.crc);
 #endif
     return 0;
 }

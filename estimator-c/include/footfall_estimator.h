@@ -37,7 +37,9 @@ enum {
     FOOTFALL_ERROR_DECISION = 7,
     FOOTFALL_ERROR_LOAD = 8,
     FOOTFALL_ERROR_VELOCITY = 9,
-    FOOTFALL_ERROR_LEARNT = 10
+    FOOTFALL_ERROR_LEARNT = 10, /* damaged, of another version, or out of range: start without it */
+    FOOTFALL_ERROR_COUNT = 11,  /* more than FOOTFALL_MOST_SAMPLES samples */
+    FOOTFALL_ERROR_UNIT = 12    /* readings in g or mg, or another full scale */
 };
 typedef int32_t footfall_error;
 
@@ -51,9 +53,12 @@ typedef union {
 /* An estimator in the caller's memory. */
 typedef struct footfall_estimator footfall_estimator;
 
-/* State learnt from a foot, to be stored as it is. */
+/* State learnt from a foot, to be stored as it is: 28 bytes. A state with a flipped bit or of another version is an error
+ * of footfall_estimator_init(), and zeros are as well; the foot then learns again. */
 typedef struct {
+    uint32_t version; /* of the meaning of the values */
     float values[5];
+    uint32_t crc; /* CRC-32 (ISO-HDLC) of the bytes before */
 } footfall_learnt;
 
 enum { FOOTFALL_GRAVITY_INCLUDED = 0, FOOTFALL_GRAVITY_REMOVED = 1 };
@@ -96,13 +101,13 @@ typedef struct {
 
 /* Bits of footfall_estimate.flags: reasons to doubt. All but TIME_GAP and SETTLING end the decision "stable". */
 enum {
-    FOOTFALL_FLAG_WINDOW_NOT_FULL = 1, /* only the first samples */
+    FOOTFALL_FLAG_WINDOW_NOT_FULL = 1, /* the first samples for which up is known */
     FOOTFALL_FLAG_ATTITUDE_NOT_INITIALISED = 2,
     FOOTFALL_FLAG_SATURATED = 4,
     FOOTFALL_FLAG_STALE = 8,
     FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, or not later than the one before */
     FOOTFALL_FLAG_TIME_GAP = 32,
-    FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot */
+    FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot; for ever if the unit is wrong */
     FOOTFALL_FLAG_UNPROVEN = 128 /* neither rested nor landed for longer than a stride: the probability is at most 0.5 */
 };
 
@@ -152,11 +157,24 @@ footfall_error footfall_estimator_init(void *memory, size_t size, const footfall
 
 /* Processes the next sample. `load` is the load on the foot, or NULL if it is unknown; one that is not finite counts as
  * unknown. A sample that is not finite is no error: it lowers the probability and sets FOOTFALL_FLAG_INVALID_SAMPLE. An
- * error leaves the estimator unchanged, and zeros in `*estimate`: not stable. */
+ * error leaves the estimator unchanged, and the doubtful estimate in `*estimate`: not stable, probability 0, sigma 100 m/s,
+ * no turn, FOOTFALL_FLAG_INVALID_SAMPLE. */
 footfall_error footfall_estimator_update(footfall_estimator *estimator, const footfall_sample *sample,
                                          const float *load, footfall_estimate *estimate);
 
-/* Writes the state learnt so far, for `learnt` of the parameters at the next start. */
+/* Spreads the times of the samples of one read, such as from a sensor's FIFO: oldest first, the last with the time of the
+ * newest; those of the others are written. Then update with each. Samples that share a time are invalid but for one.
+ * The times lie evenly between the newest sample before and this one, or one period apart in the first read and after a
+ * gap. `count` is 0 to FOOTFALL_MOST_SAMPLES. */
+#define FOOTFALL_MOST_SAMPLES 4096
+footfall_error footfall_estimator_spread_timestamps(const footfall_estimator *estimator, footfall_sample *samples,
+                                                    size_t count);
+
+/* FOOTFALL_ERROR_UNIT if no foot has forces as those of the last half second: in g or mg, or of another full scale. Call it
+ * where the flags do not clear. FOOTFALL_OK if the force is plausible, or not known yet. */
+footfall_error footfall_estimator_check_unit(const footfall_estimator *estimator);
+
+/* Writes the state learnt so far, for `learnt` of the parameters at the next start; an error leaves zeros. */
 footfall_error footfall_estimator_learnt(const footfall_estimator *estimator, footfall_learnt *learnt);
 
 #ifdef __cplusplus

@@ -5,10 +5,11 @@
 //! memory as the header says, and no two calls use one estimator at a time.
 
 use core::ffi::{CStr, c_char, c_void};
-use core::ptr;
+use core::mem::MaybeUninit;
+use core::{ptr, slice};
 
 use crate::error::{self, Error};
-use crate::estimator::{Estimator, READY};
+use crate::estimator::{self, Estimator, MOST_SAMPLES, READY};
 use crate::types::{CEstimate, CLearnt, CParams, CSample};
 
 const VERSION: &CStr =
@@ -101,10 +102,15 @@ pub unsafe extern "C" fn footfall_estimator_init(
         // SAFETY: Aligned, and large enough.
         unsafe { (&raw mut (*this).ready).write(0) };
         check(params)?;
-        // SAFETY: Checked, and by the header's terms readable.
-        let new = Estimator::new(unsafe { &*params })?;
+        // SAFETY: Checked, and by the header's terms readable, and not a part of the memory.
+        let config = estimator::config(unsafe { &*params });
+        // By reference: a second configuration would be on the stack below the estimator.
+        let config = config.as_ref().map_err(|error| *error)?;
         // SAFETY: Aligned, and large enough; nothing that was there needs to be dropped.
-        unsafe { this.write(new) };
+        let place = unsafe { &mut *(&raw mut (*this).core).cast::<MaybeUninit<_>>() };
+        estimator::build(place, config);
+        // SAFETY: As above.
+        unsafe { (&raw mut (*this).ready).write(READY) };
         // SAFETY: As above.
         unsafe { estimator.write(this) };
         Ok(())
@@ -125,8 +131,8 @@ pub unsafe extern "C" fn footfall_estimator_update(
 ) -> i32 {
     let update = || {
         check(estimate)?;
-        // SAFETY: Checked, and by the header's terms writable. An error leaves "not stable".
-        unsafe { estimate.write(CEstimate::default()) };
+        // SAFETY: Checked, and by the header's terms writable. An error leaves the doubtful estimate.
+        unsafe { estimate.write(CEstimate::doubtful()) };
         check_ready(estimator)?;
         check(sample)?;
         let load = if load.is_null() {
@@ -145,6 +151,41 @@ pub unsafe extern "C" fn footfall_estimator_update(
     number(update())
 }
 
+/// Spreads the times of samples that were read at once.
+///
+/// # Safety
+/// As the header says: `estimator` is NULL or points to one, `samples` is NULL or points to `count` samples.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn footfall_estimator_spread_timestamps(
+    estimator: *const Estimator,
+    samples: *mut CSample,
+    count: usize,
+) -> i32 {
+    let spread = || {
+        check_ready(estimator)?;
+        check(samples)?;
+        if count > MOST_SAMPLES {
+            return Err(Error::Count);
+        }
+        // SAFETY: Checked, and by the header's terms `count` samples that nothing else uses.
+        let samples = unsafe { slice::from_raw_parts_mut(samples, count) };
+        // SAFETY: Checked, and initialised.
+        unsafe { &*estimator }.spread_timestamps(samples);
+        Ok(())
+    };
+    number(spread())
+}
+
+/// Checks the unit of the accelerometer's readings.
+///
+/// # Safety
+/// As the header says: `estimator` is NULL or points to one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn footfall_estimator_check_unit(estimator: *const Estimator) -> i32 {
+    // SAFETY: Checked, and initialised.
+    number(check_ready(estimator).and_then(|()| unsafe { &*estimator }.check_unit()))
+}
+
 /// Writes the state learnt so far.
 ///
 /// # Safety
@@ -156,6 +197,8 @@ pub unsafe extern "C" fn footfall_estimator_learnt(
 ) -> i32 {
     let get = || {
         check(learnt)?;
+        // SAFETY: Checked, and by the header's terms writable. An error leaves a state that no estimator takes.
+        unsafe { learnt.write(CLearnt::default()) };
         check_ready(estimator)?;
         // SAFETY: Both are checked, the estimator is initialised.
         unsafe { learnt.write((*estimator).learnt()) };

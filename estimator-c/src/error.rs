@@ -24,13 +24,17 @@ pub enum Error {
     Load,
     /// A number of the zero-velocity measurement is out of range.
     Velocity,
-    /// A number learnt before is out of range.
+    /// The state learnt before is damaged, of another version, or out of range.
     Learnt,
+    /// A batch has too many samples.
+    Count,
+    /// The readings of the accelerometer have another unit.
+    Unit,
 }
 
 impl Error {
     /// All errors, in the order of their numbers, from 1.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Null,
         Self::Misaligned,
         Self::TooSmall,
@@ -41,6 +45,8 @@ impl Error {
         Self::Load,
         Self::Velocity,
         Self::Learnt,
+        Self::Count,
+        Self::Unit,
     ];
 
     /// Text for a log.
@@ -58,7 +64,9 @@ impl Error {
             }
             Self::Load => c"load is out of range: both within 1e9, off not above on",
             Self::Velocity => c"velocity is out of range: speed 0.001 to 10 m/s, lever 0 to 10 m, floor 0.0001 to 1 m/s",
-            Self::Learnt => c"learnt is out of range: not from footfall_estimator_learnt()",
+            Self::Learnt => c"learnt is damaged, of another version, or not from footfall_estimator_learnt(): start without it",
+            Self::Count => c"a batch has more than FOOTFALL_MOST_SAMPLES samples",
+            Self::Unit => c"the mean force is not gravity, 9.8 m/s^2: multiply readings in g by 9.80665, in mg by 0.00980665, or correct the full scale",
         }
     }
 }

@@ -3,17 +3,41 @@
 use estimator_core::{
     AngularRate, ContactEstimate, DecisionParams, Gravity, ImuSample, Learning, Learnt, LoadParams,
     Params, Phase, Saturation, SpecificForce, Timestamp, Validity, Vec3, VelocityParams,
-    WindowLength,
 };
 
 use crate::error::Error;
 
-/// `footfall_learnt`: state learnt from a foot, in the order of [`Learnt::to_array`].
+/// `footfall_learnt`: state learnt from a foot, in the order of [`Learnt::to_words`]. That of `Default` is rejected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct CLearnt {
-    /// The numbers.
+    /// [`Learnt::VERSION`].
+    pub version: u32,
+    /// The numbers, in the order of [`Learnt::to_array`].
     pub values: [f32; Learnt::NUMBERS],
+    /// CRC of version and numbers.
+    pub crc: u32,
+}
+
+impl From<&Learnt> for CLearnt {
+    fn from(from: &Learnt) -> Self {
+        Self { version: Learnt::VERSION, values: from.to_array(), crc: from.crc() }
+    }
+}
+
+impl CLearnt {
+    /// Returns the learnt state.
+    ///
+    /// # Errors
+    /// It is of another version, or damaged.
+    pub fn checked(&self) -> Result<Learnt, Error> {
+        let mut words = [self.version; Learnt::WORDS];
+        let rest = self.values.into_iter().map(f32::to_bits).chain([self.crc]);
+        for (word, content) in words.iter_mut().skip(1).zip(rest) {
+            *word = content;
+        }
+        Learnt::from_words(&words).map_err(|_| Error::Learnt)
+    }
 }
 
 /// `footfall_params`: parameters of an estimator.
@@ -75,7 +99,7 @@ fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Erro
 }
 
 /// Sets a group of numbers in the parameters.
-type SetGroup = fn(&mut Params, &CParams, Option<Learnt>);
+type SetGroup = fn(&mut Params, &CParams);
 
 impl CParams {
     /// Returns the checked parameters. The groups are set and checked one after the other, so that the first invalid
@@ -85,17 +109,15 @@ impl CParams {
     /// The group with a number out of its range, or a field with none of its constants.
     pub fn checked(&self) -> Result<Params, Error> {
         let mut params = Params {
-            // The self-calibrating method has no window; the capacity is one sample.
-            window: WindowLength::Samples(1),
             gravity: choice(self.gravity, [Gravity::Included, Gravity::Removed])?,
             learning: choice(self.learning, [Learning::On, Learning::Frozen])?,
             ..Params::DEFAULT
         };
-        let learnt = choice(self.has_learnt, [None, Some(Learnt::from_array(self.learnt.values))])?;
-        let groups: [(SetGroup, Error); 5] = [
-            (|params, from, _| params.sample_rate = from.sample_rate_hz, Error::SampleRate),
+        let has_learnt = choice(self.has_learnt, [false, true])?;
+        let groups: [(SetGroup, Error); 4] = [
+            (|params, from| params.sample_rate = from.sample_rate_hz, Error::SampleRate),
             (
-                |params, from, _| {
+                |params, from| {
                     params.decision = DecisionParams {
                         threshold: from.decision_threshold,
                         on_delay: from.decision_on_delay_s,
@@ -105,14 +127,14 @@ impl CParams {
                 Error::Decision,
             ),
             (
-                |params, from, _| {
+                |params, from| {
                     params.load =
                         LoadParams { on_threshold: from.load_on, off_threshold: from.load_off };
                 },
                 Error::Load,
             ),
             (
-                |params, from, _| {
+                |params, from| {
                     params.velocity = VelocityParams {
                         speed: from.velocity_speed_m_s,
                         lever: from.velocity_lever_m,
@@ -121,11 +143,14 @@ impl CParams {
                 },
                 Error::Velocity,
             ),
-            (|params, _, learnt| params.learnt = learnt, Error::Learnt),
         ];
         for (set, error) in groups {
-            set(&mut params, self, learnt);
-            params.validate::<1>().map_err(|_| error)?;
+            set(&mut params, self);
+            params.check().map_err(|_| error)?;
+        }
+        if has_learnt {
+            params.learnt = Some(self.learnt.checked()?);
+            params.check().map_err(|_| Error::Learnt)?;
         }
         Ok(params)
     }
@@ -172,7 +197,7 @@ impl CSample {
 }
 
 /// `footfall_estimate`: estimate after a sample; see [`ContactEstimate`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct CEstimate {
     /// Timestamp of the sample, µs.
@@ -201,6 +226,14 @@ pub struct CEstimate {
     pub phase: u8,
     /// Bits of [`Flag::ALL`](estimator_core::Flag::ALL).
     pub flags: u8,
+}
+
+impl CEstimate {
+    /// [`ContactEstimate::DOUBTFUL`], where a sample was not processed.
+    #[must_use]
+    pub fn doubtful() -> Self {
+        (&ContactEstimate::DOUBTFUL).into()
+    }
 }
 
 impl From<&ContactEstimate> for CEstimate {

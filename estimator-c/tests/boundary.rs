@@ -6,8 +6,9 @@ use std::ptr;
 
 use estimator_c::boundary::*;
 use estimator_c::error::Error;
-use estimator_c::estimator::{Estimator, SIZE};
+use estimator_c::estimator::{Estimator, MOST_SAMPLES, SIZE};
 use estimator_c::types::{CEstimate, CLearnt, CParams, CSample};
+use estimator_core::Learnt;
 use host_tests::changed::Chance;
 
 #[repr(align(8))]
@@ -34,12 +35,29 @@ fn init(memory: *mut c_void, size: usize, params: &CParams) -> Result<*mut Estim
 }
 
 fn update(estimator: *mut Estimator, sample: &CSample, load: Option<f32>) -> (i32, CEstimate) {
-    let mut estimate = CEstimate { stable: 1.0, decision: 1, ..CEstimate::default() };
+    let mut estimate = fill(&mut Chance::new(2));
     let load = load.as_ref().map_or(ptr::null(), ptr::from_ref);
     // SAFETY: NULL, or an estimator's size of memory.
     let error = unsafe { footfall_estimator_update(estimator, sample, load, &raw mut estimate) };
     (error, estimate)
 }
+
+/// The estimate after an error.
+const DOUBTFUL: CEstimate = CEstimate {
+    timestamp_us: 0,
+    stable: 0.0,
+    tangential: 0.0,
+    vertical: 0.0,
+    axes: [0.0; 6],
+    orientation: [1.0, 0.0, 0.0, 0.0],
+    linear_acceleration_m_s2: [0.0; 3],
+    angular_rate_rad_s: [0.0; 3],
+    gyro_bias_rad_s: [0.0; 3],
+    velocity_sigma_m_s: 100.0,
+    decision: 0,
+    phase: 0,
+    flags: 16,
+};
 
 fn memory() -> Box<Memory> {
     Box::new(Memory([0; SIZE + 8]))
@@ -60,9 +78,9 @@ fn null_and_misaligned_pointers_are_errors() {
     assert_eq!(init(ptr::null_mut(), SIZE, &params), Err(null));
     assert_eq!(init(at.wrapping_byte_add(1), SIZE, &params), Err(misaligned));
     assert_eq!(init(at, size_of::<Estimator>() - 1, &params), Err(Error::TooSmall as i32));
-    assert_eq!(update(at.cast(), &sample, None), (uninitialised, CEstimate::default()));
+    assert_eq!(update(at.cast(), &sample, None), (uninitialised, DOUBTFUL));
     let this = init(at, size_of::<Estimator>(), &params).expect("enough memory");
-    let (mut estimate, mut learnt) = (CEstimate::default(), CLearnt::default());
+    let (mut estimate, mut learnt) = (DOUBTFUL, CLearnt::default());
     let (estimate, learnt) = (&raw mut estimate, &raw mut learnt);
     let mut numbers = [0.0_f32; 64];
     let odd = numbers.as_mut_ptr().wrapping_byte_add(1);
@@ -91,17 +109,123 @@ fn null_and_misaligned_pointers_are_errors() {
     }
 }
 
+/// A stored state with this number, and the right CRC.
+fn learnt_with(still: f32) -> CLearnt {
+    (&Learnt::from_array([still, 2.0, -4.5, 4.0, 3.0])).into()
+}
+
+#[test]
+fn each_error_of_an_update_leaves_the_doubtful_estimate() {
+    let mut memory = memory();
+    let at = start(&mut memory);
+    let this = init(at, SIZE, &CParams::default()).expect("valid");
+    let mut sample = CSample { specific_force_m_s2: [0.0, 0.0, 9.81], ..CSample::default() };
+    for ms in 0..1_000 {
+        sample.timestamp_us = 1_000 * ms;
+        let (error, estimate) = update(this, &sample, None);
+        assert!(error == 0 && (ms < 300 || estimate.decision == 1), "{ms}: {estimate:?}");
+    }
+    for validity in 6..=u8::MAX {
+        let wrong = CSample { validity, ..sample };
+        assert_eq!(update(this, &wrong, None), (Error::Choice as i32, DOUBTFUL));
+    }
+    let mut estimate = CEstimate { stable: 1.0, decision: 1, velocity_sigma_m_s: 0.0, ..DOUBTFUL };
+    // SAFETY: NULL, or objects of their types.
+    let error =
+        unsafe { footfall_estimator_update(this, ptr::null(), ptr::null(), &raw mut estimate) };
+    assert_eq!((error, estimate), (Error::Null as i32, DOUBTFUL));
+    assert_eq!(update(ptr::null_mut(), &sample, None), (Error::Null as i32, DOUBTFUL));
+    // The estimator has not changed.
+    sample.timestamp_us += 1_000;
+    let (error, estimate) = update(this, &sample, None);
+    assert_eq!((error, estimate.decision), (0, 1));
+}
+
+#[test]
+fn each_flipped_bit_of_the_learnt_state_is_rejected() {
+    let mut memory = memory();
+    let at = start(&mut memory);
+    let learnt = learnt_with(-1.0);
+    let accepted = CParams { learnt, has_learnt: 1, ..CParams::default() };
+    assert!(init(at, SIZE, &accepted).is_ok());
+    for bit in 0..8 * size_of::<CLearnt>() {
+        let mut params = accepted;
+        // SAFETY: Within the state, of which every bit pattern is a value.
+        unsafe { *(&raw mut params.learnt).cast::<u8>().add(bit / 8) ^= 1 << (bit % 8) };
+        assert_eq!(init(at, SIZE, &params), Err(Error::Learnt as i32), "bit {bit}");
+    }
+}
+
+#[test]
+fn learnt_state_has_the_bytes_of_rust() {
+    let learnt = learnt_with(-1.0);
+    // SAFETY: The struct is seven words without padding.
+    let bytes = unsafe { (&raw const learnt).cast::<[u8; Learnt::BYTES]>().read() };
+    assert_eq!(Learnt::from_bytes(&bytes), Ok(Learnt::from_array(learnt.values)));
+}
+
+#[test]
+fn samples_of_one_read_get_times_of_their_own() {
+    let mut memory = memory();
+    let this = init(start(&mut memory), SIZE, &CParams::default()).expect("valid");
+    let mut samples = [CSample { timestamp_us: 8_000, ..CSample::default() }; 8];
+    let at = samples.as_mut_ptr();
+    // SAFETY: NULL, misaligned, or as many samples as the count says.
+    let errors = unsafe {
+        [
+            footfall_estimator_spread_timestamps(ptr::null(), at, 8),
+            footfall_estimator_spread_timestamps(this, ptr::null_mut(), 8),
+            footfall_estimator_spread_timestamps(this, at.wrapping_byte_add(1), 8),
+            footfall_estimator_spread_timestamps(this, at, MOST_SAMPLES + 1),
+            footfall_estimator_spread_timestamps(this, at, 0),
+        ]
+    };
+    let expected = [Error::Null, Error::Null, Error::Misaligned, Error::Count].map(|e| e as i32);
+    assert_eq!(errors[..4], expected);
+    assert_eq!((errors[4], samples[0].timestamp_us), (0, 8_000));
+    // SAFETY: As above.
+    assert_eq!(unsafe { footfall_estimator_spread_timestamps(this, at, 8) }, 0);
+    let times = samples.map(|sample| sample.timestamp_us);
+    assert_eq!(times, [1_000, 2_000, 3_000, 4_000, 5_000, 6_000, 7_000, 8_000]);
+}
+
+#[test]
+fn readings_in_g_or_mg_are_an_error_of_their_unit() {
+    for (gravity, expected) in [(9.81, 0), (1.0, Error::Unit as i32), (1_000.0, Error::Unit as i32)]
+    {
+        let mut memory = memory();
+        let this = init(start(&mut memory), SIZE, &CParams::default()).expect("valid");
+        // SAFETY: An estimator, or NULL.
+        let before = unsafe {
+            [footfall_estimator_check_unit(this), footfall_estimator_check_unit(ptr::null())]
+        };
+        assert_eq!(before, [0, Error::Null as i32]);
+        for ms in 0..3_000 {
+            let noise = gravity * 2.0e-3 * ((ms * 7 % 13) as f32 / 6.0 - 1.0);
+            let sample = CSample {
+                timestamp_us: 1_000 * ms,
+                specific_force_m_s2: [noise, 0.0, gravity + noise],
+                ..CSample::default()
+            };
+            assert_eq!(update(this, &sample, None).0, 0);
+        }
+        // SAFETY: An estimator.
+        assert_eq!(unsafe { footfall_estimator_check_unit(this) }, expected, "{gravity}");
+    }
+}
+
 #[test]
 fn invalid_group_of_parameters_has_its_error() {
     type Set = fn(&mut CParams);
     let mut memory = memory();
     let at = start(&mut memory);
-    let cases: [(Set, Error); 8] = [
+    let cases: [(Set, Error); 9] = [
         (|p| p.sample_rate_hz = f32::NAN, Error::SampleRate),
         (|p| p.decision_on_delay_s = f32::NAN, Error::Decision),
         (|p| p.load_off = p.load_on + 1.0, Error::Load),
         (|p| p.velocity_lever_m = f32::INFINITY, Error::Velocity),
-        (|p| (p.has_learnt, p.learnt.values) = (1, [f32::NAN; 5]), Error::Learnt),
+        (|p| (p.has_learnt, p.learnt) = (1, CLearnt::default()), Error::Learnt),
+        (|p| (p.has_learnt, p.learnt) = (1, learnt_with(f32::NAN)), Error::Learnt),
         (|p| p.has_learnt = 2, Error::Choice),
         (|p| p.gravity = 255, Error::Choice),
         (|p| p.learning = 2, Error::Choice),
@@ -136,9 +260,13 @@ fn learnt_state_survives_a_warm_start() {
     // SAFETY: As above.
     let second_error = unsafe { footfall_estimator_learnt(this, &raw mut restored) };
     assert_eq!([first_error, second_error], [0, 0]);
-    assert_ne!(learnt, CLearnt::default());
+    assert_ne!(learnt.values, CLearnt::default().values);
     // A warm start gives little weight to what was observed before.
     assert_eq!(restored.values[..3], learnt.values[..3]);
+    // A call that fails leaves a state that no estimator takes.
+    // SAFETY: NULL, and an object of its type.
+    let error = unsafe { footfall_estimator_learnt(ptr::null(), &raw mut learnt) };
+    assert_eq!((error, learnt), (Error::Null as i32, CLearnt::default()));
 }
 
 #[test]
@@ -156,7 +284,13 @@ fn any_bits_give_an_error_or_a_number_from_0_to_1() {
                 1 => params.decision_threshold = bits.decision_threshold,
                 2 => params.load_off = bits.load_off,
                 3 => params.velocity_lever_m = bits.velocity_lever_m,
-                4 => (params.has_learnt, params.learnt) = ((random.bits() % 3) as u8, bits.learnt),
+                4 => {
+                    let numbers = bits.learnt.values.map(|number| number % 4.0);
+                    let sealed = (&Learnt::from_array(numbers)).into();
+                    params.has_learnt = (random.bits() % 3) as u8;
+                    params.learnt =
+                        if random.bits().is_multiple_of(2) { sealed } else { bits.learnt };
+                }
                 _ => params.gravity = (random.bits() % 3) as u8,
             }
         }
@@ -189,7 +323,7 @@ fn every_error_has_its_own_text() {
     };
     let mut texts: Vec<_> = (0..=Error::ALL.len() as i32).map(text).collect();
     assert!(Error::ALL.into_iter().zip(1..).all(|(error, number)| error as i32 == number));
-    assert!([i32::MIN, -1, 11, i32::MAX].into_iter().all(|error| text(error) == "unknown error"));
+    assert!([i32::MIN, -1, 13, i32::MAX].into_iter().all(|error| text(error) == "unknown error"));
     texts.push("unknown error");
     texts.sort_unstable();
     texts.dedup();

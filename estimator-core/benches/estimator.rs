@@ -22,7 +22,7 @@ struct Case(&'static str, usize, Box<dyn FnMut()>);
 fn kde(name: &'static str, window: u32) -> Case {
     let motion = walk::motion();
     let params = Params { window: WindowLength::Samples(window), ..Params::PAPER };
-    let config = params.validate::<4096>().expect("a preset");
+    let config = params.validate_for::<4096>().expect("a preset");
     let mut density = DensityEstimator::new(&config);
     let pass = move || {
         for &(acceleration, rate) in &motion {
@@ -35,7 +35,7 @@ fn kde(name: &'static str, window: u32) -> Case {
 /// The attitude filter alone.
 fn filter() -> Case {
     let samples = walk::samples();
-    let config = Params::DEFAULT.validate::<256>().expect("a preset");
+    let config = Params::DEFAULT.validate_for::<256>().expect("a preset");
     let pass = move || {
         let mut filter = AttitudeFilter::new(&config);
         for sample in &samples {
@@ -49,7 +49,7 @@ fn filter() -> Case {
 /// The whole estimator with the default preset.
 fn pipeline() -> Case {
     let samples = walk::samples();
-    let config = Params::DEFAULT.validate::<256>().expect("a preset");
+    let config = Params::DEFAULT.validate_for::<256>().expect("a preset");
     let pass = move || {
         let mut estimator = ContactEstimator::new(&config);
         for sample in &samples {

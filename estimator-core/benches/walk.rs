@@ -19,7 +19,7 @@ pub fn samples() -> Vec<ImuSample> {
 
 /// The motion in the samples after gravity and bias are removed.
 pub fn motion() -> Vec<(LinearAcceleration, AngularRate)> {
-    let config = Params::DEFAULT.validate::<256>().expect("a preset");
+    let config = Params::DEFAULT.validate_for::<256>().expect("a preset");
     let mut estimator = ContactEstimator::new(&config);
     let estimates = samples().into_iter().map(|s| estimator.update(&s, None));
     estimates.map(|e| (e.linear_acceleration, e.angular_rate)).collect()

@@ -380,6 +380,13 @@ impl AttitudeFilter {
         self.rest.force_at_rest()
     }
 
+    /// Length of the mean specific force, m/s², if no foot can have it: see
+    /// [`ContactEstimator::implausible_force`](crate::ContactEstimator::implausible_force).
+    #[must_use]
+    pub fn implausible_force(&self) -> Option<f32> {
+        self.rest.implausible_force()
+    }
+
     /// Estimated gyroscope bias, rad/s. Before the first rest, the part of it inferred from the
     /// corrections of the inclination.
     #[must_use]
@@ -703,7 +710,7 @@ mod tests {
     const LEVEL: Vec3 = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
 
     fn filter() -> AttitudeFilter {
-        AttitudeFilter::new(&Params::DEFAULT.validate::<64>().expect("the preset"))
+        AttitudeFilter::new(&Params::DEFAULT.validate_for::<64>().expect("the preset"))
     }
 
     fn sample(ms: u64, force: Vec3, validity: Validity) -> ImuSample {
@@ -916,7 +923,7 @@ mod tests {
             window: crate::WindowLength::Samples(2),
             ..Params::DEFAULT
         };
-        let mut filter = AttitudeFilter::new(&params.validate::<64>().expect("valid"));
+        let mut filter = AttitudeFilter::new(&params.validate_for::<64>().expect("valid"));
         for k in 0..100 {
             filter.update(&sample(50 * k, LEVEL, Validity::Valid));
         }

@@ -12,89 +12,134 @@ use crate::self_calibrating::SelfCalibratingConfig;
 use crate::velocity::VelocityCoefficients;
 
 impl Params {
-    /// Checks every field and computes the configuration of the estimator.
+    /// Checks every field and computes the configuration of the estimator, for [`Method::SelfCalibrating`].
     ///
     /// # Errors
     /// The first field that is out of its range, with its value and the range; a value that is
-    /// not a number is out of every range.
-    pub fn validate<const CAPACITY: usize>(&self) -> Result<Config<CAPACITY>, ParamsError> {
+    /// not a number is out of every range. With [`Method::HalfWidths`] the window has to fit one sample: use
+    /// [`Self::validate_for`].
+    pub fn validate(&self) -> Result<Config, ParamsError> {
+        self.validate_for()
+    }
+
+    /// Checks every field and computes the configuration of an estimator with room for `CAPACITY` samples in the window
+    /// of [`Method::HalfWidths`]. With the other method the window is not checked.
+    ///
+    /// # Errors
+    /// As those of [`Self::validate`].
+    pub fn validate_for<const CAPACITY: usize>(&self) -> Result<Config<CAPACITY>, ParamsError> {
+        self.check()?;
+        Ok(Config { params: *self, window_length: self.window_samples::<CAPACITY>()? })
+    }
+
+    /// Checks every field as [`Self::validate`] does, except the window.
+    ///
+    /// # Errors
+    /// As those of [`Self::validate`].
+    pub fn check(&self) -> Result<(), ParamsError> {
         parameter::check(self)?;
         if let GyroTiming::Delay(delay) = self.attitude.gyro_timing {
             parameter::GYRO_DELAY.check(delay)?;
         }
-        let period_us = u64::from(rounded(1.0e6 / self.sample_rate));
-        Ok(Config {
-            gravity: self.gravity,
-            period_us,
-            method: self.method,
-            kde: KdeConfig {
-                kernels: self.bandwidth.zip_with(self.half_width, Kernel::new),
-                window_length: self.window_samples::<CAPACITY>()?,
-            },
-            self_calibrating: SelfCalibratingConfig::new(
-                &self.constants,
-                self.learning,
-                self.learnt,
-                self.sample_rate,
-            )?,
-            attitude: AttitudeCoefficients::new(&self.attitude, self.sample_rate),
-            phase: PhaseCoefficients {
-                threshold: self.decision.threshold,
-                on_delay_us: micros(self.decision.on_delay),
-                off_delay_us: micros(self.decision.off_delay),
-                load_on: self.load.on_threshold,
-                load_off: self.load.off_threshold,
-            },
-            roll: Roll::new(period_us, &self.velocity),
-            velocity: VelocityCoefficients::new(&self.velocity),
-        })
+        match &self.learnt {
+            Some(learnt) => learnt.validate(),
+            None => Ok(()),
+        }
     }
 
-    /// Length of the window in samples.
+    /// Length of the window in samples; without half-widths the nearest that fits.
     fn window_samples<const CAPACITY: usize>(&self) -> Result<usize, ParamsError> {
+        const { assert!(CAPACITY > 0) };
+        let is_used = self.method == Method::HalfWidths;
         let samples = match self.window {
             WindowLength::Duration(seconds) => {
-                parameter::WINDOW.check(seconds)?;
+                if is_used {
+                    parameter::WINDOW.check(seconds)?;
+                }
                 rounded(seconds * self.sample_rate)
             }
             WindowLength::Samples(samples) => samples,
         };
-        if (1..=CAPACITY).contains(&(samples as usize)) {
-            Ok(samples as usize)
-        } else {
-            Err(ParamsError::WindowLength { samples, capacity: CAPACITY })
+        let fitting = (samples as usize).clamp(1, CAPACITY);
+        if is_used && fitting != samples as usize {
+            return Err(ParamsError::WindowLength { samples, capacity: CAPACITY });
         }
+        Ok(fitting)
     }
 }
 
 /// Validated parameters in the form used by the estimator. Only
-/// [`Params::validate`] makes one.
+/// [`Params::validate`] and [`Params::validate_for`] make one.
 #[derive(Clone, Debug)]
-pub struct Config<const CAPACITY: usize> {
-    pub(crate) gravity: Gravity,
-    pub(crate) period_us: u64,
-    pub(crate) method: Method,
-    pub(crate) kde: KdeConfig,
-    pub(crate) self_calibrating: SelfCalibratingConfig,
-    pub(crate) attitude: AttitudeCoefficients,
-    pub(crate) phase: PhaseCoefficients,
-    pub(crate) roll: Roll,
-    pub(crate) velocity: VelocityCoefficients,
+pub struct Config<const CAPACITY: usize = 1> {
+    /// The parameters, checked. What follows from them is computed where it is kept, so that a start needs little stack.
+    params: Params,
+    /// Length of the window in samples, 1 to the capacity.
+    window_length: usize,
 }
 
 impl<const CAPACITY: usize> Config<CAPACITY> {
     /// Length of the window in samples.
     #[must_use]
     pub const fn window_length(&self) -> usize {
-        self.kde.window_length
+        self.window_length
+    }
+
+    pub(crate) const fn gravity(&self) -> Gravity {
+        self.params.gravity
+    }
+
+    pub(crate) const fn method(&self) -> Method {
+        self.params.method
+    }
+
+    /// Time between samples, µs.
+    pub(crate) fn period_us(&self) -> u64 {
+        u64::from(rounded(1.0e6 / self.params.sample_rate))
+    }
+
+    pub(crate) fn kde(&self) -> KdeConfig {
+        KdeConfig {
+            kernels: self.params.bandwidth.zip_with(self.params.half_width, Kernel::new),
+            window_length: self.window_length,
+        }
+    }
+
+    pub(crate) const fn self_calibrating(&self) -> SelfCalibratingConfig<'_> {
+        let Params { constants, learning, learnt, sample_rate, .. } = &self.params;
+        SelfCalibratingConfig::new(constants, *learning, *learnt, *sample_rate)
+    }
+
+    pub(crate) fn attitude(&self) -> AttitudeCoefficients {
+        AttitudeCoefficients::new(&self.params.attitude, self.params.sample_rate)
+    }
+
+    pub(crate) fn phase(&self) -> PhaseCoefficients {
+        let Params { decision, load, .. } = &self.params;
+        PhaseCoefficients {
+            threshold: decision.threshold,
+            on_delay_us: micros(decision.on_delay),
+            off_delay_us: micros(decision.off_delay),
+            load_on: load.on_threshold,
+            load_off: load.off_threshold,
+        }
+    }
+
+    pub(crate) fn roll(&self) -> Roll {
+        Roll::new(self.period_us(), &self.params.velocity)
+    }
+
+    pub(crate) const fn velocity(&self) -> VelocityCoefficients {
+        VelocityCoefficients::new(&self.params.velocity)
     }
 }
 
 impl AttitudeFilter {
     /// An attitude filter alone, without samples.
     #[must_use]
+    #[inline(never)] // Its temporary values leave the stack.
     pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
-        Self::with_coefficients(config.attitude)
+        Self::with_coefficients(config.attitude())
     }
 }
 
@@ -102,7 +147,7 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
     /// A kernel density estimate alone, without samples: the half-widths, bandwidths and window of `config`.
     #[must_use]
     pub fn new(config: &Config<CAPACITY>) -> Self {
-        Self::with_config(&config.kde)
+        Self::with_config(&config.kde())
     }
 }
 
@@ -119,7 +164,7 @@ mod tests {
     fn field_refused(change: impl FnOnce(&mut Params)) -> &'static str {
         let mut params = Params::DEFAULT;
         change(&mut params);
-        match params.validate::<256>() {
+        match params.validate_for::<256>() {
             Err(ParamsError::OutOfRange { field, .. }) => field,
             Err(ParamsError::WindowLength { .. }) => "window",
             Ok(_) => "nothing",
@@ -129,14 +174,14 @@ mod tests {
     #[test]
     fn presets_are_valid() {
         for preset in [Params::DEFAULT, Params::PAPER, Params::PAPER_GO1] {
-            assert_eq!(preset.validate::<256>().map(|config| config.window_length()), Ok(50));
+            assert_eq!(preset.validate_for::<256>().map(|config| config.window_length()), Ok(50));
         }
     }
 
     #[test]
     fn window_length_is_its_duration_times_the_sample_rate() {
         let params = Params { sample_rate: 200.0, ..Params::DEFAULT };
-        assert_eq!(params.validate::<256>().map(|c| c.window_length()), Ok(10));
+        assert_eq!(params.validate_for::<256>().map(|c| c.window_length()), Ok(10));
     }
 
     #[test]
@@ -222,7 +267,12 @@ mod tests {
             WindowLength::Samples(0),
             WindowLength::Samples(257),
         ] {
-            assert_eq!(field_refused(|p| p.window = window), "window", "{window:?}");
+            let half_widths = |p: &mut Params| {
+                (p.method, p.window) = (Method::HalfWidths, window);
+            };
+            assert_eq!(field_refused(half_widths), "window", "{window:?}");
+            // The other method has no window.
+            assert_eq!(field_refused(|p| p.window = window), "nothing", "{window:?}");
         }
     }
 }

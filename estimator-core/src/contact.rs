@@ -1,6 +1,7 @@
 //! The pipeline: one sample in, one [`ContactEstimate`] out.
 
 use crate::attitude::{Alignment, AttitudeFilter};
+use crate::axis::PerAxis;
 use crate::config::Config;
 use crate::flag::{Flag, Flags};
 use crate::kde::{AnyRing, Density, Ring};
@@ -11,7 +12,7 @@ use crate::probability::Probabilities;
 use crate::roll::Roll;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::self_calibrating::{SelfCalibrating, Up};
-use crate::vector::Quaternion;
+use crate::vector::{Quaternion, Vec3};
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
 
 /// Estimate of the foot's contact after one sample.
@@ -44,10 +45,33 @@ pub struct ContactEstimate {
     pub velocity_sigma: VelocitySigma,
 }
 
-/// The contact estimator of one foot: attitude filter, model of stillness and decision, with room
-/// for `CAPACITY` samples in the window.
+impl ContactEstimate {
+    /// The estimate where a sample could not be processed: not stable, with probability 0, the identity as orientation,
+    /// [`VelocitySigma::MOST`] and [`Flag::InvalidSample`].
+    pub const DOUBTFUL: Self = Self {
+        timestamp: Timestamp::from_micros(0),
+        probabilities: Probabilities {
+            axes: PerAxis::splat(0.0),
+            tangential: 0.0,
+            vertical: 0.0,
+            stable: 0.0,
+        },
+        decision: Decision::NotStable,
+        phase: Phase::Unknown,
+        flags: Flags::NONE.with(Flag::InvalidSample),
+        orientation: Quaternion::IDENTITY,
+        linear_acceleration: LinearAcceleration(Vec3::ZERO),
+        angular_rate: AngularRate(Vec3::ZERO),
+        gyro_bias: AngularRate(Vec3::ZERO),
+        velocity_sigma: VelocitySigma::MOST,
+    };
+}
+
+/// The contact estimator of one foot: attitude filter, model of stillness and decision.
+///
+/// `CAPACITY` is the largest window of [`Method::HalfWidths`], in samples; the other method has none.
 #[derive(Clone, Debug)]
-pub struct ContactEstimator<const CAPACITY: usize> {
+pub struct ContactEstimator<const CAPACITY: usize = 1> {
     gravity: Gravity,
     /// Nominal time between samples, µs.
     period_us: u64,
@@ -78,15 +102,17 @@ const _: () = assert!(size_of::<ContactEstimator<256>>() <= 8 * 1024);
 impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// An estimator without samples.
     #[must_use]
+    #[inline(never)] // Built where the caller keeps it, without a copy on the stack if the compiler can.
     pub fn new(config: &Config<CAPACITY>) -> Self {
+        let period_us = config.period_us();
         Self {
-            gravity: config.gravity,
-            period_us: config.period_us,
-            gap_us: 2 * config.period_us - config.period_us / 4,
+            gravity: config.gravity(),
+            period_us,
+            gap_us: 2 * period_us - period_us / 4,
             attitude: AttitudeFilter::new(config),
-            roll: config.roll,
-            phase: PhaseTracker::new(config.phase),
-            velocity: config.velocity,
+            roll: config.roll(),
+            phase: PhaseTracker::new(config.phase()),
+            velocity: config.velocity(),
             velocity_sigma: VelocitySigma::MOST,
             previous: None,
             model: Model::new(config),
@@ -186,6 +212,59 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.attitude.excess_bias()
+    }
+
+    /// Times of `count` samples that were read at once, such as from a sensor's FIFO: oldest first, the last at
+    /// `newest`. [`Self::update`] needs a time of its own for each sample; samples that share one are invalid.
+    ///
+    /// The samples lie evenly between the newest sample of the previous read and that of this one. If that is too long
+    /// for `count` samples, some are missing before them, and they are one period apart, as in the first read.
+    ///
+    /// ```
+    /// # use estimator_core::{ContactEstimator, ImuSample, Params, Timestamp};
+    /// # let mut estimator = ContactEstimator::new(&Params::DEFAULT.validate()?);
+    /// # let (fifo, read_at) = ([ImuSample::default(); 8], Timestamp::from_micros(8_000));
+    /// let times = estimator.batch_timestamps(read_at, fifo.len());
+    /// for (sample, timestamp) in fifo.iter().zip(times) {
+    ///     let estimate = estimator.update(&ImuSample { timestamp, ..*sample }, None);
+    /// #   assert_eq!(estimate.timestamp, timestamp);
+    /// }
+    /// # Ok::<(), estimator_core::ParamsError>(())
+    /// ```
+    pub fn batch_timestamps(
+        &self,
+        newest: Timestamp,
+        count: usize,
+    ) -> impl ExactSizeIterator<Item = Timestamp> + DoubleEndedIterator + use<CAPACITY> {
+        // In 32 bits, which a microcontroller divides: a longer batch than an hour is one with a gap.
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        let divisor = count.max(1);
+        let period = u32::try_from(self.period_us).unwrap_or(u32::MAX);
+        let elapsed = self.previous.and_then(|previous| newest.micros_since(previous));
+        let elapsed = elapsed.and_then(|elapsed| u32::try_from(elapsed).ok());
+        // A quarter more than `count` periods is jitter of the read and error of the sensor's clock.
+        let periods = u64::from(divisor) + u64::from(count / 4);
+        let longest = (periods - 1) * self.period_us + self.gap_us;
+        let step = match elapsed {
+            Some(elapsed) if elapsed > 0 && u64::from(elapsed) < longest => elapsed / divisor,
+            _ => period,
+        };
+        let newest = newest.as_micros();
+        (0..count as usize).map(move |place| {
+            let later = u64::from(count) - 1 - place as u64;
+            Timestamp::from_micros(newest.saturating_sub(later * u64::from(step)))
+        })
+    }
+
+    /// Length of the mean specific force, m/s², if no foot can have it; `None` while it is plausible or unknown, and
+    /// with [`Gravity::Removed`].
+    ///
+    /// A value shows that the readings have another unit, such as 1 in g or 1,000 in mg, or that the full scale is not
+    /// the assumed one. It is one outside of 7 to 12.6 m/s² at rest, or a mean of half a second outside of 1.5 to 60 m/s²:
+    /// a foot would have to fall for 0.9 s, or to become 25 m/s faster.
+    #[must_use]
+    pub fn implausible_force(&self) -> Option<f32> {
+        self.attitude.implausible_force()
     }
 
     /// Length of the mean specific force while the foot is at rest, m/s²; `None` while it is not.
@@ -290,12 +369,20 @@ enum Motion {
 }
 
 impl<const CAPACITY: usize> Model<CAPACITY> {
+    #[inline(never)] // Its temporary values leave the stack.
     fn new(config: &Config<CAPACITY>) -> Self {
-        let model = SelfCalibrating::new(&config.self_calibrating);
-        match config.method {
-            Method::SelfCalibrating => Self::SelfCalibrating(model),
-            Method::HalfWidths => Self::HalfWidths(Density::new(&config.kde), model.learnt()),
+        match config.method() {
+            Method::SelfCalibrating => {
+                Self::SelfCalibrating(SelfCalibrating::new(&config.self_calibrating()))
+            }
+            Method::HalfWidths => Self::with_half_widths(config),
         }
+    }
+
+    #[inline(never)] // Its temporary values are not on the stack of the other method.
+    fn with_half_widths(config: &Config<CAPACITY>) -> Self {
+        let learnt = SelfCalibrating::new(&config.self_calibrating()).learnt();
+        Self::HalfWidths(Density::new(&config.kde()), learnt)
     }
 
     /// Processes the motion of one sample.
@@ -402,7 +489,7 @@ mod tests {
     const HALF_WIDTHS: Params = Params { method: Method::HalfWidths, ..GRAVITY_FREE };
 
     fn estimator(params: &Params) -> ContactEstimator<64> {
-        ContactEstimator::new(&params.validate().expect("valid parameters"))
+        ContactEstimator::new(&params.validate_for().expect("valid parameters"))
     }
 
     fn at_rest(micros: u64) -> ImuSample {
@@ -755,6 +842,119 @@ mod tests {
         let estimate = rested(&HALF_WIDTHS, 60).update(&at_rest(59_000 + 50_000), None);
         let expected = Flags::NONE.with(Flag::TimeGap).with(Flag::WindowNotFull);
         assert_eq!(estimate.flags, expected);
+    }
+
+    /// Times in µs of the samples of a read.
+    fn batch(estimator: &ContactEstimator<64>, newest: u64, count: usize) -> Vec<u64> {
+        let times = estimator.batch_timestamps(Timestamp::from_micros(newest), count);
+        times.map(Timestamp::as_micros).collect()
+    }
+
+    #[test]
+    fn samples_of_a_read_lie_evenly_after_those_of_the_one_before() {
+        let mut estimator = estimator(&GRAVITY_FREE);
+        assert_eq!(batch(&estimator, 9_000, 4), [6_000, 7_000, 8_000, 9_000]);
+        assert_eq!(batch(&estimator, 9_000, 0), []);
+        estimator.update(&at_rest(9_000), None);
+        for (newest, expected) in [
+            (13_000, [10_000, 11_000, 12_000, 13_000]),
+            (12_200, [9_800, 10_600, 11_400, 12_200]),
+            (14_600, [10_400, 11_800, 13_200, 14_600]),
+            // Samples are missing before these.
+            (100_000, [97_000, 98_000, 99_000, 100_000]),
+            // The clock was set back.
+            (9_000, [6_000, 7_000, 8_000, 9_000]),
+            (2_000, [0, 0, 1_000, 2_000]),
+        ] {
+            assert_eq!(batch(&estimator, newest, 4), expected, "{newest}");
+        }
+    }
+
+    #[test]
+    fn batch_of_any_size_ends_at_its_newest_time() {
+        let estimator = rested(&GRAVITY_FREE, 10);
+        for newest in [0, 1, 9_000, 9_001, u64::MAX] {
+            for count in [1, 2, usize::MAX] {
+                let mut times = estimator.batch_timestamps(Timestamp::from_micros(newest), count);
+                assert_eq!(times.len(), count.min(u32::MAX as usize));
+                assert_eq!(times.next_back(), Some(Timestamp::from_micros(newest)), "{count}");
+            }
+        }
+    }
+
+    /// Motion of a foot that walks, at each ms.
+    fn walking(ms: u64) -> ImuSample {
+        let (phase, wave) = (ms % 600, (ms * 7 % 13) as f32 / 13.0 - 0.5);
+        let swing = if phase < 150 { 6.0 } else { -6.0 };
+        let x = if ms > 1_000 && phase < 300 { swing } else { 0.1 };
+        let rate = if ms > 1_000 && phase < 300 { 2.0 * wave } else { 0.02 * wave };
+        ImuSample {
+            timestamp: Timestamp::from_micros(1_000 * ms),
+            specific_force: SpecificForce(Vec3::new(x + wave, 0.0, STANDARD_GRAVITY)),
+            angular_rate: AngularRate(Vec3::new(0.0, rate, 0.0)),
+            ..ImuSample::default()
+        }
+    }
+
+    #[test]
+    fn reads_of_a_fifo_have_the_estimate_of_single_samples() {
+        const READ: u64 = 8;
+        let mut single = estimator(&Params::DEFAULT);
+        let expected: Vec<_> = (0..8_000).map(|ms| single.update(&walking(ms), None)).collect();
+        for (late_us, bound) in [(0, 1.0e-6), (900, 0.02), (2_500, 0.05)] {
+            let mut batched = estimator(&Params::DEFAULT);
+            let mut sum = 0.0;
+            for read in 0..8_000 / READ {
+                let samples: Vec<_> = (0..READ).map(|k| walking(READ * read + k)).collect();
+                let late = read * 7_919 % 10 * late_us / 10;
+                let newest = 1_000 * (READ * read + READ - 1) + late;
+                let times = batched.batch_timestamps(Timestamp::from_micros(newest), samples.len());
+                for (k, (sample, timestamp)) in (0..).zip(samples.iter().zip(times)) {
+                    let estimate = batched.update(&ImuSample { timestamp, ..*sample }, None);
+                    assert!(!estimate.flags.contains(Flag::InvalidSample), "{newest}");
+                    assert!(!estimate.flags.contains(Flag::TimeGap), "{newest}");
+                    let of_single: ContactEstimate = expected[(READ * read) as usize + k];
+                    let error = estimate.probabilities.stable - of_single.probabilities.stable;
+                    sum += error * error;
+                }
+            }
+            let rmse = crate::math::sqrt(sum / 8_000.0);
+            assert!(rmse < bound, "{late_us} µs: {rmse}");
+        }
+        // With the time of the read alone, seven of eight are invalid.
+        let mut shared = estimator(&Params::DEFAULT);
+        let invalid = (0..8_000).filter(|ms| {
+            let timestamp = Timestamp::from_micros(1_000 * (ms / READ * READ + READ - 1));
+            let estimate = shared.update(&ImuSample { timestamp, ..walking(*ms) }, None);
+            estimate.flags.contains(Flag::InvalidSample)
+        });
+        assert_eq!(invalid.count(), 7_000);
+    }
+
+    #[test]
+    fn readings_in_another_unit_are_implausible_and_those_of_a_walk_are_not() {
+        for (factor, is_implausible) in
+            [(1.0, false), (1.0 / STANDARD_GRAVITY, true), (1_000.0 / STANDARD_GRAVITY, true)]
+        {
+            let mut estimator = estimator(&Params::DEFAULT);
+            let mut found = None;
+            for ms in 0..8_000 {
+                let mut sample = walking(ms);
+                sample.specific_force.0 = sample.specific_force.0 * factor;
+                estimator.update(&sample, None);
+                found = found.or(estimator.implausible_force());
+            }
+            assert_eq!(found.is_some(), is_implausible, "{factor}: {found:?}");
+            let near =
+                found.is_none_or(|force| (force / factor / STANDARD_GRAVITY - 1.0).abs() < 0.3);
+            assert!(near, "{factor}: {found:?}");
+        }
+        // Without gravity no unit can be told.
+        let mut free = estimator(&GRAVITY_FREE);
+        (0..4_000).for_each(|ms| {
+            free.update(&walking(ms), None);
+        });
+        assert_eq!(free.implausible_force(), None);
     }
 
     #[test]

@@ -4,7 +4,8 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Flag {
-    /// Fewer samples than the window's length have been received. The means cover the samples so far.
+    /// Fewer samples than the window's length have been used. The means cover the samples so far. Samples before up is
+    /// known are not used, so that the flag stays with [`Self::AttitudeNotInitialised`].
     WindowNotFull,
     /// The attitude filter has not found up yet, or has lost it in a gap, so gravity cannot be removed. With
     /// half-widths every probability is 0; otherwise each sample counts as mass 0.

@@ -360,7 +360,7 @@ mod tests {
     use std::vec::Vec;
 
     fn estimator() -> DensityEstimator<64> {
-        DensityEstimator::new(&Params::PAPER.validate().expect("a preset"))
+        DensityEstimator::new(&Params::PAPER.validate_for().expect("a preset"))
     }
 
     #[test]

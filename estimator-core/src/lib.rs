@@ -1,5 +1,29 @@
 //! Stable-contact probability of a robot's foot, from the IMU on it alone.
 //!
+//! # What firmware needs
+//!
+//! | item | use |
+//! |---|---|
+//! | [`Params`], with [`DecisionParams`], [`LoadParams`], [`VelocityParams`], [`Gravity`], [`Learning`] | set the sample rate; the rest has defaults |
+//! | [`Params::validate`], [`ParamsError`] | check them, and get a [`Config`] |
+//! | [`ContactEstimator`] | one for each foot, in less than 1 KiB |
+//! | [`ImuSample`], with [`Timestamp`], [`SpecificForce`], [`AngularRate`], [`Validity`], [`Saturation`], [`Vec3`]; [`Load`] | what goes in |
+//! | [`ContactEstimate`], with [`Probabilities`], [`PerAxis`], [`Decision`], [`Phase`], [`Flags`], [`Flag`], [`VelocitySigma`], [`Quaternion`], [`LinearAcceleration`] | what comes out |
+//! | [`Learnt`], [`LearntError`] | store what the foot has learnt, for a warm start |
+//! | [`Mounting`], [`AccelerometerCorrection`] | before the estimator, if the sensor needs them |
+//!
+//! The paper's method, [`Method::HalfWidths`], needs room for its window: [`Params::validate_for`].
+//!
+//! | feature | effect |
+//! |---|---|
+//! | none, the default | all of the above |
+//! | `defmt` | samples, estimates and errors can be logged by `defmt` |
+//! | `self-check` | a program for another machine can compare its bits with those of this one |
+//!
+//! No feature changes a result. The oldest Rust that compiles the library is 1.88.
+//!
+//! # How it works
+//!
 //! A reader follows [`ContactEstimator::update`] through these modules, in this order:
 //!
 //! | step | module |
@@ -23,7 +47,7 @@
 //! | [`params`], [`parameter`], [`config`] | parameters, their ranges, and the derived configuration |
 //! | [`constants`], [`learnt`] | constants of the self-calibrating estimate, and its state to be stored |
 //! | [`probability`], [`flag`] | results: probability per axis, tangential, vertical and in total; reasons to doubt them |
-//! | [`math`], [`vector`] | functions, vectors and quaternions with the same bits on every machine |
+//! | [`vector`] | vectors and quaternions, by functions with the same bits on every machine |
 //!
 //! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
 //! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023
@@ -37,7 +61,7 @@
 //! use estimator_core::{ContactEstimator, Gravity, ImuSample, Params, Timestamp};
 //!
 //! let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
-//! let mut estimator = ContactEstimator::new(&params.validate::<256>()?);
+//! let mut estimator = ContactEstimator::new(&params.validate()?);
 //! for tick in 0..400 {
 //!     let sample = ImuSample { timestamp: Timestamp::from_micros(tick * 1000), ..Default::default() };
 //!     let estimate = estimator.update(&sample, None);
@@ -73,6 +97,7 @@ pub mod flag;
 pub mod gyro_bias;
 pub mod kde;
 pub mod learnt;
+#[doc(hidden)] // For the benchmark alone.
 pub mod math;
 pub mod mounting;
 pub mod parameter;
@@ -98,7 +123,7 @@ pub use contact::{ContactEstimate, ContactEstimator};
 pub use correction::AccelerometerCorrection;
 pub use flag::{Flag, Flags};
 pub use kde::DensityEstimator;
-pub use learnt::{Learning, Learnt};
+pub use learnt::{Learning, Learnt, LearntError};
 pub use mounting::{Mounting, MountingError, MountingParams, SensorAxis};
 pub use parameter::Parameter;
 pub use params::{DecisionParams, Gravity, LoadParams, Method, Params, WindowLength};

@@ -172,7 +172,8 @@ static RANGES: [(f32, f32); Parameter::ALL.len()] = ranges(&Parameter::ROWS);
 /// Checks that every number is in its range, and that the load's off threshold does not exceed its
 /// on threshold.
 pub(crate) fn check(params: &Params) -> Result<(), ParamsError> {
-    for (parameter, (least, most)) in Parameter::ALL.into_iter().zip(RANGES) {
+    // By reference: the arrays are not copied to the stack.
+    for (&parameter, &(least, most)) in Parameter::ALL.iter().zip(&RANGES) {
         let most = match parameter {
             Parameter::LoadOffThreshold => params.load.on_threshold,
             _ => most,

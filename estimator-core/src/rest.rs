@@ -138,6 +138,13 @@ impl LongRest {
     /// Time after the first sample in which a sample may contradict those before it, s.
     const BEGINNING: f32 = 0.1;
 
+    /// Plausible lengths of the force at rest, m/s²: gravity, and the errors of an accelerometer.
+    const AT_REST: (f32, f32) = (7.0, 12.6);
+
+    /// Plausible lengths of the mean over [`Self::LONG_MEAN`], m/s²: the mean differs from gravity by the change of speed
+    /// in that time. It is below the least after a free fall of 0.9 s.
+    const MEAN: (f32, f32) = (1.5, 60.0);
+
     /// Distance of a force from the short mean that contradicts it, m/s².
     const CONTRADICTING: f32 = 0.5 * STANDARD_GRAVITY;
 
@@ -218,6 +225,15 @@ impl LongRest {
     /// Mean angular rate over half a second, rad/s, sensor frame.
     pub(crate) const fn mean_rate(&self) -> Vec3 {
         self.mean_rate
+    }
+
+    /// Length of the mean specific force, m/s², if no foot can have it.
+    pub(crate) fn implausible_force(&self) -> Option<f32> {
+        let force = self.mean_force.length();
+        let at_rest = self.force_at_rest().is_some();
+        let is_implausible = at_rest && !(Self::AT_REST.0..=Self::AT_REST.1).contains(&force)
+            || self.age >= Self::BEGINNING && !(Self::MEAN.0..=Self::MEAN.1).contains(&force);
+        is_implausible.then_some(force)
     }
 
     /// Length of the mean specific force, m/s², once a rest has lasted for [`RestParams::duration`]; `None` otherwise.

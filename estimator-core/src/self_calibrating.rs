@@ -30,7 +30,6 @@ use crate::constants::Constants;
 use crate::learnt::{LEAST_DISTANCE, Learning, Learnt};
 use crate::math::{Order, erf, exp, inverse_root, ln, rounded};
 use crate::probability::Probabilities;
-use crate::range::ParamsError;
 use crate::rest::BriefRest;
 use crate::sample::{AngularRate, LinearAcceleration};
 use crate::units::STANDARD_GRAVITY;
@@ -53,25 +52,22 @@ const PARTS: usize = 6;
 
 /// Checked inputs of a self-calibrating estimate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SelfCalibratingConfig {
-    constants: Constants,
+pub(crate) struct SelfCalibratingConfig<'a> {
+    constants: &'a Constants,
     learning: Learning,
     learnt: Option<Learnt>,
     sample_rate: f32,
 }
 
-impl SelfCalibratingConfig {
-    /// Checks the learnt state.
-    pub fn new(
-        constants: &Constants,
+impl<'a> SelfCalibratingConfig<'a> {
+    /// Inputs that have been checked.
+    pub const fn new(
+        constants: &'a Constants,
         learning: Learning,
         learnt: Option<Learnt>,
         sample_rate: f32,
-    ) -> Result<Self, ParamsError> {
-        if let Some(learnt) = &learnt {
-            learnt.validate()?;
-        }
-        Ok(Self { constants: *constants, learning, learnt, sample_rate })
+    ) -> Self {
+        Self { constants, learning, learnt, sample_rate }
     }
 }
 
@@ -126,8 +122,9 @@ pub(crate) struct SelfCalibrating {
 }
 
 impl SelfCalibrating {
-    pub fn new(config: &SelfCalibratingConfig) -> Self {
+    pub fn new(config: &SelfCalibratingConfig<'_>) -> Self {
         let &SelfCalibratingConfig { constants, learning, learnt, sample_rate } = config;
+        let constants = *constants;
         let period = 1.0 / sample_rate;
         let newest = 1.0 - exp(-1.0 / (constants.window * sample_rate).greater(LEAST_WINDOW));
         let learnt = learnt.unwrap_or_else(|| Learnt::unobserved(&constants)).at_start(&constants);
@@ -1048,8 +1045,7 @@ mod tests {
         const TURNS: [f32; 2] = [0.05, 4.0];
 
         fn new(constants: Constants) -> Self {
-            let config = SelfCalibratingConfig::new(&constants, Learning::On, None, 1.0 / DT)
-                .expect("nothing learnt");
+            let config = SelfCalibratingConfig::new(&constants, Learning::On, None, 1.0 / DT);
             let mut walker = Self { model: SelfCalibrating::new(&config), random: 1 };
             walker.move_for(600, |_| 0.0, 0.0);
             walker
@@ -1204,8 +1200,7 @@ mod tests {
 
     #[test]
     fn probability_without_evidence_is_at_most_a_half() {
-        let config = SelfCalibratingConfig::new(&CONSTANTS, Learning::On, None, 1000.0)
-            .expect("nothing learnt");
+        let config = SelfCalibratingConfig::new(&CONSTANTS, Learning::On, None, 1000.0);
         let mut model = SelfCalibrating::new(&config);
         // A sway that is too weak for a swing and too strong for rest.
         for ms in 0..5_000_u32 {

@@ -30,7 +30,7 @@ pub const CAPACITY: usize = 256;
 /// # Errors
 /// The parameters are invalid.
 pub fn run(params: &Params, mut report: impl FnMut(u32, u64)) -> Result<(), ParamsError> {
-    let mut estimator = ContactEstimator::<CAPACITY>::new(&params.validate()?);
+    let mut estimator = ContactEstimator::<CAPACITY>::new(&params.validate_for()?);
     let mut stimulus = Stimulus::new();
     let mut digest = Digest::new();
     for taken in 1..=SAMPLES {
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn the_stimulus_covers_all_flags_phases_and_learning() {
         let mut estimator =
-            ContactEstimator::<CAPACITY>::new(&Params::DEFAULT.validate().expect("a preset"));
+            ContactEstimator::<CAPACITY>::new(&Params::DEFAULT.validate_for().expect("a preset"));
         let mut stimulus = Stimulus::new();
         let estimates: Vec<_> = (0..SAMPLES)
             .map(|_| {

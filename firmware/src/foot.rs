@@ -206,7 +206,7 @@ impl Foot {
     /// # Errors
     /// The parameters do not fit each other, which checked [`Settings`] exclude.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
-        let config = settings.params().validate()?;
+        let config = settings.params().validate_for()?;
         Ok(Self::with_config(settings, start, &config))
     }
 
@@ -222,11 +222,11 @@ impl Foot {
         settings: Settings,
         start: Start,
     ) -> Result<&mut Self, ParamsError> {
-        let (settings, start, config) = match settings.params().validate() {
+        let (settings, start, config) = match settings.params().validate_for() {
             Ok(config) => (settings, start, config),
             Err(_) => {
                 let settings = Settings::default();
-                let config = settings.params().validate()?;
+                let config = settings.params().validate_for()?;
                 (settings, Start { origin: Origin::Incompatible, ..start }, config)
             }
         };
@@ -774,7 +774,7 @@ impl Foot {
             Renewal::Restart => settings.learnt,
         };
         let params = Params { learnt, sample_rate: 1.0e6 / self.tick_us as f32, ..settings };
-        if let Ok(config) = params.validate() {
+        if let Ok(config) = params.validate_for() {
             self.estimator = ContactEstimator::new(&config);
         }
     }

@@ -20,7 +20,7 @@ use proptest::prelude::*;
 const GRAVITY: Vector = Vector::new(0.0, 0.0, sensor::GRAVITY);
 
 fn filter(params: &Params) -> AttitudeFilter {
-    AttitudeFilter::new(&params.validate::<256>().expect("valid parameters"))
+    AttitudeFilter::new(&params.validate_for::<256>().expect("valid parameters"))
 }
 
 fn single(vector: Vector) -> Vec3 {

@@ -33,7 +33,7 @@ fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Lea
         gravity: recording.gravity,
         ..Params::DEFAULT
     };
-    let mut estimator = ContactEstimator::<256>::new(&params.validate().expect("the preset"));
+    let mut estimator = ContactEstimator::<256>::new(&params.validate_for().expect("the preset"));
     for sample in &recording.samples {
         estimator.update(&sample.imu, None);
     }

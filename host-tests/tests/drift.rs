@@ -85,7 +85,7 @@ fn step_of_the_bias_beyond_the_limit_is_reported() {
     let walk = long_walk(GaitName::Walk);
     for (degrees, reported) in [(5.0, false), (9.0, true)] {
         let step = with_step(&walk, Vec3::new(degrees * PI / 180.0, 0.0, 0.0));
-        let config: Config<256> = Params::DEFAULT.validate().expect("the preset");
+        let config: Config<256> = Params::DEFAULT.validate_for().expect("the preset");
         let mut estimator = ContactEstimator::new(&config);
         let mut first = None;
         for sample in &step.samples {

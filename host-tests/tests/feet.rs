@@ -31,7 +31,8 @@ struct Moment {
 /// Runs the filter over a plan. Also returns the number of saturated samples.
 fn follow(plan: &Plan, seed: u64) -> (Vec<Moment>, usize) {
     let simulation = simulate(plan, &WARMING, seed);
-    let mut filter = AttitudeFilter::new(&Params::DEFAULT.validate::<256>().expect("the preset"));
+    let mut filter =
+        AttitudeFilter::new(&Params::DEFAULT.validate_for::<256>().expect("the preset"));
     let samples = &simulation.recording.samples;
     let mut quiet_since = None;
     let moments = samples
@@ -104,7 +105,8 @@ fn a_sensor_warming_up_at_rest_keeps_its_bias_known() {
     let plan = Plan::steady(GaitName::Stand, Ground::Hard, 600.0, 2);
     let simulation = simulate(&plan, &WARMING, 2);
     let specimen = WARMING.specimen(2);
-    let mut filter = AttitudeFilter::new(&Params::DEFAULT.validate::<256>().expect("the preset"));
+    let mut filter =
+        AttitudeFilter::new(&Params::DEFAULT.validate_for::<256>().expect("the preset"));
     for (sample, raw) in simulation.recording.samples.iter().zip(&simulation.raw) {
         filter.update(&sample.imu);
         if sample.time_s() < 20.0 {

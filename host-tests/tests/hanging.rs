@@ -172,7 +172,7 @@ impl Foot {
     fn new(learnt: Option<Learnt>) -> Self {
         let params = Params { learnt, ..Params::DEFAULT };
         Self {
-            estimator: ContactEstimator::new(&params.validate().expect("the preset")),
+            estimator: ContactEstimator::new(&params.validate_for().expect("the preset")),
             chance: Chance::new(1),
             micros: 0,
         }

@@ -106,7 +106,7 @@ fn assert_no_doubt_is_stable(name: &str, estimates: &[ContactEstimate]) {
 
 fn assert_can_be_learnt(name: &str, learnt: Learnt) {
     let params = Params { learnt: Some(learnt), ..Params::DEFAULT };
-    let valid = params.validate::<256>().map(|_| ());
+    let valid = params.validate_for::<256>().map(|_| ());
     assert_eq!(valid, Ok(()), "{name}: {learnt:?}");
 }
 

@@ -259,7 +259,7 @@ fn nano_walks_over_usb_with_the_bits_of_the_host() {
     });
     let samples: BTreeMap<_, _> = samples.collect();
     let params = Params { sample_rate: 1.0 / TICK_S, ..Settings::default().params() };
-    let config = params.validate::<WINDOW_CAPACITY>().expect("the defaults");
+    let config = params.validate_for::<WINDOW_CAPACITY>().expect("the defaults");
     let mut estimator = ContactEstimator::new(&config);
     let (mut compared, mut stable) = (0, 0);
     for contact in run.contacts() {

@@ -110,7 +110,7 @@ prop_compose! {
 }
 
 fn estimator(params: &Params) -> ContactEstimator<CAPACITY> {
-    ContactEstimator::new(&params.validate().expect("parameters in their ranges"))
+    ContactEstimator::new(&params.validate_for().expect("parameters in their ranges"))
 }
 
 /// Maximum amount by which a partial probability may be below the total: rounding.
@@ -174,7 +174,7 @@ proptest! {
             assert_sigma(&params.velocity, &estimate)?;
         }
         let learnt = Params { learnt: Some(estimator.learnt()), ..params };
-        prop_assert!(learnt.validate::<CAPACITY>().is_ok(), "{:?}", estimator.learnt());
+        prop_assert!(learnt.validate_for::<CAPACITY>().is_ok(), "{:?}", estimator.learnt());
     }
 
     #[test]
@@ -194,7 +194,7 @@ proptest! {
             ..narrow
         };
         let [mut narrow, mut wide] =
-            [narrow, wide].map(|p| DensityEstimator::<CAPACITY>::new(&p.validate().expect("in range")));
+            [narrow, wide].map(|p| DensityEstimator::<CAPACITY>::new(&p.validate_for().expect("in range")));
         for [ax, ay, az, wx, wy, wz] in motion {
             let (a, w) = (
                 LinearAcceleration(Vec3::new(ax, ay, az)),

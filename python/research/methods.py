@@ -79,7 +79,7 @@ def _warm(file: Labelled, learnt_on: Labelled) -> Answers:
     """Starts with what the estimator has learnt by the end of another recording."""
     learnt = [float(value) for value in learnt_on.recording.estimate().learnt]
     names = ("still", "moving", "speed", "still_seconds", "moving_seconds")
-    return _footfall(file, config={"learnt": dict(zip(names, learnt, strict=True))})
+    return _footfall(file, config={"learnt": {"version": 1, **dict(zip(names, learnt, strict=True))}})
 
 
 def _published(file: Labelled, scores: Callable[[Labelled], Array]) -> Answers:

@@ -48,7 +48,7 @@ mod pages;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
-use wire::dictionary::{self, Place, SETTINGS};
+use wire::dictionary::{self, Place, SETTINGS, index};
 use wire::{Address, Settings, Value};
 
 use pages::{Item, Pages};
@@ -81,6 +81,8 @@ pub enum Origin {
     Incompatible,
     /// Defaults: the stored settings were not read, after [`MOST_WATCHDOG_RESETS`] in a row.
     NotRead,
+    /// The flash, except the learnt values: they are of another version, or damaged, and the foot learns again.
+    NotLearnt,
 }
 
 /// Resets by the watchdog in a row after which the stored settings are not read: they may be the cause.
@@ -96,6 +98,7 @@ impl Origin {
             Self::Corrupted => Some(0),
             Self::Incompatible => Some(1),
             Self::NotRead => Some(2),
+            Self::NotLearnt => Some(3),
         }
     }
 }
@@ -182,13 +185,23 @@ where
             return (Settings::default(), Origin::Blank);
         }
         let mut unknown = length % ENTRY;
+        let mut has_learnt = false;
         let values = self.entries(item).filter_map(|entry| {
             let value = entry.and_then(|entry| setting(&entry));
             unknown += usize::from(value.is_none());
+            has_learnt |= value.is_some_and(|(address, value)| {
+                address.index == index::LEARNT && value.to_raw() != 0
+            });
             value
         });
         let (settings, refused) = Settings::set_all(values);
-        let origin = if refused == 0 && unknown == 0 { Origin::Stored } else { Origin::Corrupted };
+        let origin = if refused > 0 || unknown > 0 {
+            Origin::Corrupted
+        } else if has_learnt && settings.learnt().is_none() {
+            Origin::NotLearnt
+        } else {
+            Origin::Stored
+        };
         (settings, origin)
     }
 
@@ -241,9 +254,9 @@ fn setting(entry: &[u8; ENTRY]) -> Option<(Address, Value)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use estimator_core::Learnt;
     use pages::tests::{BOARD_PAGE, Flash, holding};
     use std::{vec, vec::Vec};
-    use wire::dictionary::index;
 
     fn entry(address: Address, raw: u32) -> [u8; ENTRY] {
         let [i0, i1] = address.index.to_le_bytes();
@@ -356,8 +369,28 @@ mod tests {
     fn a_shorter_record_gives_new_defaults() {
         let record = encode(&settings());
         // Everything except the learnt values.
-        let shorter = &record[..record.len() - 12 * ENTRY];
+        let shorter = &record[..record.len() - 14 * ENTRY];
         assert_eq!(load(shorter), (settings(), Origin::Stored));
+    }
+
+    #[test]
+    fn learnt_values_without_version_and_crc_are_not_used() {
+        let mut stored = settings();
+        let learnt = Learnt::from_array([-1.0, 2.0, -4.5, 4.0, 3.0]);
+        assert_eq!(stored.set_learnt(Some(learnt)), Ok(()));
+        let record = encode(&stored);
+        assert_eq!(load(&record), (stored, Origin::Stored));
+        let (entries, _) = record[HEAD..].as_chunks::<ENTRY>();
+        let is_seal = |entry: &[u8; ENTRY]| {
+            let address = address_of(entry);
+            address.index == index::LEARNT && address.subindex > 5
+        };
+        let kept = entries.iter().filter(|entry| !is_seal(entry)).flatten();
+        let older: Vec<u8> = [VERSION].iter().chain(kept).copied().collect();
+        let (found, origin) = load(&older);
+        assert_eq!((found.learnt(), origin), (None, Origin::NotLearnt));
+        let window = Address::new(index::WINDOW, 0);
+        assert_eq!(found.get(window), Some(Value::U32(30_000)));
     }
 
     #[test]

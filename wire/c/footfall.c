@@ -541,7 +541,7 @@ const char *footfall_fault_detail(enum footfall_fault fault)
     case FOOTFALL_FAULT_CRYSTAL_MISSING:
         return "frequency of the crystal, kHz; 0 if it does not start";
     case FOOTFALL_FAULT_CONFIG_CORRUPTED:
-        return "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row";
+        return "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row, 3 learnt values of another version or damaged";
     case FOOTFALL_FAULT_CONFIG_STORE:
         return "0 the flash did not hold it, 1 the supply is too low for it";
     case FOOTFALL_FAULT_PANIC:

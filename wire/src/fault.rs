@@ -102,7 +102,7 @@ faults! {
     /// The crystal does not start, or has another frequency: the board runs on its internal oscillator, with CAN off.
     CrystalMissing = 9, 0x5001, "crystal missing", MANUFACTURER, unaffected, "frequency of the crystal, kHz; 0 if it does not start";
     /// The stored configuration was unreadable, or only partly readable: an older one or defaults are in use.
-    ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row";
+    ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row, 3 learnt values of another version or damaged";
     /// The configuration could not be stored.
     ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is too low for it";
     /// The program panicked and was restarted.

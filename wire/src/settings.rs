@@ -117,6 +117,24 @@ const TRIGGERS: [[usize; 3]; PDOS] = {
     slots
 };
 
+/// Sub-indices of the version and of the CRC of the learnt values.
+const LEARNT_VERSION: u8 = 6;
+const LEARNT_CRC: u8 = 7;
+
+/// Slots of the learnt values in the order of their stored form: version, numbers, CRC.
+const LEARNT_SLOTS: [usize; Learnt::WORDS] = {
+    let numbers = dictionary::slot_of(index::LEARNT, 1);
+    [
+        dictionary::slot_of(index::LEARNT, LEARNT_VERSION),
+        numbers,
+        numbers + 1,
+        numbers + 2,
+        numbers + 3,
+        numbers + 4,
+        dictionary::slot_of(index::LEARNT, LEARNT_CRC),
+    ]
+};
+
 /// Values of all settings of the [dictionary]; always within limits and compatible with each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
@@ -322,7 +340,7 @@ impl Settings {
     /// mounting as well, and the streams the bit rate.
     fn check(&self) -> Result<(), AbortCode> {
         let fits = self.worst_load() <= self.can_bit_rate() / 4 * 3;
-        let valid = self.params().validate::<WINDOW_CAPACITY>().is_ok()
+        let valid = self.params().validate_for::<WINDOW_CAPACITY>().is_ok()
             && self.mounting_params().validate().is_ok();
         (fits && valid).then_some(()).ok_or(AbortCode::Incompatible)
     }
@@ -399,11 +417,10 @@ impl Settings {
         }
     }
 
-    /// Learnt values with which the foot starts, if it has any.
+    /// Learnt values with which the foot starts; `None` if there are none, or of another version, or damaged.
     #[must_use]
     pub fn learnt(&self) -> Option<Learnt> {
-        let learnt = Learnt::from_array(self.array(slot!(LEARNT, 1)));
-        (learnt.still_seconds != 0.0 || learnt.moving_seconds != 0.0).then_some(learnt)
+        Learnt::from_words(&LEARNT_SLOTS.map(|slot| self.value(slot))).ok()
     }
 
     /// Changes the learnt values with which the foot starts. On an error nothing changes.
@@ -415,6 +432,9 @@ impl Settings {
         for (subindex, number) in (1..).zip(learnt.unwrap_or_default().to_array()) {
             candidate.put(Address::new(index::LEARNT, subindex), Value::F32(number))?;
         }
+        let [version, crc] = learnt.map_or([0; 2], |learnt| [Learnt::VERSION, learnt.crc()]);
+        candidate.put(Address::new(index::LEARNT, LEARNT_VERSION), Value::U32(version))?;
+        candidate.put(Address::new(index::LEARNT, LEARNT_CRC), Value::U32(crc))?;
         candidate.check()?;
         *self = candidate;
         Ok(())
@@ -529,13 +549,27 @@ mod tests {
         settings
     }
 
+    /// Changes a setting without a check, and gives learnt values the CRC that fits them.
+    fn with_raw(base: &Settings, address: Address, value: Value) -> Settings {
+        let (_, slot) = find(address).expect("a setting");
+        let mut settings = base.clone();
+        settings.raw[slot] = value.to_raw();
+        let learnt = Learnt::from_array(settings.array(slot!(LEARNT, 1)));
+        settings.raw[slot!(LEARNT, 7)] = learnt.crc();
+        settings
+    }
+
     #[test]
     fn parameter_limits_are_those_of_the_estimator() {
-        let base = wide_settings();
+        let mut base = wide_settings();
+        // The other method has no window.
+        let method = Address::new(index::ESTIMATION, 1);
+        assert_eq!(base.set(method, Value::U8(1)), Ok(()));
         let mut tried = 0;
         for (address, entry) in dictionary::settings() {
             let of_the_estimator = match entry.concern() {
-                Some(Concern::Parameter(_) | Concern::Learnt) => true,
+                Some(Concern::Parameter(_)) => true,
+                Some(Concern::Learnt) => address.subindex < LEARNT_VERSION,
                 Some(Concern::Estimator) => address.index == index::WINDOW,
                 _ => false,
             };
@@ -548,6 +582,7 @@ mod tests {
             };
             for value in [low, high] {
                 assert_eq!(base.clone().set(address, value), Ok(()), "{address:?}");
+                assert_eq!(with_raw(&base, address, value).check(), Ok(()), "{address:?}");
             }
             // The estimator rejects the next step as well: no looser limit is possible.
             let outside = match (low, high) {
@@ -560,10 +595,8 @@ mod tests {
                 _ => panic!("{address:?} is no number"),
             };
             for value in outside {
-                let (_, slot) = find(address).expect("a setting");
-                let mut settings = base.clone();
-                settings.raw[slot] = value.to_raw();
-                let refused = settings.params().validate::<WINDOW_CAPACITY>();
+                let params = with_raw(&base, address, value).params();
+                let refused = params.validate_for::<WINDOW_CAPACITY>();
                 assert!(refused.is_err(), "{address:?} may be {value:?}");
             }
         }
@@ -623,11 +656,12 @@ mod tests {
     #[test]
     fn learnt_values_are_written_one_by_one_and_restored() {
         let mut settings = Settings::default();
-        let numbers = learnt().to_array();
-        for (subindex, number) in (1..).zip(numbers) {
-            assert_eq!(settings.learnt().is_some(), subindex > 4);
+        let numbers = learnt().to_array().map(Value::F32).into_iter();
+        let seal = [Learnt::VERSION, learnt().crc()].map(Value::U32);
+        for (subindex, value) in (1..).zip(numbers.chain(seal)) {
+            assert_eq!(settings.learnt(), None, "{subindex}");
             let address = Address::new(index::LEARNT, subindex);
-            assert_eq!(settings.set(address, Value::F32(number)), Ok(()));
+            assert_eq!(settings.set(address, value), Ok(()));
         }
         assert_eq!(settings.params().learnt, Some(learnt()));
         let mut at_once = Settings::default();
@@ -668,8 +702,6 @@ mod tests {
         assert_eq!(settings.set_learnt(Some(learnt())), Ok(()));
         let before = settings.clone();
         // Motion below stillness.
-        let moving = Address::new(index::LEARNT, 2);
-        assert_eq!(settings.set(moving, Value::F32(-1.5)), Err(AbortCode::Incompatible));
         let mut numbers = learnt().to_array();
         numbers[1] = -4.0;
         let swapped = settings.set_learnt(Some(Learnt::from_array(numbers)));
@@ -678,6 +710,19 @@ mod tests {
         let no_number = settings.set_learnt(Some(Learnt::from_array(numbers)));
         assert_eq!(no_number, Err(AbortCode::InvalidValue));
         assert_eq!(settings, before);
+    }
+
+    #[test]
+    fn each_flipped_bit_of_learnt_values_makes_the_foot_learn_again() {
+        let mut settings = Settings::default();
+        assert_eq!(settings.set_learnt(Some(learnt())), Ok(()));
+        for slot in LEARNT_SLOTS {
+            for bit in 0..u32::BITS {
+                let mut flipped = settings.clone();
+                flipped.raw[slot] ^= 1 << bit;
+                assert_eq!(flipped.learnt(), None, "bit {bit} of slot {slot}");
+            }
+        }
     }
 
     #[test]

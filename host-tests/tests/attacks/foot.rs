@@ -175,7 +175,7 @@ impl Foot {
         // Window of the paper's method, which is not used here.
         let params = Params { window: estimator_core::WindowLength::Samples(50), ..*params };
         Self {
-            estimator: Box::new(ContactEstimator::new(&params.validate().expect("in range"))),
+            estimator: Box::new(ContactEstimator::new(&params.validate_for().expect("in range"))),
             period: (1.0e6 / f64::from(params.sample_rate)).round() as u64,
             now: 0,
         }

@@ -246,11 +246,12 @@ fn estimator_settings_do_not_change_the_learnt_values() {
 fn learnt_values_written_by_a_master_take_precedence() {
     let other = learnt_from(12).learnt().expect("something");
     let (part, mut bench) = walked(Settings::default(), 13);
-    let numbers = other.to_array();
-    let writes: Vec<_> = (0..Learnt::NUMBERS)
-        .map(|i| {
-            let address = Address::new(index::LEARNT, i as u8 + 1);
-            move |bench: &mut Bench| bench.set(address, Value::F32(numbers[i]))
+    let numbers = other.to_array().map(Value::F32).into_iter();
+    let writes: Vec<_> = (1..)
+        .zip(numbers.chain([Learnt::VERSION, other.crc()].map(Value::U32)))
+        .map(|(subindex, value)| {
+            let address = Address::new(index::LEARNT, subindex);
+            move |bench: &mut Bench| bench.set(address, value)
         })
         .collect();
     let mut script: Vec<Act<'_>> = Vec::new();
@@ -258,9 +259,9 @@ fn learnt_values_written_by_a_master_take_precedence() {
         script.push((tick, write));
     }
     let there = |bench: &mut Bench| assert_starts_with(bench.foot.learnt(), other);
-    script.push((Learnt::NUMBERS as u64 + 1, &there));
+    script.push((Learnt::WORDS as u64 + 1, &there));
     let answers = scripted(&part, &mut bench, 20, &script);
-    assert_eq!(answers, [Answer::Done; Learnt::NUMBERS]);
+    assert_eq!(answers, [Answer::Done; Learnt::WORDS]);
     assert_eq!(bench.foot.settings().learnt(), Some(other));
 }
 

@@ -29,8 +29,9 @@ fn learnt_values_are_reported_and_replayed() {
 
     // The file, the object values in the report, the JSON and the estimator agree to the bit.
     let found = learnt(&bench, "robot.toml");
+    let numbers = found.to_array().map(|number| number.to_string()).into_iter();
     let values: Vec<String> = (1..)
-        .zip(found.to_array())
+        .zip(numbers.chain([Learnt::VERSION, found.crc()].map(|word| word.to_string())))
         .map(|(subindex, value)| format!("{subindex} = {value}"))
         .collect();
     let object = format!("\non the foot, 0x2018: {}\n", values.join(", "));
@@ -110,7 +111,7 @@ fn recordings_without_a_lesson_are_rejected_with_causes() {
 fn results_replace_keys_and_other_settings_are_kept() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     let before = "learning = 'frozen'\n[load]\non_threshold = 20.0\n[learnt]\nstill_seconds = 0\n\
-                  moving_seconds = 0\nstill = -1\nmoving = 2\nspeed = -5\n";
+                  moving_seconds = 0\nstill = -1\nmoving = 2\nspeed = -5\nversion = 1\n";
     fs::write(bench.path("robot.toml"), before).expect("a file");
     fs::write(bench.path("rests.csv"), lying(6, 9.81)).expect("a file");
     bench.stdout("calibrate walk.csv --config robot.toml --output robot.toml");

@@ -162,7 +162,7 @@ fn configuration_errors_give_the_place_of_each() {
         a = [\n => c.toml, line
         window = '20ms'\n => line 1, column 1, key window has an effect
         window = '50'\n => line 1, column 10, key window: "50" is no window: write a duration such as 50ms
-        [learnt]\nstill = -1\nmoving = -2\nspeed = -5\nstill_seconds = 2\nmoving_seconds = 3\n => line 3, column 1, key learnt.moving is -2, allowed is -1 to 6
+        [learnt]\nstill = -1\nmoving = -2\nspeed = -5\nstill_seconds = 2\nmoving_seconds = 3\nversion = 1\n => line 3, column 1, key learnt.moving is -2, allowed is -1 to 6
         [accelerometer]\nscale = { az = 9 }\n => line 2, column 16, key accelerometer.scale: az is 9
         "#,
     ) {

@@ -241,7 +241,7 @@ mod tests {
     /// so that no attitude filter is involved.
     fn probabilities(simulation: &Simulation) -> Vec<f32> {
         let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
-        let config = params.validate::<256>().expect("a preset");
+        let config = params.validate_for::<256>().expect("a preset");
         let mut estimator = ContactEstimator::new(&config);
         let samples = simulation.recording.samples.iter();
         samples

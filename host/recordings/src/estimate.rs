@@ -21,7 +21,7 @@ impl Estimator {
     /// A parameter is out of its range; the window may have up to [`CAPACITY`] samples.
     pub fn new(sample_rate: f32, gravity: Gravity, params: &Params) -> Result<Self, ParamsError> {
         let params = Params { sample_rate, gravity, ..*params };
-        Ok(Self(Box::new(ContactEstimator::new(&params.validate()?))))
+        Ok(Self(Box::new(ContactEstimator::new(&params.validate_for()?))))
     }
 
     /// Returns the estimate of the next sample.

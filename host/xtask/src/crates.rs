@@ -35,7 +35,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 const PROGRAM: &str = r#"use estimator_core::{ContactEstimator, ImuSample, Params};
 
 fn main() -> Result<(), estimator_core::ParamsError> {
-    let mut estimator = ContactEstimator::new(&Params::DEFAULT.validate::<256>()?);
+    let mut estimator = ContactEstimator::new(&Params::DEFAULT.validate_for::<256>()?);
     let estimate = estimator.update(&ImuSample::default(), None);
     assert!((0.0..=1.0).contains(&estimate.probabilities.stable));
     assert!(lsm6dsox::Config::FRESH_KILOHERTZ.noise().specific_force.is_some());

@@ -3,7 +3,7 @@
 use estimator_core::Learnt;
 
 use super::object::{Access, Entry, Object, Role, Shape, Text};
-use super::settings::LEARNT;
+use super::settings::LEARNT_NUMBERS;
 use crate::address::index;
 use crate::board::Counter;
 use crate::pdo::Field;
@@ -65,7 +65,7 @@ const fn counters() -> [Entry; Counter::ALL.len()] {
     entries
 }
 
-/// Command, state and learnt values: the entries of 0x2018, but live.
+/// Command, state and learnt values: the numbers of 0x2018, but live.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     let command = Entry::command(1, "Command", Access::Wo, Value::U8(0))
@@ -76,8 +76,8 @@ const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     let mut entries = [state; 2 + Learnt::NUMBERS];
     entries[0] = command;
     let mut i = 0;
-    while i < LEARNT.len() {
-        entries[2 + i] = LEARNT[i].as_live(3 + i as u8);
+    while i < LEARNT_NUMBERS.len() {
+        entries[2 + i] = LEARNT_NUMBERS[i].as_live(3 + i as u8);
         i += 1;
     }
     entries

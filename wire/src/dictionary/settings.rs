@@ -37,7 +37,7 @@ const ESTIMATION: &[Entry] = &[
 ];
 
 /// Numbers of [`Learnt`] in the order of its array.
-pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
+pub(super) const LEARNT_NUMBERS: [Entry; Learnt::NUMBERS] = {
     const fn learnt(subindex: u8, name: &'static str, row: Row) -> Entry {
         Entry::row(subindex, name, Concern::Learnt, row)
     }
@@ -49,6 +49,24 @@ pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
             .doc("that accelerations along the ground add up to in stances"),
         learnt(4, "Stillness learnt from", still_seconds),
         learnt(5, "Motion learnt from", moving_seconds),
+    ]
+};
+
+/// The words of [`Learnt`]'s stored form: its numbers, then the version and the CRC.
+const LEARNT: [Entry; Learnt::WORDS] = {
+    let [still, moving, speed, still_seconds, moving_seconds] = LEARNT_NUMBERS;
+    [
+        still,
+        moving,
+        speed,
+        still_seconds,
+        moving_seconds,
+        Entry::setting(6, "Version", Concern::Learnt, Value::U32(0))
+            .key("learnt.version")
+            .doc("of these numbers; 1 with this program"),
+        Entry::setting(7, "CRC", Concern::Learnt, Value::U32(0))
+            .key("learnt.crc")
+            .doc("CRC-32 (ISO-HDLC) of version and numbers, as 24 bytes with the lowest byte of each first"),
     ]
 };
 
@@ -348,7 +366,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Learnt"),
         shape: Shape::Record,
         doc: Text::new(
-            "what the foot starts with: means of the logarithms of amplitudes, and what they rest on. Nothing where 4 and 5 are both 0, whatever else stands here. To write all of it: first 0 to 4 and 5, then the others, then those two. 0x2120 writes it from what the foot has learnt",
+            "what the foot starts with: means of the logarithms of amplitudes, and what they rest on. The foot starts without them unless 6 is its version and 7 the CRC: write 7 last. 0x2120 writes it from what the foot has learnt",
         ),
         entries: &LEARNT,
     },

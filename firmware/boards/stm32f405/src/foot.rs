@@ -161,6 +161,7 @@ fn log_boot(start: &Start) {
         match start.origin {
             Origin::Stored => "stored",
             Origin::Blank => "default",
+            Origin::NotLearnt => "stored, but not learnt",
             Origin::Corrupted | Origin::Incompatible | Origin::NotRead => "unreadable",
         },
         match start.crystal {

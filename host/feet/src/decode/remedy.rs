@@ -138,7 +138,7 @@ remedies! {
         SensorSelfTest: "keep the foot still while it starts and start it again; if it stays, the sensor is damaged";
         LoadSensorOpen: "check the load sensor's plug and its supply; without one, set the source of the load (0x2015:1) to none";
         CrystalMissing: "the crystal does not start, or has another frequency than the program is built for, which the detail of the emergency and the log say in kHz: CAN is off, UART works; check the crystal and its solder joints";
-        ConfigCorrupted: "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), or were not read after three watchdog resets (2); check all settings and store them again; if it comes back, the flash is worn";
+        ConfigCorrupted: "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), were not read after three watchdog resets (2), or hold learnt values of another version (3: the foot learns again); check all settings and store them again; if it comes back, the flash is worn";
         ConfigStore: "detail 1: raise the supply above 3.0 V; detail 0: the flash does not hold what is written: replace the board";
         Panic | HardFault: "note the program counter (0x2113:2), the version and the program's number, and report them; docs/faults.md says how that address leads to its line; the board has started again by itself";
         WatchdogReset: "the program hung and was started again; where it comes often, check the supply and report it";

@@ -427,7 +427,7 @@ mod tests {
             }
         }
         let named = Named::settings().filter(|named| !named.entry.key.is_empty());
-        // 29 numbers, window, method, learning, 5 learnt, 6 of the accelerometer, axes.
-        assert_eq!(named.count(), 44);
+        // 29 numbers, window, method, learning, 7 learnt, 6 of the accelerometer, axes.
+        assert_eq!(named.count(), 46);
     }
 }

@@ -107,6 +107,8 @@ impl LearntCalibration {
             swing_s: learnt.moving_seconds,
             settled: learnt.is_settled(),
             object: learnt.to_array(),
+            object_version: Learnt::VERSION,
+            object_crc: learnt.crc(),
             recordings: self.recordings,
             learnt,
         })
@@ -188,6 +190,10 @@ pub struct LearntFoot {
     pub settled: bool,
     /// The values of the foot's object 0x2018, in the order of its sub-indices from 1.
     pub object: [f32; Learnt::NUMBERS],
+    /// Version of these values: its sub-index 6.
+    pub object_version: u32,
+    /// CRC of version and values: its sub-index 7.
+    pub object_crc: u32,
     /// Samples and steps that the values follow from.
     #[serde(skip)]
     pub learnt: Learnt,
@@ -224,7 +230,10 @@ impl fmt::Display for LearntFoot {
             f,
             "acceleration at rest {at_rest:.3}, edge of stillness {edge:.3}, in motion {in_motion:.2} m/s²"
         )?;
-        let values = (1..).zip(self.object);
+        let values = self.object.into_iter().map(|value| value.to_string());
+        let values =
+            values.chain([self.object_version, self.object_crc].map(|word| word.to_string()));
+        let values = (1..).zip(values);
         let values: Vec<String> =
             values.map(|(subindex, value)| format!("{subindex} = {value}")).collect();
         write!(f, "on the foot, 0x{:04X}: {}", index::LEARNT, values.join(", "))

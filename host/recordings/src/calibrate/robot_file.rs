@@ -57,6 +57,10 @@ impl RobotFile {
         for (row, value) in Learnt::ROWS.iter().zip(foot.object) {
             self.set(row.name, value);
         }
+        let table = sub_table(self.table(), "learnt");
+        for (key, value) in [("version", Learnt::VERSION), ("crc", foot.learnt.crc())] {
+            table.insert(key.to_owned(), Value::Integer(value.into()));
+        }
     }
 
     /// Sets the mounting; `None` if the sensor's axes are those of the foot.

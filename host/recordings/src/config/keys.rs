@@ -35,11 +35,19 @@ pub(super) enum Kind {
     GyroTiming,
     /// Learnt number, by its index.
     Learnt(usize),
+    /// Version of the learnt numbers.
+    LearntVersion,
+    /// CRC of the learnt numbers and their version.
+    LearntCrc,
     Correction(Limits),
 }
 
 /// Example of learnt numbers.
 const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [-0.9, 2.4, -4.7, 4.6, 4.6];
+
+fn learnt_or_example(params: &Params) -> Learnt {
+    params.learnt.unwrap_or(Learnt::from_array(LEARNT_EXAMPLE))
+}
 
 /// Returns all keys, in file order.
 #[must_use]
@@ -68,6 +76,8 @@ pub fn keys() -> Vec<Key> {
     all.extend(rest);
     all.push(key(parameter::GYRO_DELAY.name, Kind::GyroTiming));
     all.extend((0..).zip(Learnt::ROWS).map(|(place, row)| key(row.name, Kind::Learnt(place))));
+    all.push(key("learnt.version", Kind::LearntVersion));
+    all.push(key("learnt.crc", Kind::LearntCrc));
     for limits in [ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS] {
         all.push(key(limits.key, Kind::Correction(limits)));
     }
@@ -104,6 +114,10 @@ impl Key {
             }
             Kind::Method => "where the limits of stillness come from",
             Kind::Learning => "whether the foot goes on learning",
+            Kind::LearntVersion => "version of the learnt numbers, which determines what they mean",
+            Kind::LearntCrc => {
+                "CRC-32 of the learnt numbers and their version; without it they are not checked"
+            }
             Kind::Correction(limits) => limits.meaning,
             Kind::Numbers(_) | Kind::Window | Kind::GyroTiming | Kind::Learnt(_) => {
                 self.row().map_or("", |row| row.about)
@@ -118,9 +132,13 @@ impl Key {
             Kind::Window => Some(parameter::WINDOW),
             Kind::GyroTiming => Some(parameter::GYRO_DELAY),
             Kind::Learnt(place) => Learnt::ROWS.get(*place).copied(),
-            Kind::Gravity | Kind::Axes | Kind::Method | Kind::Learning | Kind::Correction(_) => {
-                None
-            }
+            Kind::Gravity
+            | Kind::Axes
+            | Kind::Method
+            | Kind::Learning
+            | Kind::LearntVersion
+            | Kind::LearntCrc
+            | Kind::Correction(_) => None,
         }
     }
 
@@ -153,6 +171,8 @@ impl Key {
                 format!("{range}; one number, or a table of {}", axes.join(", "))
             }
             Kind::Numbers(_) | Kind::Learnt(_) => range,
+            Kind::LearntVersion => Learnt::VERSION.to_string(),
+            Kind::LearntCrc => format!("0 to {}", u32::MAX),
             Kind::Gravity => of_words(GRAVITIES.map(|(word, _)| word)),
             Kind::Axes => {
                 "three right-handed axes such as \"x,-z,y\", or \"w,x,y,z\" of length 1".to_owned()
@@ -196,9 +216,11 @@ impl Key {
             Kind::Window => quoted(&window_text(params.window)),
             Kind::GyroTiming => quoted(&gyro_timing_text(params.attitude.gyro_timing)),
             Kind::Learnt(place) => {
-                let values = params.learnt.map_or(LEARNT_EXAMPLE, |learnt| learnt.to_array());
+                let values = learnt_or_example(params).to_array();
                 values.get(*place).copied().map_or_else(String::new, shown)
             }
+            Kind::LearntVersion => Learnt::VERSION.to_string(),
+            Kind::LearntCrc => learnt_or_example(params).crc().to_string(),
             Kind::Correction(limits) => {
                 let each = limits.axes.map(|axis| format!("{axis} = {}", shown(limits.none)));
                 format!("{{ {} }}", each.join(", "))
@@ -450,7 +472,7 @@ mod tests {
             let overrides = Overrides::parse(&set(&example(preset)).join("\n"), "x.toml").unwrap();
             let mut params = preset.params(Format::Csv);
             overrides.apply(&mut params);
-            assert!(params.validate::<256>().is_ok());
+            assert!(params.validate_for::<256>().is_ok());
             assert!(params.learnt.is_some());
         }
     }

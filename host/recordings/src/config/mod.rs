@@ -19,6 +19,7 @@
 //! speed = -7.4                    # ln of m/s
 //! still_seconds = 1.5
 //! moving_seconds = 1.5
+//! version = 1                     # and crc, which is checked if it is there
 //!
 //! [decision]
 //! threshold = 0.5
@@ -49,7 +50,7 @@
 //! let mut params = estimator_core::Params::DEFAULT;
 //! overrides.apply(&mut params);
 //! assert_eq!(params.learnt.unwrap().still, -0.9);
-//! params.validate::<256>()?;
+//! params.validate_for::<256>()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

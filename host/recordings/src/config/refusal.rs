@@ -164,7 +164,7 @@ impl Origins<'_> {
             let mut of_foot = *params;
             own.apply(&mut of_foot);
             if let Err(ParamsError::OutOfRange { field, value, min, max }) =
-                of_foot.validate::<CAPACITY>()
+                of_foot.validate_for::<CAPACITY>()
                 && own.determines(field)
             {
                 let key = Subject::Key(self.in_file(&format!("feet.{foot}.{field}")));
@@ -298,7 +298,7 @@ mod tests {
             recording: "x.csv",
             sample_rate: RateOrigin::Configuration,
         };
-        let error = params.validate::<CAPACITY>().unwrap_err();
+        let error = params.validate_for::<CAPACITY>().unwrap_err();
         origins.explain(&error).in_words(&Bracketed)
     }
 
@@ -306,7 +306,10 @@ mod tests {
     fn error_names_key_unit_and_file() {
         for (text, expected) in [
             ("sample_rate_hz = 1", "sample_rate_hz is 1 Hz, allowed is 20 to 10000 Hz"),
-            ("window = '0ms'", "window is 0 ms, allowed is 0.1 to 1000000 ms"),
+            (
+                "method = 'half_widths'\nwindow = '0ms'",
+                "window is 0 ms, allowed is 0.1 to 1000000 ms",
+            ),
             (
                 "bandwidth.acceleration_m_s2 = -1",
                 "bandwidth.acceleration_m_s2 (ax) is -1 m/s², allowed is 1e-6 to 1000 m/s²",
@@ -376,7 +379,7 @@ mod tests {
     /// Returns a file with all learnt values, of which one is changed.
     fn with_learnt(from: &str, to: &str) -> String {
         let text = "[learnt]\nstill = -1\nmoving = 1\nspeed = -5\nstill_seconds = 2\n\
-         moving_seconds = 3\n";
+         moving_seconds = 3\nversion = 1\n";
         assert!(text.contains(from));
         text.replacen(from, to, 1)
     }
@@ -431,11 +434,14 @@ mod tests {
     #[test]
     fn option_is_named_before_key() {
         assert_eq!(
-            refusal("window = '20ms'", Some(WindowLength::Duration(-0.005))),
+            refusal(
+                "method = 'half_widths'\nwindow = '20ms'",
+                Some(WindowLength::Duration(-0.005))
+            ),
             "[window] is -5 ms, allowed is 0.1 to 1000000 ms"
         );
         assert_eq!(
-            refusal("window = '0samples'", None),
+            refusal("method = 'half_widths'\nwindow = '0samples'", None),
             "c.toml, key window comes to 0 samples at this sample rate, allowed is 1 to 4096"
         );
     }

@@ -160,7 +160,7 @@ impl Resolved {
         let origins = self.origins("");
         origins.check_effects(&params)?;
         let mut refusals = Vec::new();
-        while let Err(error) = params.validate::<CAPACITY>()
+        while let Err(error) = params.validate_for::<CAPACITY>()
             && counts(&error)
         {
             refusals.push(origins.explain(&error));

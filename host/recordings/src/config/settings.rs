@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use estimator_core::{
-    Gravity, GyroTiming, Learning, Learnt, Method, Mounting, Parameter, Params, WindowLength,
+    Gravity, GyroTiming, Learning, Learnt, LearntError, Method, Mounting, Parameter, Params,
+    WindowLength,
 };
 use serde::de::{DeserializeOwned, IgnoredAny};
 use toml::Spanned;
@@ -96,6 +97,8 @@ pub(super) struct Reader {
     pub(super) feet: BTreeMap<String, Settings>,
     pub(super) errors: Vec<(usize, String)>,
     learnt: [Option<f32>; Learnt::NUMBERS],
+    learnt_version: Option<u32>,
+    learnt_crc: Option<u32>,
 }
 
 type Value<'a> = Spanned<DeValue<'a>>;
@@ -164,6 +167,8 @@ impl Reader {
             Kind::Window => to.window = self.word(value, parse_window),
             Kind::GyroTiming => to.gyro_timing = self.word(value, parse_gyro_timing),
             Kind::Learnt(place) => self.learnt[*place] = self.take(value, "a number"),
+            Kind::LearntVersion => self.learnt_version = self.take(value, "a version"),
+            Kind::LearntCrc => self.learnt_crc = self.take(value, "a CRC of 32 bits"),
             Kind::Numbers(numbers) => match &numbers[..] {
                 [Parameter::SampleRate] => {
                     let rate = self.take(value, "a number").map(checked_sample_rate);
@@ -217,15 +222,28 @@ impl Reader {
         read
     }
 
-    /// Takes the learnt numbers that were read, which are valid together only.
+    /// Takes the learnt numbers that were read, which are valid together only, and only with their version.
     fn learnt(&mut self, table: &Value<'_>) -> Option<Learnt> {
+        const AGAIN: &str = "run footfall calibrate again";
         let mut numbers = [0.0; Learnt::NUMBERS];
         let read = std::mem::take(&mut self.learnt);
+        let (version, crc) = (self.learnt_version.take(), self.learnt_crc.take());
         for ((number, read), row) in numbers.iter_mut().zip(read).zip(Learnt::ROWS).rev() {
             let name = row.name.trim_start_matches("learnt.");
             *number = self.noted(table, read.ok_or(format!("missing field `{name}`")))?;
         }
-        Some(Learnt::from_array(numbers))
+        let missing =
+            || format!("missing field `version`: these numbers may mean something else: {AGAIN}");
+        let version = self.noted(table, version.ok_or_else(missing))?;
+        let learnt = Learnt::from_array(numbers);
+        let checked = if version != Learnt::VERSION {
+            Err(LearntError::Version(version))
+        } else if crc.is_some_and(|crc| crc != learnt.crc()) {
+            Err(LearntError::Damaged)
+        } else {
+            Ok(learnt)
+        };
+        self.noted(table, checked.map_err(|error| format!("{error}: {AGAIN}")))
     }
 
     fn word<T>(

@@ -29,6 +29,7 @@ fn every_key_reaches_its_parameter() {
         "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
          method = 'half_widths'\nlearning = 'frozen'\n\
          [learnt]\nstill = 2.2\nmoving = 2.3\nspeed = 2.5\nstill_seconds = 31\nmoving_seconds = 32\n\
+         version = 1\n\
          [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
          [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
          angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
@@ -78,6 +79,22 @@ fn incomplete_learnt_table_is_rejected() {
         message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
         "x.toml, line 1, column 1: missing field `speed`"
     );
+    let numbers =
+        "[learnt]\nstill = 0\nmoving = 2\nspeed = -5\nstill_seconds = 1\nmoving_seconds = 1\n";
+    for (seal, expected) in [
+        (
+            "",
+            "missing field `version`: these numbers may mean something else: run footfall calibrate again",
+        ),
+        ("version = 2", "learnt has version 2, expected 1: run footfall calibrate again"),
+        (
+            "version = 1\ncrc = 1",
+            "learnt is damaged: its CRC does not match: run footfall calibrate again",
+        ),
+    ] {
+        let found = message(&format!("{numbers}{seal}\n"));
+        assert!(found.ends_with(expected), "{found}");
+    }
     assert_eq!(
         message("method = 'kernel'\n"),
         "x.toml, line 1, column 10, key method: \"kernel\" is neither \"self_calibrating\" nor \"half_widths\""
@@ -159,7 +176,7 @@ fn every_preset_is_valid_for_every_format() {
     for preset in [Preset::Default, Preset::Paper] {
         for format in Format::ALL {
             let params = preset.params(format);
-            assert!(params.validate::<256>().is_ok(), "{preset:?}, {format:?}");
+            assert!(params.validate_for::<256>().is_ok(), "{preset:?}, {format:?}");
         }
     }
 }

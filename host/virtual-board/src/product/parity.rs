@@ -97,7 +97,7 @@ impl ParityCheck {
     /// # Errors
     /// Never with default parameters.
     pub fn new() -> Result<Self, ParamsError> {
-        let config = Settings::default().params().validate()?;
+        let config = Settings::default().params().validate_for()?;
         Ok(Self {
             parity: Parity::default(),
             conversion: Conversion::default(),

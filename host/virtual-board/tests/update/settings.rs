@@ -1,5 +1,6 @@
 //! Settings of every kind over an update, over CAN and over the serial line.
 
+use estimator_core::Learnt;
 use virtual_board::emulator::part::can::BusFrame;
 use wire::dictionary::index;
 
@@ -9,19 +10,18 @@ use crate::common::product;
 /// Node id that is not the default of any foot.
 const NODE: u8 = 0x2A;
 
-/// Settings: object, subindex, bytes. What was learnt takes effect with its last two.
+/// Settings: object, subindex, bytes. What was learnt takes effect with its CRC.
 fn settings() -> Vec<(u16, u8, Vec<u8>)> {
-    let learnt = |subindex: u8, value: f32| (index::LEARNT, subindex, value.to_le_bytes().into());
-    let seconds = [4, 5];
+    let learnt = |(subindex, word): (u8, u32)| (index::LEARNT, subindex, word.to_le_bytes().into());
+    let stored = Learnt::from_array([0.5, 2.0, -5.0, 4.0, 4.0]);
     let mut settings = vec![
         (index::NODE_ID, 0, vec![NODE]),
         (index::CAN_BIT_RATE, 0, 500_u16.to_le_bytes().into()),
         (index::UART_RATE, 0, 115_200_u32.to_le_bytes().into()),
         (index::BANDWIDTH, 2, 0.5_f32.to_le_bytes().into()),
     ];
-    settings.extend(seconds.map(|subindex| learnt(subindex, 0.0)));
-    settings.extend((1..).zip([0.5, 2.0, -5.0]).map(|(subindex, value)| learnt(subindex, value)));
-    settings.extend(seconds.map(|subindex| learnt(subindex, 4.0)));
+    let numbers = stored.to_array().map(f32::to_bits).into_iter();
+    settings.extend((1..).zip(numbers.chain([Learnt::VERSION, stored.crc()])).map(learnt));
     settings
 }
 
@@ -30,10 +30,8 @@ fn assert_kept(master: &mut Master, when: &str) {
     assert_eq!(master.board.can_bit_rate(), Some(500_000), "{when}");
     for (index, subindex, bytes) in settings() {
         let answer = master.ask(&sdo(0x40, index, subindex, 0));
-        // Zeros of what was learnt are written before its values.
-        let is_overwritten = index == index::LEARNT && bytes == [0; 4];
         assert!(
-            is_overwritten || answer[4..4 + bytes.len()] == bytes[..],
+            answer[4..4 + bytes.len()] == bytes[..],
             "{when}: {index:#06x}:{subindex} is {answer:02x?}"
         );
     }
