@@ -49,7 +49,7 @@ pub struct Constants {
     pub stance: f32,
     /// Time after a landing in which the whole stance teaches the classes, s.
     ///
-    /// Default: 0.5. With 0.2 limits of another robot stay for longer. Without it a GO1 that stood after a walk loses
+    /// Default: 0.35. With 0.3 the limits of a stuck axis stay for longer. Without it a GO1 that stood after a walk loses
     /// stances.
     pub lesson: f32,
 
@@ -66,7 +66,7 @@ pub struct Constants {
     pub turn_part: f32,
     /// Weight of the turn beside the acceleration, if both separate stances from swings equally well.
     ///
-    /// With 0 the acceleration decides alone. Default: 0. `docs/choosing.md` has what 1.5 gains and costs.
+    /// With 0 the acceleration decides alone. Default: 1.5; `docs/choosing.md` has what it gains and costs.
     pub turn_weight: f32,
     /// Largest weight of the turn beside the acceleration. Default: 3.
     pub turn_most: f32,
@@ -91,7 +91,7 @@ pub struct Constants {
     /// Speed of a slide as a multiple of the usual speed in stances, for a robot whose usual speed is 0.1 ms times the
     /// acceleration of its swings.
     ///
-    /// Default: 1.5. With 1.6 more than 11 % of the simulated slips are missed; with less a runner's stances count as
+    /// Default: 1.45. With 1.5 more than 11 % of the simulated slips are missed; with less a runner's stances count as
     /// slips.
     pub slide_factor: f32,
     /// Speed of a foot that rolls, over its angular rate, m: the height of the IMU above the sole.
@@ -142,18 +142,18 @@ impl Constants {
         prior: 0.06,
         memory: 1.5,
         stance: 0.2,
-        lesson: 0.5,
+        lesson: 0.35,
         turn_noise: 0.05,
         turn_still: 0.3,
         turn_moving: 2.0,
         turn_part: 0.66,
-        turn_weight: 0.0,
+        turn_weight: 1.5,
         turn_most: 3.0,
         turn_clip: 0.5,
         turn_settled: 0.9,
         slide_acceleration: 0.48,
         slide_speed: 0.01,
-        slide_factor: 1.5,
+        slide_factor: 1.45,
         slide_lever: 0.046,
         rest_acceleration: 0.2,
         rest_acceleration_change: 0.12,

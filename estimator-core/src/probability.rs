@@ -9,10 +9,10 @@ use crate::math::Order;
 ///
 /// | value | with half-widths | self-calibrating |
 /// |---|---|---|
-/// | axis | true value within ±half-width: the paper's P(\|m\| < δ) | acceleration along the axis alone is still; turns are not judged |
+/// | axis | true value within ±half-width: the paper's P(\|m\| < δ) | acceleration along the axis, or the turn about it, is alone that of a stance |
 /// | tangential | P(ax)·P(ay)·P(ωz): the paper's conditions on `v_x`, `v_y` and `ω_z` | acceleration across up is still, and the foot does not slide |
 /// | vertical | P(az)·P(ωx)·P(ωy): the paper's conditions on `v_z`, `ω_x` and `ω_y` | acceleration along up is still |
-/// | stable | product of all six axes | whole acceleration is still, and the foot does not slide |
+/// | stable | product of all six axes | acceleration and turn together are those of a stance, and the foot does not slide |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Probabilities {

@@ -3,7 +3,7 @@
 //!
 //! The amplitude of the acceleration distinguishes a standing foot from a moving one, and so does that of the turn. The
 //! estimate judges their logarithms, since robots differ by factors, and since a landing is one large sample among
-//! small ones. The default constants give the turn no weight, r = 0:
+//! small ones:
 //!
 //! ```text
 //! u = ½ ln(|a|² + noise²)                    a: acceleration without gravity
@@ -543,8 +543,7 @@ impl Classes {
 ///
 /// r is Fisher's linear discriminant for uncorrelated u and v: each counts as much as it separates this foot's stances
 /// from its swings. Where the turn separates nothing, as with a gyroscope that always reads 0 or a foot whose stances
-/// roll as fast as its swings, `D_v` is 0, and the acceleration decides alone. With a weight of 0, the default, turns are
-/// not judged.
+/// roll as fast as its swings, `D_v` is 0, and the acceleration decides alone. With a weight of 0 turns are not judged.
 ///
 /// A quiet turn excuses a large acceleration only while the foot settles after a landing. A foot that once stood firmly
 /// and then chatters slides: from A > `turn_settled` until it swings, a quiet turn, v < `edge_v`, does not count.
@@ -1093,12 +1092,12 @@ mod tests {
         move |ms| if ms / 5 % 2 == 0 { amplitude } else { -amplitude }
     }
 
-    /// Acceleration and turn decide together.
-    const WITH_TURN: Constants = Constants { turn_weight: 1.5, ..CONSTANTS };
+    /// The acceleration decides alone.
+    const WITHOUT_TURN: Constants = Constants { turn_weight: 0.0, ..CONSTANTS };
 
     #[test]
     fn stance_that_trembles_without_a_turn_is_found() {
-        let [both, alone] = [WITH_TURN, CONSTANTS].map(|constants| {
+        let [both, alone] = [CONSTANTS, WITHOUT_TURN].map(|constants| {
             let mut walker = Walker::landing(constants, Walker::TURNS);
             *walker.move_for(100, trembling(6.0), 0.05).last().expect("P")
         });
@@ -1108,7 +1107,7 @@ mod tests {
 
     #[test]
     fn heel_that_rises_slowly_is_not_stable() {
-        let [both, alone] = [WITH_TURN, CONSTANTS].map(|constants| {
+        let [both, alone] = [CONSTANTS, WITHOUT_TURN].map(|constants| {
             let mut walker = Walker::landing(constants, Walker::TURNS);
             // Twice as long as a stance, so that the turn is not learnt from.
             walker.stand(0.05);
@@ -1121,7 +1120,7 @@ mod tests {
 
     #[test]
     fn foot_that_stood_firmly_and_chatters_is_not_excused() {
-        let mut walker = Walker::landing(WITH_TURN, Walker::TURNS);
+        let mut walker = Walker::landing(CONSTANTS, Walker::TURNS);
         let stood = *walker.stand(0.05).last().expect("P");
         let chatters = walker.move_for(200, trembling(6.0), 0.05);
         assert!(stood > 0.9, "{stood}");
@@ -1132,7 +1131,7 @@ mod tests {
     fn turn_that_separates_nothing_changes_no_probability() {
         // A gyroscope that always reads 0, one that reads one value, and a foot whose stances roll as its swings do.
         for turn in [0.0, 0.4, 4.0] {
-            let [both, alone] = [WITH_TURN, CONSTANTS].map(|constants| {
+            let [both, alone] = [CONSTANTS, WITHOUT_TURN].map(|constants| {
                 let mut walker = Walker::landing(constants, [turn, turn]);
                 let mut stride = walker.stand(turn);
                 stride.extend(walker.swing(turn));
@@ -1147,7 +1146,7 @@ mod tests {
 
     #[test]
     fn probability_about_an_axis_falls_with_the_turn_about_it_alone() {
-        let mut walker = Walker::landing(WITH_TURN, Walker::TURNS);
+        let mut walker = Walker::landing(CONSTANTS, Walker::TURNS);
         walker.stand(0.05);
         walker.move_for(100, trembling(1.2), 8.0);
         let axes = walker.model.probabilities.axes;

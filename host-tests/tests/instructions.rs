@@ -14,7 +14,7 @@ const BUDGETS: [(&str, &str, f64); 4] = [
     ("kde/paper_50", "density estimate of preset `paper`, window of 50 samples", 500.0),
     ("kde/paper_250", "the same, 250 samples", 500.0),
     ("filter/step", "attitude filter", 1_200.0),
-    ("pipeline/default", "the whole estimate, default preset", 3_000.0),
+    ("pipeline/default", "the whole estimate, default preset", 4_500.0),
 ];
 const SAMPLES: f64 = 5000.0;
 

@@ -37,7 +37,7 @@ const WITH_ALL_STREAMS: &[Quantity] = &[
     Quantity {
         name: "estimator alone, median",
         place: "/estimator_instructions/median",
-        budget: Some(2_500),
+        budget: Some(4_000),
         unit: "instructions",
     },
     Quantity {
