@@ -49,7 +49,7 @@ pub struct Constants {
     pub stance: f32,
     /// Time after a landing in which the whole stance teaches the classes, s.
     ///
-    /// Default: 0.35. With 0.3 the limits of a stuck axis stay for longer. Without it a GO1 that stood after a walk loses
+    /// Default: 0.4. With 0.3 the limits of a stuck axis stay for longer. Without it a GO1 that stood after a walk loses
     /// stances.
     pub lesson: f32,
 
@@ -142,7 +142,7 @@ impl Constants {
         prior: 0.06,
         memory: 1.5,
         stance: 0.2,
-        lesson: 0.35,
+        lesson: 0.4,
         turn_noise: 0.05,
         turn_still: 0.3,
         turn_moving: 2.0,
