@@ -83,10 +83,14 @@ def test_joints_of_a_robot_give_the_feet_their_true_motion() -> None:
 def test_a_slip_is_an_event_and_what_is_simulated_is_known() -> None:
     slippery = footfall.simulate("trot", 60.0, seed=1, greased=0.1)
     assert len(slippery.touch_downs) > 100 and slippery.slips.shape == (10, 2)
-    starts = [event.t for event in slippery.estimate().events() if event.kind == "slip_start"]
-    assert 7 <= len(starts) <= 10
+    begins, ends = slippery.slips.T
+    starts = np.array([event.t for event in slippery.estimate().events() if event.kind == "slip_start"])
     for start in starts:
-        assert np.abs(slippery.slips[:, 0] - start).min() < 0.05
+        assert np.any((begins < start) & (start < ends + 0.05)), start
+    # A slip is reported in two parts if P rises within it.
+    assert len(starts) <= 11
+    found = [np.abs(starts - begin).min() < 0.05 for begin in begins]
+    assert sum(found) >= 9
 
 
 def test_the_demo_slips_on_its_greased_patch() -> None:
