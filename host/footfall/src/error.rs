@@ -1,4 +1,4 @@
-//! Errors that end a command, each reported as one sentence in the words of the command line: [`Error`] of any command,
+//! Errors that end a command, each reported as one sentence in the words of the command line: [`enum@Error`] of any command,
 //! [`FootError`] of requests to a foot, and the options that errors, findings and notices name.
 
 use std::fmt::Display;
