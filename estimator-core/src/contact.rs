@@ -949,7 +949,7 @@ mod tests {
                 found.is_none_or(|force| (force / factor / STANDARD_GRAVITY - 1.0).abs() < 0.3);
             assert!(near, "{factor}: {found:?}");
         }
-        // Without gravity no unit can be told.
+        // Without gravity the unit stays unknown.
         let mut free = estimator(&GRAVITY_FREE);
         (0..4_000).for_each(|ms| {
             free.update(&walking(ms), None);

@@ -12,11 +12,12 @@
 //! The second limit is for a point foot below a leg that sweeps over it. Such a foot turns in each stance, and its
 //! stances must not be lost. `docs/choosing.md` has the reasons for the constants.
 
+use crate::constants::Constants;
 use crate::math::{Order, exp};
 use crate::velocity::VelocityParams;
 
 /// Time constant τ of the mean rate, s: that of the means of the self-calibrating estimate.
-const WINDOW: f32 = 0.026;
+const WINDOW: f32 = Constants::DEFAULT.window;
 
 /// Time of stances over which the usual rate is learnt, s.
 const MEMORY: f32 = 1.5;

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use estimator_core::ImuSample;
-use gait::quadruped::{FEET, Leg};
+use gait::quadruped::{FEET, LONGEST_STEP, Leg};
 use gait::{
     Activity, FootState, Ground, Plan, Quadruped, Rests, RobotParams, SensorParams, Simulation,
     Temperature,
@@ -83,7 +83,7 @@ impl Walk {
                 value_error(format!("ground is {ground:?}, but one of {known} is expected"))
             })?,
             greased: within("greased", self.greased, 0.0..=1.0)?,
-            step_length: within("step_length", self.step_length, 0.1..=3.0)?,
+            step_length: within("step_length", self.step_length, 0.1..=LONGEST_STEP)?,
             shaking: within("shaking", self.shaking, 0.0..=10.0)?,
             rests: self.rests.map(rests).transpose()?,
         })

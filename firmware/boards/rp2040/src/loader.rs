@@ -29,7 +29,7 @@ unsafe impl Sync for Mark {}
 #[unsafe(link_section = ".uninit.press")]
 static PRESSED: Mark = Mark(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// What the second boot stage reads: the stack's start, and the function to call.
+/// Vectors that the second boot stage reads: the stack's start, and the function to call.
 #[repr(C)]
 struct Vectors {
     stack: *const u32,

@@ -1,6 +1,6 @@
 //! Resets by the watchdog: why the program started, and how often in a row it did so without being fed.
 //!
-//! The loader starts a copied program by the watchdog, too, as a timeout. It is told apart by a register of the watchdog in
+//! The loader starts a copied program by the watchdog, too, as a timeout. It is distinguished by a register of the watchdog in
 //! which a program that runs leaves its mark. The ROM writes the others: 0 and 1 are arguments of the loader, with the
 //! mask of its light, 4 to 7 say where to start (pico-bootrom-rp2040, `bootrom_main.c`).
 

@@ -1,4 +1,4 @@
-//! What the chip's USB controller needs besides its driver, by the errata of the RP2040's data sheet.
+//! Workarounds for errata of the chip's USB controller, from the RP2040's data sheet, that its driver lacks.
 //!
 //! | erratum | what happens | here |
 //! |---|---|---|

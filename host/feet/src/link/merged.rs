@@ -36,7 +36,7 @@ impl LineSource for MergedPlaybacks {
 
 /// Several playbacks.
 struct MergedLine {
-    /// Those that have not ended.
+    /// Playbacks that have not ended.
     lines: Vec<PlayedLine>,
     pace: PlaybackPace,
 }

@@ -268,8 +268,8 @@ pub trait LineSource: fmt::Display + Send {
         self.open()
     }
 
-    /// Returns the speed of a playback, whose data wait for their reader; `None` for a device, whose data are lost if nobody
-    /// reads them.
+    /// Returns the speed of a playback, whose data wait for their reader; `None` for a device, whose data are lost
+    /// unless they are read.
     fn speed(&self) -> Option<Speed> {
         None
     }
