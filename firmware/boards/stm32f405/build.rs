@@ -29,15 +29,15 @@ fn main() {
             println!("cargo:rustc-link-arg-bin={program}=--defsym=_program=1");
             println!("cargo:rustc-link-arg-bin={program}=-Tfirmware/boards/stm32f405/header.x");
         }
-        // Names the board to the virtual one, which takes a program without a name for that of the reference board.
+        // Names the board for the virtual board, which assumes the reference board for a program without a name.
         for program in ["foot-feather", "bring-up-feather"] {
             println!("cargo:rustc-link-arg-bin={program}=--defsym=_board_feather=1");
         }
     }
 }
 
-/// Last commit that changed the sources, hexadecimal: a commit of documents gives the same program. Empty if no commit has
-/// the sources, as after a change or outside of a repository.
+/// Last commit that changed the sources, hexadecimal. A commit that changes only documents gives the same program.
+/// Empty if no commit has these sources, as after a change or outside a repository.
 fn commit() -> String {
     let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) else {
         return String::new();

@@ -1,7 +1,7 @@
-//! The last two sectors of the flash: the settings, a page each.
+//! The last two sectors of the flash hold the settings, one page each.
 //!
-//! While the flash is written or erased, nothing else runs: 0.7 ms for a page of 256 bytes, 50 ms for an erase, 400 ms
-//! at most (AT25SF128A, AC characteristics \[S\]).
+//! Nothing else runs while the flash is written or erased. Writing a page of 256 bytes takes 0.7 ms. An erase takes 50
+//! ms, at most 400 ms (AT25SF128A, AC characteristics \[S\]).
 
 use embassy_rp::Peri;
 use embassy_rp::flash::{Blocking, ERASE_SIZE, Flash};
@@ -22,7 +22,7 @@ const START: u32 = SIZE as u32 - SETTINGS;
 /// Flash of the settings, addressed from 0 to [`SETTINGS`].
 pub struct SettingsFlash(Flash<'static, FLASH, Blocking, SIZE>);
 
-/// The flash refused.
+/// Failure of a flash operation.
 #[derive(Clone, Copy, Debug)]
 pub struct Refused;
 
@@ -43,10 +43,10 @@ impl SettingsFlash {
         Self(Flash::new_blocking(flash))
     }
 
-    /// Number of the flash chip, unique to the board.
+    /// Identification number of the flash chip, unique to the board.
     pub fn unique_id(&mut self) -> [u8; 8] {
         let mut id = [0; 8];
-        // Zeros name a board whose chip does not answer.
+        // Zeros identify a board whose chip does not answer.
         let _ = self.0.blocking_unique_id(&mut id);
         id
     }
@@ -56,7 +56,7 @@ impl ErrorType for SettingsFlash {
     type Error = Refused;
 }
 
-/// Place in the flash of a range of the settings.
+/// Address in the flash of a range of the settings.
 fn place(offset: u32, length: usize) -> Result<u32, Refused> {
     let end = (offset as usize).checked_add(length).ok_or(Refused)?;
     (end <= SETTINGS as usize).then_some(START + offset).ok_or(Refused)

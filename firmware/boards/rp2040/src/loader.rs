@@ -1,8 +1,8 @@
-//! The loader in the chip's ROM: asked for by two presses of the button.
+//! The loader in the chip's ROM, started by pressing the button twice.
 //!
-//! Between a press and `main` lies a third of a second, in which the ring oscillator's 6.5 MHz copy the program to RAM. So the
-//! presses are counted before that copy: the second boot stage calls [`start`], which runs from flash, and calls nothing
-//! in RAM.
+//! A third of a second lies between a press and `main`: the ring oscillator, at 6.5 MHz, copies the program to RAM. A
+//! second press in that time would be lost, so the presses are counted before the copy. The second boot stage calls
+//! [`start`], which runs from flash and calls no function in RAM.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -11,10 +11,10 @@ use core::ptr;
 use embassy_rp::pac;
 use embassy_time::{Duration, Timer};
 
-/// Time in which a second press asks for the loader, from `main` on.
+/// Time from `main` within which a second press starts the loader.
 const SECOND_PRESS: Duration = Duration::from_millis(500);
 
-/// Mark of a press that was not long ago.
+/// Mark of a recent press.
 const SOON: u32 = 0x7A9_70A7;
 
 /// Loops that take longer than a button's contact bounces: 10 ms at 6.5 MHz, 6 ms at the oscillator's fastest.
@@ -57,10 +57,10 @@ static VECTORS: Vectors = Vectors { stack: &raw const _stack_start, start };
 unsafe extern "C" fn start() -> ! {
     let is_by_watchdog = pac::WATCHDOG.reason().read().0 != 0;
     let is_by_button = !is_by_watchdog && pac::VREG_AND_CHIP_RESET.chip_reset().read().had_run();
-    // Any other reset ends the time of a press.
+    // Any other reset forgets the press.
     let is_soon = take_mark() == SOON;
     if is_by_button && is_soon {
-        // SAFETY: the ROM's tables of pointers to functions, at addresses that its data sheet fixes (2.8.3); `UB` is
+        // SAFETY: the ROM holds tables of pointers to functions at fixed addresses (RP2040 data sheet, 2.8.3). `UB` is
         // reset_to_usb_boot.
         unsafe {
             let pointer =
@@ -96,14 +96,14 @@ fn set_mark(mark: u32) {
     unsafe { ptr::write_volatile(PRESSED.0.get().cast(), mark) }
 }
 
-/// Forgets a press when its time is over.
+/// Forgets the press after [`SECOND_PRESS`].
 #[embassy_executor::task]
 pub async fn forget_press() {
     Timer::after(SECOND_PRESS).await;
     set_mark(0);
 }
 
-/// Starts the loader, which starts the program again by the watchdog, once that is copied.
+/// Starts the loader. After copying a program, the loader starts it through the watchdog.
 pub fn run() -> ! {
     crate::resets::forget();
     embassy_rp::rom_data::reset_to_usb_boot(0, 0);

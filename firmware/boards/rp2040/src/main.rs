@@ -1,16 +1,16 @@
 //! The foot's program on an Arduino Nano RP2040 Connect: its LSM6DSOX on I²C, frames over USB, a tick of 2.4 ms.
 //!
-//! The portable part is the library `firmware`, as on the other boards; the path of a sample is described there. Here
-//! are the chip and the levels:
+//! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This file
+//! has the chip and the levels:
 //!
 //! | level | what runs there |
 //! |---|---|
-//! | interrupts, priority 0 | timer, I²C, the pin of INT1, USB, whose frames are timed |
+//! | interrupts, priority 0 | timer, I²C, the pin of INT1, and USB, whose frames are timed |
 //! | sampling, an executor at priority 1 | [`sample`] |
 //! | an executor at priority 3 | the tasks of [`usb`] |
 //! | thread | settings, watchdog, LED |
 //!
-//! CAN, a load input and the second core are not used, nor the radio module with the RGB LED, which is held in reset.
+//! CAN, a load input and the second core are not used. The radio module, with its RGB LED, is held in reset.
 
 #![no_std]
 #![no_main]
@@ -80,7 +80,7 @@ fn main() -> ! {
     let restart = Restart::take(&mut watchdog);
     watchdog.start(WATCHDOG);
     let crash = crash::take();
-    // Nothing uses the radio, and it would take most of the current.
+    // The radio is unused, and would take most of the current.
     let _radio_reset = Output::new(p.PIN_3, Level::Low);
 
     let mut flash = SettingsFlash::new(p.FLASH);
@@ -104,7 +104,7 @@ fn main() -> ! {
         crash: reason,
         origin,
         crystal: Crystal::InUse,
-        // The detector of the chip, which is on after each reset, watches the core's supply instead.
+        // The chip's own detector, on after each reset, watches the core's supply instead.
         brown_out_level: None,
         program: Program {
             identification: u32::from_str_radix(env!("FOOTFALL_PROGRAM"), 16).unwrap_or(0),
@@ -157,7 +157,7 @@ fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToke
     }
 }
 
-/// Ends a start with an inconsistency: the watchdog's reset follows.
+/// Ends a start that found an inconsistency. The watchdog's reset follows.
 fn halt() -> ! {
     loop {
         cortex_m::asm::wfi();
@@ -168,7 +168,7 @@ fn halt() -> ! {
 fn text_of(id: [u8; 8]) -> &'static str {
     static TEXT: StaticCell<heapless::String<16>> = StaticCell::new();
     let text = TEXT.init(heapless::String::new());
-    // Sixteen digits have room.
+    // The buffer holds all sixteen digits.
     let _ = write!(text, "{:016X}", u64::from_be_bytes(id));
     text
 }
@@ -188,7 +188,7 @@ impl Board for Nano {
     }
 
     fn feed_watchdog(&self) {
-        // Errata RP2040-E1: it counts down by two.
+        // The counter counts down by two (erratum RP2040-E1).
         pac::WATCHDOG.load().write_value(Load(2 * WATCHDOG.as_micros() as u32));
         resets::end_row();
     }

@@ -1,28 +1,28 @@
-//! Resets by the watchdog: why the program started, and how often in a row it did so without being fed.
+//! Resets by the watchdog: the reason of this start, and the number of consecutive resets by an unfed watchdog.
 //!
-//! The loader starts a copied program by the watchdog, too, as a timeout. It is distinguished by a register of the watchdog in
-//! which a program that runs leaves its mark. The ROM writes the others: 0 and 1 are arguments of the loader, with the
-//! mask of its light, 4 to 7 say where to start (pico-bootrom-rp2040, `bootrom_main.c`).
+//! The loader also starts a copied program through the watchdog, as a timeout. A register of the watchdog distinguishes
+//! the two: a running program leaves its mark there. The ROM writes the other registers. 0 and 1 are arguments of the
+//! loader, with the mask of its light; 4 to 7 hold the start address (pico-bootrom-rp2040, `bootrom_main.c`).
 
 use embassy_rp::pac;
 use embassy_rp::watchdog::{ResetReason, Watchdog};
 
-/// Register of the watchdog with the mark, kept over its resets and cleared by all others.
+/// Register of the watchdog with the mark. It keeps its value over the watchdog's resets; all other resets clear it.
 const REGISTER: usize = 2;
 
-/// Mark of a program that ran, above the number of resets in a row.
+/// Mark of a program that ran. The low byte is the number of consecutive resets.
 const MARK: u32 = u32::from_be_bytes(*b"fal\0");
 const COUNT: u32 = 0xFF;
 
 /// Reason of this start, if the program ran before.
 pub struct Restart {
     pub reason: Option<ResetReason>,
-    /// Resets in a row of a watchdog that was not fed.
+    /// Consecutive resets by an unfed watchdog.
     pub timeouts: u32,
 }
 
 impl Restart {
-    /// Reads the reason of this start, and counts it.
+    /// Returns the reason of this start, and counts it.
     pub fn take(watchdog: &mut Watchdog) -> Self {
         let left = watchdog.get_scratch(REGISTER);
         let reason = watchdog.reset_reason().filter(|_| left & !COUNT == MARK);
@@ -35,12 +35,12 @@ impl Restart {
     }
 }
 
-/// Ends the row of resets.
+/// Resets the count of consecutive resets.
 pub fn end_row() {
     pac::WATCHDOG.scratch2().write(|mark| *mark = MARK);
 }
 
-/// Removes the mark: another program, or a new one, starts next.
+/// Removes the mark, because another or a new program starts next.
 pub fn forget() {
     pac::WATCHDOG.scratch2().write(|mark| *mark = 0);
 }

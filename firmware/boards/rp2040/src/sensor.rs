@@ -11,21 +11,21 @@ use lsm6dsox::{AsyncBus, BusSpeed, I2c as SensorOnI2c, Sa0, SetBusSpeed};
 
 use crate::Irqs;
 
-/// Longest transfer: three times as long as that of a sample at the slowest clock.
+/// Longest transfer: three times that of a sample at the slowest clock.
 const LONGEST_TRANSFER: Duration = Duration::from_micros(3_000);
 
-/// Clocks after which a part that holds the data line low has let go of it (UM10204, 3.1.16).
+/// Number of clocks after which a part that holds the data line low has released it (UM10204, 3.1.16).
 const RELEASING_CLOCKS: usize = 9;
 
 /// Half a period of these clocks.
 const HALF_CLOCK: Duration = Duration::from_micros(5);
 
-/// Why a transfer failed.
+/// Reason why a transfer failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusError {
-    /// The controller reports it.
+    /// The controller reported an error.
     Controller(Error),
-    /// It does not end.
+    /// The transfer did not end in time.
     Timeout,
 }
 
@@ -37,9 +37,9 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The same again, for a new start of the controller.
+    /// Duplicates the peripherals for a restart of the controller.
     fn again(&mut self) -> Self {
-        // SAFETY: the owner of the first ones, in `SensorBus`, is dropped before these are used.
+        // SAFETY: `SensorBus` drops the owner of the first ones before these are used.
         unsafe {
             Self {
                 controller: self.controller.clone_unchecked(),
@@ -70,7 +70,7 @@ const fn hertz(speed: BusSpeed) -> u32 {
 pub struct SensorBus {
     parts: Parts,
     speed: BusSpeed,
-    /// The running controller; absent after a transfer that failed.
+    /// The running controller. Absent after a failed transfer.
     bus: Option<SensorOnI2c<I2c<'static, I2C0, Async>>>,
 }
 
@@ -79,7 +79,7 @@ impl SensorBus {
         Self { parts, speed: BusSpeed::Full, bus: None }
     }
 
-    /// The running controller, started where it is not: after clocks that free the data line.
+    /// Returns the running controller. If it is not running, frees the data line by clocks, then starts it.
     async fn running(&mut self) -> &mut SensorOnI2c<I2c<'static, I2C0, Async>> {
         if self.bus.is_none() {
             release(&mut self.parts).await;
@@ -88,7 +88,7 @@ impl SensorBus {
         self.bus.get_or_insert_with(|| parts.again().start(speed))
     }
 
-    /// Result of a transfer. After a failure the next one starts the controller again.
+    /// Result of a transfer. After a failure the next transfer restarts the controller.
     fn ended(
         &mut self,
         result: Result<Result<(), Error>, embassy_time::TimeoutError>,
@@ -135,7 +135,7 @@ impl SetBusSpeed for SensorBus {
     }
 }
 
-/// Clocks a part that holds the data line low until it lets go.
+/// Clocks a part that holds the data line low until it releases the line.
 async fn release(parts: &mut Parts) {
     let mut data = Flex::new(parts.data.reborrow());
     data.set_pull(Pull::Up);
@@ -153,7 +153,7 @@ async fn release(parts: &mut Parts) {
     }
 }
 
-/// Connects INT1. High at power-up it would put the sensor into I3C mode: a pull-down, never a pull-up.
+/// Connects INT1. The sensor enters I3C mode if INT1 is high at power-up: hence a pull-down, never a pull-up.
 pub fn data_ready(pin: Peri<'static, PIN_24>) -> Input<'static> {
     Input::new(pin, Pull::Down)
 }

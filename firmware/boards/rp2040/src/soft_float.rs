@@ -1,4 +1,5 @@
-//! Additions and multiplications of f32 under the names that compiled code calls, in RAM: each sample takes a thousand.
+//! Additions and multiplications of f32 under the names that compiled code calls. They are in RAM, because each sample
+//! makes a thousand calls.
 
 use firmware::float::{SIGN, add, multiply};
 

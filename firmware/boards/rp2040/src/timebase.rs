@@ -12,7 +12,7 @@ pub const TICK_US: u32 = 2_400;
 const TICK: Duration = Duration::from_micros(TICK_US as u64);
 const EDGE_LIMIT: Duration = Duration::from_micros(EDGE_LIMIT_US);
 
-/// Latest service of a tick: a sample, its estimate and its frames still end before the next one.
+/// Latest service of a tick, so that a sample, its estimate and its frames still end before the next tick.
 const LATEST: Duration = Duration::from_micros(TICK_US as u64 / 3);
 
 /// The ticks.

@@ -23,23 +23,24 @@ use crate::{Irqs, PORTS, loader};
 
 type Bus<'d> = Driver<'d, USB>;
 
-/// Vendor and product: a CDC port of Raspberry Pi's SDK, for which systems bring drivers.
+/// Vendor and product of the CDC port of Raspberry Pi's SDK. Operating systems have a driver for it.
 const VENDOR: u16 = 0x2E8A;
 const PRODUCT: u16 = 0x000A;
 
-/// Current that the board may take, mA: as much as Arduino's programs for it ask for, since pins of the board supply others.
+/// Current that the board may take, mA. Arduino's programs for it request as much, because pins of the board supply
+/// others.
 const MAX_POWER: u16 = 500;
 
 /// Largest packet of a full-speed bulk endpoint, bytes.
 const PACKET: usize = 64;
 
-/// Time without a packet taken by the host after which the frames in it are too old.
+/// Time without a packet taken by the host after which the queued frames are too old.
 const DEADLINE: Duration = Duration::from_millis(20);
 
-/// Rate that a host sets, and then closes the port, to ask for the loader, Bd: the custom of Arduino.
+/// Baud rate that a host sets before it closes the port, to start the loader (Arduino's convention).
 const LOADER_RATE: u32 = 1_200;
 
-/// Serves the port of a board with a serial number, hexadecimal. A controller that hangs is reset.
+/// Serves the port of a board with the serial number `serial`, hexadecimal. A controller that hangs is reset.
 #[embassy_executor::task]
 pub async fn serve(mut usb: Peri<'static, USB>, serial: &'static str) {
     loop {
@@ -72,7 +73,7 @@ async fn run(usb: Peri<'_, USB>, serial: &str) {
     join4(device.run(), usb_errata::connect(), send(sender), receive(receiver)).await;
 }
 
-/// Sends the frames while a host has opened the port; those that it does not take in time are counted.
+/// Sends frames while a host has the port open. Frames that the host does not take in time are dropped and counted.
 async fn send<'d>(mut sender: Sender<'d, Bus<'d>>) {
     let mut batch = UartBatch::default();
     let mut is_torn = false;
@@ -92,14 +93,14 @@ async fn send<'d>(mut sender: Sender<'d, Bus<'d>>) {
             // No host has opened the port.
             continue;
         }
-        // Ends a frame of which only the start was taken.
+        // Ends a frame that was sent only in part.
         if is_torn {
             is_torn = !is_taken(&mut sender, &[0]).await;
         }
         for packet in bytes.chunks(PACKET) {
             is_torn = is_torn || !is_taken(&mut sender, packet).await;
         }
-        // A transfer ends with a packet that is not full.
+        // A packet that is not full ends the transfer.
         if bytes.len().is_multiple_of(PACKET) && !is_torn {
             is_torn = !is_taken(&mut sender, &[]).await;
         }
@@ -110,16 +111,16 @@ async fn send<'d>(mut sender: Sender<'d, Bus<'d>>) {
     }
 }
 
-/// Returns whether the host takes the packet before this one before the deadline, so that this one is ready for it.
+/// Returns whether the host takes the previous packet before the deadline, so that this one is ready to be taken.
 async fn is_taken<'d>(sender: &mut Sender<'d, Bus<'d>>, packet: &[u8]) -> bool {
     matches!(with_timeout(DEADLINE, write(sender, packet)).await, Ok(Ok(())))
 }
 
-/// Makes a packet ready once the one before is taken, early in a frame: see [`usb_errata::until_early`].
+/// Prepares a packet once the previous one is taken, early in a frame: see [`usb_errata::until_early`].
 async fn write<'d>(sender: &mut Sender<'d, Bus<'d>>, packet: &[u8]) -> Result<(), EndpointError> {
     let mut write = pin!(sender.write_packet(packet));
     loop {
-        // Nothing comes between the check and the packet.
+        // No interrupt comes between the check and the packet.
         let poll = poll_fn(|cx| {
             Poll::Ready(cortex_m::interrupt::free(|_| {
                 usb_errata::is_early().then(|| write.as_mut().poll(cx))

@@ -1,13 +1,13 @@
-//! Workarounds for errata of the chip's USB controller, from the RP2040's data sheet, that its driver lacks.
+//! Workarounds for errata of the chip's USB controller (RP2040 data sheet) that its driver lacks.
 //!
-//! | erratum | what happens | here |
+//! | erratum | effect | workaround |
 //! |---|---|---|
 //! | RP2040-E5, chips B0 and B1 | behind a busy hub the device does not leave the reset of the bus | [`connect`] |
-//! | RP2040-E15 | a corrupted packet hangs the controller: it sees no frame any more, until it is reset | [`is_early`] makes it rarer, [`hung`] sees it, [`reset_controller`] ends it |
+//! | RP2040-E15 | a corrupted packet hangs the controller: it sees no further frame until it is reset | [`is_early`] makes it rarer, [`hung`] detects it, [`reset_controller`] ends it |
 //!
-//! The workarounds are those of pico-sdk (`rp2040_usb_device_enumeration.c`) and TinyUSB (`rp2040_usb.c`,
-//! `e15_is_critical_frame_period`). The controller also hangs at other times than the erratum names, where there is
-//! interference (forums.raspberrypi.com, t=374030), hence the last two.
+//! The workarounds follow pico-sdk (`rp2040_usb_device_enumeration.c`) and TinyUSB (`rp2040_usb.c`,
+//! `e15_is_critical_frame_period`). Interference can hang the controller at other times than the erratum names
+//! (forums.raspberrypi.com, t=374030). [`hung`] and [`reset_controller`] are for that.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -21,49 +21,50 @@ use embassy_time::{Duration, Timer};
 /// Period of the host's frames, µs.
 const FRAME_US: u32 = 1_000;
 
-/// First part of a frame, µs: the controller does not recover from a wrong packet that it takes for an acknowledge at a
-/// frame's end.
+/// First part of a frame, µs. At the end of a frame the controller does not recover from a corrupted packet that it
+/// takes for an acknowledgement.
 const EARLY_US: u32 = 800;
 
-/// Time without a frame after which the controller hangs.
+/// Time without a frame after which the controller is considered hung, µs.
 const HUNG_US: u32 = 1_000_000;
 
-/// Interval at which that is looked at.
+/// Interval between checks for a hung controller.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Time for which the pull-up is off, so that the host sees that the device is gone.
+/// Time for which the pull-up is off, so that the host sees the device disconnect.
 const GONE: Duration = Duration::from_millis(100);
 
-/// Interval at which the end of a bus reset is looked for, and time of a forced idle state: 0.8 ms and some more.
+/// Interval between checks for the end of a bus reset, and duration of a forced idle state: a little more than 0.8 ms.
 const STEP: Duration = Duration::from_millis(1);
 
-/// Steps until the controller has connected, at most.
+/// Maximum number of steps until the controller has connected.
 const CONNECTING: u32 = 10;
 
 /// State of the lines while the host resets the bus: both low.
 const RESETTING: u8 = 0;
 
-/// Pin whose input path can stand in for D+, D3 of the board, and the function of a pin that does so.
+/// Pin whose input path can replace D+ (D3 of the board), and the function of such a pin.
 const DP_PIN: usize = 15;
 const DEBUG_USB: u8 = 8;
 
 /// Time of the last start of a frame, µs.
 static FRAME_AT: AtomicU32 = AtomicU32::new(0);
 
-/// Whether a host has configured the device, and does not let it sleep.
+/// Whether a host has configured the device, and has not suspended it.
 static IS_CONFIGURED: AtomicBool = AtomicBool::new(false);
 static IS_SUSPENDED: AtomicBool = AtomicBool::new(false);
 
 static BUS_RESET: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Takes the time of frames, and notes resets of the bus. The driver's handler, which masks these, follows it.
+/// Records the time of frames and resets of the bus. It must run before the driver's handler, which masks these
+/// interrupts.
 pub struct FrameHandler;
 
 impl Handler<USBCTRL_IRQ> for FrameHandler {
     unsafe fn on_interrupt() {
         let pending = pac::USB.ints().read();
         if pending.dev_sof() {
-            // Reading the number of the frame clears the interrupt.
+            // Reading the frame number clears the interrupt.
             let _ = pac::USB.sof_rd().read();
             FRAME_AT.store(now(), Ordering::Relaxed);
         }
@@ -102,7 +103,7 @@ impl embassy_usb::Handler for Watch {
     }
 }
 
-/// Lets frames interrupt, after the driver has started.
+/// Enables the interrupt of frames, after the driver has started.
 pub fn watch_frames() {
     cortex_m::interrupt::free(|_| pac::USB.inte().modify(|enabled| enabled.set_dev_sof(true)));
 }
@@ -118,7 +119,8 @@ pub async fn until_early() {
     Timer::after_micros(u64::from(left)).await;
 }
 
-/// Waits until the controller hangs: no frame comes though a host has configured the device, and the bus does not sleep.
+/// Waits until the controller hangs: no frame comes although a host has configured the device and the bus is not
+/// suspended.
 pub async fn hung() {
     while !IS_CONFIGURED.load(Ordering::Relaxed)
         || IS_SUSPENDED.load(Ordering::Relaxed)
@@ -128,7 +130,7 @@ pub async fn hung() {
     }
 }
 
-/// Resets the controller. The host sees the device go and come back.
+/// Resets the controller. The host sees the device disconnect and connect again.
 pub async fn reset_controller() {
     IS_CONFIGURED.store(false, Ordering::Relaxed);
     set_reset(true);
@@ -143,10 +145,10 @@ fn set_reset(is_reset: bool) {
 
 /// Connects after each reset of the bus, forever.
 ///
-/// After it the controller wants 0.8 ms of idle lines before it connects, which it does not see where packets to other
-/// devices pass. So it is shown an idle state by the input path of a pin.
+/// After a reset of the bus the controller waits for 0.8 ms of idle lines before it connects. It never sees them while
+/// packets to other devices pass. The workaround shows it an idle state through the input path of a pin.
 pub async fn connect() {
-    // B0 and B1 are revision 1.
+    // Chips B0 and B1 report revision 1.
     let is_needed = pac::SYSINFO.chip_id().read().revision() == 1;
     loop {
         BUS_RESET.wait().await;
@@ -169,16 +171,16 @@ async fn force_idle() {
     let control = pac::IO_BANK0.gpio(DP_PIN).ctrl();
     let pad = pac::PADS_BANK0.gpio(DP_PIN);
     let (control_before, pad_before) = (control.read(), pad.read());
-    // Kept as it is, and not driven.
+    // The pin keeps its setting, and is not driven.
     pad.modify(|w| {
         w.set_pue(true);
         w.set_pde(true);
     });
     control.modify(|w| w.set_oeover(Oeover::DISABLE));
     control.modify(|w| w.set_funcsel(DEBUG_USB));
-    // D+ high; D- is low, as no pin stands in for it.
+    // D+ is high. D- is low, because no pin replaces it.
     control.modify(|w| w.set_inover(Inover::HIGH));
-    // The pull-up stays while the lines are not the transceiver's.
+    // Keeps the pull-up on while the lines are disconnected from the transceiver.
     pac::USB.usbphy_direct().modify(|w| w.set_dp_pullup_en(true));
     pac::USB.usbphy_direct_override().modify(|w| w.set_dp_pullup_en_override_en(true));
     pac::USB.usb_muxing().write(|w| {

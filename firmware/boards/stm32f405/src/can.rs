@@ -1,4 +1,4 @@
-//! CAN1, by its registers: the HAL leaves its sleep at the bit timing after a reset, which disturbs a bus in use.
+//! CAN1, by its registers. The HAL leaves sleep mode with the bit timing of a reset, and so disturbs a bus in use.
 
 use core::array;
 use core::future::poll_fn;
@@ -24,7 +24,7 @@ use crate::{COMMUNICATION_PRIORITY, URGENT_PRIORITY, clocks, timebase, wiring};
 /// Task that waits for a frame.
 static FRAME_CAME: AtomicWaker = AtomicWaker::new();
 
-/// Count of the timer when the frame came.
+/// Count of the timer when a frame was received.
 static FRAME_CAME_AT: AtomicU32 = AtomicU32::new(0);
 
 /// Task that waits for an empty mailbox.
@@ -54,13 +54,13 @@ fn CAN1_TX() {
     cortex_m::asm::dsb();
 }
 
-/// Longer than the longest frame, 160 bits at 125 kbit/s.
+/// Longer than the longest frame: 160 bits at 125 kbit/s take 1.28 ms.
 const FRAME: Duration = Duration::from_millis(2);
 
 /// Whether the controller has joined a bus: see [`bus_state`].
 static STARTED: AtomicBool = AtomicBool::new(false);
 
-/// Peripherals, until the bit rate is known.
+/// Peripherals before the bit rate is known.
 pub struct Parts {
     /// Owned, so that no other code uses it.
     pub(crate) _controller: Peri<'static, peripherals::CAN1>,
@@ -99,9 +99,9 @@ impl Parts {
         let transmit = connect(self.transmit.into(), driven);
         rcc::enable_and_reset::<peripherals::CAN1>();
         interrupt::CAN1_TX.set_priority(COMMUNICATION_PRIORITY);
-        // A SYNC has the time at which it came, also in the middle of a tick.
+        // The time of a SYNC must be that of its arrival, also in the middle of a tick.
         interrupt::CAN1_RX0.set_priority(URGENT_PRIORITY);
-        // SAFETY: the handlers access nothing that a lock protects but the register of their enables.
+        // SAFETY: of the data that a lock protects, the handlers access only the register of their enables.
         unsafe {
             interrupt::CAN1_TX.enable();
             interrupt::CAN1_RX0.enable();
@@ -119,7 +119,7 @@ static TO_MAILBOX: AtomicU32 = AtomicU32::new(0);
 /// Node id that the filters accept, 0 for none.
 static LISTENING: AtomicU8 = AtomicU8::new(0);
 
-/// Sets the node id that the filters accept, 0 for none, for each start of the controller too.
+/// Sets the node id that the filters accept, 0 for none. Later starts of the controller keep it.
 pub fn listen_as(node: u8) {
     let changed = LISTENING.swap(node, Ordering::Relaxed) != node;
     if changed && STARTED.load(Ordering::Acquire) {
@@ -127,8 +127,8 @@ pub fn listen_as(node: u8) {
     }
 }
 
-/// Accepts NMT, SYNC, TIME and LSS, and RPDO1 and requests of SDO for the own node id. Frames of other feet
-/// and for other nodes cost no instruction, and take no place in the FIFO of three.
+/// Accepts NMT, SYNC, TIME and LSS, and for the own node id RPDO1 and SDO requests. Frames of other feet and for other
+/// nodes cost no instruction and take no place in the FIFO of three.
 fn set_filters() {
     /// Data frames with two identifiers, as an element of a list of 16-bit filters (RM0090, 32.7.4).
     const fn both(first: u16, second: u16) -> u32 {
@@ -137,7 +137,7 @@ fn set_filters() {
     const BANKS: u32 = 0b11;
     critical_section::with(|_| {
         let node = u16::from(LISTENING.load(Ordering::Relaxed));
-        // A node without an id is served by LSS alone.
+        // Only LSS reaches a node without an id.
         let own = if node == 0 {
             both(cob_id::LSS_MASTER, cob_id::LSS_MASTER)
         } else {
@@ -158,21 +158,21 @@ fn set_filters() {
 impl Control {
     /// Leaves the bus and joins it again at `bit_rate`, one of 125, 250, 500 and 1000 kbit/s.
     ///
-    /// A bus that is never idle is not joined, which [`bus_state`] reports; this does not wait for it.
+    /// Does not wait. A bus that is never idle cannot be joined, and [`bus_state`] reports that.
     pub fn set_bit_rate(&self, bit_rate: u32) {
         if !initialise() {
-            // A reset of the controller waits for nothing on the bus (RM0090, CAN_MCR.RESET).
+            // A reset of the controller does not wait for the bus (RM0090, CAN_MCR.RESET).
             CAN1.mcr().write(|w| w.set_reset(true));
             if !initialise() {
                 return;
             }
         }
-        // The interrupt of reception changes the same register.
-        // Errors are polled (`bus_state`): on a broken bus there are thousands a second.
+        // The interrupt of reception changes the same register, hence the critical section. Errors are polled
+        // (`bus_state`), because a broken bus causes thousands a second.
         critical_section::with(|_| CAN1.ier().modify(|w| w.set_fmpie(0, true)));
         set_filters();
-        // Twenty quanta a bit, sampled after the seventeenth: 85 %. The 36 MHz of a low supply give eighteen, sampled after
-        // the fifteenth.
+        // A bit has twenty quanta and is sampled after the seventeenth: 85 %. At a low supply the 36 MHz give eighteen
+        // quanta, sampled after the fifteenth.
         let clock = clocks::apb1_hertz();
         let quanta = if clock == 36_000_000 { 18 } else { 20 };
         let prescaler = clock.checked_div(quanta * bit_rate).unwrap_or(1);
@@ -191,8 +191,8 @@ impl Control {
     }
 }
 
-/// Makes the controller leave the bus after the frame in progress; returns `false` if it does not within
-/// 4 ms, several times the longest frame at 125 kbit/s.
+/// Makes the controller leave the bus after the frame in progress. Returns `false` if it does not within 4 ms, several
+/// times the longest frame at 125 kbit/s.
 fn initialise() -> bool {
     /// Each poll takes at least 12 cycles of 160 MHz.
     const POLLS: u32 = 60_000;
@@ -210,9 +210,11 @@ fn initialise() -> bool {
 pub struct Can1Mailboxes;
 
 impl Mailboxes for Can1Mailboxes {
-    /// Puts a frame into an empty mailbox; the controller sends the lowest identifier first. Returns `false` if
-    /// no mailbox is free, or if one holds the same identifier: the order would not be kept. One
-    /// mailbox is reserved for the contact, so that it never waits behind frames of lower rank.
+    /// Puts a frame into an empty mailbox. The controller sends the lowest identifier first. One mailbox is reserved
+    /// for the contact, so that it never waits behind frames of lower rank.
+    ///
+    /// Returns `false` if no mailbox is free, or if a mailbox holds the same identifier, because the order would not be
+    /// kept.
     fn try_send(&self, frame: &CanFrame) -> bool {
         const CONTACT: u16 = Pdo::Contact.base();
         const FUNCTION: u16 = 0x780;
@@ -255,7 +257,7 @@ impl Mailboxes for Can1Mailboxes {
     }
 }
 
-/// Time from the data-ready edge to the contact's mailbox, µs; 0 if none was put there since [`forget_to_mailbox`].
+/// Time from the data-ready edge to the contact's mailbox, µs; 0 if there was no contact since [`forget_to_mailbox`].
 pub fn to_mailbox() -> u32 {
     TO_MAILBOX.load(Ordering::Relaxed)
 }
@@ -265,7 +267,8 @@ pub fn forget_to_mailbox() {
     TO_MAILBOX.store(0, Ordering::Relaxed);
 }
 
-/// Returns whether a mailbox shows a frame that another node has acknowledged. It shows that until its next frame.
+/// Returns whether a mailbox shows a frame that another node has acknowledged. A mailbox shows that until its next
+/// frame.
 pub fn has_sent() -> bool {
     STARTED.load(Ordering::Acquire) && {
         let status = CAN1.tsr().read();
@@ -274,8 +277,8 @@ pub fn has_sent() -> bool {
 }
 
 impl Sender {
-    /// Withdraws pending frames with these identifiers, at once or after the frame on the bus; returns
-    /// their number. If a mailbox is full again already, it is unknown whether its frame was sent.
+    /// Withdraws pending frames with these identifiers, at once or after the frame on the bus. Returns their number. If
+    /// a mailbox is full again already, it is unknown whether its frame was sent.
     pub async fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
         let requested: [bool; 3] = array::from_fn(|mailbox| request_abort(mailbox, ids));
         if requested != [false; 3] {
@@ -290,7 +293,7 @@ impl Sender {
 
     /// Waits until a frame has left its mailbox, if any mailbox is full.
     pub async fn freed(&self) {
-        // Read once: a frame that leaves from here on is not waited for again.
+        // Read once, so that a mailbox that becomes empty from here on still ends the wait.
         let full: [bool; 3] = array::from_fn(|mailbox| waiting_in(mailbox).is_some());
         if full == [false; 3] {
             return;
@@ -309,8 +312,8 @@ impl Sender {
     }
 }
 
-/// Enables the interrupt of a mailbox that becomes empty until it is dropped, also with a future that
-/// is not polled to its end.
+/// Enables the interrupt of a mailbox that becomes empty. Dropping the guard disables it, also when a future is dropped
+/// before its end.
 struct MailboxEmptyInterruptGuard;
 
 impl MailboxEmptyInterruptGuard {
@@ -344,8 +347,8 @@ fn waiting_in(mailbox: usize) -> Option<u16> {
     content.txrq().then_some(content.stid())
 }
 
-/// Requests the abort of the frame in a mailbox, if it has one of these identifiers. In a critical
-/// section, so that no other frame takes its place meanwhile.
+/// Requests the abort of the frame in a mailbox, if it has one of these identifiers. The critical section keeps another
+/// frame from taking its place meanwhile.
 fn request_abort(mailbox: usize, ids: &Range<u16>) -> bool {
     critical_section::with(|_| {
         let matches = waiting_in(mailbox).is_some_and(|id| ids.contains(&id));
@@ -357,13 +360,13 @@ fn request_abort(mailbox: usize, ids: &Range<u16>) -> bool {
     })
 }
 
-/// A range, so that the compiler sees that each index of it is one of a mailbox.
+/// Mailboxes, as a range that lets the compiler prove each index to be in bounds.
 const MAILBOXES: Range<usize> = 0..3;
 
 impl Receiver {
-    /// Returns the next frame for this foot, with the time at its end; the filters reject remote and extended frames.
+    /// Returns the next frame for this foot, with the time of its end. The filters reject remote and extended frames.
     ///
-    /// A frame that came while the one before it was processed has the time at which it is taken.
+    /// If a frame arrived while the previous one was processed, its time is that at which it is taken.
     pub async fn receive(&mut self) -> (CanFrame, Timestamp) {
         let mut has_waited = false;
         poll_fn(|context| {
@@ -390,8 +393,8 @@ impl Receiver {
     }
 }
 
-/// Takes the next frame of the FIFO. A length above eight, which any node may send, means eight bytes (ISO 11898-1,
-/// DLC); the controller passes it on unchanged.
+/// Takes the next frame of the FIFO. A DLC above eight, which any node may send, means eight bytes (ISO 11898-1). The
+/// controller passes such a DLC on unchanged.
 fn take_frame() -> Option<CanFrame> {
     let status = CAN1.rfr(0).read();
     // A frame that is being released does not count.
@@ -407,7 +410,7 @@ fn take_frame() -> Option<CanFrame> {
     frame
 }
 
-/// Returns whether a frame arrived while three were waiting; clears the flag.
+/// Returns whether a frame arrived while three were waiting. Clears the flag.
 fn was_overrun() -> bool {
     let overrun = CAN1.rfr(0).read().fovr();
     if overrun {
@@ -422,9 +425,10 @@ static OUTSIDE: AtomicU8 = AtomicU8::new(0);
 /// Ticks from the start after which a controller that is outside the bus counts as bus-off.
 const JOINING_TICKS: u8 = 20;
 
-/// State of the controller on the bus; active if it was not started. From bus-off it recovers
-/// automatically, after 128 times 11 recessive bits. Called once a tick: [`JOINING_TICKS`] after the start it
-/// has joined any bus on which frames end, otherwise it counts as bus-off.
+/// State of the controller on the bus; active if it was not started. Call it once a tick.
+///
+/// The controller recovers from bus-off automatically, after 128 times 11 recessive bits. [`JOINING_TICKS`] after the
+/// start it has joined any bus on which frames end. If it has not, the state is bus-off.
 pub fn bus_state() -> BusState {
     if !STARTED.load(Ordering::Acquire) {
         return BusState::Active;

@@ -1,5 +1,4 @@
-//! Runs the self-check on the target and prints its digests over semihosting, one line a
-//! checkpoint: `preset samples digest`.
+//! Runs the self-check on the target. Prints one line per checkpoint over semihosting: `preset samples digest`.
 
 #![no_std]
 #![no_main]

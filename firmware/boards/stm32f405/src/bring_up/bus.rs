@@ -11,15 +11,15 @@ use super::Out;
 use crate::sensor::SensorBus;
 use crate::wiring::SENSOR_SPEED;
 
-/// Reads of each pattern at each clock of the sensor's bus, 10⁵ in all, and wrong ones that end them.
+/// Reads of each pattern at each clock of the sensor's bus (10⁵ in all), and number of wrong reads that ends them.
 const READS: u32 = 25_000;
 const ENOUGH: u32 = 1_000;
 
-/// Bytes that are written and read: to the user offsets, which the start of the sensor clears.
+/// Bytes written and read back. They go to the user offsets, which the start of the sensor clears.
 const PATTERNS: [[u8; 3]; 4] =
     [[0x00, 0xFF, 0x00], [0x55, 0xAA, 0x55], [0xFF, 0x00, 0xFF], [0x33, 0x0F, 0xC9]];
 
-/// Reads that were wrong or failed at the present clock of the bus, and all reads.
+/// Number of wrong or failed reads at the present clock of the bus, and number of all reads.
 async fn misreads(bus: &mut SensorBus) -> (u32, u32) {
     let (mut wrong, mut reads) = (0, 0);
     for pattern in PATTERNS {
@@ -37,14 +37,14 @@ async fn misreads(bus: &mut SensorBus) -> (u32, u32) {
             if wrong >= ENOUGH {
                 return (wrong, reads);
             }
-            // Lets the watchdog be fed.
+            // Gives the task that feeds the watchdog a turn.
             embassy_futures::yield_now().await;
         }
     }
     (wrong, reads)
 }
 
-/// Measures the sensor's bus at the foot's clocks, and at the limit of the part; leaves it at the fastest of the
+/// Measures the sensor's bus at the foot's clocks, and at the limit of the part. Leaves the bus at the fastest of the
 /// foot's clocks without an error.
 pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
     let mut fastest = None;
@@ -68,7 +68,7 @@ pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
         out.line(name, value, "0", verdict).await;
     }
     SPI1.cr1().modify(|w| w.set_spe(false));
-    // APB2 has 80 MHz.
+    // APB2 runs at 80 MHz.
     SPI1.cr1().modify(|w| w.set_br(Br::DIV8));
     SPI1.cr1().modify(|w| w.set_spe(true));
     let (wrong, reads) = misreads(bus).await;

@@ -11,19 +11,20 @@ use crate::can::{Can1Mailboxes, Control};
 /// Bit rate of both tests.
 pub const BIT_RATE: u32 = 1_000_000;
 
-/// Identifier that loses every arbitration, as the one before it does: no other node waits for them.
+/// Identifier that loses every arbitration, so that no other node waits for these frames. The one before it does, too.
 const IDENTIFIER: u16 = 0x7FF;
 
-/// Longer than a frame, eleven recessive bits before it, and three attempts.
+/// Timeout of a frame: longer than the eleven recessive bits before it and three attempts.
 const FRAME: Duration = Duration::from_millis(5);
 
-/// Polls of the acknowledgement of initialisation: 4 ms.
+/// Maximum polls for the acknowledgement of initialisation: 4 ms.
 const POLLS: u32 = 60_000;
 
-/// Whether the controller sends to itself.
+/// Destination of the frames that the controller sends.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mode {
-    /// Nothing leaves or enters the chip (RM0090, 32.6.3: loop back combined with silent mode).
+    /// The controller itself; no signal leaves or enters the chip (RM0090, 32.6.3: loop back combined with silent
+    /// mode).
     Inside,
     /// The bus.
     Bus,
@@ -32,7 +33,7 @@ enum Mode {
 /// Sets the mode in initialisation, and returns whether the controller has left it again.
 fn set_mode(mode: Mode) -> bool {
     if !initialise() {
-        // A shorted bus is never idle, and a reset does not wait for it (RM0090, CAN_MCR.RESET).
+        // The reset does not wait for an idle bus. A shorted bus is never idle (RM0090, CAN_MCR.RESET).
         CAN1.mcr().write(|w| w.set_reset(true));
         if !initialise() {
             return false;
@@ -66,7 +67,7 @@ async fn is_sent() -> bool {
     Timer::after(FRAME).await;
     let status = CAN1.tsr().read();
     let is_done = (0..3).any(|mailbox| status.rqcp(mailbox) && status.txok(mailbox));
-    // A frame that waits for a node would be sent in the next test.
+    // Otherwise a frame that still waits for a node would be sent in the next test.
     CAN1.tsr().write(|w| {
         for mailbox in 0..3 {
             w.set_abrq(mailbox, true);

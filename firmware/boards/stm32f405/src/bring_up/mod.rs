@@ -1,7 +1,7 @@
-//! Measurements of a new board, one line each over the serial line and RTT.
+//! Measurements of a new board, reported one per line over the serial line and RTT.
 //!
-//! Every wait ends: those for the sensor by the driver, those for an edge by the tick, all others by the watchdog,
-//! which is fed for as long as a report can take, and from its end on.
+//! Every wait ends. The driver ends those for the sensor, the tick those for an edge, and the watchdog all others: it
+//! is fed for as long as a report can take, and again after the end of the report.
 
 mod bus;
 mod can;
@@ -38,26 +38,26 @@ const DEVICE: u16 = 0x413;
 const SAMPLES: u16 = 1_000;
 const TICKS: u16 = 1_000;
 
-/// Largest deviation of an edge from its place, µs: the part states none; the timer resolves 1 µs.
+/// Largest deviation of an edge from its place, µs. The part states none. The timer resolves 1 µs.
 const JITTER_US: f32 = 10.0;
 
-/// Time from an edge at which the sample that it announces has been read, and the next is not due, µs: pulse and gap
-/// are 75 µs each, so that an inverted edge comes 75 µs before the next sample.
+/// Time from an edge at which its sample has been read and the next is not yet due, µs. Pulse and gap are 75 µs each,
+/// so that an inverted edge comes 75 µs before the next sample.
 const BETWEEN_US: u32 = 110;
 
-/// Largest ratio of the noise at rest with a busy CAN to that without: the scatter of a second is known to 3 %.
+/// Largest ratio of the noise at rest with a busy CAN to that without. The scatter over a second is known to 3 %.
 const NOISE_RATIO: f32 = 1.25;
 
-/// Stack that a program leaves unused, bytes.
+/// Unused stack that a program must leave, bytes.
 const SPARE_STACK: usize = 8 * 1024;
 
-/// Longest time of a report, s: with all waits of the sensor some 10 s.
+/// Longest time of a report, s. All waits for the sensor together take some 10 s.
 const LONGEST_S: u64 = 60;
 
 /// Whether the report has ended.
 static IS_DONE: AtomicBool = AtomicBool::new(false);
 
-/// Where lines go.
+/// Destinations of the lines.
 pub(super) struct Out {
     uart: Sender,
     report: Report,
@@ -66,7 +66,7 @@ pub(super) struct Out {
 impl Out {
     async fn write(&mut self, line: &Line) {
         defmt::println!("{=str}", line.trim_end());
-        // The line may be absent: RTT has it.
+        // The serial line may be absent. RTT has the line.
         let _ = self.uart.send(line.as_bytes()).await;
     }
 
@@ -94,7 +94,7 @@ pub fn run() -> ! {
     })
 }
 
-/// Measures all, then waits to do it again.
+/// Measures everything, then waits for a request to repeat it.
 #[embassy_executor::task]
 async fn measure(peripherals: Peripherals) {
     let Ok((uart, receiver)) = peripherals.uart.start(UART_RATE) else {
@@ -118,7 +118,7 @@ async fn measure(peripherals: Peripherals) {
     again(receiver).await;
 }
 
-/// Feeds the watchdog until a report should have ended, and from its end on.
+/// Feeds the watchdog until a report should have ended, and again after its end.
 #[embassy_executor::task]
 async fn feed() {
     while IS_DONE.load(Ordering::Relaxed) || Instant::now().as_secs() < LONGEST_S {
@@ -127,7 +127,7 @@ async fn feed() {
     }
 }
 
-/// Starts again at the first byte received.
+/// Restarts at the first byte received.
 async fn again(mut receiver: Receiver) {
     let mut byte = [0; 1];
     loop {
@@ -209,7 +209,7 @@ type Sensor = (Lsm6dsox<SensorBus>, Rest);
 
 async fn measure_sensor(out: &mut Out, bus: SensorBus, mut timebase: Timebase) -> Option<Sensor> {
     let mut driver = Lsm6dsox::new(bus, Config::FRESH_KILOHERTZ);
-    // Ends I3C mode; a failure shows below.
+    // Ends I3C mode. A failure shows up below.
     let _ = driver.init(&mut Delay).await;
     bus::measure(out, driver.bus()).await;
     if driver.init(&mut Delay).await.is_err() {
@@ -273,7 +273,7 @@ struct Rest {
     celsius: f32,
 }
 
-/// Takes the samples of a second, with something to do in between.
+/// Takes the samples of a second, and calls `act` between them.
 async fn rest(driver: &mut Lsm6dsox<SensorBus>, act: impl Fn()) -> Rest {
     let mut rest = Rest::default();
     for _ in 0..SAMPLES {
@@ -291,7 +291,7 @@ async fn rest(driver: &mut Lsm6dsox<SensorBus>, act: impl Fn()) -> Rest {
     rest
 }
 
-/// Measures whether a sample is new at the edge of INT1, not half a period before it.
+/// Measures whether a sample is new at the edge of INT1, and not half a period before it.
 async fn measure_polarity(
     out: &mut Out,
     timebase: &mut Timebase,
@@ -317,10 +317,10 @@ async fn measure_polarity(
     out.line("polarity of INT1", value, "less than half", verdict).await;
 }
 
-/// Measures the data-ready line: 6.67 kHz, within 5 % of what the part says of its own clock.
+/// Measures the data-ready line: 6.67 kHz, within 5 % of the trim that the part reports for its own clock.
 async fn measure_edges(out: &mut Out, timebase: &mut Timebase, trim: f32) {
     let mut edges = Edges::default();
-    // The first tick counts what came before.
+    // The first tick also counts earlier edges.
     timebase.next().await;
     for _ in 0..TICKS {
         edges.take(timebase.next().await.edges.unwrap_or(0));
@@ -399,7 +399,7 @@ async fn measure_can(out: &mut Out, parts: crate::can::Parts, sensor: Option<Sen
 async fn measure_stack(out: &mut Out) {
     let mut depth = StackDepth::default();
     let mut deepest = 0;
-    // Each look is at a piece; a round without news ends it.
+    // Each call checks one piece. A round without a change ends the loop.
     for _ in 0..stack::size() / 64 {
         if let Some(found) = stack::look(&mut depth) {
             deepest = found;

@@ -4,7 +4,8 @@ use embassy_stm32::pac::adc::vals::SampleTime;
 use embassy_stm32::pac::{ADC1, ADC123_COMMON};
 use embassy_time::{Duration, Timer};
 
-/// Code of the reference in the factory, at 3.3 V (DS8626, internal reference voltage calibration values \[M\]).
+/// Address of the reference's code measured in the factory at 3.3 V (DS8626, internal reference voltage calibration
+/// values \[M\]).
 const CALIBRATION: usize = 0x1FFF_7A2A;
 
 /// Input of ADC1 that is connected to the reference (RM0090, 13.10 \[M\]).
@@ -16,7 +17,7 @@ const FIRST_OF_SMPR1: u8 = 10;
 /// Conversions in a reading.
 const CONVERSIONS: u32 = 16;
 
-/// Code of the factory.
+/// Code measured in the factory.
 pub fn calibration() -> u16 {
     // SAFETY: the factory area can be read at any time, and holds no variable of the program.
     unsafe { core::ptr::with_exposed_provenance::<u16>(CALIBRATION).read_volatile() }
@@ -24,8 +25,8 @@ pub fn calibration() -> u16 {
 
 /// Mean code of the reference; `None` if the converter does not finish.
 ///
-/// The load sensor, which the converter reads otherwise, is left out from now on. The reference needs 10 µs to start,
-/// and to be sampled (DS8626, embedded internal reference voltage \[M\]): 480 cycles of 20 MHz are 24 µs.
+/// From now on the converter no longer reads the load sensor. The reference needs 10 µs to start and to be sampled
+/// (DS8626, embedded internal reference voltage \[M\]). A sampling time of 480 cycles at 20 MHz is 24 µs.
 pub async fn reference() -> Option<u16> {
     ADC1.cr2().modify(|w| {
         w.set_cont(false);
