@@ -1,4 +1,4 @@
-//! The board, as the foot's program uses it besides the bus of its sensor, its [ticks](crate::sampling::Ticks), the
+//! Interface to a board, besides the bus of its sensor, its [ticks](crate::sampling::Ticks), the
 //! [mailboxes](crate::ports::Mailboxes) of its CAN controller, its flash and its LED.
 
 use storage::StoreFailed;
@@ -8,9 +8,9 @@ use crate::ports::BusState;
 use crate::sampling::Tick;
 use crate::supervision::StackDepth;
 
-/// A board: the sampling level calls the first functions each tick, the thread level the others.
+/// A board. The sampling level calls the first functions each tick, the thread level the others.
 pub trait Board {
-    /// Interval of feeding the watchdog, ms: a tenth of its period at most.
+    /// Interval of feeding the watchdog, ms: at most a tenth of its period.
     const FEEDING_MS: u32;
 
     /// Prepares the measurement of a tick's costs.
@@ -32,7 +32,7 @@ pub trait Board {
         let _ = node_id;
     }
 
-    /// Time from the data-ready edge of the tick to the contact in its mailbox, µs; 0 if none was put there.
+    /// Time from the data-ready edge of the tick to the contact in its mailbox, µs; 0 if there was no contact.
     fn micros_to_mailbox(&self) -> u32 {
         0
     }
@@ -45,10 +45,10 @@ pub trait Board {
         false
     }
 
-    /// Restarts the watchdog's period, and ends the row of its resets.
+    /// Restarts the watchdog's period, and resets the count of its consecutive resets.
     fn feed_watchdog(&self);
 
-    /// Checks the next piece of the stack: returns the maximum depth, bytes, if it has changed.
+    /// Checks the next piece of the stack. Returns the maximum depth, bytes, if it has changed.
     fn look_at_stack(&self, depth: &mut StackDepth) -> Option<usize>;
 
     /// Applies the rates of CAN and UART.
@@ -60,7 +60,7 @@ pub trait Board {
     /// The supply is too low, or the flash refuses.
     fn protect(&self) -> Result<(), StoreFailed>;
 
-    /// Keeps the program that runs, if it is new.
+    /// Confirms the running program, if it is new.
     ///
     /// # Errors
     /// The supply is too low, or the flash refuses.

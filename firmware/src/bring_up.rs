@@ -1,4 +1,4 @@
-//! Report of the bring-up program: a line for each measurement, with value, limit and verdict.
+//! Report of the bring-up program. Each measurement has a line with value, limit and verdict.
 
 use core::fmt::{self, Write};
 use core::ops::RangeInclusive;
@@ -16,20 +16,20 @@ pub type Line = String<LINE>;
 pub enum Verdict {
     /// Within its limit.
     Pass,
-    /// Beyond its limit, with what to do.
+    /// Beyond its limit; the text is the remedy.
     Fail(&'static str),
-    /// Not measured, with the reason.
+    /// Not measured; the text is the reason.
     NotTested(&'static str),
 }
 
 impl Verdict {
-    /// Judges a value; one that is not a number fails.
+    /// Judges a value. NaN fails.
     #[must_use]
     pub fn of(value: f32, limits: &RangeInclusive<f32>, remedy: &'static str) -> Self {
         Self::when(limits.contains(&value), remedy)
     }
 
-    /// Passes where a condition holds.
+    /// Passes if a condition holds.
     #[must_use]
     pub const fn when(holds: bool, remedy: &'static str) -> Self {
         if holds { Self::Pass } else { Self::Fail(remedy) }
@@ -45,7 +45,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Counts a measurement, and returns its line. What does not fit is left out.
+    /// Counts a measurement, and returns its line. Text beyond [`LINE`] bytes is left out.
     pub fn line(
         &mut self,
         name: &str,
@@ -54,7 +54,7 @@ impl Report {
         verdict: Verdict,
     ) -> Line {
         let mut shown: String<40> = String::new();
-        // Here and below: a text that is too long ends early.
+        // Here and below, a text that is too long is cut off.
         let _ = shown.write_fmt(value);
         let mut line = Line::new();
         let _ = write!(line, "{name:<24} {shown:<26} {limit:<20} ");
@@ -88,19 +88,20 @@ impl Report {
     }
 }
 
-/// Permitted supply, mV. The chip takes 1.8 to 3.6 V, and writing its flash by words 2.7 V (DS8626, general operating
-/// conditions \[M\]); transceivers for 3.3 V are specified from 3.0 V on.
+/// Permitted supply, mV. The chip takes 1.8 to 3.6 V, and needs 2.7 V to write its flash by words (DS8626, general
+/// operating conditions \[M\]). Transceivers for 3.3 V are specified from 3.0 V on.
 pub const SUPPLY_MV: RangeInclusive<u32> = 3_000..=3_600;
 
 /// Supply at which the factory converts the chip's reference, mV (DS8626, internal reference voltage calibration
 /// values \[M\]).
 const CALIBRATION_MV: u32 = 3_300;
 
-/// Plausible codes of that conversion: 1.18 to 1.24 V of 3.3 V (DS8626, embedded internal reference voltage \[M\]), and
-/// 1 % of the converter.
+/// Plausible codes of that conversion: 1.18 to 1.24 V of 3.3 V (DS8626, embedded internal reference voltage \[M\]),
+/// plus 1 % for the converter.
 const CALIBRATION_CODES: RangeInclusive<u16> = 1_450..=1_555;
 
-/// Supply, mV, from the code of the chip's reference and that of the factory; `None` where one of them is impossible.
+/// Supply, mV, from the present code of the chip's reference and that of the factory; `None` if either code is
+/// impossible.
 #[must_use]
 pub fn supply_mv(code: u16, calibration: u16) -> Option<u32> {
     if !CALIBRATION_CODES.contains(&calibration) {
@@ -125,7 +126,7 @@ impl Edges {
         self.without += u32::from(edges == 0);
     }
 
-    /// Mean interval of the edges, µs; infinite without any.
+    /// Mean interval of the edges, µs; infinite without any edge.
     #[must_use]
     pub fn interval_us(&self) -> f32 {
         1000.0 * self.ticks as f32 / self.edges as f32
@@ -153,7 +154,7 @@ impl Jitter {
         Self { interval_us, last_us: None, largest_us: f32::NAN }
     }
 
-    /// Takes the time of an edge: from the one before, it is whole intervals away.
+    /// Takes the time of an edge. The distance to the previous edge should be a multiple of the interval.
     pub fn take(&mut self, at_us: u64) {
         if let Some(last_us) = self.last_us.replace(at_us) {
             let intervals = at_us.saturating_sub(last_us) as f32 / self.interval_us;
@@ -163,7 +164,7 @@ impl Jitter {
         }
     }
 
-    /// Largest deviation, µs; not a number before the second edge, and without an interval.
+    /// Largest deviation, µs; NaN before the second edge, and without an interval.
     #[must_use]
     pub const fn largest_us(&self) -> f32 {
         self.largest_us
@@ -173,7 +174,7 @@ impl Jitter {
 /// Mean and scatter of samples at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scatter {
-    /// The first sample, from which the others differ by little.
+    /// The first sample. The sums hold differences from it, which are small.
     first: [f32; 3],
     count: u16,
     sums: [f32; 3],
@@ -199,7 +200,7 @@ impl Scatter {
         self.count
     }
 
-    /// Mean of each axis; not a number without a sample.
+    /// Mean of each axis; NaN without a sample.
     #[must_use]
     pub fn mean(&self) -> [f32; 3] {
         let mut mean = self.first;

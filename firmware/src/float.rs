@@ -1,6 +1,7 @@
-//! Additions and multiplications of f32 on a core without a floating-point unit, with the bits of IEEE 754: half as
-//! long as those of the compiler's library, whose product of 24 bits takes a 64-bit multiplication. The boot ROM's are
-//! as fast, and flush subnormal numbers.
+//! Additions and multiplications of f32 on a core without a floating-point unit, with the bits of IEEE 754.
+//!
+//! They take half the time of the compiler's library, whose product of 24 bits needs a 64-bit multiplication. The boot
+//! ROM's functions are as fast, but flush subnormal numbers.
 //!
 //! Operands and results are bits. Rounding is to nearest, ties to even.
 
@@ -11,10 +12,10 @@ const QUIET: u32 = 0x0040_0000;
 const FRACTION: u32 = 0x007F_FFFF;
 const HIDDEN: u32 = 0x0080_0000;
 
-/// Bits below the last one of a fraction, the lowest of which stands for all that were shifted out.
+/// Bits below the last bit of a fraction. The lowest of them is set if any bit shifted out was set.
 const GUARD: u32 = 6;
 
-/// The first bit of a fraction with its guard.
+/// Leading bit of a fraction with its guard bits.
 const FIRST: u32 = HIDDEN << GUARD;
 
 /// Sum of two numbers.
@@ -26,7 +27,7 @@ pub fn add(a: u32, b: u32) -> u32 {
         return add_others(big, small);
     }
     let shift = exponent - below;
-    // Less than half of the last bit, also of the number before a power of two.
+    // The smaller number is less than half of the last bit, even if the larger one is a power of two.
     if shift > 25 {
         return big;
     }
@@ -57,13 +58,13 @@ pub fn add(a: u32, b: u32) -> u32 {
     }
     let mut kept = (sum + (1 << (GUARD - 1))) >> GUARD;
     if sum << (32 - GUARD) == SIGN {
-        // Halfway: even.
+        // A tie rounds to even.
         kept &= !1;
     }
     (big & SIGN) | (((exponent - 1) << 23) + kept)
 }
 
-/// Sum of two numbers, the second of which is not larger, whatever they are.
+/// Sum of two numbers of any kind. `small` must not have the larger magnitude.
 #[cold]
 #[inline(never)]
 fn add_others(big: u32, small: u32) -> u32 {
@@ -130,7 +131,7 @@ fn add_others(big: u32, small: u32) -> u32 {
 /// Product of two numbers.
 #[inline(always)]
 pub fn multiply(a: u32, b: u32) -> u32 {
-    /// Of the sum of two exponents and the bias.
+    /// Offset of the sum of two exponents: the bias, plus one for the leading bit of the result.
     const LEAST: u32 = 128;
     let (ea, eb) = (a << 1 >> 24, b << 1 >> 24);
     if ea == 0 || eb == 0 || ea == 0xFF || eb == 0xFF {
@@ -151,7 +152,7 @@ pub fn multiply(a: u32, b: u32) -> u32 {
     if product & 0xFF == 0x80 {
         let lost = last & 0xFF | middle & (0x7F | is_long << 7);
         if lost == 0 {
-            // Halfway: even.
+            // A tie rounds to even.
             kept &= !1;
         }
     }
@@ -180,7 +181,7 @@ fn multiply_others(a: u32, b: u32) -> u32 {
     rounded(sign, ea + eb, fa, fb)
 }
 
-/// Fraction of a finite number, with its first bit.
+/// Fraction of a finite number, with its leading bit.
 fn fraction(bits: u32, exponent: u32) -> u32 {
     if exponent == 0 { bits & FRACTION } else { bits & FRACTION | HIDDEN }
 }
@@ -196,12 +197,13 @@ fn normalised(bits: u32) -> (i32, u32) {
     }
 }
 
-/// Product of two fractions of 24 bits, the first of which is set, with the sum of their exponents.
+/// Rounded product of two fractions of 24 bits, each with its leading bit set. `exponents` is the sum of their
+/// exponents.
 fn rounded(sign: u32, exponents: i32, a: u32, b: u32) -> u32 {
     const BIAS: i32 = 127;
     let (ah, al) = (a >> 8, a & 0xFF);
     let (bh, bl) = (b >> 8, b & 0xFF);
-    // The product without its last 16 bits, which stay in the lowest bit.
+    // The product without its last 16 bits. The lowest bit is set if any of them is set.
     let last = al * bl;
     let middle = ah * bl + al * bh + (last >> 8);
     let mut product = ah * bh + (middle >> 8);

@@ -1,13 +1,19 @@
 //! The foot: takes a sample each tick, and sends frames on the same tick.
 //!
-//! [`Foot::tick`] lists the steps of a millisecond in order, and this file follows them: requests that came in; faults of
-//! the sensor, the bus and the tick; the load; the estimate, by a new estimator after a change of settings that concern it;
-//! frames and lines of text; answers. The work of a tick is bounded: at most [`INPUTS_PER_TICK`] requests, one estimate, one
-//! frame of each kind.
+//! [`Foot::tick`] lists the steps of a millisecond, and this file follows their order:
 //!
-//! **Fail-safe.** While a fault of the sensor is active, every frame has P = 0 and the fault flag,
-//! whatever the estimate is; without a valid sample no frame reports "stable". A fault stays
-//! active until [`SOUND_TICKS`] consecutive samples are good.
+//! - requests that have arrived;
+//! - faults of the sensor, the bus and the tick;
+//! - the load;
+//! - the estimate, by a new estimator if settings of the estimator have changed;
+//! - frames and lines of text;
+//! - responses.
+//!
+//! The work of a tick is bounded: at most [`INPUTS_PER_TICK`] requests, one estimate, and one frame of each kind.
+//!
+//! **Fail-safe.** While a fault of the sensor is active, every frame has P = 0 and the fault flag, whatever the
+//! estimate is. Without a valid sample no frame reports "stable". A fault stays active until [`SOUND_TICKS`]
+//! consecutive samples are good.
 
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
@@ -37,15 +43,16 @@ use crate::uart_requests;
 /// Period of the ticks unless [`Foot::disable_can`] sets another, µs.
 const TICK_US: u32 = 1_000;
 
-/// Maximum number of requests handled per tick; more wait for the next.
+/// Maximum number of requests handled per tick. Further requests wait for the next tick.
 pub const INPUTS_PER_TICK: usize = 8;
 
-/// Stores and restores that may follow each other at once after power-up; then there is one in each 1024 ticks: a sector of
-/// flash endures 10 000 erases (STM32F405 data sheet, DS8626), and 50 stores a second would use them up in hours. After a
-/// commanded reset there is none at first, so that resets do not raise the rate.
+/// Stores and restores that may follow each other at once after power-up. Later, there is one in each 1024 ticks.
+///
+/// A sector of flash endures 10 000 erases (STM32F405 data sheet, DS8626), and 50 stores a second would use them up in
+/// hours. After a commanded reset there is none at first, so that resets do not raise the rate.
 pub const STORES_AT_ONCE: u8 = 4;
 
-/// Ticks between two checks of the readings at rest, and after which one more store is possible.
+/// Ticks between two checks of the readings at rest, and ticks until one more store is possible.
 const REST_TICKS: u32 = 1024;
 
 /// Consecutive good samples after which a fault of the sensor is cleared.
@@ -54,16 +61,14 @@ pub const SOUND_TICKS: u16 = 20;
 /// Ticks for which a fault that is an event stays active after the event.
 const EVENT_TICKS: u16 = 1000;
 
-/// Ticks for which the crash that caused the start stays active as a fault. Object 0x2113 keeps it
-/// until the next start.
+/// Ticks for which the crash before this start stays active as a fault. Object 0x2113 keeps it until the next start.
 const CRASH_TICKS: u16 = 10_000;
 
-/// Specific force at rest of a sound accelerometer, m/s². An LSM6DSO32 has the same identity as an LSM6DSOX, and
-/// half of its codes. Beyond these limits the estimator leaves so much of gravity that the foot never rests.
+/// Specific force at rest of a sound accelerometer, m/s². An LSM6DSO32 has the same identity as an LSM6DSOX, but half
+/// of its codes. Beyond these limits so much of gravity is left in the estimator that the foot never rests.
 const FORCE_AT_REST: RangeInclusive<f32> = 0.88 * STANDARD_GRAVITY..=1.12 * STANDARD_GRAVITY;
 
-/// Readings of the load input in which it is connected; at the ends of the 12-bit range it is
-/// open or shorted.
+/// Readings of a connected load input. At the ends of the 12-bit range the input is open or shorted.
 pub const LOAD_READINGS: RangeInclusive<u16> = 16..=4079;
 
 /// Ticks after which the input counts as open, and as connected again.
@@ -72,12 +77,12 @@ const LOAD_OPEN: Hysteresis = Hysteresis::new(10, 100);
 /// Crystal at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Crystal {
-    /// It drives the clock, and has the frequency of the board's.
+    /// The crystal drives the clock, and has the frequency of the board's crystal.
     #[default]
     InUse,
-    /// It drives the clock. Its frequency could not be measured.
+    /// The crystal drives the clock. Its frequency could not be measured.
     NotMeasured,
-    /// It is not used: there is no CAN.
+    /// The crystal is not used, so there is no CAN.
     Unused {
         /// Its frequency, kHz; 0 if it does not start.
         khz: u32,
@@ -102,9 +107,9 @@ pub struct Start {
     pub origin: Origin,
     /// The crystal.
     pub crystal: Crystal,
-    /// Level of the chip's brown-out reset: 0 off, 1 to 3. `None` for a chip that has no levels to choose from.
+    /// Level of the chip's brown-out reset: 0 off, 1 to 3. `None` if the chip has no levels.
     pub brown_out_level: Option<u8>,
-    /// Program that runs.
+    /// The running program.
     pub program: Program,
 }
 
@@ -115,13 +120,13 @@ pub struct Foot {
     /// Settings of the node that each tick uses.
     in_use: InUse,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
-    /// New estimator, requested since the last tick.
+    /// Pending request for a new estimator.
     renewal: Option<Renewal>,
     counters: Counters,
     /// Temperature of the sensor, °C; NaN before the first sample.
     temperature: f32,
     stage: Stage,
-    /// Present until the first tick has reported it.
+    /// Present until the first tick has reported the start.
     start: Option<Start>,
     ticks: u32,
     /// Period of the ticks, µs.
@@ -133,7 +138,7 @@ pub struct Foot {
     pending_store: Option<Requester>,
     /// Number of stores that are possible now, at most [`STORES_AT_ONCE`].
     stores_left: u8,
-    /// Request to the board for which the queue had no room yet.
+    /// Request to the board that waits for room in the queue.
     pending_request: Option<Request>,
 
     /// Good samples since the last bad one.
@@ -185,14 +190,14 @@ enum Renewal {
     Restart,
 }
 
-/// Requester of a store, a restore or a protection, who gets the response.
+/// Requester of a store, a restore or a protection. The response goes to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Requester {
     Can,
     Uart(Address),
 }
 
-/// Severity of a line of text; the log level of the settings is compared with these numbers.
+/// Severity of a line of text. The log level of the settings is compared with these numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Level {
     Error = 1,
@@ -203,18 +208,16 @@ enum Level {
 impl Foot {
     /// Creates a foot, which reports its boot on the first tick.
     ///
-    /// # Errors
-    /// The parameters do not fit each other, which checked [`Settings`] exclude.
+    /// The parameters are inconsistent. Checked [`Settings`] exclude that.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
         let config = settings.params().validate_for()?;
         Ok(Self::with_config(settings, start, &config))
     }
 
-    /// Creates a foot in its place as [`new`](Self::new), with the default settings in place of those that do not fit each
-    /// other. A foot that is moved to its place takes its size several times of the stack.
+    /// Creates a foot in its place, like [`new`](Self::new). Inconsistent settings are replaced by the defaults. Moving
+    /// a foot to its place would take several times its size on the stack.
     ///
-    /// # Errors
-    /// The defaults do not fit each other either.
+    /// # Errors The defaults are inconsistent, too.
     // Not inlined: the caller never returns, and would keep the parts of the foot on the stack.
     #[inline(never)]
     pub fn new_in(
@@ -263,7 +266,8 @@ impl Foot {
         }
     }
 
-    /// Sends to the serial line alone, on a board without CAN; its ticks may have another period than a millisecond.
+    /// Sends only to the serial line, on a board without CAN. The ticks may then have another period than a
+    /// millisecond.
     pub fn disable_can(&mut self, tick_us: u32) {
         self.tick_us = tick_us;
         self.with_can = false;
@@ -312,7 +316,7 @@ impl Foot {
         &self.counters
     }
 
-    /// Advances by one tick. `reading` is the newest of the analog load input, if the board has one.
+    /// Advances by one tick. `reading` is the newest reading of the analog load input, if the board has one.
     pub fn tick(
         &mut self,
         tick: &Tick,
@@ -336,7 +340,7 @@ impl Foot {
 
         self.send_can(&estimate, ports);
         self.send_uart(&estimate, measurement, tick.time, ports);
-        // Responses have no deadline: they follow after the frames are sent.
+        // Responses have no deadline. They follow after the frames are sent.
         self.answer_deferred(INPUTS_PER_TICK - taken, ports);
         self.clear_expired_faults(ports);
         if self.ticks.is_multiple_of(REST_TICKS) {
@@ -346,7 +350,7 @@ impl Foot {
         self.report_liveness(measurement, ports);
     }
 
-    /// Reports, on the first tick, the boot-up and the faults known since before the start.
+    /// Reports the boot-up and the faults known since before the start, on the first tick.
     fn report_start(&mut self, ports: &Ports<impl Mailboxes>) {
         let Some(start) = self.start.take() else {
             return;
@@ -376,7 +380,7 @@ impl Foot {
         }
     }
 
-    /// Raises the fault of a crystal that does not start, or has another frequency, which is logged.
+    /// Raises and logs the fault of a crystal that does not start or has another frequency.
     fn report_crystal(&mut self, khz: u32, ports: &Ports<impl Mailboxes>) {
         self.raise(Fault::CrystalMissing, khz, ports);
         if khz > 0 {
@@ -396,7 +400,7 @@ impl Foot {
         }
     }
 
-    /// Raises or clears the fault of settings that are not those stored.
+    /// Raises or clears the fault of settings that differ from the stored ones.
     fn check_origin(&mut self, origin: Origin, ports: &Ports<impl Mailboxes>) {
         match origin.fault_detail() {
             Some(detail) => self.raise(Fault::ConfigCorrupted, detail, ports),
@@ -404,8 +408,7 @@ impl Foot {
         }
     }
 
-    /// Handles inputs in order, up to the first request that needs a response. Returns the number of
-    /// inputs handled.
+    /// Handles inputs in order, up to the first request that needs a response. Returns the number of inputs handled.
     fn take_inputs(&mut self, ports: &Ports<impl Mailboxes>) -> usize {
         if let Some(reloaded) = ports.take_reloaded() {
             self.take_reloaded(reloaded, ports);
@@ -423,7 +426,7 @@ impl Foot {
         INPUTS_PER_TICK
     }
 
-    /// Applies settings that the board has loaded again, and resets the communication.
+    /// Applies settings that the board has reloaded, and resets the communication.
     fn take_reloaded(&mut self, reloaded: Reloaded, ports: &Ports<impl Mailboxes>) {
         let Reloaded { settings, origin } = reloaded;
         let renewal = if settings.learnt() == self.settings().learnt() {
@@ -438,7 +441,7 @@ impl Foot {
         self.check_origin(origin, ports);
     }
 
-    /// Answers the deferred request, and handles later inputs: `most` in all.
+    /// Answers the deferred request, and handles later inputs: at most `most` in all.
     fn answer_deferred(&mut self, most: usize, ports: &Ports<impl Mailboxes>) {
         if let Some(input) = self.deferred.take() {
             self.node.set_learnt(self.learnt());
@@ -454,7 +457,7 @@ impl Foot {
         self.pass_pending_request(ports);
     }
 
-    /// Passes the request to the board if the queue has room, otherwise again on the next tick.
+    /// Passes the request to the board if the queue has room. Otherwise tries again on the next tick.
     fn pass_pending_request(&mut self, ports: &Ports<impl Mailboxes>) {
         if let Some(request) = self.pending_request.take()
             && !ports.request(request.clone())
@@ -500,7 +503,7 @@ impl Foot {
         }
     }
 
-    /// Acts on an event of the node.
+    /// Handles an event of the node.
     fn act(&mut self, event: Event, requester: Requester, ports: &Ports<impl Mailboxes>) {
         match event {
             Event::Changed(address) => {
@@ -539,7 +542,7 @@ impl Foot {
         }
     }
 
-    /// Passes a request to the board whose result `requester` waits for: one at a time.
+    /// Passes a request to the board for `requester`, who waits for its result. There is one such request at a time.
     fn store(&mut self, requester: Requester, request: Request, ports: &Ports<impl Mailboxes>) {
         if self.pending_store.is_none() && ports.request(request) {
             self.pending_store = Some(requester);
@@ -548,7 +551,7 @@ impl Foot {
         }
     }
 
-    /// Whether a store may erase: process data never stop for that, so only a foot that sends none may.
+    /// Returns whether a store may erase. An erase would interrupt process data, so only a foot that sends none may.
     fn erase(&self) -> Erase {
         if self.node.state() == NmtState::Operational { Erase::Refused } else { Erase::Allowed }
     }
@@ -579,7 +582,7 @@ impl Foot {
         self.finish_store(result, ports);
     }
 
-    /// Answers the request whose result the board gives.
+    /// Sends the response of a request once the board has reported its result.
     fn finish_store(&mut self, result: Result<(), StoreFailed>, ports: &Ports<impl Mailboxes>) {
         if let Some(requester) = self.pending_store.take() {
             self.answer_store(requester, result.map_err(StoreFailed::abort_code), ports);
@@ -624,7 +627,7 @@ impl Foot {
         }
     }
 
-    /// Raises faults of the sensor at once, and clears them after good samples.
+    /// Raises faults of the sensor at once. Clears them after good samples.
     fn check_sensor(&mut self, measurement: &Measurement, ports: &Ports<impl Mailboxes>) {
         if let Some(raw) = &measurement.raw {
             self.temperature = raw.temperature.to_celsius();
@@ -666,8 +669,8 @@ impl Foot {
         }
     }
 
-    /// Raises a fault while the gyroscope's bias is too large to be learnt, and from a rest with a wrong
-    /// specific force to one with the right one.
+    /// Raises a fault while the gyroscope's bias is too large to be learnt. Raises another from a rest with a wrong
+    /// specific force until a rest with the right one.
     fn check_rest(&mut self, ports: &Ports<impl Mailboxes>) {
         match self.estimator.excess_bias() {
             Some(rate) => {
@@ -697,7 +700,7 @@ impl Foot {
             self.latch.hold_for(Fault::CanBusOff, EVENT_TICKS);
         }
         match state {
-            // Kept for a while: a bus that flickers would send an emergency each time.
+            // Kept for a while, because a flickering bus would otherwise send an emergency each time.
             BusState::Active if before != BusState::Active => {
                 self.latch.hold_for(Fault::CanErrorPassive, EVENT_TICKS);
             }
@@ -711,7 +714,7 @@ impl Foot {
         }
     }
 
-    /// Reports over the serial line at once; the emergency is held back until the bus has recovered.
+    /// Reports over the serial line at once. The emergency waits until the bus has recovered.
     fn report_bus_off(&mut self, ports: &Ports<impl Mailboxes>) {
         self.latch.keep(Fault::CanBusOff);
         let is_new = !self.faults().contains(Fault::CanBusOff);
@@ -832,7 +835,7 @@ impl Foot {
         let streams = self.in_use.uart_streams;
         let ticks = self.ticks;
         let tick_us = self.tick_us.max(1);
-        // The number of ticks that is nearest.
+        // The nearest number of ticks.
         let is_due = |every_ms: u16| {
             let every = (u32::from(every_ms) * 1_000 + tick_us / 2) / tick_us;
             every_ms != 0 && ticks.is_multiple_of(every.max(1))
@@ -861,7 +864,7 @@ impl Foot {
         }
     }
 
-    /// Raises a fault, unless it is active: with an emergency and a line of text.
+    /// Raises a fault unless it is active: sends an emergency and a line of text.
     fn raise(&mut self, fault: Fault, detail: u32, ports: &Ports<impl Mailboxes>) {
         if self.faults().contains(fault) {
             return;
@@ -872,7 +875,7 @@ impl Foot {
         self.log(Level::Error, fault.name(), ports);
     }
 
-    /// Raises a fault that is an event: it stays active for a while.
+    /// Raises a fault that is an event. It stays active for a while.
     fn raise_event(&mut self, fault: Fault, detail: u32, ports: &Ports<impl Mailboxes>) {
         self.raise(fault, detail, ports);
         self.latch.hold_for(fault, EVENT_TICKS);
@@ -900,7 +903,7 @@ impl Foot {
         self.log_line(level, LogMessage::new(level as u8, text), ports);
     }
 
-    /// Sends a line that is complete if the settings allow its level.
+    /// Sends a complete line if the settings allow its level.
     fn log_line(&mut self, level: Level, line: LogMessage, ports: &Ports<impl Mailboxes>) {
         if level as u8 <= self.in_use.log_level {
             // Errors go before responses, of which there can be many.
@@ -912,7 +915,7 @@ impl Foot {
         }
     }
 
-    /// Sends a frame on the bus, where there is one, and counts those dropped for it.
+    /// Sends a frame on the bus, if there is one. Counts the frames dropped for it.
     fn push_can(&mut self, lane: Lane, frame: CanFrame, ports: &Ports<impl Mailboxes>) {
         if self.with_can {
             let dropped = ports.push_can(lane, frame);
@@ -920,7 +923,7 @@ impl Foot {
         }
     }
 
-    /// Sends a message on the serial line, and counts those dropped for it.
+    /// Sends a message on the serial line. Counts those dropped for it.
     fn push_uart(&mut self, lane: Lane, message: &Message, ports: &Ports<impl Mailboxes>) {
         let sequence = self.uart_sequence;
         self.uart_sequence = sequence.wrapping_add(1);
@@ -928,7 +931,7 @@ impl Foot {
         self.counters.add(Counter::UartDropped, dropped);
     }
 
-    /// Reports to the watchdog. A failed sensor has its fault, and does not cause a restart.
+    /// Reports to the watchdog. A failed sensor has its own fault, and does not cause a restart.
     fn report_liveness(&self, measurement: &Measurement, ports: &Ports<impl Mailboxes>) {
         let excused = measurement.activity != Activity::Measuring || self.faults().void_estimate();
         if measurement.raw.is_some() || excused {
@@ -943,8 +946,8 @@ impl Foot {
     }
 }
 
-/// Process data are a stream, the contact before all others; emergencies (0x080) and heartbeats
-/// (0x700) are not.
+/// Lane of a frame. Process data are a stream, except the contact, which goes before them. Emergencies (0x080) and
+/// heartbeats (0x700) are no process data.
 const fn lane_of(frame: &CanFrame) -> Lane {
     const CONTACT: u16 = Pdo::Contact.base();
     match frame.id() & 0x780 {
@@ -954,7 +957,8 @@ const fn lane_of(frame: &CanFrame) -> Lane {
     }
 }
 
-/// Message with the codes of a sample; `range` is [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
+/// Message with the codes of a sample. `range` is
+/// [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
 fn raw_message(measurement: &Measurement, range: f32) -> Option<uart::RawMessage> {
     let raw = measurement.raw?;
     Some(uart::RawMessage {

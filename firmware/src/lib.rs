@@ -1,36 +1,37 @@
 //! The portable part of the foot's program: everything except the chip and its pins.
 //!
-//! The path of a sample, one module a step:
+//! The path of a sample, one module per step:
 //!
 //! | step | module |
 //! |---|---|
-//! | a tick, a data-ready edge, one burst; is the sensor healthy? | [`sampling`] |
-//! | the sensor's units and issues become the estimator's | [`lsm6dsox::imu`] |
-//! | sample → estimate → frames, and all that is decided on the way | [`foot`] |
-//! | frames go into a mailbox at once, or are queued; the newest win | [`ports`] |
+//! | wait for a tick and a data-ready edge, read one burst, check the sensor's health | [`sampling`] |
+//! | convert the sensor's units and issues to the estimator's | [`lsm6dsox::imu`] |
+//! | turn the sample into an estimate and frames, with all decisions on the way | [`foot`] |
+//! | put frames into a mailbox at once, or queue them; the newest win | [`ports`] |
 //!
-//! And in the other direction, and in parallel:
+//! In the other direction, and in parallel:
 //!
-//! | what | module |
+//! | task | module |
 //! |---|---|
-//! | bytes of the UART become requests, requests become answers | [`uart_requests`] |
-//! | settings in flash, the watchdog, the LED: what has no deadline | [`thread`], and the crate [`storage`] |
-//! | faults that come and go, liveness, costs, the record of a crash | [`supervision`] |
-//! | lines of the program that measures a new board | [`bring_up`] |
-//! | floats on a core without an instruction for them | [`float`] |
+//! | turn bytes of the UART into requests, and requests into responses | [`uart_requests`] |
+//! | store settings, feed the watchdog, drive the LED: work without a deadline | [`thread`], and the crate [`storage`] |
+//! | track faults, liveness, costs and the record of a crash | [`supervision`] |
+//! | format the report of the program that measures a new board | [`bring_up`] |
+//! | compute with floats on a core without instructions for them | [`float`] |
 //!
-//! Three levels. A lower level can delay a higher one only by a critical section (a few µs) or by erasing flash:
+//! There are three levels. A lower level can delay a higher one only by a critical section (a few µs) or by erasing
+//! flash:
 //!
-//! - **Sampling** owns the sensor and the [`Foot`], and runs at interrupt priority: [`sampling::sample`] calls
+//! - **Sampling** owns the sensor and the [`Foot`], and runs at interrupt priority. [`sampling::sample`] calls
 //!   [`Foot::tick`](foot::Foot::tick) once a millisecond, whatever the sensor does.
-//! - **Communication** moves bytes between the buses and [`Ports`]. It is the board's, as buses differ.
+//! - **Communication** moves bytes between the buses and [`Ports`]. It belongs to the board, because buses differ.
 //! - **Thread** stores settings, feeds the watchdog and drives the LED.
 //!
-//! Ports are queues: short critical sections, no locks held across a wait.
+//! Ports are queues. Their critical sections are short, and no lock is held across a wait.
 //!
 //! Interfaces that a board implements, and the tasks that it spawns:
 //!
-//! | it provides | for |
+//! | the board provides | for |
 //! |---|---|
 //! | an `AsyncBus` of the sensor with [`SetBusSpeed`](lsm6dsox::SetBusSpeed), such as an `embedded_hal_async` `SpiDevice`, and a `DelayNs` | [`sampling::Sensor`] |
 //! | [`sampling::Ticks`]: a timer and the captured edges | [`sampling::sample`], a task |

@@ -1,9 +1,9 @@
 //! Queues between the sampling loop and everything slower.
 //!
-//! One `static PORTS: Ports` is the only state shared by the tasks of a board. Frames leave through four [lanes](Lane):
-//! those for the CAN bus go into a [mailbox](Mailboxes) at once where one is free, those for the UART share
-//! [transfers](UartBatch). [Inputs](Input) wait for the foot's next tick, [requests](Request) of the foot for the thread
-//! level.
+//! One `static PORTS: Ports` is the only state shared by the tasks of a board. Frames leave through four [lanes](Lane).
+//! A frame for the CAN bus goes into a [mailbox](Mailboxes) at once if one is free. Frames for the UART share
+//! [transfers](UartBatch). [Inputs](Input) wait for the foot's next tick. [Requests](Request) of the foot wait for the
+//! thread level.
 
 use core::cell::RefCell;
 use core::future::poll_fn;
@@ -23,7 +23,8 @@ use wire::{CanFrame, Settings};
 
 use crate::supervision::{Costs, Light, Liveness};
 
-/// With room for one contact, which the next one replaces: so a contact is never older than a tick when it is sent.
+/// Queue with room for one contact, which the next one replaces. So a contact is never older than a tick when it is
+/// sent.
 type UartQueue = Outlet<Encoded, 1, 8>;
 
 /// Queues between the sampling loop and everything slower, around the mailboxes `M` of a CAN controller.
@@ -47,12 +48,12 @@ pub struct Ports<M = NoMailboxes> {
 
 /// The mailboxes of a CAN controller.
 pub trait Mailboxes {
-    /// Puts a frame into a mailbox; returns `false` if none takes it: it is queued then, and offered again by
-    /// [`Ports::send_can`]. Called with the queue locked, so never twice at the same time.
+    /// Puts a frame into a mailbox. Returns `false` if no mailbox takes it. The frame is then queued, and
+    /// [`Ports::send_can`] offers it again. The queue is locked during the call, so calls never overlap.
     fn try_send(&self, frame: &CanFrame) -> bool;
 }
 
-/// No controller: all frames are queued, for a host to take. A [`Foot`](crate::Foot) without CAN queues none.
+/// No controller. All frames are queued for a host. A [`Foot`](crate::Foot) without CAN queues none.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoMailboxes;
 
@@ -106,7 +107,8 @@ impl<M: Mailboxes> Ports<M> {
         self.can.is_empty()
     }
 
-    /// Offers the queued frames to the mailboxes: of each lane, in the order of [`Lane::ALL`], until they refuse one.
+    /// Offers the queued frames to the mailboxes: lane by lane in the order of [`Lane::ALL`], each until the mailboxes
+    /// refuse a frame.
     pub fn send_can(&self) {
         self.can.take_all(|_, frame| self.mailboxes.try_send(frame));
     }
@@ -152,8 +154,8 @@ impl<M: Mailboxes> Ports<M> {
         self.requests.try_receive().ok()
     }
 
-    /// Queues an input for the foot's next tick. Waits while the queue is full: excess input is
-    /// lost, and counted, at its source.
+    /// Queues an input for the foot's next tick. Waits while the queue is full. Excess input is lost at its source, and
+    /// counted there.
     pub async fn put(&self, input: Input) {
         if let Input::Uart(_) = input {
             self.has_had_request.store(true, Ordering::Relaxed);
@@ -166,19 +168,19 @@ impl<M: Mailboxes> Ports<M> {
         self.has_had_request.load(Ordering::Relaxed)
     }
 
-    /// Queues an input for the foot's next tick; `false` if the queue is full.
+    /// Queues an input for the foot's next tick. Returns `false` if the queue is full.
     pub fn try_put(&self, input: Input) -> bool {
         self.inputs.try_send(input).is_ok()
     }
 
-    /// Answers [`Request::Reload`], in the place of an answer that the foot has not taken yet.
+    /// Answers [`Request::Reload`]. Replaces an earlier answer that the foot has not taken yet.
     pub fn reload(&self, reloaded: Reloaded) {
         self.reloaded.clear();
-        // There is room now.
+        // The queue has room now.
         let _ = self.reloaded.try_send(reloaded);
     }
 
-    /// Puts a frame into a mailbox at once, or queues it behind those of its lane. Returns the number of frames dropped
+    /// Puts a frame into a mailbox at once, or queues it at the end of its lane. Returns the number of frames dropped
     /// for it.
     pub(crate) fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
         self.can.send_or_push(lane, frame, |frame| self.mailboxes.try_send(frame))
@@ -189,14 +191,14 @@ impl<M: Mailboxes> Ports<M> {
         self.uart.push(lane, uart::encode(sequence, message))
     }
 
-    /// Passes a request to the board; `false` if there is no room for it.
+    /// Passes a request to the board. Returns `false` if there is no room for it.
     pub(crate) fn request(&self, request: Request) -> bool {
         self.requests.try_send(request).is_ok()
     }
 
     /// Takes the next input, if there is one.
     pub(crate) fn take_input(&self) -> Option<Input> {
-        // Most ticks have none, and a result with none is moved like one.
+        // Most ticks have no input, and moving an empty result costs as much as moving a full one.
         if self.inputs.is_empty() {
             return None;
         }
@@ -223,8 +225,8 @@ pub enum Input {
     UartRefused(u32),
     /// Number of UART bytes lost.
     UartLost(u32),
-    /// Minimum number of received CAN frames lost: a controller reports an overrun once, however
-    /// many frames it lost before the report was read.
+    /// Minimum number of received CAN frames lost. A controller reports an overrun once, however many frames it lost
+    /// before the report was read.
     CanLost(u32),
     /// Number of UART frames that could not be sent.
     UartDropped(u32),
@@ -239,7 +241,7 @@ pub enum Input {
 }
 
 impl Input {
-    /// Returns whether the input is a request with a response. These take longest of all inputs, and have no
+    /// Returns whether the input is a request with a response. These take the longest of all inputs, and have no
     /// deadline.
     #[must_use]
     pub fn needs_answer(&self) -> bool {
@@ -278,8 +280,8 @@ pub enum BusState {
     Active,
     /// Error-passive, with the receive and the transmit error counter.
     Passive(u8, u8),
-    /// Bus-off after too many errors, or unable to join a bus that is never idle. The board lets it
-    /// recover at once.
+    /// Bus-off after too many errors, or unable to join a bus that is never idle. The board lets the controller recover
+    /// at once.
     Off,
 }
 
@@ -296,7 +298,7 @@ pub enum Request {
     Restore(Erase),
     /// Set the highest brown-out level and protect the bootloader, then [`put`](Ports::put) an [`Input::Protected`].
     ProtectSupply,
-    /// Keep the program that runs, if it is new, then [`put`](Ports::put) an [`Input::Protected`].
+    /// Confirm the running program, if it is new, then [`put`](Ports::put) an [`Input::Protected`].
     ConfirmProgram,
     /// Restart into the bootloader once the answers to requests have been sent.
     StopProgram,
@@ -307,9 +309,9 @@ pub enum Request {
     Reset,
 }
 
-/// Frames sent to the serial line in one transfer: faults first, the contact, then others, not more
-/// than [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when it is sent:
-/// the next one replaces it in the queue.
+/// Frames sent to the serial line in one transfer: faults first, then the contact, then others, at most
+/// [`BYTES`](Self::BYTES) together. The next contact replaces the queued one, so a contact is never more than a tick
+/// old when it is sent.
 #[derive(Debug, Default)]
 pub struct UartBatch {
     bytes: heapless::Vec<u8, { uart::MAX_FRAME }>,
@@ -318,13 +320,13 @@ pub struct UartBatch {
 }
 
 impl UartBatch {
-    /// Maximum size of a batch of several frames, bytes: less than a tick takes at 1 Mbaud, so that no contact
-    /// is dropped there, and enough for a contact and a raw sample.
+    /// Maximum size of a batch of several frames, bytes. It takes less than a tick at 1 Mbaud, so that no contact is
+    /// dropped there, and holds a contact and a raw sample.
     pub const BYTES: usize = 96;
 
-    /// After N batches without room for all frames, one batch may be as long as the longest frame, and
-    /// if that is not enough, the next one goes without the contact: a line filled by contacts alone
-    /// still sends responses.
+    /// Number of consecutive batches without room for all frames after which a batch may be as long as the longest
+    /// frame. If that is not enough, the next batch goes without the contact. So a line filled by contacts still sends
+    /// responses.
     const CROWDED: u8 = 4;
 
     fn fill(&mut self, queue: &UartQueue) -> &[u8] {
@@ -350,15 +352,15 @@ impl UartBatch {
     }
 }
 
-/// Lane of an item. Notices are rare and go first. Then come estimates: no request delays them. Responses go before the
-/// stream, which goes when nothing else waits.
+/// Lane of an item. Notices go first, because they are rare. Estimates follow, so that no request delays them.
+/// Responses go before the stream, which goes when nothing else waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
     /// Rare reports of the foot itself: boot-up, heartbeat, faults. Goes first.
     Notice,
     /// The contact, each tick.
     Estimate,
-    /// Responses to requests, of which there can be any number.
+    /// Responses to requests. Their number is unlimited.
     Answer,
     /// Periodic data.
     Stream,
@@ -369,8 +371,8 @@ impl Lane {
     pub const ALL: [Self; 4] = [Self::Notice, Self::Estimate, Self::Answer, Self::Stream];
 }
 
-/// Outgoing frames: a bounded queue in which the newest item wins, with room for `ESTIMATES` estimates and `OTHERS` items
-/// in each other lane. A full lane drops its oldest item and counts it: the sender never waits.
+/// Outgoing frames: a bounded queue in which the newest item wins. It has room for `ESTIMATES` estimates, and for
+/// `OTHERS` items in each other lane. A full lane drops its oldest item and counts it, so the sender never waits.
 #[derive(Debug)]
 struct Outlet<T, const ESTIMATES: usize, const OTHERS: usize>(
     Mutex<CriticalSectionRawMutex, RefCell<Lanes<T, ESTIMATES, OTHERS>>>,
@@ -382,7 +384,7 @@ struct Lanes<T, const ESTIMATES: usize, const OTHERS: usize> {
     estimates: Deque<T, ESTIMATES>,
     answers: Deque<T, OTHERS>,
     stream: Deque<T, OTHERS>,
-    /// Whether the task that empties the queue must wake up, even if it is empty.
+    /// Whether the task that empties the queue must wake up even if the queue is empty.
     called: bool,
     waker: WakerRegistration,
 }
@@ -400,7 +402,7 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Lanes<T, ESTIMATES, OTHERS>
     fn push(&mut self, lane: Lane, item: T) -> u32 {
         let queue = self.lane(lane);
         let dropped = queue.is_full() && queue.pop_front().is_some();
-        // There is room now.
+        // The lane has room now.
         let _ = queue.push_back(item);
         self.waker.wake();
         u32::from(dropped)
@@ -442,8 +444,8 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Outlet<T, ESTIMATES, OTHERS
         self.with(|lanes| lanes.push(lane, item))
     }
 
-    /// Sends an item at once, if its lane is empty and `send` takes it; otherwise queues it. Returns the number of items
-    /// dropped for it. `send` is called with the queue locked.
+    /// Sends an item at once if its lane is empty and `send` takes it. Otherwise queues it. Returns the number of items
+    /// dropped for it. The queue is locked while `send` is called.
     fn send_or_push(&self, lane: Lane, item: T, send: impl FnOnce(&T) -> bool) -> u32 {
         self.with(|lanes| {
             if lanes.lane(lane).is_empty() && send(&item) {
@@ -453,8 +455,8 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Outlet<T, ESTIMATES, OTHERS
         })
     }
 
-    /// Offers the queued items to `take`: of each lane, in the order of [`Lane::ALL`], until it refuses
-    /// one.
+    /// Offers the queued items to `take`: lane by lane in the order of [`Lane::ALL`], each until `take` refuses an
+    /// item.
     fn take_all(&self, take: impl FnMut(Lane, &T) -> bool) {
         self.with(|lanes| lanes.take_all(take));
     }
@@ -540,7 +542,7 @@ mod tests {
 
     #[test]
     fn the_bus_gets_new_frames_first_and_queued_ones_on_request() {
-        /// Takes frames with an identifier below a limit.
+        /// Mailboxes that take frames with an identifier below a limit.
         #[derive(Default)]
         struct Below(AtomicU16);
         impl Mailboxes for Below {

@@ -1,36 +1,43 @@
-//! The sampling loop: each tick the following data-ready edge, one burst, and a check of the
-//! sensor's health.
+//! The sampling loop: each tick it waits for the following data-ready edge, reads one burst, and checks the sensor's
+//! health.
 //!
-//! [`sample`] runs a foot on a board: [`run`] starts the sensor, waits for each tick and measures; [`Foot::tick`] does
-//! the rest. Whether a sample is trusted is judged by `watch`, from the ticks before it.
+//! [`sample`] runs a foot on a board. [`run`] starts the sensor, waits for each tick and measures; [`Foot::tick`] does
+//! the rest. `watch` decides from the previous ticks whether a sample is trusted.
 //!
-//! [`run`] never misses a tick because of the sensor. While the sensor is being initialised, which
-//! takes 100 ms of waiting, both run concurrently: every tick is served with "no sample", and the
-//! initialisation continues between them. Ticks and initialisation never use the bus at the same time,
-//! because without a running sensor a tick has nothing to read.
+//! [`run`] never misses a tick because of the sensor. Initialising the sensor takes 100 ms of waiting, and both run
+//! concurrently: every tick is served with "no sample", and the initialisation continues between the ticks. They never
+//! use the bus at the same time, because without a running sensor a tick has nothing to read.
 //!
-//! | what is wrong | how it is noticed | after at most |
+//! | fault | detected by | after at most |
 //! |---|---|---|
-//! | no edge, nothing new, a status that no part sends, a transfer that fails | three bad ticks in five | 3 ticks |
-//! | all outputs repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
+//! | no edge, no new sample, an impossible status, or a failed transfer | three bad ticks in five | 3 ticks |
+//! | all outputs repeat although they are marked new | [`FROZEN_REPEATS`] repeats | 4 ticks |
 //! | the outputs of one sensor, or of one axis, repeat | [`FrozenDetector`](lsm6dsox::FrozenDetector) | 20 to 90 ticks |
-//! | another identity, data rates gone, as after a reset | read back each second tick, after the estimate | 3 ticks |
-//! | any other register of the configuration | as above, [`READ_BACK_TICKS`] for all of them | 45 ticks |
-//! | edges too many or too few, where they are counted | three bad ticks in five | 3 ticks |
-//! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
+//! | wrong identity, or data rates lost, as after a reset | reading back each second tick, after the estimate | 3 ticks |
+//! | any other register of the configuration changed | as above, [`READ_BACK_TICKS`] for all of them | 45 ticks |
+//! | too many or too few edges, if they are counted | three bad ticks in five | 3 ticks |
+//! | outputs at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
-//! After three errors of the bus, each within a second of the one before, its clock is halved, down to 1.25 MHz: long
-//! wires or a level shifter may leave no time to read the data line. Errors are a start that fails to read identity or
-//! registers correctly, a register that is read right at the second attempt, and a status that no part sends.
+//! **Slow bus.** After three errors of the bus, each within a second of the previous one, its clock is halved, down to
+//! 1.25 MHz: long wires or a level shifter may leave no time to read the data line. These count as errors:
 //!
-//! Where edges are missing and samples are new, the fault is in the line of the edges: the samples are read at the end
-//! of the wait for an edge, which is reported, until edges have come for a second again. With single edges missing that
-//! begins after the third, each within 50 ticks of the one before; with none, after a restart of the sensor; with many, after two. Meanwhile a rate of edges that
-//! stays wrong is a fault of the sensor again.
+//! - a start that fails to read identity or registers correctly;
+//! - a register that is read correctly only at the second attempt;
+//! - a status that no part sends.
 //!
-//! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before
-//! the fault is identified. After each start samples stay flagged until each axis has changed, for some
-//! ten ticks: an axis that is stuck is never trusted.
+//! **Lost edges.** If edges are missing but samples are new, the fault is in the line of the edges. Samples are then
+//! read at the end of the wait for an edge, and this is reported, until edges have come for a second again. Reading by
+//! the timer begins:
+//!
+//! - after the third missing edge, if single edges are missing, each within 50 ticks of the previous one;
+//! - after one restart of the sensor, if no edge comes;
+//! - after two restarts, if many edges are missing.
+//!
+//! Meanwhile a rate of edges that stays wrong is a fault of the sensor again.
+//!
+//! **Flags.** From the first bad tick on its sample is flagged, so that the estimate is "not stable" before the fault
+//! is identified. After each start samples stay flagged until each axis has changed, for some ten ticks: an axis that
+//! is stuck is never trusted.
 
 mod watch;
 
@@ -53,8 +60,8 @@ use watch::{SampleIssue, Watch};
 
 pub use watch::{FROZEN_REPEATS, ReadAt, SATURATED_TICKS};
 
-/// Maximum time from a tick to its data-ready edge, µs. Edges are 150 µs apart; a sensor whose
-/// clock is a third too slow still keeps within it.
+/// Maximum time from a tick to its data-ready edge, µs. Edges are 150 µs apart. A sensor whose clock is a third too
+/// slow still keeps this limit.
 pub const EDGE_LIMIT_US: u64 = 200;
 
 /// Mean age of the newest sample at the end of the wait for an edge, µs: half the period of the edges.
@@ -66,7 +73,7 @@ const SETTLED_TICKS: u32 = 1000;
 /// First and longest wait between two attempts to start the sensor, ticks.
 const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
 
-/// Errors of the bus after which it is slowed down: the sensor's data line may be too slow for the clock.
+/// Errors of the bus after which its clock is halved. The sensor's data line may be too slow for the clock.
 const SLOW_AFTER: u32 = 3;
 
 /// Index of the last register of the configuration: a data rate.
@@ -82,8 +89,7 @@ const _: () = assert!(READ_BACK_TICKS == 44);
 pub struct Tick {
     /// Time of the tick.
     pub time: Timestamp,
-    /// First data-ready edge after it, captured by hardware; `None` if none came within
-    /// [`EDGE_LIMIT_US`].
+    /// First data-ready edge after it, captured by hardware. `None` if none came within [`EDGE_LIMIT_US`].
     pub edge: Option<Timestamp>,
     /// Edges since the previous tick, if the hardware counts them.
     pub edges: Option<u16>,
@@ -92,7 +98,7 @@ pub struct Tick {
 }
 
 impl Tick {
-    /// Time of the newest sample: of the edge, or as expected at the end of the wait for one.
+    /// Time of the newest sample: that of the edge, or the expected time at the end of the wait.
     #[must_use]
     pub fn sampled(&self) -> Timestamp {
         let expected = self.time.as_micros() + EDGE_LIMIT_US - MEAN_AGE_US;
@@ -106,7 +112,7 @@ pub trait Ticks {
     fn next(&mut self) -> impl Future<Output = Tick>;
 }
 
-/// Runs a foot on a board forever: its sensor, with its self-test if the settings ask for it, and each tick.
+/// Runs a foot on a board forever: each tick and the sensor, with its self-test if the settings request it.
 pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
     sensor: Sensor<BUS>,
     delay: impl DelayNs,
@@ -121,8 +127,8 @@ pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
     run(sensor, delay, ticks, self_test, |tick, measurement| {
         board.begin_tick();
         foot.tick(tick, measurement, board.load_reading(), ports);
-        // The foot takes it on its next tick: bus-off lasts at least 1.4 ms. A change of the error counters alone is
-        // not reported.
+        // The foot takes the state on its next tick, which is soon enough: bus-off lasts at least 1.4 ms. A change of
+        // the error counters alone is not reported.
         let state = board.bus_state();
         if discriminant(&state) != discriminant(&bus) && ports.try_put(Input::Bus(state)) {
             bus = state;
@@ -133,7 +139,7 @@ pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
         }
         ports.light.show(foot.stage(), foot.faults());
         board.end_tick();
-        // Ticks without a sample may be long: the sensor starts, or its burst hangs.
+        // Ticks without a sample may be long, because the sensor starts or its burst hangs.
         if measurement.raw.is_some() {
             ports.costs.take(Cost::Mailbox, board.micros_to_mailbox());
             ports.costs.take(Cost::Work, board.micros_since_edge(tick));
@@ -142,9 +148,8 @@ pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
     .await
 }
 
-/// Runs the sensor forever: starts it, with its self-test if `self_test` is set, reads it each
-/// tick, and starts it again after a fault, after waits that double from 10 ms to 1 s. `each` is
-/// called with every tick and its measurement.
+/// Runs the sensor forever. Starts it, with its self-test if `self_test` is set, and reads it each tick. Restarts it
+/// after a fault, after waits that double from 10 ms to 1 s. `each` is called with every tick and its measurement.
 pub async fn run<BUS: AsyncBus + SetBusSpeed>(
     mut sensor: Sensor<BUS>,
     mut delay: impl DelayNs,
@@ -216,7 +221,7 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
     }
 }
 
-/// Serves ticks until `work` is done, to the end of the tick on which it completes.
+/// Serves ticks until `work` is done. The tick on which `work` completes is served to its end.
 async fn alongside<T>(
     work: impl Future<Output = T>,
     ticks: &mut impl Ticks,
@@ -271,11 +276,11 @@ pub struct Measurement {
     pub fault: Option<SensorFault>,
     /// Whether the sensor has been at the end of its range for longer than an impact lasts.
     pub saturated_for_long: bool,
-    /// Event at which samples are read, if one was.
+    /// Event at which samples are read.
     pub read_at: ReadAt,
     /// Number of restarts of the sensor so far.
     pub restarts: u32,
-    /// Number of registers so far that were read right at the second attempt.
+    /// Number of registers so far that were read correctly only at the second attempt.
     pub misreads: u32,
 }
 
@@ -311,7 +316,7 @@ pub struct Sensor<BUS> {
     misreads: u32,
     /// Speed of the bus.
     speed: BusSpeed,
-    /// Errors of the bus that count for its speed, and [`Watch::turn`] of the last.
+    /// Errors of the bus that count for its speed, and [`Watch::turn`] of the last one.
     bus_errors: u32,
     error_turn: usize,
     /// Fault of the register that was read back after the previous sample.
@@ -351,8 +356,8 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         Self { speed, ..self }
     }
 
-    /// Counts a misread, or a start that failed by one: [`SLOW_AFTER`] of them, each within a second of the one
-    /// before, slow the bus down until the board starts again.
+    /// Counts a misread, or a start that failed because of one. [`SLOW_AFTER`] of them, each within a second of the
+    /// previous one, halve the clock of the bus until the board restarts.
     fn count_bus_error(&mut self) {
         let is_soon = self.watch.turn.wrapping_sub(self.error_turn) <= SETTLED_TICKS as usize;
         self.bus_errors = if is_soon { self.bus_errors + 1 } else { 1 };
@@ -406,12 +411,13 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         }
     }
 
-    /// Reads back one register, after the estimate: a difference is the next tick's fault.
+    /// Reads back one register, after the estimate. A difference is the next tick's fault.
     async fn check(&mut self, tick: &Tick) {
         self.found = self.read_back_one_register(tick.time).await;
     }
 
-    /// Issue of a sensor with an axis that has not changed yet since the start: it may be stuck, which is seen later.
+    /// Issue of a sensor on which some axis has not changed since the start. Such an axis may be stuck, which is
+    /// detected later.
     fn unproven(&self) -> Option<SampleIssue> {
         (!self.watch.frozen.every_axis_has_changed()).then_some(SampleIssue::Unproven)
     }
@@ -469,10 +475,12 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             .then(|| SensorFault::new(Fault::SensorSelfTest, failed_axes(&result))))
     }
 
-    /// Reads back in turns: the identity with a data rate, which a failed sensor loses first, and one other
-    /// register of the configuration. A difference counts once it has been read twice; one that is not read again is a misread. If the identity reads
-    /// as that of a line at rest it does not count: such a sensor gives no samples either, and the
-    /// bad ticks raise the fault.
+    /// Reads back in turns the identity with a data rate, which a failed sensor loses first, and one other register of
+    /// the configuration.
+    ///
+    /// A difference counts once it has been read twice. A difference that is not read again is a misread. An identity
+    /// that reads as an idle line does not count: such a sensor gives no samples either, and the bad ticks raise the
+    /// fault.
     async fn read_back_one_register(&mut self, now: Timestamp) -> Option<SensorFault> {
         let turn = self.watch.turn;
         let write = if turn.is_multiple_of(2) {
@@ -499,7 +507,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         }
     }
 
-    /// Finds the cause of bad ticks: the identity first, then every register, then the issue itself.
+    /// Finds the cause of bad ticks: checks the identity first, then every register, then takes the issue itself.
     async fn diagnose(&mut self, issue: SampleIssue, now: Timestamp) -> SensorFault {
         let silent_us = self.watch.last_good.and_then(|good| now.micros_since(good));
         let silent_us = silent_us.map_or(u32::MAX, |us| us.min(u64::from(u32::MAX)) as u32);
@@ -507,7 +515,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         let timing = SensorFault::new(Fault::SensorTiming, self.watch.bad_ticks);
         let without_edge = self.watch.without_edge;
         match self.driver.check_identity().await {
-            // A line at rest and no edges: no part, or one that is still booting.
+            // An idle line and no edges: no part, or one that is still booting.
             Err(Error::Identity { read: 0x00 | 0xFF }) if without_edge >= 2 => return silence,
             Err(error) => return self.fault_of(&error),
             Ok(()) => {}

@@ -1,5 +1,5 @@
-//! State that a foot keeps of itself: faults with hysteresis or a hold time, the liveness for the watchdog, costs, the light of
-//! the LED, the depth of the stack, and the record of a crash.
+//! State that a foot keeps about itself: faults with hysteresis or a hold time, liveness for the watchdog, costs, the
+//! LED's state, the depth of the stack, and the record of a crash.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, Ordering};
 
@@ -13,8 +13,8 @@ pub enum Worker {
     Sampling,
     /// The estimator has processed it. Reported by the foot.
     Estimator,
-    /// The CAN task: it sent a frame, had none to send, or waited for the bus until its deadline. A bus
-    /// without other nodes does not cause a restart.
+    /// The CAN task sent a frame, had none to send, or waited for the bus until its deadline. A bus without other nodes
+    /// does not cause a restart.
     Can,
     /// The UART task, likewise.
     Uart,
@@ -27,13 +27,13 @@ impl Worker {
 
 /// Workers that have reported since the watchdog was last fed.
 ///
-/// The task of the lowest priority calls [`all_alive`](Self::all_alive) ten times in the watchdog's
-/// period, and feeds it if all are alive. That this task runs shows that no other one blocks the processor.
+/// The task of the lowest priority calls [`all_alive`](Self::all_alive) ten times in the watchdog's period, and feeds
+/// the watchdog if all are alive. If this task runs, no other task blocks the processor.
 #[derive(Debug, Default)]
 pub struct Liveness([AtomicBool; Worker::ALL.len()]);
 
 impl Liveness {
-    /// Creates the state without reports.
+    /// Creates the state without any report.
     #[must_use]
     pub const fn new() -> Self {
         Self([const { AtomicBool::new(false) }; Worker::ALL.len()])
@@ -46,7 +46,7 @@ impl Liveness {
         }
     }
 
-    /// Returns whether all have reported since this was last true: feed the watchdog. While it is false, the
+    /// Returns whether all have reported since this was last true: feed the watchdog then. While it is false, the
     /// reports are kept.
     #[must_use]
     pub fn all_alive(&self) -> bool {
@@ -60,8 +60,8 @@ impl Liveness {
     }
 }
 
-/// Condition that becomes true once it has been seen for long enough, and false once it has not been seen for
-/// long enough.
+/// Condition that becomes true after enough consecutive observations, and false after enough consecutive observations
+/// of the opposite.
 #[derive(Clone, Copy, Debug)]
 pub struct Hysteresis {
     on_after: u16,
@@ -71,7 +71,7 @@ pub struct Hysteresis {
 }
 
 impl Hysteresis {
-    /// On after `on_after` consecutive times, off after `off_after` consecutive times without.
+    /// On after `on_after` consecutive times with, off after `off_after` consecutive times without.
     #[must_use]
     pub const fn new(on_after: u16, off_after: u16) -> Self {
         Self { on_after, off_after, age: 0, is_on: false }
@@ -89,7 +89,7 @@ impl Hysteresis {
     }
 }
 
-/// Keeps faults that are events active for a while after the last event.
+/// Keeps faults that are events active for a while after their last occurrence.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FaultLatch {
     /// Ticks left, by fault number.
@@ -104,14 +104,14 @@ impl FaultLatch {
         }
     }
 
-    /// Keeps a fault active, without a limit, until [`hold_for`](Self::hold_for) sets one again.
+    /// Keeps a fault active without a limit, until [`hold_for`](Self::hold_for) sets one.
     pub fn keep(&mut self, fault: Fault) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
             *left = 0;
         }
     }
 
-    /// Advances by one tick; returns the faults whose time is over.
+    /// Advances by one tick. Returns the faults whose time is over.
     pub fn tick(&mut self) -> Faults {
         let mut over = Faults::NONE;
         for fault in Fault::ALL {
@@ -126,7 +126,7 @@ impl FaultLatch {
     }
 }
 
-/// A cost of the running program, which the board measures. The times are those of ticks with a sample.
+/// A cost of the running program, measured by the board. The times are those of ticks with a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
     /// Time from the data-ready edge to the contact in its mailbox, µs.
@@ -167,7 +167,7 @@ impl Costs {
 pub struct Light(AtomicU8);
 
 impl Light {
-    /// Bit of an active fault; the others are the stage's code.
+    /// Bit of an active fault. The other bits are the stage's code.
     const FAULT: u8 = 0x80;
 
     pub(crate) const fn new() -> Self {
@@ -194,7 +194,7 @@ impl Light {
     }
 }
 
-/// Depth of the stack, as far as it was checked. Start-up code paints the stack; words that lost their paint were used.
+/// Depth of the stack, as far as it was checked. Start-up code paints the stack. Words that lost their paint were used.
 #[derive(Debug, Default)]
 pub struct StackDepth {
     /// Words from the stack's far end on that still have their paint in this round.
@@ -204,12 +204,14 @@ pub struct StackDepth {
 }
 
 impl StackDepth {
-    /// Words checked per call. All of the stack would take half a per cent of the processor.
+    /// Words checked per call. Checking all of the stack at once would take half a per cent of the processor.
     const PIECE: usize = 128;
 
-    /// Checks the next piece of a stack of `words`, and starts again at the far end when a part known to be used is
-    /// reached: returns the maximum depth, bytes, if it has changed. `is_painted` is called with the numbers of words, counted
-    /// from the far end and below `words`, and returns whether that word still has its paint.
+    /// Checks the next piece of a stack of `words`. Returns the maximum depth, bytes, if it has changed. Starts again
+    /// at the far end when it reaches a part known to be used.
+    ///
+    /// `is_painted` returns whether the word of a number still has its paint. The numbers are below `words`, and count
+    /// from the far end.
     pub fn look(&mut self, words: usize, is_painted: impl Fn(usize) -> bool) -> Option<usize> {
         let unknown = words.saturating_sub(self.deepest);
         let end = unknown.min(self.painted + Self::PIECE);
@@ -229,8 +231,8 @@ pub const CRASH_WORDS: usize = 4;
 /// Mark of a record, version 1.
 const CRASH_MARK: u32 = u32::from_le_bytes(*b"fal\x01");
 
-/// Cause and location of a crash. It is kept in memory that a reset does not change, and is valid
-/// afterwards only if its checksum matches, since such memory is random after power-up.
+/// Cause and location of a crash. The record is in memory that a reset does not change. Such memory is random after
+/// power-up, so the record is valid only if its checksum matches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CrashRecord {
     /// Cause.
@@ -249,7 +251,7 @@ pub enum CrashReason {
 }
 
 impl CrashRecord {
-    /// Encodes the record as words. All words 0 is never a valid record.
+    /// Encodes the record as words. A valid record never has all words 0.
     #[must_use]
     pub fn to_words(self) -> [u32; CRASH_WORDS] {
         let (reason, counter) = (self.reason as u32, self.program_counter);
@@ -283,7 +285,7 @@ impl From<CrashRecord> for Crash {
     }
 }
 
-/// FNV-1a over both words: short, and every single flipped bit changes it.
+/// FNV-1a over both words. It is short, and every flipped bit changes it.
 fn check(reason: u32, counter: u32) -> u32 {
     let bytes = reason.to_le_bytes().into_iter().chain(counter.to_le_bytes());
     bytes.fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))

@@ -1,4 +1,4 @@
-//! Thread level: what has no deadline. Settings, watchdog, LED.
+//! Work of the thread level, which has no deadline: settings, watchdog, LED.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal_async::delay::DelayNs;
@@ -10,13 +10,14 @@ use crate::board::Board;
 use crate::ports::{Input, Mailboxes, Ports, Reloaded, Request};
 use crate::supervision::{Cost, StackDepth};
 
-/// Time in which the answer to a stop leaves, ms: some frames at 125 kbit/s.
+/// Time for the response to a stop to be sent, ms: some frames at 125 kbit/s.
 const ANSWERING_MS: u32 = 20;
 
-/// Time for which the watchdog is fed, without a gap, before a new program is confirmed, ms.
+/// Time for which the watchdog is fed without a gap before a new program is confirmed, ms.
 const CONFIRMED_MS: u32 = 10_000;
 
-/// Loads the settings at a start; the defaults after as many resets by the watchdog in a row as settings can cause.
+/// Loads the settings at a start. Returns the defaults if settings may have caused the consecutive resets by the
+/// watchdog.
 pub fn load_settings<F: NorFlash>(
     storage: &mut Storage<F>,
     watchdog_resets: u32,
@@ -67,10 +68,12 @@ where
     }
 }
 
-/// Feeds the watchdog while all workers are alive, confirms a new program, and measures the depth of the stack, forever.
+/// Feeds the watchdog while all workers are alive, confirms a new program, and measures the depth of the stack,
+/// forever.
 ///
-/// A new program is confirmed once the foot can be reached over one of its lines, and so be updated again: another node
-/// has acknowledged a frame, or has sent a request. The serial line sends without a receiver, too, which shows nothing.
+/// A new program is confirmed once another node has acknowledged a frame or sent a request. The foot can then be
+/// reached over one of its lines, and so be updated again. Sending on the serial line proves nothing, because it also
+/// works without a receiver.
 pub async fn feed_watchdog<B: Board>(
     mut delay: impl DelayNs,
     board: &B,
@@ -87,7 +90,7 @@ pub async fn feed_watchdog<B: Board>(
             let is_reachable = || ports.has_had_request() || board.is_acknowledged();
             if !is_confirmed && feedings >= CONFIRMED_MS / B::FEEDING_MS && is_reachable() {
                 is_confirmed = board.confirm_program().is_ok();
-                // Where it failed the supply may be low: again in ten seconds.
+                // A failure may come from a low supply. Tries again in ten seconds.
                 feedings = 0;
             }
         }
@@ -125,7 +128,7 @@ mod tests {
     use crate::sampling::Tick;
     use crate::supervision::Worker;
 
-    /// A board that counts what it is asked for.
+    /// Board that counts calls.
     #[derive(Default)]
     struct Counting {
         fed: Cell<u32>,

@@ -1,8 +1,8 @@
 //! Requests over UART: bytes become messages, messages become responses.
 //!
-//! [`UartReceiver`] runs with the UART, without a deadline: it finds frames, counts rejected ones
-//! and passes requests on. [`answer`] runs in the tick that handles the request, and follows
-//! the rules of the object dictionary: the same as over SDO.
+//! [`UartReceiver`] runs with the UART, without a deadline. It finds frames, counts rejected ones and passes requests
+//! on. [`answer`] runs in the tick that handles the request. It follows the rules of the object dictionary, as over
+//! SDO.
 
 use wire::uart::{Answer, ConfigResponse, Decoder, Message, NmtRequest};
 use wire::{AbortCode, Address, Event, Node};
@@ -25,7 +25,7 @@ impl UartReceiver {
         Self::default()
     }
 
-    /// Takes a byte; returns a request at its last byte.
+    /// Takes a byte. Returns a request at the request's last byte.
     pub fn push(&mut self, byte: u8) -> Option<Input> {
         let frame = self.decoder.push(byte)?.ok()?;
         let request = match frame.message {
@@ -40,7 +40,7 @@ impl UartReceiver {
         Some(Input::Uart(request))
     }
 
-    /// Passes the requests in a piece of bytes to the foot, and the number of frames that were rejected.
+    /// Passes the requests in some bytes to the foot, and the number of rejected frames.
     pub async fn pass(&mut self, bytes: &[u8], ports: &Ports<impl Mailboxes>) {
         for byte in bytes {
             if let Some(request) = self.push(*byte) {
@@ -52,8 +52,8 @@ impl UartReceiver {
         }
     }
 
-    /// Frames rejected since the last call, if any. Called once for each piece of
-    /// bytes, so that a flood of garbage does not cause a flood of reports.
+    /// Frames rejected since the last call, if any. Call it once for each piece of bytes, so that a flood of garbage
+    /// does not cause a flood of reports.
     pub fn refused(&mut self) -> Option<Input> {
         let refused = self.decoder.drops().refused().wrapping_add(self.unexpected);
         let new = refused.wrapping_sub(self.reported);
@@ -65,11 +65,11 @@ impl UartReceiver {
 /// Result of a request.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UartReply {
-    /// Response to send at once; a store or a restore is answered on completion.
+    /// Response to send at once. A store or a restore is answered on completion.
     pub response: Option<ConfigResponse>,
     /// Event for the foot.
     pub event: Option<Event>,
-    /// Object that was requested.
+    /// Requested object.
     pub address: Option<Address>,
 }
 

@@ -1,4 +1,4 @@
-//! History of the recent ticks: whether a sample is trusted, and when bad ticks cause a fault.
+//! History of the recent ticks. It decides whether a sample is trusted, and when bad ticks cause a fault.
 
 use core::ops::RangeInclusive;
 
@@ -7,26 +7,27 @@ use lsm6dsox::{FrozenDetector, RawSample};
 
 use super::{SETTLED_TICKS, Tick};
 
-/// Data-ready edges from one tick to the next, if they are counted: 6.67, give or take one and
-/// 10 % of the sensor's clock.
+/// Data-ready edges from one tick to the next, if they are counted: 6.67, plus or minus one and 10 % of the sensor's
+/// clock.
 const EDGES: RangeInclusive<u16> = 5..=8;
 
 /// Consecutive ticks with the right number of edges after which samples are read at the edge again.
 const EDGES_ARE_BACK: u16 = 1000;
 
-/// Lost edges, each within [`LOST_WITHIN`] ticks of the one before, that show that the line loses them: one or two can
-/// be a stall of the core.
+/// Number of lost edges, each within [`LOST_WITHIN`] ticks of the previous one, that show a defective line. One or two
+/// can be a stall of the core.
 const LOST: u8 = 3;
 const LOST_WITHIN: usize = 50;
 
-/// Consecutive ticks with edges of a wrong number that are the rate of the sensor: of edges that are lost at random,
-/// however many, one tick in ten has the right number, or none, so that 200 in a row come once in weeks.
+/// Consecutive ticks with a wrong number of edges that show a wrong rate of the sensor. If edges are lost at random,
+/// whatever their share, one tick in ten has the right number, or no edge. So 200 in a row come once in weeks.
 const WRONG_RATE: u16 = 200;
 
-/// Repeats of a sample, with all six codes, before the sensor counts as frozen. With the
-/// noise of the preset all six codes repeat by chance once in 137 000 samples at rest, three times in a
-/// row once in 80 000 years; with half of that noise it would be three times a year, and once a day
-/// where the mean of each axis lies in the middle of a code. Four repeats would take up to 5.0 ms.
+/// Repeats of a sample, with all six codes, before the sensor counts as frozen.
+///
+/// With the noise of the preset all six codes of a sample at rest repeat by chance once in 137 000 samples, and three
+/// times in a row once in 80 000 years. With half of that noise three in a row come three times a year, or once a day
+/// if the mean of each axis lies in the middle of a code. Four repeats would take up to 5.0 ms.
 pub const FROZEN_REPEATS: u16 = 3;
 
 /// Number of repeats from which a sample is not trusted.
@@ -35,7 +36,7 @@ const UNTRUSTED_REPEATS: u16 = 2;
 /// Consecutive ticks at the end of the range that are too many for an impact.
 pub const SATURATED_TICKS: u16 = 50;
 
-/// Increment of the count for a bad tick; a good one subtracts 1.
+/// Increment of the count for a bad tick. A good tick subtracts 1.
 const BAD_TICK: u16 = 20;
 
 /// Count that causes a fault: three bad ticks in five, or four in 26.
@@ -47,7 +48,7 @@ pub enum ReadAt {
     /// The data-ready edge after the tick.
     #[default]
     Edge,
-    /// The end of the wait for it: the line is dead or loses edges, and the sensor measures.
+    /// The end of the wait for it, because the line is dead or loses edges although the sensor measures.
     Timer,
 }
 
@@ -68,18 +69,18 @@ pub(super) struct Watch {
     pub(super) without_edge: u16,
     /// [`turn`](Self::turn) of the last sample that was not new.
     stale_turn: usize,
-    /// Whether no edge came in the previous tick, though there was a new sample.
+    /// Whether no edge came in the previous tick although there was a new sample.
     edge_missed: bool,
-    /// Edges lost, each soon after the one before, and [`turn`](Self::turn) of the last.
+    /// Edges lost, each soon after the previous one, and [`turn`](Self::turn) of the last one.
     lost: u8,
     lost_turn: usize,
-    /// Event at which samples are read; kept at a start of the sensor.
+    /// Event at which samples are read. A start of the sensor keeps it.
     pub(super) read_at: ReadAt,
     /// Consecutive ticks with the right number of edges while samples are read by the timer.
     with_edges: u16,
-    /// Consecutive ticks with edges of a wrong number; kept at a start of the sensor.
+    /// Consecutive ticks with a wrong number of edges. A start of the sensor keeps it.
     wrong_rate: u16,
-    /// Count of ticks: it selects the register that is read back.
+    /// Count of ticks. It selects the register that is read back.
     pub(super) turn: usize,
 }
 
@@ -105,8 +106,8 @@ pub(super) enum SampleIssue {
 }
 
 impl Watch {
-    /// Resets everything except the turn of the read-back, the event at which samples are read, and the ticks at a wrong
-    /// rate.
+    /// Resets everything except the turn of the read-back, the event at which samples are read, and the ticks at a
+    /// wrong rate.
     pub(super) fn restart(&mut self) {
         *self = Self {
             turn: self.turn,
@@ -117,7 +118,7 @@ impl Watch {
         };
     }
 
-    /// Adds a sample to the history; returns the issue with it, if there is one.
+    /// Adds a sample to the history. Returns its issue, if it has one.
     pub(super) fn issue(&mut self, tick: &Tick, raw: &RawSample) -> Option<SampleIssue> {
         let (is_fresh, saturated) = (raw.is_fresh(), raw.is_saturated());
         self.saturated_ticks =
@@ -126,7 +127,7 @@ impl Watch {
         if !saturated {
             self.frozen.update(raw);
         }
-        // As it should be where it is not counted.
+        // Without a count, the number is assumed to be right.
         let number = match tick.edges {
             Some(edges) if tick.missed == 0 => edges,
             _ => *EDGES.start(),
@@ -146,7 +147,7 @@ impl Watch {
         }
     }
 
-    /// Judges time and number of the edges.
+    /// Judges the time and the number of the edges.
     fn judge_edges(&mut self, tick: &Tick, number: u16, is_fresh: bool) -> Option<SampleIssue> {
         // A late edge also shows that the sensor runs.
         self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
@@ -157,7 +158,8 @@ impl Watch {
         let is_right = EDGES.contains(&number);
         self.wrong_rate =
             if number > 0 && !is_right { self.wrong_rate.saturating_add(1) } else { 0 };
-        // Of a line that is dead none follows, of a sensor that is too slow too few.
+        // A lost edge is followed by others. After the last edge of a dead line none follows; a slow sensor sends too
+        // few.
         if self.edge_missed && is_right && self.without_edge == 0 {
             let is_soon = self.turn.wrapping_sub(self.lost_turn) <= LOST_WITHIN;
             self.lost = if is_soon { self.lost.saturating_add(1) } else { 1 };
@@ -196,7 +198,8 @@ impl Watch {
         }
     }
 
-    /// Returns whether lost edges can be the cause of three bad ticks that a restart has not ended: each had a new sample.
+    /// Returns whether lost edges can be the cause of three bad ticks that a restart has not ended: each tick had a new
+    /// sample.
     pub(super) const fn has_lost_edges(&self) -> bool {
         self.turn.wrapping_sub(self.stale_turn) >= 3 && self.good_ticks < SETTLED_TICKS
     }
@@ -211,7 +214,7 @@ impl Watch {
         u32::from(axes)
     }
 
-    /// Adds a tick to the count of bad ones; returns its issue if that causes a fault.
+    /// Adds a tick to the count of bad ticks. Returns its issue if that causes a fault.
     pub(super) fn count(
         &mut self,
         issue: Option<SampleIssue>,

@@ -1,12 +1,13 @@
-//! 160 MHz, from the crystal if it starts and has the right frequency, otherwise from the internal
-//! oscillator. A crystal that is not the board's would set another frequency: 12 MHz instead of 8 would run the core
-//! at 240 MHz. One that starts and could not be measured is used.
+//! 160 MHz, from the crystal if it starts with the right frequency, otherwise from the internal oscillator.
 //!
-//! The flash allows 160 MHz with the five wait states that the HAL sets only from 2.7 V on (RM0090, table 10). At a lower
-//! supply the start waits, and then goes on with 72 MHz, which two wait states allow from 2.4 V on.
+//! A crystal of another frequency would set another clock: 12 MHz instead of 8 would run the core at 240 MHz. A crystal
+//! that starts but could not be measured is used.
 //!
-//! SYSCLK 160 MHz and not 168: APB2 is then 80 MHz and SPI1 runs at exactly 5.0 MHz, half of the sensor's limit;
-//! the dividers of 84 MHz give 5.25 MHz.
+//! The HAL sets five wait states, and with these the flash allows 160 MHz only from 2.7 V on (RM0090, table 10). At a
+//! lower supply the start waits, then continues with 72 MHz, which two wait states allow from 2.4 V on.
+//!
+//! SYSCLK is 160 MHz and not 168, so that APB2 is 80 MHz and SPI1 runs at exactly 5.0 MHz, half of the sensor's limit.
+//! At 168 MHz, APB2 is 84 MHz and its dividers give 5.25 MHz.
 
 use bootloader::crystal::{self, Frequency};
 use bootloader::supply;
@@ -24,8 +25,8 @@ use crate::wiring::CRYSTAL_MHZ;
 /// Internal oscillator, MHz.
 const HSI_MHZ: u32 = crystal::HSI_MHZ;
 
-/// Input of the PLL after its divider, MHz: 1 or 2 are allowed, and RM0090 recommends 2 to limit
-/// jitter, which an odd crystal frequency excludes.
+/// Input of the PLL after its divider, MHz. 1 or 2 are allowed. RM0090 recommends 2 to limit jitter, but an odd crystal
+/// frequency excludes it.
 const PLL_INPUT_MHZ: u32 = if CRYSTAL_MHZ.is_multiple_of(2) { 2 } else { 1 };
 
 /// Oscillator of the PLL, MHz; half of it is the system clock.
@@ -34,8 +35,8 @@ const PLL_MHZ: u32 = 320;
 /// The same at a low supply.
 const PLL_AT_LOW_SUPPLY_MHZ: u32 = 144;
 
-/// Polls of a supply that is low, on the internal oscillator: each takes at least 5 cycles of 16 MHz, so this is at least
-/// 50 ms, in which the output of a regulator has risen.
+/// Polls of a low supply, on the internal oscillator. Each takes at least 5 cycles of 16 MHz, so this is at least 50
+/// ms: the output of a regulator has risen by then.
 const SUPPLY_POLLS: u32 = 160_000;
 
 const _: () = assert!(
@@ -65,14 +66,16 @@ enum Supply {
 pub enum Source {
     /// The crystal.
     Crystal(Frequency),
-    /// The internal oscillator, with the frequency of the crystal, kHz, which is 0 if it does not start. It is within 1 % at 25 °C, within 4 % from −10 to 85 °C (data sheet DS8626,
-    /// HSI oscillator characteristics). Not accurate enough for CAN; the serial line tolerates some 4 % in all
-    /// (RM0090, tolerance of the USART receiver).
+    /// The internal oscillator. The value is the crystal's frequency, kHz; 0 if it does not start.
+    ///
+    /// The oscillator is within 1 % at 25 °C and within 4 % from −10 to 85 °C (DS8626, HSI oscillator characteristics).
+    /// That is too inaccurate for CAN. The serial line tolerates some 4 % in all (RM0090, tolerance of the USART
+    /// receiver).
     Internal(u32),
 }
 
-/// Starts the crystal, measures it, and looks at the supply, whose detector has settled by then. The HAL would wait for a
-/// missing crystal indefinitely.
+/// Starts the crystal, measures it, and checks the supply, whose detector has settled by then. The HAL would wait
+/// indefinitely for a missing crystal.
 pub fn start() -> Clock {
     supply::watch();
     let source = match crystal::start(CRYSTAL_MHZ) {
@@ -103,7 +106,7 @@ pub fn config(clock: Clock) -> Config {
         prediv: PllPreDiv::from_bits((input_mhz / PLL_INPUT_MHZ) as u8),
         mul: PllMul::from_bits((pll_mhz / PLL_INPUT_MHZ) as u16),
         divp: Some(PllPDiv::DIV2),
-        // Unused, but its reset value is lost and 0 is forbidden: 45.7 of at most 48 MHz.
+        // Unused, but it must be set: its reset value is lost, and 0 is forbidden. 45.7 of at most 48 MHz.
         divq: Some(PllQDiv::DIV7),
         divr: None,
     });
@@ -114,8 +117,7 @@ pub fn config(clock: Clock) -> Config {
     config
 }
 
-/// Clock of the peripherals on APB1, Hz, by the divider that [`config`] has set. The HAL's function for it has a branch to
-/// a panic.
+/// Clock of the peripherals on APB1, Hz, by the divider that [`config`] has set. The HAL's function for it can panic.
 pub fn apb1_hertz() -> u32 {
     match RCC.cfgr().read().ppre1() {
         APBPrescaler::DIV4 => PLL_MHZ / 2 / 4 * 1_000_000,
@@ -128,8 +130,8 @@ pub fn watch_crystal() {
     RCC.cr().modify(|w| w.set_csson(true));
 }
 
-/// Enables the caches that hide the wait states of the flash, and the prefetch, which must be off below 2.1 V (RM0090,
-/// table 10). The HAL leaves them off.
+/// Enables the caches that hide the wait states of the flash, and the prefetch. The prefetch must be off below 2.1 V
+/// (RM0090, table 10). The HAL leaves all of them off.
 pub fn enable_caches(clock: Clock) {
     FLASH.acr().modify(|w| {
         w.set_icrst(true);

@@ -1,4 +1,4 @@
-//! Record of a crash, kept over the reset: why and where the program stopped.
+//! Record of a crash, kept over the reset: cause and location.
 //!
 //! The record is in RAM that start-up code does not initialise. A panic or a fault writes it and
 //! resets the board; the next start takes it.
@@ -15,11 +15,10 @@ use firmware::supervision::{CRASH_WORDS, CrashReason, CrashRecord};
 /// Previous crash.
 #[derive(Clone, Copy, Debug)]
 pub struct Crash {
-    /// Cause and location. The program counter of a panic is that of the call that panicked; it is 0
-    /// if it is unknown, as after an overflow of the stack.
+    /// Cause and location. For a panic, the program counter is that of the call that panicked. It is 0 if unknown, as
+    /// after a stack overflow.
     pub record: CrashRecord,
-    /// Fault status register (CFSR) of a fault, number of an exception without
-    /// a handler, 0 of a panic.
+    /// Fault status register (CFSR) of a fault; number of an exception without a handler; 0 for a panic.
     pub detail: u32,
 }
 
@@ -40,7 +39,7 @@ pub enum Reset {
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Note {
-    /// Valid only if they are a record; the rest is then valid as well.
+    /// Valid only if these words are a record. In that case the other fields are valid, too.
     record: [u32; CRASH_WORDS],
     detail: u32,
 }
@@ -48,8 +47,8 @@ struct Note {
 #[repr(transparent)]
 struct Retained<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: written by handlers that never return and read at start, before they can run; or used at the
-// thread level alone.
+// SAFETY: handlers that never return write it, and the start reads it before they can run; or only the thread level
+// uses it.
 unsafe impl<T> Sync for Retained<T> {}
 
 #[unsafe(link_section = ".uninit.crash")]
@@ -74,8 +73,8 @@ pub fn take() -> Option<Crash> {
 pub fn take_reset() -> Reset {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
-    // Every reset except that of the supply also pulls the pin; and the supply's flag stays set if the
-    // watchdog reset the chip before flags were cleared, while a supply that rises clears the others.
+    // Every reset except that of the supply also pulls the pin. The supply's flag stays set if the watchdog resets the
+    // chip before the flags are cleared. A rising supply clears the other flags.
     if flags.wdgrstf() || flags.wwdgrstf() {
         Reset::Watchdog
     } else if flags.porrstf() {
@@ -89,12 +88,11 @@ pub fn take_reset() -> Reset {
     }
 }
 
-/// Resets by the watchdog in a row, and their complement.
+/// Number of consecutive resets by the watchdog, and its complement.
 #[unsafe(link_section = ".uninit.resets")]
 static RESETS: Retained<[u32; 2]> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// Counts this start, and returns the number of resets by the watchdog up to it without
-/// [`forget_watchdog_resets`] in between.
+/// Counts this start. Returns the number of consecutive resets by the watchdog since [`forget_watchdog_resets`].
 pub fn count_watchdog_resets(reset: Reset) -> u32 {
     // SAFETY: the pointer is valid and aligned, any bits are numbers, and it is used at the thread level alone.
     let [resets, complement] = unsafe { ptr::read_volatile(RESETS.0.get().cast::<[u32; 2]>()) };
@@ -107,7 +105,7 @@ pub fn count_watchdog_resets(reset: Reset) -> u32 {
     resets
 }
 
-/// Ends the row of resets: the program works.
+/// Resets the count of consecutive resets, because the program works.
 pub fn forget_watchdog_resets() {
     write_watchdog_resets(0);
 }
@@ -126,15 +124,15 @@ fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32) -> ! {
     SCB::sys_reset()
 }
 
-/// Ignores the message, so that the linker drops the texts of all panics, which are a tenth of the
-/// flash. The program counter and the ELF give file and line.
+/// Ignores the message, so that the linker drops the texts of all panics, a tenth of the flash. The program counter and
+/// the ELF give file and line.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
     note_and_reset(CrashReason::Panic, caller(), 0)
 }
 
-/// First return address into the program on the stack: of the function that panicked, or of one in
+/// First return address into the program on the stack. It belongs to the function that panicked, or to a function of
 /// the core library that it called.
 fn caller() -> u32 {
     unsafe extern "C" {
@@ -158,8 +156,8 @@ fn caller() -> u32 {
     0
 }
 
-// The handler first switches to a stack of its own, because the fault may be an exhausted
-// stack. The registers at the fault are where the stack pointer was.
+// The handler first switches to its own stack, because the fault may be an exhausted stack. The registers at the fault
+// are at the old stack pointer.
 core::arch::global_asm!(
     ".section .HardFault.foot, \"ax\"",
     ".global HardFault",

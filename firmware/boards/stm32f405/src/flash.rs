@@ -1,18 +1,18 @@
-//! Sectors 2 and 3 of the flash: the configuration, a page each. Also the option bytes that set below
-//! which supply voltage the chip resets itself, and that protect the bootloader.
+//! Sectors 2 and 3 of the flash hold the configuration, one page each. This module also sets the option bytes: the
+//! supply voltage below which the chip resets itself, and the protection of the bootloader.
 //!
-//! While the flash erases or writes, the processor cannot fetch from it. Times of the data sheet
-//! (DS8626, table 40 \[M\]) at 32 bits at once, which requires a supply of 2.7 to 3.6 V:
+//! While the flash erases or writes, the processor cannot fetch from it. The data sheet gives these times (DS8626,
+//! table 40 \[M\]) for 32 bits at once, which requires a supply of 2.7 to 3.6 V:
 //!
-//! | what | typical | at most |
+//! | operation | typical | maximum |
 //! |---|---|---|
-//! | a word written | 16 µs | 100 µs |
-//! | a sector of 16 KiB erased | 250 ms | 500 ms |
+//! | write a word | 16 µs | 100 µs |
+//! | erase a sector of 16 KiB | 250 ms | 500 ms |
 //! | the same, 8 bits at once | 400 ms | 800 ms |
 //!
-//! The width must be set for an erase as for a write: after reset it is 8 bits, and an erase could
-//! outlast the watchdog. Below the [threshold](supply) of the supply nothing is written or erased.
-//! The steps are those of RM0090, 3.6.
+//! The width must be set for an erase as well as for a write. After reset it is 8 bits, and an erase could outlast the
+//! watchdog. Nothing is written or erased while the supply is below its [threshold](supply). The steps follow RM0090,
+//! 3.6.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -37,7 +37,7 @@ pub const SIZE: u32 = 2 * PAGE;
 /// Maximum duration of the erase of a sector, µs.
 const ERASE_MICROS: u32 = 500_000;
 
-// The processor stands still during an erase, and cannot feed the watchdog.
+// The processor cannot feed the watchdog during an erase.
 const _: () = assert!(ERASE_MICROS / 1_000 < watchdog::LONGEST_STALL_MILLIS);
 
 /// Start of the sectors: `_config_start` in memory.x.
@@ -49,23 +49,23 @@ const FIRST_SECTOR: u32 = 2;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
-/// Option bytes in memory: a word with `BOR_LEV` in bits 2 and 3, and one with `nWRP` (RM0090, 3.6.1). `FLASH_OPTCR` holds
-/// what was last written to it, programmed or not.
+/// Option bytes in memory: a word with `BOR_LEV` in bits 2 and 3, and one with `nWRP` (RM0090, 3.6.1). `FLASH_OPTCR`
+/// holds the value last written to it, whether programmed or not.
 const OPTION_BYTES: [usize; 2] = [0x1FFF_C000, 0x1FFF_C008];
 
 /// Bits of `FLASH_SR`: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
 const ERRORS: u32 = 0xF2;
 
-/// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
+/// Level 3 in `BOR_LEV` of `FLASH_OPTCR`. The field counts downwards: 0 is level 3, and 3 is off.
 const LEVEL_3: u8 = 0;
 
-/// Sectors of the bootloader in `nWRP`, where a bit that is clear protects (RM0090, 3.6.4).
+/// Sectors of the bootloader in `nWRP`. A clear bit protects its sector (RM0090, 3.6.4).
 const BOOTLOADER: u16 = 0b11;
 
-/// Time after a tick in which the next sample is not being read yet.
+/// Time after a tick in which the next sample is not yet being read.
 const REST_OF_TICK: Duration = Duration::from_micros(500);
 
-/// Longest wait for the end of a tick: there are none while the timer or the sampling is stuck.
+/// Longest wait for the end of a tick. No tick ends while the timer or the sampling is stuck.
 const LONGEST_WAIT: Duration = Duration::from_millis(3);
 
 /// Number of ticks done since the start, modulo 2³².
@@ -73,13 +73,13 @@ static TICKS_DONE: AtomicU32 = AtomicU32::new(0);
 
 /// Notes that the work of a tick is done.
 pub fn note_tick() {
-    // The sampling level alone writes it.
+    // Only the sampling level writes the count.
     let done = TICKS_DONE.load(Ordering::Relaxed);
     TICKS_DONE.store(done.wrapping_add(1), Ordering::Relaxed);
 }
 
-/// Waits for the end of a tick whose frames have gone to the serial line: an erase then stops no sample that is being
-/// read and no frame that waits. Either would be sent as if it were new when the erase is over.
+/// Waits for the end of a tick whose frames have gone to the serial line. An erase then delays no sample that is being
+/// read and no queued frame. Either would be sent as if it were new after the erase.
 fn after_a_tick() {
     let until = Instant::now() + LONGEST_WAIT;
     let mut done = TICKS_DONE.load(Ordering::Relaxed);
@@ -126,15 +126,13 @@ impl ConfigFlash {
     }
 }
 
-/// Sets brown-out level 3 (2.75 to 2.88 V, DS8626 \[M\]) from the next power-up on, and protects the sectors of the bootloader from
-/// being written: whatever a program does, the foot can be updated. It takes as long as an erase.
+/// Sets brown-out level 3 (2.75 to 2.88 V, DS8626 \[M\]) from the next power-up on, and write-protects the sectors of
+/// the bootloader. Whatever a program does, the foot can then be updated.
 ///
-/// At the thread level, where nothing else uses the flash.
+/// Call it at the thread level, while nothing else uses the flash. It takes as long as an erase. If it is interrupted,
+/// the erased option bytes mean readout protection, level 1 (RM0090, 3.6.3).
 ///
-/// Option bytes that were erased and not written are those of readout protection, level 1 (RM0090, 3.6.3).
-///
-/// # Errors
-/// The supply is too low, or the option bytes do not read back.
+/// # Errors The supply is too low, or the option bytes do not read back.
 pub fn protect() -> Result<(), StoreFailed> {
     if brown_out_level() == 3 && is_bootloader_protected() {
         return Ok(());
@@ -167,12 +165,12 @@ pub fn protect() -> Result<(), StoreFailed> {
     }
 }
 
-/// Brown-out level: 0 off; 1 to 3: reset below 2.19, 2.50 and 2.83 V, typical, falling (DS8626 \[M\]).
+/// Brown-out level: 0 is off; 1 to 3 reset the chip below 2.19, 2.50 and 2.83 V, typical, falling (DS8626 \[M\]).
 pub fn brown_out_level() -> u8 {
     3 - (FLASH.optcr().read().bor_lev() & 3)
 }
 
-/// Returns whether the sectors of the bootloader are protected from being written.
+/// Returns whether the sectors of the bootloader are write-protected.
 pub fn is_bootloader_protected() -> bool {
     FLASH.optcr().read().n_wrp() & BOOTLOADER == 0
 }
@@ -202,7 +200,7 @@ impl NorFlash for ConfigFlash {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = PAGE as usize;
 
-    /// Writes word by word: the sampling loop can run between two words.
+    /// Writes word by word, so that the sampling loop can run between two words.
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         let start = inside(offset, bytes.len())?;
         let (words, rest) = bytes.as_chunks::<4>();
@@ -247,7 +245,7 @@ impl NorFlash for ConfigFlash {
     }
 }
 
-/// Programs a word of the [journal](crate::update), at the thread level, where nothing else uses the flash.
+/// Programs a word of the [journal](crate::update). Call it at the thread level, while nothing else uses the flash.
 pub(crate) fn program_word(at: usize, word: u32) -> Result<(), Error> {
     unlock_to_program();
     let written = write_word(at, word);
@@ -263,17 +261,17 @@ fn unlock_to_program() {
     });
 }
 
-/// Writes a word to flash that is unlocked and set to be programmed by words.
+/// Writes a word to flash that is unlocked and set for programming by words.
 fn write_word(at: usize, word: u32) -> Result<(), Error> {
     supply_suffices()?;
     let at = core::ptr::with_exposed_provenance_mut::<u32>(at);
-    // SAFETY: inside the pages of the configuration or the journal, which hold no program or variable; on a word's
-    // boundary.
+    // SAFETY: inside the pages of the configuration or the journal, which hold no program or variable, and aligned to a
+    // word.
     unsafe { at.write_volatile(word) };
     finish()
 }
 
-/// Address of the range, if it is inside the configuration's pages.
+/// Address of the range, if the range is inside the configuration's pages.
 fn inside(offset: u32, length: usize) -> Result<u32, Error> {
     let fits = (SIZE as usize).checked_sub(length).is_some_and(|last| offset as usize <= last);
     if fits { Ok(START + offset) } else { Err(REFUSED) }
@@ -284,7 +282,7 @@ fn supply_suffices() -> Result<(), Error> {
 }
 
 fn unlock() {
-    // Keys written to unlocked flash would lock it until the next reset.
+    // Writing the keys to unlocked flash would lock it until the next reset.
     if FLASH.cr().read().lock() {
         for key in KEYS {
             FLASH.keyr().write_value(key);
@@ -298,8 +296,8 @@ fn clear_errors() {
     FLASH.sr().modify(|_| {});
 }
 
-/// Locks the flash. Erasing leaves old data in the data cache (RM0090, 3.5.4), and written data are
-/// read back from the flash itself. The cache can be reset only while off.
+/// Locks the flash and resets the data cache. Erasing leaves old data in the cache (RM0090, 3.5.4), and written data
+/// must be read back from the flash itself. The cache can be reset only while it is off.
 fn lock() {
     FLASH.cr().write(|w| w.set_lock(true));
     critical_section::with(|_| {

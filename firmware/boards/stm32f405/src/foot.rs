@@ -1,6 +1,7 @@
-//! The foot's program on any board with this chip: the board starts, and tasks connect its peripherals with the library.
+//! The foot's program on any board with this chip. It starts the board, and its tasks connect the peripherals with the
+//! library.
 //!
-//! | level | what runs there |
+//! | level | tasks |
 //! |---|---|
 //! | sampling, an executor at interrupt priority 2 | [`sample`]: data-ready edges become frames |
 //! | communication, an executor at interrupt priority 5 | [`send_can`], [`receive_can`], [`send_uart`], [`receive_uart`] |
@@ -57,14 +58,15 @@ pub fn run() -> ! {
     let Ok(mut storage) = Storage::new(peripherals.flash, &(0..flash::SIZE)) else {
         halt(&mut led, "configuration pages do not fit the flash layout");
     };
-    // As delivered, brown-out reset and write protection are off. Not after another reset: an attempt that ends in one is
-    // not repeated, and a probe can lift the protection to write another bootloader.
+    // As delivered, brown-out reset and write protection are off. The protection is set only after a power-up. So an
+    // attempt that ends in another reset is not repeated, and a probe can lift the protection to write another
+    // bootloader.
     let is_open = flash::brown_out_level() == 0 || !flash::is_bootloader_protected();
     if peripherals.reset == Reset::Power && is_open && supply_holds(&mut led) {
         let is_protected = flash::protect().is_ok();
         defmt::warn!("option bytes written: {=bool}", is_protected);
     }
-    // Nothing is written until a store: the settings in flash stay for inspection.
+    // Nothing is written before a store, so that the settings in flash stay for inspection.
     let (settings, origin) = thread::load_settings(&mut storage, peripherals.watchdog_resets);
     let start = Start {
         serial: peripherals.serial,
@@ -98,7 +100,7 @@ pub fn run() -> ! {
 
     interrupt::UART5.set_priority(crate::COMMUNICATION_EXECUTOR_PRIORITY);
     let communication = COMMUNICATION.start(interrupt::UART5);
-    // Without a crystal the bus is not joined: the clock is not accurate enough for it.
+    // Without a crystal the clock is too inaccurate for CAN. The foot then does not join the bus.
     let can = matches!(peripherals.clock, Source::Crystal(_)).then(|| {
         let (control, can_out, can_in) = peripherals.can.start(settings.can_bit_rate());
         once(send_can(can_out), |task| communication.spawn(task));
@@ -109,7 +111,8 @@ pub fn run() -> ! {
     once(receive_uart(uart_in), |task| communication.spawn(task));
     let board = &*BOARD.init(Stm32f405 { load: peripherals.load, can });
 
-    // After the tasks that send: the first frames do not wait for a start of the buses, and none replaces another.
+    // Started after the tasks that send. The first frames then do not wait for the buses to start, and replace none in
+    // the queue.
     interrupt::UART4.set_priority(crate::SAMPLING_EXECUTOR_PRIORITY);
     let level = SAMPLING.start(interrupt::UART4);
     let sensor = Sensor::new(peripherals.sensor, Config::FRESH_KILOHERTZ)
@@ -124,8 +127,8 @@ pub fn run() -> ! {
     })
 }
 
-/// Returns whether the supply suffices at each millisecond of two seconds, which a connector that bounces is not expected to
-/// do. The LED flickers as in a start.
+/// Returns whether the supply suffices at each millisecond of two seconds. A bouncing connector is not expected to
+/// pass. The LED flickers as in a start.
 fn supply_holds(led: &mut Output<'static>) -> bool {
     let holds = (0..2_000).all(|ms| {
         led.set_level((ms / 50 % 2 == 0).into());
@@ -184,7 +187,7 @@ fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToke
     }
 }
 
-/// Ends a start with an inconsistency: LED on, a line in the log, and finally the watchdog's reset.
+/// Ends a start that found an inconsistency: LED on, a line in the log, and finally the watchdog's reset.
 fn halt(led: &mut Output<'static>, why: &str) -> ! {
     led.set_high();
     defmt::error!("cannot start: {=str}", why);
@@ -204,7 +207,7 @@ impl Board for Stm32f405 {
     const FEEDING_MS: u32 = watchdog::FEEDING_MILLIS;
 
     fn begin_tick(&self) {
-        // A contact that has waited for the bus since an earlier tick is no cost of the board.
+        // The cost of the board does not include a contact that has waited for the bus since an earlier tick.
         can::forget_to_mailbox();
     }
 
@@ -294,8 +297,8 @@ const BUS_DEADLINE: Duration = Duration::from_millis(20);
 /// Identifiers of process data: a later frame supersedes an earlier one.
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
 
-/// Sends the frames that the bus did not take at once. If it takes none until the deadline, process
-/// data are withdrawn, from the mailboxes too: the first frames after a recovery are new.
+/// Sends the frames that the bus did not take at once. If the bus takes none until the deadline, process data are
+/// withdrawn, also from the mailboxes, so that the first frames after a recovery are new.
 #[embassy_executor::task]
 async fn send_can(mut can: can::Sender) {
     loop {
@@ -331,7 +334,7 @@ async fn send_uart(mut uart: uart::Sender) {
         let rate = match PORTS.take_uart(&mut batch) {
             bytes @ [_, ..] => {
                 if uart.send(bytes).await.is_err() {
-                    // Each frame ends with its only zero.
+                    // Each frame ends with a zero, the only one in it.
                     let frames = bytes.iter().filter(|byte| **byte == 0).count();
                     PORTS.put(Input::UartDropped(frames as u32)).await;
                 }
@@ -352,19 +355,20 @@ async fn send_uart(mut uart: uart::Sender) {
 /// Passes requests from the serial line to the foot.
 #[embassy_executor::task]
 async fn receive_uart(mut uart: uart::Receiver) {
-    /// More bytes than arrive during two ticks of the timer, at the largest rate.
+    /// More than the number of bytes that arrive during two ticks of the timer at the largest rate.
     const CHUNK: usize = 128;
     let mut requests = UartReceiver::new();
     let mut bytes = [0; CHUNK];
     loop {
         let Some(bytes) = uart.receive(&mut bytes).await else {
             PORTS.put(Input::UartLost(1)).await;
-            // A line with the wrong rate causes only errors.
+            // A line with the wrong rate causes errors without end. The wait limits their cost.
             Timer::after_millis(1).await;
             continue;
         };
         requests.pass(bytes, &PORTS).await;
-        // In an unbroken stream the next byte is always ready, and no other task of this or a lower level would run.
+        // In an unbroken stream the next byte is always ready, and without a wait no other task of this or a lower
+        // level would run.
         Timer::after_ticks(1).await;
     }
 }
@@ -387,7 +391,7 @@ async fn blink(led: Output<'static>) {
     thread::blink(led, Delay, &PORTS).await;
 }
 
-// The interrupts that run the executors; their own peripherals are not used. The barriers: see `crate::Barrier`.
+// Interrupts that run the executors. Their own peripherals are unused. For the barriers see `crate::Barrier`.
 
 #[embassy_stm32::interrupt]
 unsafe fn UART4() {

@@ -1,10 +1,10 @@
 //! The board: an STM32F405RG with its crystal, an LSM6DSOX, a CAN transceiver, a serial line, a
 //! load sensor and an LED.
 //!
-//! A feature chooses one of the boards, whose tables are in [`wiring`]. All else is the same on each board. All decisions
-//! are made by the library `firmware`; [`foot::run`] connects both, and [`bring_up::run`] measures a new board.
+//! A feature selects one of the boards, whose tables are in [`wiring`]. Everything else is the same on each board. The
+//! library `firmware` makes all decisions: [`foot::run`] connects both, and [`bring_up::run`] measures a new board.
 //!
-//! | interrupts, from the most urgent | |
+//! | priority, from the most urgent | interrupts |
 //! |---|---|
 //! | 1 | TIM2, the sensor's DMA, the reception of CAN and of the USART's DMA |
 //! | 2 | the sampling executor |
@@ -36,12 +36,12 @@ use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
 use wire::foot::serial_number;
 
-/// Header in front of a program, as a debug probe writes it. An image for an update gets one with hash and signature.
+/// Header in front of a program, as a debug probe writes it. The header of an update also has a hash and a signature.
 #[used]
 #[unsafe(link_section = ".header")]
 static HEADER: [u8; image::USED] = Header::probed(wiring::BOARD, env!("FOOTFALL_COMMIT"));
 
-/// Priority of the timer and the sensor's DMA, for which a sample waits, and of reception, for which a line does not wait.
+/// Priority of the timer and the sensor's DMA, on which a sample depends, and of reception, which must not lose data.
 const URGENT_PRIORITY: Priority = Priority::P1;
 
 /// Priority of the interrupt that runs the sampling executor.
@@ -53,9 +53,11 @@ const COMMUNICATION_PRIORITY: Priority = Priority::P4;
 /// Priority of the interrupt that runs the communication executor.
 const COMMUNICATION_EXECUTOR_PRIORITY: Priority = Priority::P5;
 
-/// Last handler of each interrupt. A store just before the return from an exception can lead to the handler of
-/// another interrupt unless it is complete (Arm erratum 838869 of the Cortex-M4 \[M\]), and an interrupt whose flag is not
-/// yet cleared returns at once. The HAL's own handler of TIM5 has none.
+/// Last handler of each interrupt: a memory barrier.
+///
+/// A store just before the return from an exception can lead to the handler of another interrupt unless it is complete
+/// (Arm erratum 838869 of the Cortex-M4 \[M\]). An interrupt whose flag is not yet cleared also returns at once. The
+/// HAL's own handler of TIM5 has no barrier.
 struct Barrier;
 
 impl<I: typelevel::Interrupt> typelevel::Handler<I> for Barrier {
@@ -64,13 +66,13 @@ impl<I: typelevel::Interrupt> typelevel::Handler<I> for Barrier {
     }
 }
 
-/// Peripherals of the board, started except for those with settings.
+/// Peripherals of the board. All are started except those that depend on settings.
 struct Peripherals {
     /// Source of the clock.
     clock: clocks::Source,
     /// Cause of the processor's start.
     reset: crash::Reset,
-    /// Resets by the watchdog in a row, none of which was followed by a feeding of it.
+    /// Consecutive resets by the watchdog during which it was never fed.
     watchdog_resets: u32,
     /// Previous crash, if this start follows one.
     crash: Option<crash::Crash>,

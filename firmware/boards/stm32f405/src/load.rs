@@ -16,8 +16,8 @@ const _: () = assert!(FIRST_OF_SMPR1 <= LOAD_INPUT && LOAD_INPUT <= 18);
 pub struct LoadSensor(());
 
 impl LoadSensor {
-    /// Starts the conversion: 12 bits at 20 MHz, sampled over 480 cycles since load sensors are weak
-    /// sources; a new value every 25 µs.
+    /// Starts the conversion: 12 bits at 20 MHz, a new value every 25 µs. It samples over 480 cycles, because load
+    /// sensors are weak sources.
     pub(crate) fn start(
         _converter: Peri<'static, peripherals::ADC1>,
         pin: Peri<'static, wiring::Load>,

@@ -1,7 +1,7 @@
 //! SPI1 to the LSM6DSOX, and its INT1.
 //!
-//! The HAL configures it; transfers are implemented here: the HAL waits for their end without a limit, and panics at an
-//! error of the DMA.
+//! The HAL configures SPI1. Transfers are implemented here, because the HAL waits without a limit for their end and
+//! panics at a DMA error.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -34,13 +34,13 @@ const NANOS_PER_TICK: u32 = (1_000_000_000 / embassy_time::TICK_HZ) as u32;
 
 impl DelayNs for Delay {
     async fn delay_ns(&mut self, ns: u32) {
-        // One tick more, because the first one has begun already.
+        // One more tick, because the first one has already begun.
         let ticks = ns.div_ceil(NANOS_PER_TICK) + 1;
         Timer::after(Duration::from_ticks(u64::from(ticks))).await;
     }
 }
 
-/// Buffer for write-only transfers of the driver: registers, one at a time.
+/// Length of the buffer for the driver's write-only transfers, which write one register at a time.
 const SCRATCH: usize = 8;
 
 /// Streams of DMA2, and the channel of SPI1's requests for both.
@@ -48,8 +48,8 @@ const RECEIVE: usize = 0;
 const TRANSMIT: usize = 3;
 const CHANNEL: u32 = 3;
 
-/// Events of both streams, in the same register (RM0090, 10.5.3): all events of stream 0 at
-/// bit 0, those of stream 3 at bit 22.
+/// All events of both streams, which share a register (RM0090, 10.5.3): those of stream 0 start at bit 0, those of
+/// stream 3 at bit 22.
 const EVENTS: u32 = 0b11_1101 | 0b11_1101 << 22;
 
 /// Settings of the streams (RM0090, 10.5.5): channel, highest priority, increment of the
@@ -61,7 +61,7 @@ const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 /// Length of the longest burst, that of a sample, bytes.
 const BURST_BYTES: u32 = 17;
 
-/// Timeout of a burst, µs: three times as long as that of a sample, and 10 more.
+/// Timeout of a burst, µs: three times that of a sample, plus 10.
 const fn burst_micros(speed: BusSpeed) -> u32 {
     10 + 3 * BURST_BYTES * 8 / (speed.spi_hertz() / 1_000_000)
 }
@@ -106,7 +106,7 @@ impl Parts {
         let mut config = Config::default();
         config.mode = MODE_3;
         config.frequency = Hertz(wiring::SENSOR_SPEED.spi_hertz());
-        // Without a sensor everything then reads as zero; no status register would report its absence.
+        // Without a sensor everything then reads as zero. No status register would report its absence.
         config.miso_pull = Pull::Down;
         let spi = Spi::new_blocking(
             self.controller,
@@ -122,8 +122,8 @@ impl Parts {
         interrupt::DMA2_STREAM0.set_priority(URGENT_PRIORITY);
         // SAFETY: the handler below accesses nothing that a lock protects.
         unsafe { interrupt::DMA2_STREAM0.enable() };
-        // High INT1 at power-up would put the sensor into I3C mode: a pull-down, never a pull-up. The
-        // pin keeps its configuration when its owner is dropped.
+        // INT1 high at power-up would put the sensor into I3C mode: hence a pull-down, never a pull-up. The pin keeps
+        // its configuration when its owner is dropped.
         core::mem::forget(CapturePin::<peripherals::TIM2, wiring::DataReadyChannel>::new(
             self.data_ready,
             Pull::Down,
@@ -142,7 +142,7 @@ impl ErrorType for SensorBus {
 }
 
 impl SpiDevice for SensorBus {
-    /// Every operation is a transfer in place, so that the bus has a single code path.
+    /// Makes every operation a transfer in place, so that the bus has a single code path.
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         self.select.set_low();
         let mut result = Ok(());
@@ -187,8 +187,8 @@ impl SetBusSpeed for SensorBus {
 }
 
 impl SensorBus {
-    /// Resets the controller to its state after the start, from any state: a byte in progress, an unread
-    /// byte that would delay every later answer, a stopped clock.
+    /// Resets the controller to its state after the start, from any state: a byte in progress, an unread byte that
+    /// would delay every later response, or a stopped clock.
     fn restart(&mut self) {
         // No other code changes this register after the board has started.
         RCC.apb2rstr().modify(|w| w.set_spi1rst(true));
@@ -197,10 +197,11 @@ impl SensorBus {
     }
 }
 
-/// Sends bytes and replaces them by those received, over DMA; the processor sleeps meanwhile, 27 µs for a sample at 5 MHz.
+/// Sends bytes over DMA and replaces them with those received. The processor sleeps meanwhile: 27 µs for a sample at 5
+/// MHz.
 fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));
-    // The receiver first: nothing is received before something is sent.
+    // The receiver first, because bytes arrive as soon as others are sent.
     SPI1.cr2().modify(|w| w.set_rxdmaen(true));
     compiler_fence(Ordering::Release);
     for (stream, setting) in [(RECEIVE, RECEIVING), (TRANSMIT, TRANSMITTING)] {
@@ -211,7 +212,7 @@ fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     }
     let deadline = Deadline::after(limit_micros);
     SPI1.cr2().modify(|w| w.set_txdmaen(true));
-    // The stream stops at its end or with an error. The end is an interrupt, and so an event.
+    // The stream stops at its end or with an error. Its end is an interrupt, and so an event that ends the sleep.
     while DMA2.st(RECEIVE).cr().read().en() && !deadline.has_passed() {
         cortex_m::asm::wfe();
     }
@@ -226,14 +227,14 @@ fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     for stream in [TRANSMIT, RECEIVE] {
         let control = DMA2.st(stream).cr();
         control.write_value(Cr(0));
-        // Stops after at most the current byte: from here on the bytes are the caller's.
+        // The stream stops after at most the current byte. From here on the bytes belong to the caller.
         while control.read().en() {}
     }
     compiler_fence(Ordering::Acquire);
     Err(ErrorKind::Other)
 }
 
-/// End of the burst: the only effect is to end the sleep.
+/// End of the burst. Its only effect is to end the sleep.
 #[embassy_stm32::interrupt]
 fn DMA2_STREAM0() {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));

@@ -13,10 +13,10 @@ pub fn size() -> usize {
     (&raw const _stack_start) as usize - (&raw const _stack_end) as usize
 }
 
-/// Checks the next piece of the stack: returns the maximum depth, bytes, if it has changed.
+/// Checks the next piece of the stack. Returns the maximum depth, bytes, if it has changed.
 pub fn look(depth: &mut StackDepth) -> Option<usize> {
     depth.look(size() / size_of::<u32>(), |word| {
-        // SAFETY: the words that are asked for lie in the stack, readable and aligned.
+        // SAFETY: the words passed by `look` lie in the stack, readable and aligned.
         unsafe { (&raw const _stack_end).add(word).read_volatile() == STACK_PAINT_VALUE }
     })
 }

@@ -1,13 +1,19 @@
 //! TIM2: the time of samples, the 1 kHz tick and the timestamps of data-ready edges.
 //!
-//! The timer counts microseconds and is free-running. Compare channel 2 is the tick. Channel 1 captures each
-//! rising edge of the sensor's data-ready line, behind a filter; only the first edge after a tick raises an
-//! interrupt. Channel 3 ends the wait for it. Channel 4 ends a sleep at its [`Deadline`]. TIM4 counts all captures, with TIM2's trigger
-//! output as its clock, so that missing or extra edges are detected without interrupts.
+//! The timer is free-running and counts microseconds. Its channels:
 //!
-//! A compare value that the counter has passed does not match before the counter has wrapped, in 71
-//! minutes. So the counter is read again after a value is written. If it is late, as after the flash
-//! has stalled the processor, ticks that can no longer be served are skipped and counted.
+//! - Channel 1 captures each rising edge of the sensor's data-ready line, behind a filter. Only the first edge after a
+//!   tick raises an interrupt.
+//! - Compare channel 2 is the tick.
+//! - Channel 3 ends the wait for the edge.
+//! - Channel 4 ends a sleep at its [`Deadline`].
+//!
+//! TIM4 counts all captures, clocked by TIM2's trigger output. So missing and extra edges are detected without
+//! interrupts.
+//!
+//! A compare value that the counter has passed matches only after the counter has wrapped, in 71 minutes. So the
+//! counter is read again after a value is written. If it is late, as after a stall by the flash, ticks that can no
+//! longer be served are skipped and counted.
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
@@ -29,7 +35,7 @@ const TICK_MICROS: u32 = 1_000;
 /// Maximum time from the tick to the edge, µs.
 const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
 
-/// Maximum delay of serving a tick, µs: leaves time for an edge before the next one.
+/// Maximum delay of serving a tick, µs. It leaves time for an edge before the next tick.
 const SERVED_MICROS: u32 = TICK_MICROS - EDGE_MICROS - 100;
 
 /// Period of the edges, µs.
@@ -101,7 +107,7 @@ impl Timebase {
         TIM2.arr().write_value(u32::MAX);
         TIM2.ccmr_input(0).modify(|w| {
             w.set_ccs(EDGE, vals::CcmrInputCcs::TI4);
-            // Eight cycles of 80 MHz: a level of less than 88 ns is ignored.
+            // Eight cycles of 80 MHz. The filter ignores a level of less than 88 ns.
             w.set_icf(EDGE, vals::FilterValue::FCK_INT_N8);
         });
         TIM2.ccer().modify(|w| w.set_cce(EDGE, true));
@@ -150,7 +156,7 @@ fn now_micros() -> u64 {
     }
 }
 
-/// Timeout of a wait. It is an interrupt, and so an event, which ends the sleep of the processor.
+/// Timeout of a wait. It is an interrupt, and so an event that ends the processor's sleep.
 pub struct Deadline {
     end: u32,
 }
@@ -163,8 +169,8 @@ impl Deadline {
         Self { end }
     }
 
-    /// Returns whether it has passed. Checked before each sleep: if it passed before it was written, no interrupt
-    /// follows.
+    /// Returns whether the deadline has passed. Call this before each sleep: no interrupt follows if the deadline
+    /// passed before it was written.
     pub fn has_passed(&self) -> bool {
         let left = self.end.wrapping_sub(TIM2.cnt().read());
         left == 0 || left > u32::MAX / 2
@@ -211,7 +217,8 @@ fn TIM2() {
     if pending.ccif(TICK) {
         let tick = TIM2.ccr(TICK).read();
         TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
-        // From now on, not from the tick: if this is late, the first edge after the tick is discarded, too.
+        // The deadline counts from now, not from the tick. If this handler is late, it also discards the first edge
+        // after the tick.
         TIM2.ccr(EDGE_DEADLINE).write_value(TIM2.cnt().read().wrapping_add(EDGE_MICROS));
         // Edges before the tick are discarded, with the flag of several captures.
         acknowledge(|w| {
@@ -244,8 +251,8 @@ fn TIM2() {
     cortex_m::asm::dsb();
 }
 
-/// Continues after a tick that is served so late that its edge may be over: with the newest tick, or
-/// with no tick if that is too late as well.
+/// Continues after a tick that was served so late that its edge may be over. Takes the newest tick, or no tick if that
+/// is too late as well.
 fn catch_up(mut tick: u32) {
     loop {
         let late = TIM2.cnt().read().wrapping_sub(tick);
@@ -302,7 +309,7 @@ fn raise(edge: Option<Timestamp>) {
     });
 }
 
-/// Clears flags: writing one leaves a flag unchanged, so that none set meanwhile is lost.
+/// Clears flags. Writing one leaves a flag unchanged, so that flags set meanwhile are kept.
 fn acknowledge(clear: impl FnOnce(&mut regs::SrGp16)) {
     let mut flags = regs::SrGp16(u32::MAX);
     clear(&mut flags);

@@ -1,7 +1,7 @@
 //! USART1, 8N1, both ways over DMA.
 //!
-//! The HAL configures it and receives. It panics at an error of the DMA that sends, so transfers are started here, where
-//! an error costs their frames.
+//! The HAL configures it and receives. Transfers to send are started here, because the HAL panics at an error of their
+//! DMA. Here such an error costs only their frames.
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};
@@ -22,9 +22,9 @@ use crate::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, wiring};
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
-    // The first handles the errors, at which the HAL panics, and lets none happen before the third.
+    // The HAL panics at errors: the first handler handles them, and lets none happen before the third.
     DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>, Resumed, Barrier;
-    // The first leaves nothing to do for the second, which the HAL requires.
+    // The HAL requires the second handler. The first leaves it nothing to do.
     DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>, Barrier;
 });
 
@@ -34,8 +34,8 @@ const RECEIVE: usize = 2;
 /// Stream of DMA2 that sends.
 const TRANSMIT: usize = 7;
 
-/// All events of a stream (RM0090, 10.5.3): those of the receiving one begin at bit 16 of the lower
-/// register, those of the sending one at bit 22 of the upper.
+/// All events of a stream (RM0090, 10.5.3). Those of the receiving stream begin at bit 16 of the lower register, those
+/// of the sending stream at bit 22 of the upper.
 const RECEIVE_EVENTS: u32 = 0b11_1101 << 16;
 const EVENTS: u32 = 0b11_1101 << 22;
 
@@ -43,10 +43,10 @@ const EVENTS: u32 = 0b11_1101 << 22;
 /// interrupts at the end and at an error.
 const TRANSMITTING: u32 = 4 << 25 | 1 << 10 | 0b01 << 6 | 1 << 4 | 1 << 2 | 1;
 
-/// Flag of `USART_SR` of a complete transmission, cleared by writing a zero.
+/// Flag in `USART_SR` of a complete transmission. Writing a zero clears it.
 const TC: u32 = 1 << 6;
 
-/// Returns whether no transfer is in progress: at the thread level, that no frame waits for one.
+/// Returns whether no transfer is in progress. At the thread level this means that no frame waits for one.
 pub fn is_idle() -> bool {
     !DMA2.st(TRANSMIT).cr().read().en()
 }
@@ -54,7 +54,7 @@ pub fn is_idle() -> bool {
 /// Task that waits for the end of a transfer.
 static DONE: AtomicWaker = AtomicWaker::new();
 
-/// Handler of the end of a transfer: its bytes are in the transmitter.
+/// Handler of the end of a transfer. Its bytes are in the transmitter by then.
 struct Sent;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
@@ -64,13 +64,15 @@ impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
     }
 }
 
-/// Whether reception waits for the end of the interrupt.
+/// Whether reception is paused until the end of the interrupt.
 static PAUSED: AtomicBool = AtomicBool::new(false);
 
-/// Handler of a DMA that stopped with a bus error. The HAL is given the end of a round instead: a stream
-/// that is disabled before its end reports completion (RM0090, 10.3.14). A byte received before [`Resumed`] waits in the
-/// receiver: an error of its transfer would reach the HAL. The receiver holds one byte, so the pause must be shorter than
-/// the next: the interrupt has [`URGENT_PRIORITY`], and no tick prolongs it.
+/// Handler of a DMA that stopped with a bus error. It shows the HAL the end of a round instead: a stream that is
+/// disabled before its end reports completion (RM0090, 10.3.14).
+///
+/// A byte received before [`Resumed`] waits in the receiver, because an error of its transfer would reach the HAL. The
+/// receiver holds one byte, so the pause must be shorter than the time of a byte. Hence the interrupt has
+/// [`URGENT_PRIORITY`], and no tick prolongs it.
 struct NotReceived;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
@@ -91,7 +93,7 @@ impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
     }
 }
 
-/// Handler after that of the HAL: reception goes on.
+/// Handler after that of the HAL. It resumes reception.
 struct Resumed;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM2> for Resumed {
@@ -105,7 +107,7 @@ impl typelevel::Handler<typelevel::DMA2_STREAM2> for Resumed {
 /// Bytes received before the receiving task runs: 5 ms at 1 Mbaud.
 const RECEIVE_BUFFER: usize = 512;
 
-/// Peripherals, until the rate is known.
+/// Peripherals before the rate is known.
 pub struct Parts {
     pub(crate) controller: Peri<'static, peripherals::USART1>,
     pub(crate) transmit: Peri<'static, wiring::UartTransmit>,
@@ -117,7 +119,7 @@ pub struct Parts {
 /// Sending half.
 pub struct Sender(UartTx<'static, Async>);
 
-/// Not all bytes were sent.
+/// Error of a transfer that did not send all bytes.
 pub struct NotSent;
 
 /// Receiving half.
@@ -157,7 +159,7 @@ impl Parts {
         for irq in [interrupt::USART1, interrupt::DMA2_STREAM7] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
-        // It pauses reception: see `NotReceived`.
+        // The interrupt pauses reception: see `NotReceived`.
         interrupt::DMA2_STREAM2.set_priority(URGENT_PRIORITY);
         let (sender, receiver) = uart.split();
         Ok((
@@ -171,10 +173,9 @@ impl Parts {
 }
 
 impl Sender {
-    /// Sends bytes from RAM; returns when the last one is in the transmitter.
+    /// Sends bytes from RAM. Returns when the last one is in the transmitter.
     ///
-    /// # Errors
-    /// The DMA did not transfer all of them.
+    /// # Errors The DMA did not transfer all bytes.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<(), NotSent> {
         // A stream without bytes to transfer reports no end.
         if bytes.is_empty() {
@@ -189,9 +190,9 @@ impl Sender {
         stream.par().write_value(pac::USART1.dr().as_ptr() as u32);
         stream.m0ar().write_value(bytes.as_ptr() as u32);
         stream.ndtr().write_value(Ndtr(bytes.len() as u32));
-        // The DMA's writes leave the flag of a complete transmission as it is, and `flush` would not wait (RM0090, 30.3.13
-        // and 30.6.1). Ones leave the other flags. An earlier byte that ends between both writes would set it again: they
-        // are next to each other.
+        // The DMA's writes do not clear the flag of a complete transmission, so `flush` would not wait (RM0090, 30.3.13
+        // and 30.6.1). Writing ones leaves the other flags unchanged. Both writes are next to each other, because an
+        // earlier byte that ended between them would set the flag again.
         pac::USART1.sr().write_value(Sr(!TC));
         stream.cr().write_value(Cr(TRANSMITTING));
         poll_fn(|context| {
@@ -227,8 +228,8 @@ impl Drop for Stop {
 }
 
 impl Receiver {
-    /// Waits for bytes; `None` if some were lost: to noise, a wrong rate, an error of the DMA, or
-    /// because they were read too late. The next call, some time later, starts reception again.
+    /// Waits for bytes. Returns `None` if some were lost: to noise, a wrong rate, a DMA error, or a late read. The next
+    /// call, some time later, restarts reception.
     pub async fn receive<'a>(&mut self, room: &'a mut [u8]) -> Option<&'a [u8]> {
         if !is_receiving() {
             // The HAL may have stopped reception between two calls.
@@ -248,16 +249,17 @@ impl Receiver {
     }
 }
 
-/// Returns whether received bytes are put into the buffer: the HAL stops that at an error of the line, the
-/// DMA at one of the bus.
+/// Returns whether received bytes reach the buffer. The HAL stops that at an error of the line, the DMA at one of the
+/// bus.
 fn is_receiving() -> bool {
     pac::USART1.cr3().read().dmar() && DMA2.st(RECEIVE).cr().read().en()
 }
 
-/// Prepares reception after an error and at the start. The HAL would take the overrun caused meanwhile
-/// for a new error, indefinitely on a line that is never idle. And a stream that is enabled again
-/// begins at the buffer's start with the rest of its round, so the HAL would return old bytes as
-/// new ones: they are replaced by zeros, ends of frames without content.
+/// Prepares reception after an error and at the start.
+///
+/// Clears the status: the HAL would take the overrun caused meanwhile for a new error, indefinitely on a line that is
+/// never idle. Fills the buffer with zeros, which are ends of frames without content: a stream that is enabled again
+/// begins at the buffer's start with the rest of its round, so the HAL would return old bytes as new ones.
 fn prepare() {
     let stream = DMA2.st(RECEIVE);
     if stream.cr().read().en() {
@@ -265,8 +267,8 @@ fn prepare() {
     }
     let bytes = stream.m0ar().read() as *mut u8;
     for offset in 0..RECEIVE_BUFFER {
-        // SAFETY: the HAL has given the stream its buffer of this length, and the stream is stopped. The HAL
-        // reads it byte by byte and volatile, as the DMA writes it meanwhile.
+        // SAFETY: the HAL has given the stream its buffer of this length, and the stream is stopped. The HAL reads the
+        // buffer byte by byte and volatile, because the DMA writes it meanwhile.
         unsafe { bytes.add(offset).write_volatile(0) };
     }
     stream.ndtr().write_value(Ndtr(RECEIVE_BUFFER as u32));

@@ -1,4 +1,4 @@
-//! What the program and its bootloader tell each other: the journal of updates, and a note in RAM.
+//! Communication between the program and its bootloader: the journal of updates, and a note in RAM.
 
 use bootloader::flash::{Flash, FlashFailed, Sector, Slot};
 use bootloader::image::{Refusal, identification};
@@ -9,7 +9,7 @@ use wire::node::Program;
 
 use crate::flash::program_word;
 
-/// Journal and slots: read at any time, and programmed at the thread level alone.
+/// Journal and slots. They are read at any time, and programmed only at the thread level.
 struct Words;
 
 impl Flash for Words {
@@ -29,7 +29,7 @@ impl Flash for Words {
     }
 }
 
-/// The program that runs.
+/// The running program.
 pub fn program() -> Program {
     let refusal = State::read(&Words).refusal;
     Program {
@@ -39,7 +39,7 @@ pub fn program() -> Program {
     }
 }
 
-/// Confirms a program on trial; otherwise does nothing.
+/// Confirms a program on trial. Does nothing for any other program.
 ///
 /// # Errors
 /// The flash failed, or the supply is too low.
@@ -63,7 +63,7 @@ pub fn ask_for_bootloader() {
     unsafe { NOTE.write_volatile(note::STAY) };
 }
 
-/// Returns whether the bootloader has started the program by itself, and forgets that.
+/// Returns whether the bootloader started the program without a command, and clears that note.
 pub fn take_resume() -> bool {
     // SAFETY: as above, and any bits are numbers.
     let found = unsafe { NOTE.read_volatile() };

@@ -1,9 +1,8 @@
-//! The independent watchdog: it resets the chip unless it is fed, from the first instructions after
-//! reset on.
+//! The independent watchdog resets the chip unless it is fed. It runs from the first instructions after reset.
 //!
-//! Its oscillator runs at 17 to 47 kHz (DS8626, table 34 \[M\]) and nominally at 32, so that the
-//! nominal period of 1 s is 0.68 to 1.88 s: longer than a start, and longer than the erase of a page with
-//! the feeding before and after it; a hang is ended after 1.88 s at the latest.
+//! Its oscillator runs at 17 to 47 kHz, nominally at 32 (DS8626, table 34 \[M\]). The nominal period of 1 s is
+//! therefore 0.68 to 1.88 s. That is longer than a start, and longer than the erase of a page with the feeding before
+//! and after it. A hang ends after 1.88 s at the latest.
 
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
@@ -19,25 +18,25 @@ const PERIOD_MILLIS: u32 = 1_000;
 
 const RELOAD: u32 = LSI_HZ / DIVIDER * PERIOD_MILLIS / 1_000 - 1;
 
-/// Interval of feeding, ms: more than ten times in the period.
+/// Interval of feeding, ms. The period has more than ten of them.
 pub const FEEDING_MILLIS: u32 = 60;
 
-/// Rest of the shortest period, in which all workers must report: they are called at one feeding and checked at
-/// the next.
+/// Reserve of the shortest period in which all workers must report, ms: one feeding calls them, and the next checks
+/// them.
 const REPORT_MILLIS: u32 = 2 * FEEDING_MILLIS;
 
-/// Longest time without feeding after which the workers still can report, ms.
+/// Longest time without feeding after which the workers can still report, ms.
 pub const LONGEST_STALL_MILLIS: u32 =
     PERIOD_MILLIS * (LSI_HZ / 1_000) / (FASTEST_LSI_HZ / 1_000) - REPORT_MILLIS;
 
 const _: () = assert!(RELOAD <= 0xFFF);
 
-/// Polls of `IWDG_SR` until the settings are applied, which takes five cycles of the oscillator, at
-/// most 300 µs: some 5,000 cycles of the processor just after reset.
+/// Polls of `IWDG_SR` until the settings are applied. That takes five cycles of the oscillator, at most 300 µs: some
+/// 5,000 cycles of the processor just after reset.
 const POLLS: u32 = 2_000;
 
-// Started before memory is initialised and the stack painted, which takes some milliseconds, with its
-// period after reset: 0.35 to 0.96 s.
+// The watchdog starts before memory is initialised and the stack painted, which takes some milliseconds. Its period
+// after reset is 0.35 to 0.96 s.
 core::arch::global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",
@@ -50,9 +49,9 @@ core::arch::global_asm!(
     "bx lr",
 );
 
-/// Sets the watchdog's period. It is running already and cannot be stopped.
+/// Sets the watchdog's period. The watchdog is already running and cannot be stopped.
 pub fn start() {
-    // A program halted by a debugger is not stuck, and continues with the time of the halt.
+    // A debugger that halts the program also stops the watchdog and the timers, because a halted program is not stuck.
     DBGMCU.apb1fzr().modify(|w| {
         w.set_iwdg(true);
         w.set_tim2(true);
@@ -62,8 +61,8 @@ pub fn start() {
     set_period(Pr::DIVIDE_BY16, RELOAD as u16);
 }
 
-/// Makes the period the longest but two, 5.6 to 15 s, until [`start`] is called: option bytes that a reset leaves
-/// erased close the chip to probes, and no data sheet limits the time they take.
+/// Extends the period to 5.6 to 15 s until [`start`] is called. Option bytes that a reset leaves erased close the chip
+/// to probes, and no data sheet limits the time of their erase.
 pub fn extend() {
     set_period(Pr::DIVIDE_BY64, 0xFFF);
 }
@@ -80,7 +79,7 @@ fn set_period(divider: Pr, reload: u16) {
     feed();
 }
 
-/// Restarts its period.
+/// Restarts the watchdog's period.
 pub fn feed() {
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }

@@ -1,8 +1,7 @@
-//! The table of a board: pins, crystal and the input of the capture timer, all that differs between boards.
+//! The table of a board: its pins, its crystal and the input of the capture timer. Boards differ in nothing else.
 //!
-//! The controllers behind the pins are the same on each board, and their modules name them: SPI1 with streams 0
-//! and 3 of DMA2, USART1 with streams 2 and 7, CAN1, ADC1, TIM2 for ticks and edges, TIM4 for their count, TIM5
-//! for the HAL.
+//! The controllers behind the pins are the same on each board, and their modules name them: SPI1 with streams 0 and 3
+//! of DMA2, USART1 with streams 2 and 7, CAN1, ADC1, TIM2 for ticks and edges, TIM4 for their count, TIM5 for the HAL.
 
 use embassy_stm32::Peri;
 use embassy_stm32::peripherals::{ADC1, FLASH, TIM2, TIM4};
@@ -28,8 +27,8 @@ pub struct Parts {
     pub led: Peri<'static, Led>,
 }
 
-/// Declares the wiring of a board from its table: types of pins, constants, and the function `parts`, which takes
-/// the pins from the HAL.
+/// Declares the wiring of a board from its table: types of pins, constants, and the function `parts`, which takes the
+/// pins from the HAL.
 macro_rules! wiring {
     (
         crystal: $crystal:literal MHz,
@@ -71,7 +70,7 @@ macro_rules! wiring {
         pub type UartTransmit = peripherals::$uart_transmit;
         pub type UartReceive = peripherals::$uart_receive;
         pub type Load = peripherals::$load;
-        /// Input of ADC1 that the load sensor is connected to, 10 to 18.
+        /// Input of ADC1 with the load sensor, 10 to 18.
         pub const LOAD_INPUT: u8 = $load_input;
         pub type Led = peripherals::$led;
 

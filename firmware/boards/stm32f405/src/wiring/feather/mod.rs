@@ -1,12 +1,12 @@
-//! The Feather: Adafruit's Feather STM32F405 Express with a 12 MHz crystal. `pins.toml` says what each pin goes
-//! to, and where that is published.
+//! The Feather: Adafruit's Feather STM32F405 Express with a 12 MHz crystal. `pins.toml` lists the connection of each
+//! pin and its source.
 //!
-//! Only the capture of channel 1 gives the pulses that TIM4 counts (RM0090, 18.4.2, MMS), and no pin of that
-//! channel is free here. The exclusive or of the pins of channels 1 to 3 (TI1S) leads that of channel 3 to it: the
-//! inputs of the other two are not connected to pins, and equal.
+//! Only the capture of channel 1 gives the pulses that TIM4 counts (RM0090, 18.4.2, MMS), and no pin of that channel is
+//! free here. So the exclusive or of the pins of channels 1 to 3 (TI1S) leads channel 3's pin to channel 1. The inputs
+//! of the other two are not connected to pins, and are equal.
 //!
-//! The breakout shifts the levels of clock and data with 10 kΩ: a rising edge may take as long as half a period at
-//! 2.5 MHz.
+//! The breakout shifts the levels of clock and data with 10 kΩ. At 2.5 MHz a rising edge may take as long as half a
+//! period.
 
 super::wiring! {
     crystal: 12 MHz,

@@ -1,4 +1,4 @@
-//! The reference board: a bare STM32F405RG with an 8 MHz crystal. `pins.toml` says what each pin goes to.
+//! The reference board: a bare STM32F405RG with an 8 MHz crystal. `pins.toml` lists the connection of each pin.
 
 super::wiring! {
     crystal: 8 MHz,
