@@ -1,5 +1,5 @@
 //! The bootloader: starts the foot's program, replaces it over CAN or the serial line, and returns to the previous one
-//! if the new one does not work. `docs/update.md` has the promises and the reasons.
+//! if the new one does not work. `docs/guide/update.md` has the promises and the reasons.
 //!
 //! | what | module |
 //! |---|---|

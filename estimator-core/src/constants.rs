@@ -2,8 +2,8 @@
 
 /// Constants of the self-calibrating estimate. Values other than [`Self::DEFAULT`] are for research alone.
 ///
-/// `docs/method.md` has the equations. `docs/choosing.md` says how the values were chosen: by the mean RMSE of P over
-/// robots, with terms for stances lost and for moving feet that are called stable. Half or twice most of them changes
+/// `docs/design/method.md` has the equations. `docs/design/choosing.md` says how the values were
+/// chosen: by the mean RMSE of P over robots, with terms for stances lost and for moving feet that are called stable. Half or twice most of them changes
 /// the mean by less than 0.005.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constants {
@@ -66,7 +66,7 @@ pub struct Constants {
     pub turn_part: f32,
     /// Weight of the turn beside the acceleration, if both separate stances from swings equally well.
     ///
-    /// With 0 the acceleration decides alone. Default: 1.5; `docs/choosing.md` has what it gains and costs.
+    /// With 0 the acceleration decides alone. Default: 1.5; `docs/design/choosing.md` has what it gains and costs.
     pub turn_weight: f32,
     /// Largest weight of the turn beside the acceleration. Default: 3.
     pub turn_most: f32,

@@ -2,7 +2,7 @@
 //!
 //! [`Params::validate`], the object dictionary and the configuration file check by it. A new
 //! parameter needs a row here, its field in [`Params`], and an entry in the object dictionary: see
-//! `docs/architecture.md`. The numbers of a warm start have their rows in [`Learnt::ROWS`]. The constants of
+//! `docs/design/architecture.md`. The numbers of a warm start have their rows in [`Learnt::ROWS`]. The constants of
 //! self-calibration cannot be set, and are checked by the compiler.
 
 use crate::attitude::GyroTiming;

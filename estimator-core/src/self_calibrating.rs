@@ -23,7 +23,8 @@
 //! The same edges judge parts of the motion: across up (tangential), along up (vertical), and along and about each axis
 //! alone. No part is less probable than the whole.
 //!
-//! `docs/method.md` has all equations, `docs/choosing.md` the reasons, `docs/design/estimate.md` the alternatives.
+//! `docs/design/method.md` has all equations, `docs/design/choosing.md` the reasons, and
+//! `docs/design/estimate.md` the alternatives.
 
 use crate::axis::PerAxis;
 use crate::constants::Constants;

@@ -10,7 +10,7 @@
 //!
 //! s is the speed at even odds (P = ½), r the distance between the IMU and the point about which a standing
 //! foot turns, and σ₀ the least σ. The measurement is zero velocity of the IMU, in any frame, with
-//! the covariance σ² I. `docs/evaluation.md` compares it with zero-velocity detectors.
+//! the covariance σ² I. `docs/reference/evaluation.md` compares it with zero-velocity detectors.
 
 use crate::flag::Flags;
 use crate::math::{Order, sqrt};
@@ -21,7 +21,7 @@ use crate::vector::Vec3;
 pub struct VelocityParams {
     /// Standard deviation s at P = ½ of a foot that does not turn, m/s.
     ///
-    /// Default: 0.05 m/s, chosen on walks of a shoe: see `docs/evaluation.md`.
+    /// Default: 0.05 m/s, chosen on walks of a shoe: see `docs/reference/evaluation.md`.
     pub speed: f32,
     /// Distance r between the IMU and the point about which a standing foot turns, m.
     ///

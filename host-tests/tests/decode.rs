@@ -195,7 +195,7 @@ fn can_preserves_times_probabilities_and_states() {
 #[test]
 fn the_document_shows_the_output_of_the_demo() {
     let report = decoded(demo().can_log().as_bytes()).report;
-    assert_block("docs/formats.md", "decode", &format!("```text\n{report}\n```\n"));
+    assert_block("docs/reference/formats.md", "decode", &format!("```text\n{report}\n```\n"));
 }
 
 #[test]

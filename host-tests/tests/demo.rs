@@ -12,5 +12,5 @@ fn the_picture_is_that_of_the_demo() {
     let recording = record(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
     let estimates = estimates_of(&recording, &default_params()).expect("the preset");
     let svg = plot::svg(&recording, &estimates).expect("a picture");
-    assert_current(&workspace().join("docs/demo.svg"), &svg);
+    assert_current(&workspace().join("docs/pictures/demo.svg"), &svg);
 }

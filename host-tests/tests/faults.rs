@@ -53,7 +53,7 @@ fn table(kind: &str) -> String {
 #[test]
 fn the_document_lists_every_fault_flag_and_rejection() {
     for (block, kind) in [("faults", "fault"), ("flags", "flag"), ("refusals", "refusal")] {
-        assert_block("docs/faults.md", block, &table(kind));
+        assert_block("docs/reference/faults.md", block, &table(kind));
     }
 }
 
@@ -75,6 +75,6 @@ fn the_document_lists_every_limit_of_an_acceptance() {
         block
             .push_str(&format!("| {step} | {name} | {unit} | {range} | {value:.3} | {source} |\n"));
     }
-    block += &format!("\n{}\n", origin(&result, "docs/acceptance.md").expect("an origin"));
-    assert_block("docs/acceptance.md", "acceptance", &block);
+    block += &format!("\n{}\n", origin(&result, "docs/guide/acceptance.md").expect("an origin"));
+    assert_block("docs/guide/acceptance.md", "acceptance", &block);
 }

@@ -3,7 +3,7 @@
 //! before.
 //!
 //! These motions were not recorded on a robot: they are sums of sines with the noise of the sensor. Motions that no IMU
-//! tells from rest are in `docs/choosing.md`.
+//! tells from rest are in `docs/design/choosing.md`.
 
 use std::f64::consts::TAU;
 

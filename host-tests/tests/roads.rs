@@ -458,5 +458,5 @@ fn the_document_lists_the_unsupported_kinds() {
         let advice = advice.replace('|', "\\|");
         table += &format!("| {name} | {advice} |\n");
     }
-    assert_block("docs/formats.md", "other kinds", &table);
+    assert_block("docs/reference/formats.md", "other kinds", &table);
 }

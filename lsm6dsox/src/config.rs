@@ -71,7 +71,8 @@ impl Params {
     /// most 150 µs away. 833 Hz would repeat samples; 1667 Hz leaves the gyroscope 1108 Hz wide.
     ///
     /// The filters are of second order: motion above 500 Hz is folded down, attenuated by 12 dB at 667 Hz, 17 dB
-    /// at 900 Hz and 19 dB at 1 kHz. `docs/evaluation.md` compares settings that attenuate more, on a leg that rings.
+    /// at 900 Hz and 19 dB at 1 kHz. `docs/reference/evaluation.md` compares settings that attenuate more, on a leg
+    /// that rings.
     pub const FRESH_KILOHERTZ: Self = Self {
         accel: AccelParams {
             odr: Odr::Hz6667,

@@ -1,4 +1,4 @@
-"""Measures the time that trees of recordings take, and writes the result that docs/fleet.md shows.
+"""Measures the time that trees of recordings take, and writes the result that docs/guide/fleet.md shows.
 
     pip install './python[fleet]' --config-settings build-args='--features all'
     cd python && python -m benchmarks.fleet [--print]

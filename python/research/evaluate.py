@@ -1,4 +1,6 @@
-"""Writes the results that README.md and docs/evaluation.md show, and docs/reliability.svg; with --check, compares them.
+"""Writes the results that README.md and docs/reference/evaluation.md show, and docs/pictures/reliability.svg.
+
+With --check, compares them.
 
 `python -m research.evaluate [--check]`, in the folder `python`. A figure beyond its bound is an error in both cases.
 """
@@ -38,7 +40,7 @@ BY_RATE = {"native": DEFAULT} | {f"{rate:.0f} Hz": f"{DEFAULT}, at {rate:.0f} Hz
 
 COMMAND = "cd python && python -m research.evaluate"
 
-RELIABILITY = ROOT / "docs/reliability.svg"
+RELIABILITY = ROOT / "docs/pictures/reliability.svg"
 
 COLOURS = ["#0072b2", "#d55e00", "#009e73"]
 

@@ -340,7 +340,7 @@ def test_wrong_arguments_are_refused_before_any_work(tmp_path: Path, asked: list
 
 
 def test_document_describes_each_column() -> None:
-    text = (Path(__file__).parents[2] / "docs/fleet.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs/guide/fleet.md").read_text(encoding="utf-8")
     table = text.partition("| columns | meaning |")[2].partition("\n\n")[0]
     names = "".join(line.split("|")[1] for line in table.splitlines() if line.startswith("| `"))
     assert set(re.findall(r"`(\w+)`", names)) == set(fleet.COLUMNS)

@@ -369,7 +369,7 @@ fn code_size(library: &Path) -> u32 {
 
 #[test]
 fn programs_of_the_document_compile_as_c_and_cpp() {
-    let document = folder().join("../docs/your-own-board.md");
+    let document = folder().join("../docs/guide/your-own-board.md");
     let text = fs::read_to_string(document).expect("the document");
     let mut programs = text.split("```c\n").skip(1).map(|rest| rest.split("```").next());
     let mut program = || programs.next().flatten().expect("a program");

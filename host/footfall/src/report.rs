@@ -2,7 +2,7 @@
 //!
 //! Each JSON object names its layout under `schema`, except objects keyed by setting, and lists. The number at the end
 //! of the name is increased when a field is removed or changes its meaning; adding a field is compatible.
-//! `docs/formats.md` describes the objects.
+//! `docs/reference/formats.md` describes the objects.
 
 use std::fmt::Display;
 use std::io;

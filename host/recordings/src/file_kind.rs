@@ -41,7 +41,7 @@ kinds! {
     /// A bag of ROS 1.
     Ros1Bag = "a ROS 1 bag",
         Some("convert it: pip install rosbags, then rosbags-convert --src walk.bag --dst walk"),
-        Some("it holds topics, no frames: see footfall replay and docs/formats.md");
+        Some("it holds topics, no frames: see footfall replay and docs/reference/formats.md");
     /// HDF5, also of pandas.
     Hdf5 = "an HDF5 file",
         Some("write a table of it: pandas.read_hdf(…).to_parquet(\"walk.parquet\"), or h5py"),
@@ -76,7 +76,7 @@ kinds! {
     /// MCAP.
     Mcap = "a recording in MCAP",
         None,
-        Some("it holds topics, no frames: see footfall replay and docs/formats.md");
+        Some("it holds topics, no frames: see footfall replay and docs/reference/formats.md");
     /// Parquet.
     Parquet = "a Parquet table", None, Some("write it as CSV");
     /// A file compressed with gzip or zstd twice.

@@ -22,7 +22,7 @@ pub struct Block {
 type Template = (&'static str, &'static str, &'static str, fn(&Stored) -> Result<String>);
 
 const README: &str = "README.md";
-const EVALUATION: &str = "docs/evaluation.md";
+const EVALUATION: &str = "docs/reference/evaluation.md";
 const BOARD: &str = "host/virtual-board/README.md";
 const FAULTS: &str = "host/virtual-board/faults.md";
 
@@ -48,10 +48,10 @@ const TEMPLATES: &[Template] = &[
     (FAULTS, "corners", "corners", corners),
     (FAULTS, "pairs", "pairs", pairs),
     ("wire/README.md", "latency", "hour", latency_to_the_robot),
-    ("docs/wiring.md", "profiles", "bus-profiles", bus_profiles),
-    ("docs/your-own-board.md", "processors", "processors", processors),
+    ("docs/guide/wiring.md", "profiles", "bus-profiles", bus_profiles),
+    ("docs/guide/your-own-board.md", "processors", "processors", processors),
     ("python/README.md", "throughput", "throughput", throughput),
-    ("docs/fleet.md", "fleet", "fleet", fleet),
+    ("docs/guide/fleet.md", "fleet", "fleet", fleet),
     ("CONTRIBUTING.md", "gate", "gate", gate),
 ];
 

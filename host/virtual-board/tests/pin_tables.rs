@@ -29,7 +29,7 @@ impl Pins {
 
     /// Page of the board in the documents.
     fn page(&self) -> String {
-        format!("docs/boards/{}.md", self.name)
+        format!("docs/reference/boards/{}.md", self.name)
     }
 }
 
@@ -98,7 +98,7 @@ fn pages_show_the_tables_of_their_boards() {
 #[test]
 fn pictures_show_the_wires_of_their_boards() {
     for pins in Pins::all() {
-        let path = workspace().join(format!("docs/boards/{}.svg", pins.name));
+        let path = workspace().join(format!("docs/reference/boards/{}.svg", pins.name));
         let picture = std::fs::read_to_string(path).expect("a picture");
         // Texts of a row: pin and function, label, end of the wire.
         let texts = picture.split("<line").skip(1).map(|row| {

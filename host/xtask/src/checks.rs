@@ -285,7 +285,7 @@ fn fuzz() -> Result<()> {
 }
 
 /// Runs the throughput benches, and checks that the density estimate takes more than 10 million samples a second, the figure
-/// in docs/evaluation.md. A fast core reaches several times that.
+/// in docs/reference/evaluation.md. A fast core reaches several times that.
 fn benches() -> Result<()> {
     const LEAST_MILLIONS_PER_SECOND: f64 = 10.0;
     // The test of the instruction counts has compiled the same there.

@@ -114,7 +114,7 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 /// Documentation of the archive, whose links lead into the repository.
-const PAGE: &str = "docs/your-own-board.md";
+const PAGE: &str = "docs/guide/your-own-board.md";
 
 /// Name of the folder in the archive, without a version: it is the name of a component of ESP-IDF.
 const NAME: &str = "footfall_estimator";

@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn root_manifest_touches_all_packages_and_a_document_none() {
-        assert!(touched("docs/choosing.md").is_empty());
+        assert!(touched("docs/design/choosing.md").is_empty());
         assert!(touched("wires/src/lib.rs").is_empty());
         assert_eq!(touched("Cargo.lock").len(), 4);
     }

@@ -70,7 +70,7 @@ class Decoded:
     flags: npt.NDArray[np.uint16]
     """Reasons to doubt: bit k stands for :data:`footfall.SENT_FLAGS` k. Shape (N,)."""
     report: dict[str, Any]
-    """Counts of frames, missing frames and problems, as in ``footfall decode --json``; ``docs/formats.md``
+    """Counts of frames, missing frames and problems, as in ``footfall decode --json``; ``docs/reference/formats.md``
     describes the fields."""
     notices: tuple[str, ...]
     """One sentence on everything that was skipped or assumed."""

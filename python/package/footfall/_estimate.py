@@ -122,7 +122,7 @@ def estimate_file(
     Parameters
     ----------
     path : path
-        A recording in any of the formats of ``docs/formats.md``.
+        A recording in any of the formats of ``docs/reference/formats.md``.
     preset, config, gravity, axes
         As in :func:`estimate`.
     format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,

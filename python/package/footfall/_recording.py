@@ -148,7 +148,7 @@ def read(
 ) -> list[Recording]:
     """Reads the recording of each foot in a file, in every format that ``footfall replay`` reads.
 
-    ``docs/formats.md`` describes the formats and options, which have the same names in the program.
+    ``docs/reference/formats.md`` describes the formats and options, which have the same names in the program.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ class Finding:
     """An implausible property of a recording, such as wrong units."""
 
     name: str
-    """Name for programs, from the list in ``docs/formats.md``."""
+    """Name for programs, from the list in ``docs/reference/formats.md``."""
     message: str
     """Sentence for people."""
 

@@ -5,7 +5,7 @@
 ...                                pattern="{robot}/{day}/{foot}.mcap")  # doctest: +SKIP
 
 :func:`estimate` gives each recording to :func:`footfall.estimate_file` in a task of Ray Data, and writes one row for
-each foot. :data:`COLUMNS` describes the row; ``docs/fleet.md`` says what is kept where, and how long it takes.
+each foot. :data:`COLUMNS` describes the row; ``docs/guide/fleet.md`` says what is kept where, and how long it takes.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ BO_ {} {name}_Heartbeat: 1 {name}
 CM_ SG_ {emergency} EmergencyCode \"What has come; 0 where it has gone.\";
 CM_ SG_ {emergency} ErrorRegister \"Object 0x1001 of CiA 301 after the change.\";
 CM_ SG_ {emergency} FaultNumber \"Number of the fault that has come or gone.\";
-CM_ SG_ {emergency} Detail \"docs/faults.md says what it is for each fault.\";
+CM_ SG_ {emergency} Detail \"docs/reference/faults.md says what it is for each fault.\";
 CM_ BO_ {heartbeat} \"The node is there.\";
 CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";
 CM_ BO_ {load} \"RPDO1: the load, from a robot that knows it; used with load source 2 (object 0x2015).\";

@@ -140,7 +140,7 @@ remedies! {
         CrystalMissing: "the crystal does not start, or has another frequency than the program is built for, which the detail of the emergency and the log say in kHz: CAN is off, UART works; check the crystal and its solder joints";
         ConfigCorrupted: "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), were not read after three watchdog resets (2), or hold learnt values of another version (3: the foot learns again); check all settings and store them again; if it comes back, the flash is worn";
         ConfigStore: "detail 1: raise the supply above 3.0 V; detail 0: the flash does not hold what is written: replace the board";
-        Panic | HardFault: "note the program counter (0x2113:2), the version and the program's number, and report them; docs/faults.md says how that address leads to its line; the board has started again by itself";
+        Panic | HardFault: "note the program counter (0x2113:2), the version and the program's number, and report them; docs/reference/faults.md says how that address leads to its line; the board has started again by itself";
         WatchdogReset: "the program hung and was started again; where it comes often, check the supply and report it";
         LateTick: "send fewer frames (events of the PDOs, UART streams) or requests; while settings are stored in pre-operational state it is expected";
         CanOverrun: "the bus brings frames faster than the foot takes them: send it fewer at once";

@@ -34,7 +34,7 @@ pub struct EmergencyReport {
     pub code: u16,
     /// Name of the fault.
     pub fault: String,
-    /// Detail of the fault; its meaning depends on the fault (`docs/faults.md`).
+    /// Detail of the fault; its meaning depends on the fault (`docs/reference/faults.md`).
     pub detail: u32,
 }
 

@@ -1,5 +1,5 @@
 //! Update of the program of feet over CAN or their serial lines, by the program control of `CiA` 302-3
-//! (`docs/update.md`).
+//! (`docs/guide/update.md`).
 
 use std::time::Duration;
 

@@ -170,7 +170,7 @@ pub struct MountingArguments {
     pub axes: Option<FootAxes>,
 }
 
-/// How tables are read whose layout is not recognised; docs/formats.md lists the layouts that are.
+/// How tables are read whose layout is not recognised; docs/reference/formats.md lists the layouts that are.
 #[derive(Clone, Debug, Default, Args)]
 pub struct TableArguments {
     /// Columns of the table by the names that they have here.

@@ -178,7 +178,7 @@ fn footfall_updates_a_foot_by_its_serial_number() {
     server.end();
 }
 
-/// The two minutes of `docs/update.md`, of the boards' time.
+/// The two minutes of `docs/guide/update.md`, of the boards' time.
 #[test]
 #[ignore = "full: four boards, two minutes of virtual time"]
 fn footfall_updates_four_feet_within_two_minutes() {

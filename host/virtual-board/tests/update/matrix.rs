@@ -139,7 +139,7 @@ fn undisturbed(run: &Run) -> Outcome {
     for _ in 0..4 {
         master.board.inject(Injection::Reset);
         let ms = master.boot_up(1_000);
-        assert!((130..170).contains(&ms), "{ms} ms: docs/update.md");
+        assert!((130..170).contains(&ms), "{ms} ms: docs/guide/update.md");
     }
     assert_eq!((master.version().as_str(), master.status()), (NEW, None));
     // An older image is refused from now on.

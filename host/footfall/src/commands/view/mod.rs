@@ -68,8 +68,10 @@ impl Viewer {
     #[must_use]
     pub const fn layout(self) -> &'static str {
         match self {
-            Self::Foxglove => include_str!("../../../../../docs/layouts/foxglove.json"),
-            Self::Plotjuggler => include_str!("../../../../../docs/layouts/plotjuggler.xml"),
+            Self::Foxglove => include_str!("../../../../../docs/reference/layouts/foxglove.json"),
+            Self::Plotjuggler => {
+                include_str!("../../../../../docs/reference/layouts/plotjuggler.xml")
+            }
         }
     }
 }
