@@ -1,23 +1,70 @@
 //! Rest detection: the IMU is still. Rest is not contact: a foot that hangs still or lies in a box is at rest as well.
 //!
-//! The estimator asks three questions about rest, and each has its own answer:
+//! # One definition
 //!
-//! | type | question | signals | answer after | used for |
-//! |---|---|---|---|---|
-//! | `Quietness` | How much is this accelerometer sample worth? | deviation of the force from its mean over 40 ms; angular rate | a few samples | weight of the sample in the [inclination](crate::attitude) |
-//! | `BriefRest` | Has the foot stood for a stance? | means of linear acceleration and rate over 26 ms, and their changes within a stance | [`Constants::stance`], 0.2 s | evidence of [stable contact](crate::self_calibrating) |
-//! | `LongRest` | Has the foot rested for longer than any stance? | means over 25 ms against those over 0.5 s, of force and rate | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
+//! A foot rests while the means of its motion are small and do not change. x is the acceleration or the rate of turn:
 //!
-//! Only `BriefRest` needs gravity and bias to be removed. The other two serve to find them, and so compare the raw
-//! force and rate with their own means.
+//! ```text
+//! short = mean of x over tens of milliseconds        the noise of the sensor and the hum of a motor average out
+//! long  = mean of x over the time that rest must last
+//! rest: |short| ≤ limit and |short − long| ≤ limit of the change, for the time that rest must last
+//! ```
 //!
-//! All three average before they compare: the noise of a sensor and the hum of a motor are no motion of the foot.
+//! Both conditions are needed. A sway accelerates least where it is fastest: |short| is small there, but it changes. A
+//! foot that slides off at a steady acceleration does not change, but |short| is large.
+//!
+//! The estimator asks three questions about rest:
+//!
+//! | type | question | signals | short, long | answer after | used for |
+//! |---|---|---|---|---|---|
+//! | `Quietness` | How much is this accelerometer sample worth? | force, rate | newest sample, 40 ms | a few samples | weight of the sample in the [inclination](crate::attitude) |
+//! | `BriefRest` | Has the foot stood for a stance? | linear acceleration, rate | 26 ms, [`Constants::stance`] | 0.2 s | evidence of [stable contact](crate::self_calibrating) |
+//! | `LongRest` | Has the foot rested for longer than any stance? | force, rate | 25 ms, 0.5 s | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
+//!
+//! Only `BriefRest` needs gravity and bias to be removed, and only it can require that |short| is small. The other two
+//! serve to find them, and so compare the raw force and rate with their own means. Programs on a host judge a stretch of
+//! samples as a whole; their limits are multiples of [`SENSOR_NOISE`], too.
+//!
+//! # Limits in units of the sensor's noise
+//!
+//! The mean over τ of samples with the standard deviation σ and the period dt has the standard deviation σ √(dt/2τ): 0.14
+//! σ for 25 ms at 1 kHz, 0.03 σ for 0.5 s. With [`SENSOR_NOISE`]:
+//!
+//! | test | limit | its multiple of the statistic's standard deviation |
+//! |---|---|---|
+//! | `Quietness`, deviation of a sample | 0.245 m/s², 3 °/s | 12, 44 |
+//! | `BriefRest`, mean | 0.2 m/s², 0.05 rad/s | 72, 300 |
+//! | `BriefRest`, change of the mean | 0.12 m/s², 0.015 rad/s | 60, 130 |
+//! | `LongRest`, change of the mean | 0.5 m/s², 2 °/s | 180, 210 |
+//! | `LongRest`, change of the long mean | 0.03 m/s² | 34 |
+//!
+//! All are far beyond any level of significance: noise alone never ends a rest, not even five times the noise. Limits at
+//! five standard deviations would call no robot at rest, since a leg under load trembles and its motors hum. What the
+//! limits decide is which slow motions pass for rest. `docs/design/rest.md` has these, and the alternatives.
 
 use crate::constants::Constants;
 use crate::math::Order;
 use crate::sample::{Continuity, Step};
 use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
+
+/// Noise of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorNoise {
+    /// Standard deviation of the specific force along an axis, m/s².
+    pub force: f32,
+    /// Standard deviation of the angular rate about an axis, rad/s.
+    pub rate: f32,
+}
+
+/// Noise of one sample of an LSM6DSOX at rest, behind its filters at 333 Hz: 2 mg and 0.07 °/s.
+///
+/// No estimate depends on it. It is the unit in which limits of rest are stated.
+pub const SENSOR_NOISE: SensorNoise = SensorNoise { force: 0.02, rate: 0.0012 };
+
+/// Largest motion of gravity through a sensor at rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in the last second of a
+/// rest. Far above the noise of the mean.
+pub const LARGEST_SWAY: f32 = 0.03;
 
 /// Parameters of `LongRest` and of the [bias estimation](crate::gyro_bias) that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,10 +178,6 @@ impl LongRest {
     /// Until the bias is known it tilts the estimate of up, by a degree in half a second.
     const FROM_THE_START: f32 = 0.5;
 
-    /// Largest motion of gravity through the sensor in a rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in the last
-    /// second of a rest. Far above the noise of the mean.
-    const LARGEST_SWAY: f32 = 0.03;
-
     /// Time after the first sample in which a sample may contradict those before it, s.
     const BEGINNING: f32 = 0.1;
 
@@ -209,7 +252,7 @@ impl LongRest {
     fn sways(&self) -> bool {
         let sway = self.mean_force - self.first_force;
         // The mean has to settle first.
-        self.still >= Self::LONG_MEAN && sway.dot(sway) > Self::LARGEST_SWAY * Self::LARGEST_SWAY
+        self.still >= Self::LONG_MEAN && sway.dot(sway) > LARGEST_SWAY * LARGEST_SWAY
     }
 
     /// Returns whether a force shows that the first samples were wrong, as a stale reading or an impact is.
@@ -503,6 +546,35 @@ mod tests {
         let limit = Constants::DEFAULT.rest_acceleration;
         assert!(time_until(&mut { BriefRest::NONE }, 0.9 * limit, true).is_some());
         assert_eq!(time_until(&mut { BriefRest::NONE }, 1.1 * limit, true), None);
+    }
+
+    /// A generator of noise of five times [`SENSOR_NOISE`]: force in m/s², rate in rad/s.
+    fn noise() -> impl FnMut() -> (Vec3, Vec3) {
+        let mut state = 1_u32;
+        let mut even = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 16_777_216.0 - 0.5
+        };
+        // The sum of twelve even numbers has a standard deviation of 1.
+        let mut gaussian = move || (0..12).map(|_| even()).sum::<f32>();
+        move || {
+            let mut vector =
+                |deviation: f32| Vec3::new(gaussian(), gaussian(), gaussian()) * (5.0 * deviation);
+            (vector(SENSOR_NOISE.force), vector(SENSOR_NOISE.rate))
+        }
+    }
+
+    #[test]
+    fn five_times_the_noise_of_the_sensor_ends_no_rest() {
+        let (constants, mut noise) = (Constants::DEFAULT, noise());
+        let (mut brief, mut long) = (BriefRest::NONE, long_rest());
+        for ms in 0..20_000 {
+            let (force, rate) = noise();
+            let has_rested = brief.push(&constants, force, rate, DT, DT / constants.window);
+            assert!(has_rested || ms < 300, "{ms} ms");
+            let stillness = long.update(UP + force, rate, CONTINUOUS);
+            assert!(stillness == Stillness::Rest || ms < 600, "{ms} ms");
+        }
     }
 
     fn quietness() -> Quietness {

@@ -9,6 +9,7 @@
 
 use std::fmt;
 
+use estimator_core::rest::{LARGEST_SWAY, SENSOR_NOISE};
 use estimator_core::{Gravity, RestParams, Validity};
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use serde::Serialize;
@@ -336,14 +337,14 @@ const SHORTEST: f64 = 1.0;
 /// Margin left out at either end, s, in which the sensor is let go or grasped.
 const MARGIN: f64 = 0.2;
 
-/// Largest distance of a sample from the running mean, m/s²: twenty times the noise of an LSM6DSOX.
-const FORCE_TOLERANCE: f64 = 0.4;
+/// Largest distance of a sample from the running mean, m/s².
+const FORCE_TOLERANCE: f64 = 20.0 * SENSOR_NOISE.force as f64;
 
 /// Largest distance of the angular rate from its running mean, rad/s.
-const RATE_TOLERANCE: f64 = 0.03;
+const RATE_TOLERANCE: f64 = 25.0 * SENSOR_NOISE.rate as f64;
 
 /// Largest difference between the means of a stretch's halves, m/s²; a slow turn exceeds it.
-const SWAY: f64 = 0.03;
+const SWAY: f64 = LARGEST_SWAY as f64;
 
 /// A still stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

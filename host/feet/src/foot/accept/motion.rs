@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use estimator_core::rest::SENSOR_NOISE;
 use estimator_core::{Quaternion, Timestamp, Vec3};
 use recordings::space::{Rotation, Vector};
 use wire::{Emergency, Faults};
@@ -127,9 +128,10 @@ const REST_US: u64 = 500_000;
 /// Fewest motions in that time: a foot on a bus sends them every 20 ms.
 const FEWEST: usize = 15;
 
-/// Standard deviation of a foot at rest, m/s² and rad/s: five times the noise of the sensor.
-const FORCE: f64 = 0.15;
-const RATE: f64 = 0.02;
+/// Largest standard deviation at rest, m/s² and rad/s. A foot whose noise is out of bounds still rests, so that the
+/// figure of its noise is the one that fails.
+const FORCE: f64 = 7.5 * SENSOR_NOISE.force as f64;
+const RATE: f64 = 17.0 * SENSOR_NOISE.rate as f64;
 
 /// Mean and standard deviation of motions.
 #[derive(Clone, Copy, Debug, Default)]
