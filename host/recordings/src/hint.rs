@@ -164,6 +164,8 @@ pub enum Hint {
     RowOrder,
     /// Messages are not in order.
     MessageOrder,
+    /// Times jitter.
+    SmoothTimes,
     /// Rows arrive in batches.
     Batches,
     /// Rows are spaced by the sample rate.
@@ -260,16 +262,17 @@ impl InWords for Hint {
             ),
             Self::RowOrder => write!(
                 f,
-                "sort the rows, leave such rows out with {}, or space all by the sample rate with {}",
+                "sort the rows, leave such rows out with {}, or smooth times that jitter with {}",
                 times("drop-bad"),
-                times("rate")
+                times("smooth")
             ),
             Self::MessageOrder => write!(
                 f,
-                "{} leaves such messages out, {} spaces them by the sample rate",
+                "{} leaves such messages out, {} smooths times that jitter",
                 times("drop-bad"),
-                times("rate")
+                times("smooth")
             ),
+            Self::SmoothTimes => write!(f, "{} keeps all rows", times("smooth")),
             Self::Batches => {
                 write!(f, "rows that arrive in batches are spaced by {}", times("rate"))
             }

@@ -195,9 +195,9 @@ pub struct TableArguments {
     /// Unit of the times, if it is neither in the column's name nor s
     #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
     pub time_unit: Option<TimeUnit>,
-    /// Treatment of times that do not increase: keep (an error), drop-bad (omit those rows) or rate (space
-    /// all rows by the sample rate)
-    #[arg(long, value_parser = word_parser(["keep", "drop-bad", "rate"], str::parse::<Times>), hide_possible_values = true, help_heading = INPUT)]
+    /// Treatment of times that do not increase: keep (an error), drop-bad (omit those rows), smooth (space rows
+    /// evenly between gaps) or rate (space all rows by the sample rate)
+    #[arg(long, value_parser = word_parser(Times::ALL.map(Times::name), str::parse::<Times>), hide_possible_values = true, help_heading = INPUT)]
     pub times: Option<Times>,
 }
 

@@ -236,6 +236,13 @@ pub enum Problem {
         /// Time of the previous message, µs.
         previous_us: i64,
     },
+    /// Rows would be left out though only their stamps jitter.
+    Jitter {
+        /// Number of those rows.
+        rows: usize,
+        /// Number of all rows.
+        of: usize,
+    },
     /// The sample rate is unknown.
     UnknownSampleRate {
         /// Column that may hold the times.
@@ -474,6 +481,7 @@ impl Problem {
             Self::Time { text, unit } => unit_hint(text, *unit)?,
             Self::TimeOrder { .. } => Hint::RowOrder,
             Self::MessageOrder { .. } => Hint::MessageOrder,
+            Self::Jitter { .. } => Hint::SmoothTimes,
             Self::UnknownSampleRate { .. } => Hint::SampleRate,
             Self::GuessedUnit { meant, .. } => Hint::TimeUnit(*meant),
             Self::SampleRateConflict { in_milliseconds: true, .. } => {
@@ -598,6 +606,9 @@ impl Problem {
                 ": the time of a message does not come after {} s, the one before",
                 *previous_us as f64 / 1.0e6
             ),
+            Self::Jitter { rows, of } => {
+                write!(f, ": {rows} of {of} rows would be left out though only their times jitter")
+            }
             Self::UnknownSampleRate { .. } => {
                 f.write_str(" has no times that tell the sample rate, so it must be given")
             }

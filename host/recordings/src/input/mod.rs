@@ -28,6 +28,7 @@ mod open;
 mod options;
 pub mod published;
 pub(crate) mod rate;
+mod smooth;
 mod stored;
 pub mod table;
 

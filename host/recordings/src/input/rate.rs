@@ -1,7 +1,7 @@
 //! Rate and order of the times of rows.
 //!
 //! The sample rate of a `csv` is that of the times between its rows, or the given one. Times that are not in order are
-//! repaired: the fewest possible rows are left out, or all rows are spaced by their mean rate.
+//! repaired: the fewest possible rows are left out, all rows are spaced by their mean rate, or they are smoothed (`smooth`).
 
 use std::collections::HashMap;
 
@@ -40,6 +40,21 @@ pub(super) fn sample_rate(
         (None, None) => {
             Err(InputError::of_file(file, Problem::UnknownSampleRate { time_column: None }))
         }
+    }
+}
+
+/// Given rate in Hz, checked against that of the times, or that rate.
+///
+/// # Errors
+/// They differ by more than a fifth.
+pub(super) fn rate_near(measured: f64, given: Option<f32>, file: &str) -> Result<f64, InputError> {
+    match given {
+        Some(given) if !agree(measured, given, SCATTERED_TOLERANCE) => {
+            let in_milliseconds = agree(1.0e3 * measured, given, SCATTERED_TOLERANCE);
+            let problem = Problem::SampleRateConflict { measured, given, in_milliseconds };
+            Err(InputError::of_file(file, problem))
+        }
+        given => Ok(given.map_or(measured, f64::from)),
     }
 }
 
@@ -158,6 +173,30 @@ pub(super) fn longest_increase(times_us: &[i64]) -> Vec<bool> {
         row = before[this];
     }
     kept
+}
+
+/// Number of rows that are left out because their stamps jitter: each is in the wrong order, not repeated, and near the
+/// rows around it.
+pub(super) fn jittering(times_us: &[i64], kept: &[bool]) -> usize {
+    let mut steps = Steps::default();
+    let mut newest_us = None;
+    let rows = || times_us.iter().copied().zip(kept.iter().copied());
+    for (time_us, _) in rows().filter(|(_, is_kept)| *is_kept) {
+        if let Some(before_us) = newest_us.replace(time_us) {
+            steps.add(time_us.abs_diff(before_us));
+        }
+    }
+    let near_us = GAP_STEPS.saturating_mul(median(&steps.sorted()).unwrap_or_default());
+    let mut before_us = None;
+    let mut count = 0;
+    for (time_us, is_kept) in rows() {
+        if is_kept {
+            before_us = Some(time_us);
+        } else if let Some(before_us) = before_us {
+            count += usize::from(time_us != before_us && time_us.abs_diff(before_us) < near_us);
+        }
+    }
+    count
 }
 
 /// Step below which rows arrive together, µs: no sensor is read at this rate.

@@ -11,7 +11,10 @@ use crate::hint::Notice;
 use crate::input::contacts::{Contacts, SentContact};
 use crate::input::error::{InputError, Problem};
 use crate::input::options::{Correction, InputOptions};
-use crate::input::rate::{Steps, longest_increase, mean_rate, moved, sample_rate};
+use crate::input::rate::{
+    Steps, jittering, longest_increase, mean_rate, moved, rate_near, sample_rate,
+};
+use crate::input::smooth::{Smoothed, smoothed};
 use crate::input::table::options::Times;
 use crate::samples::{RecordedSample, Recording};
 use crate::spool::{Samples, Spool};
@@ -112,6 +115,8 @@ pub(super) enum Timing {
     Steady,
     /// Time of the file's clock; samples whose flag is false are left out.
     Clock { kept: Vec<bool> },
+    /// Other times of the file's clock, µs; samples without one are left out.
+    Smoothed { times_us: Vec<Option<i64>> },
 }
 
 /// A recording that has been read. Its memory does not grow with its length.
@@ -312,6 +317,12 @@ impl Iterator for Timed<'_> {
                     let clock_us = timestamp.as_micros().cast_signed();
                     *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
                 }
+                Timing::Smoothed { times_us } => {
+                    let Some(clock_us) = times_us.get(index).copied().flatten() else {
+                        continue;
+                    };
+                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
+                }
             }
             sample.imu = self.correction.corrected(sample.imu);
             return Some(Ok(sample));
@@ -418,6 +429,19 @@ impl Repairs {
     }
 }
 
+/// Share of rows in the wrong order by jitter from which times are smoothed, not left out.
+const MOST_JITTERING: f64 = 0.01;
+
+/// Sentence about the gaps between smooth times.
+fn smoothed_notice(file: &str, gaps: usize) -> Option<Notice> {
+    let text = match gaps {
+        0 => return None,
+        1 => format!("{file}: times are smooth up to a gap and after it"),
+        _ => format!("{file}: times are smooth between {gaps} gaps"),
+    };
+    Some(Notice::from(text))
+}
+
 /// Age up to which a load that has a stream of its own is valid, µs: half of the shortest stance of a walking robot.
 /// It must arrive at 10 Hz or more.
 pub(super) const OLDEST_LOAD_US: u64 = 100_000;
@@ -522,7 +546,7 @@ impl Rows {
         if let Some(now_us) = clock_us {
             let stored = match self.times {
                 Times::Keep => self.advance_to(now_us)?,
-                Times::DropBad | Times::Rate => {
+                Times::DropBad | Times::Smooth | Times::Rate => {
                     self.unordered_us.push(now_us);
                     Timestamp::from_micros(now_us.cast_unsigned())
                 }
@@ -561,16 +585,27 @@ impl Rows {
         let mut even_rate = None;
         let timing = match self.times {
             Times::DropBad if !self.unordered_us.is_empty() => {
-                let kept = self.drop_bad();
+                let kept = self.drop_bad().map_err(|problem| InputError::of_file(file, problem))?;
                 samples -= self.repairs.dropped_rows;
                 Timing::Clock { kept }
+            }
+            Times::Smooth if !self.unordered_us.is_empty() => {
+                let smoothed = self.smooth();
+                let Smoothed { times_us, rate, gaps } = smoothed.ok_or_else(|| {
+                    let problem = Problem::UnknownSampleRate { time_column: None };
+                    InputError::of_file(file, problem)
+                })?;
+                samples -= self.repairs.dropped_rows;
+                even_rate = Some(rate_near(rate, input_options.sample_rate, file)?);
+                about.notices.extend(smoothed_notice(file, gaps));
+                Timing::Smoothed { times_us }
             }
             Times::Keep if self.clock.is_some() => Timing::Stored,
             Times::Rate => {
                 even_rate = self.space_evenly(input_options.sample_rate);
                 Timing::Steady
             }
-            Times::Keep | Times::DropBad => Timing::Steady,
+            Times::Keep | Times::DropBad | Times::Smooth => Timing::Steady,
         };
         let sample_rate = match even_rate {
             Some(rate) => rate as f32,
@@ -595,8 +630,15 @@ impl Rows {
     }
 
     /// Leaves out the rows whose times do not advance; returns the flags of those that are kept.
-    fn drop_bad(&mut self) -> Vec<bool> {
+    ///
+    /// # Errors
+    /// The times jitter, so that good rows would be left out.
+    fn drop_bad(&mut self) -> Result<Vec<bool>, Problem> {
         let kept = longest_increase(&self.unordered_us);
+        let (rows, of) = (jittering(&self.unordered_us, &kept), kept.len());
+        if rows as f64 > MOST_JITTERING * of as f64 {
+            return Err(Problem::Jitter { rows, of });
+        }
         let rows = self.unordered_us.iter().zip(&kept);
         for (time_us, _) in rows.filter(|(_, kept)| **kept) {
             let clock = self.clock.get_or_insert(Clock::at(*time_us));
@@ -606,7 +648,24 @@ impl Rows {
             }
         }
         self.repairs.dropped_rows = kept.iter().filter(|kept| !**kept).count();
-        kept
+        Ok(kept)
+    }
+
+    /// Smooths the times between gaps; `None` if they do not advance.
+    fn smooth(&mut self) -> Option<Smoothed> {
+        let smoothed = smoothed(&self.unordered_us)?;
+        let half_period_us = 0.5e6 / smoothed.rate;
+        let rows = || self.unordered_us.iter().zip(&smoothed.times_us);
+        let is_moved = |(stamp_us, time_us): &(&i64, &Option<i64>)| {
+            time_us.is_some_and(|time_us| time_us.abs_diff(**stamp_us) as f64 > half_period_us)
+        };
+        self.repairs.retimed_rows = rows().filter(is_moved).count();
+        self.repairs.dropped_rows = rows().filter(|(_, time_us)| time_us.is_none()).count();
+        let mut times = smoothed.times_us.iter().flatten();
+        let start_us = *times.next()?;
+        let newest_us = *times.next_back().unwrap_or(&start_us);
+        self.clock = Some(Clock { start_us, newest_us });
+        Some(smoothed)
     }
 
     /// Spaces the rows evenly at the sample rate, which is returned, Hz; `None` if it is unknown.

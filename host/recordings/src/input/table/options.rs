@@ -277,9 +277,11 @@ crate::named! {
         Keep = "keep",
         /// The fewest possible rows are left out so that times advance: duplicates, steps back, single rows far ahead.
         DropBad = "drop-bad",
-        /// Rows are spaced by the sample rate, for rows that arrive in batches.
+        /// Between gaps rows are spaced as their samples were, for stamps that jitter; gaps are kept.
+        Smooth = "smooth",
+        /// Rows are spaced by the sample rate, for rows that arrive in batches; gaps are closed.
         Rate = "rate",
-    } or |name| format!("invalid {name:?}: expected keep, drop-bad or rate")
+    } or |name| format!("invalid {name:?}: expected keep, drop-bad, smooth or rate")
 }
 
 /// Our names other than axes.
