@@ -200,7 +200,7 @@ impl<'a> Intake<'a> {
         let about = About {
             name,
             gravity: Gravity::Included,
-            load_title: LOAD_TITLE.to_owned(),
+            load_title: self.layout.load_name.unwrap_or_else(|| LOAD_TITLE.to_owned()),
             notices: notices.into_iter().map(Notice::from).collect(),
             ..About::default()
         };
@@ -1009,6 +1009,56 @@ mod tests {
         let text = "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n0,1,2,3,4,5,6\n";
         let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(said.ends_with("map t=SampleTimeFine"), "{said}");
+    }
+
+    #[test]
+    fn time_by_another_name_is_taken_and_said() {
+        for (name, step) in [
+            ("time", "0.01"),
+            ("Time", "0.01"),
+            ("timestamp", "0.01"),
+            ("time_s", "0.01"),
+            ("t_s", "0.01"),
+            ("Time [ms]", "10"),
+            ("t_us", "10000"),
+        ] {
+            let header = format!("{name},ax,ay,az,wx,wy,wz");
+            let read = loaded(format!("{header}\n0,1,2,3,4,5,6\n{step},1,2,3,4,5,6\n"));
+            assert_eq!(read.recording.sample_rate, 100.0, "{name}");
+            let said: String = read.notices.iter().map(ToString::to_string).collect();
+            assert!(said.ends_with(&format!(": t is {name}")), "{said}");
+        }
+    }
+
+    #[test]
+    fn load_by_another_name_is_taken_and_said() {
+        let with =
+            |name: &str| WHOLE.replace("wz\n", &format!("wz,{name}\n")).replace(",6\n", ",6,70\n");
+        for name in ["fz", "Fz", "Fz [N]", "contact_force", "foot_force", "force_z"] {
+            let read = loaded(with(name));
+            assert_eq!(read.recording.samples[0].load, Some(Load(70.0)), "{name}");
+            assert_eq!(read.recording.load_title, name);
+            let said: String = read.notices.iter().map(ToString::to_string).collect();
+            assert!(said.ends_with(&format!(": force is {name}")), "{said}");
+        }
+        for name in ["fz [kN]", "force_sensor", "fx"] {
+            assert_eq!(loaded(with(name)).recording.samples[0].load, None, "{name}");
+        }
+        // A blank axis stays an error in a table of ours.
+        let blank = with("fz").replace("0.01,1,", "0.01,,");
+        assert!(read_text(blank, &InputOptions::default()).is_err());
+        // One of two is not known to be the foot's.
+        let two = with("fz").replace("wz,fz", "wz,fz,Fz").replace(",70", ",70,71");
+        assert_eq!(loaded(two).recording.samples[0].load, None);
+    }
+
+    #[test]
+    fn mapped_load_is_taken_before_one_by_name() {
+        let mut input_options = InputOptions::default();
+        input_options.table.mapping = "force=mine".parse().unwrap();
+        let text = WHOLE.replace("wz\n", "wz,fz,mine\n").replace(",6\n", ",6,70,71\n");
+        let read = read_text(text, &input_options).unwrap();
+        assert_eq!(read.recording.samples[0].load, Some(Load(71.0)));
     }
 
     #[test]

@@ -7,8 +7,8 @@ use crate::input::error::{InputError, Problem, first_of};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::table::csv::Cells;
 use crate::input::table::names::{
-    Found, FoundTime, Triple, choices, find_time, find_with_units, guess, position, split_unit,
-    without_units,
+    Found, FoundTime, Triple, choices, find_load, find_time, find_with_units, guess, position,
+    split_unit, without_units,
 };
 use crate::input::table::options::{
     AccelerationUnit, Mapping, RateUnit, TableOptions, TimeUnit, Units, is_axis, is_ours,
@@ -51,6 +51,8 @@ pub(super) struct Layout {
     pub(super) blanks: Blanks,
     /// Unit of the time, if the name of its column defines it.
     pub(super) time_unit: Option<TimeUnit>,
+    /// Name of the load, if its column has another than `force`.
+    pub(super) load_name: Option<String>,
     /// Columns that were recognised under other names.
     pub(super) notice: Option<String>,
     /// Whether unknown columns are to be listed.
@@ -117,8 +119,9 @@ impl Layout {
         {
             naming.take("t", column);
         }
-        let foreign = !naming.taken.is_empty();
-        let notice = (foreign && options.mapping.is_empty()).then(|| naming.notice());
+        // A load has many names; it does not make a table another's.
+        let foreign = naming.mapped > 0 || naming.taken.iter().any(|(ours, _)| *ours != "force");
+        let notice = (naming.taken.len() > naming.mapped).then(|| naming.notice());
         Ok(Self {
             header: header.with_cells(naming.names.iter().collect()),
             blanks: if foreign || index != Index::None {
@@ -127,6 +130,7 @@ impl Layout {
                 Blanks::Refused
             },
             time_unit: naming.time_unit,
+            load_name: naming.load_name(),
             notice,
             names_ignored: true,
         })
@@ -216,18 +220,15 @@ impl Naming<'_> {
             }
         }
         self.check_units(units)?;
-        // A table of ours has no column `time`: it may be any time.
-        let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
         let is_own = |triple: Triple| triple.own(&self.names).is_some();
         let complete = is_own(Triple::Acceleration) && is_own(Triple::Rate);
-        if foreign && !self.has("force") {
-            let is_force = |index: &usize| split_unit(&given[*index]) == ("force", Some("N"));
-            let mut forces = (0..given.len()).filter(is_force);
-            if let (Some(index), None) = (forces.next(), forces.next()) {
-                self.take("force", index);
-            }
+        if complete
+            && !self.has("force")
+            && let Some(index) = find_load(&given)
+        {
+            self.take("force", index);
         }
-        if foreign && complete && !self.has("t") {
+        if complete && !self.has("t") {
             let bare = || find_time(&without_units(&self.names));
             match find_time(&self.names).or_else(bare) {
                 Some(FoundTime::Column(index, unit)) => {
@@ -274,10 +275,16 @@ impl Naming<'_> {
         })
     }
 
+    /// Name of the column of the load, if it was recognised by another than ours.
+    fn load_name(&self) -> Option<String> {
+        let mut recognised = self.taken[self.mapped..].iter();
+        let (_, index) = recognised.find(|(ours, _)| *ours == "force")?;
+        Some(self.header.text(*index).to_owned())
+    }
+
     /// Sentence that lists the recognised columns.
     fn notice(&self) -> String {
-        let taken: Vec<_> = self
-            .taken
+        let taken: Vec<_> = self.taken[self.mapped..]
             .iter()
             .map(|(ours, index)| match self.header.text(*index) {
                 "" => format!("{ours} is column {}", index + 1),

@@ -6,26 +6,36 @@
 //! | the same by `rostopic echo -p` (ROS 1) | `field.linear_acceleration.x` | `field.angular_velocity.x` | `%time`, ns |
 //! | `LowState` of `unitree_go` (Go2) | `imu_state.accelerometer[0]` | `imu_state.gyroscope[0]` | as in the logger |
 //! | `LowState` of `unitree_legged_msgs` (A1, Go1) | `imu.accelerometer[0]` | `imu.gyroscope[0]` | as in the logger |
+//! | `sensor_combined` of PX4 by `ulog2csv` | `accelerometer_m_s2[0]` | `gyro_rad[0]` | `timestamp`, µs |
 //! | loggers for Unitree robots | `imu_acc_x`, `accel_x` | `imu_gyro_x`, `gyro_x` | `time`, `timestamp` |
 //!
 //! Sources: `sensor_msgs/msg/Imu.msg` of ROS; `PlotJuggler`'s CSV publisher; `IMUState.msg` of
 //! <https://github.com/unitreerobotics/unitree_ros2> and `IMU.msg` of
-//! <https://github.com/unitreerobotics/unitree_ros_to_real>. All of them are in m/s² and rad/s.
+//! <https://github.com/unitreerobotics/unitree_ros_to_real>; `SensorCombined.msg` of <https://github.com/PX4/PX4-Autopilot>.
+//! All of them are in m/s² and rad/s.
 
 use csv::StringRecord;
 
 use crate::input::table::options::{Mapping, TimeUnit};
 
 /// Names of accelerations without the axis, best first.
-const ACCELERATION: [&str; 6] =
-    ["linear.acceleration", "linearacceleration", "accelerometer", "accel", "acc", "acceleration"];
+const ACCELERATION: [&str; 7] = [
+    "linear.acceleration",
+    "linearacceleration",
+    "accelerometer",
+    "accelerometer.m.s2",
+    "accel",
+    "acc",
+    "acceleration",
+];
 
 /// Names of angular rates without the axis, best first.
-const RATE: [&str; 8] = [
+const RATE: [&str; 9] = [
     "angular.velocity",
     "angularvelocity",
     "gyroscope",
     "gyro",
+    "gyro.rad",
     "gyr",
     "ang.vel",
     "omega",
@@ -54,6 +64,9 @@ const TIME: [(&str, Option<TimeUnit>); 18] = [
     ("t_ns", Some(TimeUnit::Nanoseconds)),
     ("stamp", None),
 ];
+
+/// Names of the load on a foot, best first. Their unit is N if the name has any.
+const LOAD: [&str; 6] = ["force", "contact.force", "foot.force", "force.z", "fz", "grf.z"];
 
 /// The two parts of a `builtin_interfaces/Time`.
 const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
@@ -183,6 +196,19 @@ pub(super) fn find_time(names: &[String]) -> Option<FoundTime> {
     }
     let stamp = index_of(&|given| ends_with(given, "header.stamp"))?;
     Some(FoundTime::Column(stamp, None))
+}
+
+/// Finds the load of the foot in a header: the only column with the best of the known names.
+pub(super) fn find_load(names: &[String]) -> Option<usize> {
+    let in_newtons = |name: &String| match split_unit(name) {
+        (name, None | Some("N")) => Some(normal(name)),
+        _ => None,
+    };
+    let names: Vec<_> = names.iter().map(in_newtons).collect();
+    let of_name = |wanted: &&&str| names.iter().flatten().any(|name| name == **wanted);
+    let best = LOAD.iter().find(of_name)?;
+    let mut at = names.iter().enumerate().filter(|(_, name)| name.as_deref() == Some(*best));
+    at.next().filter(|_| at.next().is_none()).map(|(index, _)| index)
 }
 
 /// Positions of the names that are one of these words, or end in it after a separator.
