@@ -419,13 +419,13 @@ fn pandas_reads_the_table_estimates_from_parquet() {
 fn files_of_unsupported_kinds_are_named() {
     let Some(folder) = roads() else { return };
     let kinds = [
-        ("arrow_ipc.feather", FileKind::Other),
+        ("arrow_ipc.feather", FileKind::Feather),
         ("html.parquet", FileKind::Other),
         ("json.json", FileKind::Other),
         ("json_records.json", FileKind::Other),
         ("numpy.npy", FileKind::Numpy),
         ("numpy_archive.npz", FileKind::Numpy),
-        ("pickle.pkl", FileKind::Other),
+        ("pickle.pkl", FileKind::Pickle),
         ("sqlite.db", FileKind::Sqlite),
         ("tar.tar.gz", FileKind::Other),
         ("zip.zip", FileKind::Zip),

@@ -56,7 +56,23 @@ kinds! {
              header=\"t,ax,ay,az,wx,wy,wz\")"),
         None;
     /// A sheet of Excel.
-    Excel = "an Excel file", Some("save the sheet as CSV"), Some(UNPACK);
+    Excel = "an Excel file",
+        Some("save the sheet as CSV, or pip install pandas openpyxl, then \
+             pandas.read_excel(\"walk.xlsx\").to_csv(\"walk.csv\", index=False)"),
+        Some(UNPACK);
+    /// A log of PX4.
+    Ulog = "a ULog of PX4",
+        Some("convert it: pip install pyulog, then ulog2csv -m sensor_combined walk.ulg, whose times are in us"),
+        Some("it holds topics, no frames: see docs/reference/formats.md");
+    /// A table in the format of Arrow, also of `to_feather`.
+    Feather = "a Feather table",
+        Some("write it as Parquet: pandas.read_feather(\"walk.feather\").to_parquet(\"walk.parquet\")"),
+        Some("write it as CSV");
+    /// An object of Python.
+    Pickle = "a pickle of Python",
+        Some("write a table, if you trust its source, since loading a pickle runs its code: \
+             pandas.read_pickle(\"walk.pkl\").to_parquet(\"walk.parquet\")"),
+        None;
     /// A ZIP archive.
     Zip = "a ZIP archive", Some(UNPACK), Some(UNPACK);
     /// A log of Vector's tools.
@@ -121,6 +137,16 @@ const BEGINNINGS: &[(&[u8], FileKind)] = &[
     (b"\x93NUMPY", FileKind::Numpy),
     // Old Office format.
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", FileKind::Excel),
+    // https://docs.px4.io/main/en/dev_log/ulog_file_format.html
+    (b"ULog\x01\x12\x35", FileKind::Ulog),
+    // https://arrow.apache.org/docs/format/Columnar.html#ipc-file-format, and its forerunner.
+    (b"ARROW1\0\0", FileKind::Feather),
+    (b"FEA1", FileKind::Feather),
+    // Protocols 2 to 5: https://docs.python.org/3/library/pickle.html#data-stream-format
+    (b"\x80\x02", FileKind::Pickle),
+    (b"\x80\x03", FileKind::Pickle),
+    (b"\x80\x04\x95", FileKind::Pickle),
+    (b"\x80\x05\x95", FileKind::Pickle),
     (b"LOGG", FileKind::Blf),
     (b";$FILEVERSION", FileKind::Trc),
     (b";##########", FileKind::Trc),
