@@ -185,6 +185,21 @@ fn unitree_logs_are_recognised_by_their_fields() {
 }
 
 #[test]
+fn px4_log_converted_by_ulog2csv_is_read() {
+    let axes = |field: &str| [0, 1, 2].map(|axis| format!("{field}[{axis}]")).join(",");
+    let header = format!(
+        "timestamp,{},gyro_integral_dt,accelerometer_timestamp_relative,{},accelerometer_integral_dt",
+        axes("gyro_rad"),
+        axes("accelerometer_m_s2")
+    );
+    let content = table(&header, |sample| {
+        let [ax, ay, az, wx, wy, wz] = &sample.axes;
+        format!("{},{wx},{wy},{wz},4000,0,{ax},{ay},{az},4000", 68_000_000 + sample.micros)
+    });
+    assert_same("log.csv", content, "--time-unit us");
+}
+
+#[test]
 fn gzip_and_zstd_are_recognised_by_content() {
     // Written by gzip 1.12 and zstd 1.5.
     let gzip = include_bytes!("tables/walk.csv.gz");
@@ -321,8 +336,7 @@ fn non_increasing_times_are_dropped_on_request() {
     assert_eq!(
         bench.error("replay x.csv --time-unit ms"),
         "footfall: x.csv, line 102, column 1 (t): time 99 ms does not come after 99 ms in the row \
-         before: sort the rows, leave such rows out with --times drop-bad, or space all by the sample rate with --times \
-         rate\n"
+         before: sort the rows, leave such rows out with --times drop-bad, or smooth times that jitter with --times smooth\n"
     );
     let (summary, stderr) = summary(&bench, "x.csv --time-unit ms --times drop-bad");
     assert_eq!(summary["samples"], 997);
@@ -341,6 +355,41 @@ fn batches_are_spaced_by_the_rate_on_request() {
         assert_eq!(summary["sample_rate_hz"], 1000.0);
         assert_eq!(summary["duration_s"], 0.999);
         assert_eq!(summary["input"]["retimed_rows"], 900);
+    }
+}
+
+#[test]
+fn jittered_times_with_a_gap_are_smoothed_on_request() {
+    // 500 Hz, stamps late or early by up to 3 ms, and a gap of 0.5 s.
+    let time = |k: i64| 2_000 * k + if k < 600 { 0 } else { 500_000 };
+    let stamp = |k: i64| time(k) + (k * 7_919 % 601) * 10 - 3_000;
+    let rows: String = (0..1000).map(|k| format!("{},0,0,9.81,0,0,0\n", stamp(k))).collect();
+    let bench = Bench::with("x.csv", format!("t_us,{AXES}\n{rows}"));
+    bench.refuses("replay x.csv", "or smooth times that jitter with --times smooth");
+    bench.refuses(
+        "replay x.csv --times drop-bad",
+        "of 1000 rows would be left out though only their times jitter: --times smooth keeps all rows",
+    );
+    let (summary, stderr) = summary(&bench, "x.csv --times smooth");
+    assert_eq!(summary["samples"], 1000);
+    assert_eq!(summary["sample_rate_hz"], 500.0);
+    assert_has(&stderr, "x.csv: times are smooth up to a gap and after it\n");
+    bench.stdout("replay x.csv --times smooth --output out.csv");
+    let time = |row: &str| row.split(',').next().and_then(|cell| cell.parse().ok());
+    let times: Vec<f64> = read(&bench.path("out.csv")).lines().skip(1).filter_map(time).collect();
+    assert_eq!(times.len(), 1000);
+    assert!(times.windows(2).all(|two| two[0] < two[1]));
+    let gap = times[600] - times[599];
+    assert!((gap - 0.502).abs() < 0.003, "{gap}");
+}
+
+#[test]
+fn tables_in_utf16_are_read() {
+    let little = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>();
+    let big = |text: &str| text.encode_utf16().flat_map(u16::to_be_bytes).collect::<Vec<_>>();
+    let marked = format!("\u{feff}{}", plain().replace('\n', "\r\n"));
+    for content in [little(&plain()), big(&plain()), little(&marked), big(&marked)] {
+        assert_same("walk.csv", content, "");
     }
 }
 

@@ -47,4 +47,5 @@ pub mod scoring;
 pub mod space;
 pub mod spool;
 pub mod summary;
+mod utf16;
 pub mod whole_file;

@@ -12,6 +12,7 @@ use crate::file_kind::FileKind;
 use crate::input::error::{InputError, Problem};
 use crate::input::format::Format;
 use crate::input::table::reader::{Table, beginning_with, recording_name};
+use crate::utf16::{ByteOrder, Utf8};
 
 /// An opened file.
 pub(super) enum Readable {
@@ -152,7 +153,11 @@ impl Recognised {
             }
         }
         let mut text = decompressed(wrap(file, about.len()))?;
-        let first = beginning(&mut text)?;
+        let mut first = beginning(&mut text)?;
+        if let Some(order) = ByteOrder::of_text(&first) {
+            text = Box::new(Utf8::new(beginning_with(first, text), order));
+            first = beginning(&mut text)?;
+        }
         let known = file_kind::known(&first);
         let mut text = beginning_with(first, text);
         let Some(kind) = known else {
