@@ -101,6 +101,20 @@ fn recordings_made_apart_merge_into_one_robot() {
         let recordings = json["recordings"].as_array().expect("recordings");
         assert!(recordings.len() == 4 && recordings.iter().all(|foot| foot["samples"] == 2000));
     }
+    // In either order of the recordings the messages are in order of their times.
+    let turned = "replay rear.mcap front.mcap --topic all --estimate-again --output turned.mcap";
+    bench.stdout(turned);
+    for name in ["both.mcap", "turned.mcap"] {
+        let bag = bytes(name);
+        let times: Vec<u64> = mcap::MessageStream::new(&bag)
+            .expect("a bag")
+            .map(|message| message.expect("a message").log_time)
+            .collect();
+        // A contact is written with its sample, whose time is rounded to µs.
+        let is_late = |two: &[u64]| two[1] + 1_000 < two[0];
+        assert_eq!(times.windows(2).filter(|two| is_late(two)).count(), 0, "{name}");
+        assert!(times.len() > 16_000, "{}", times.len());
+    }
     for command in [
         "convert front.mcap robot.mcap -o twice.mcap",
         "replay front.mcap robot.mcap --output twice.mcap --estimate-again",

@@ -12,7 +12,7 @@ use mcap::write::NoSeek;
 use recordings::estimate::Estimator;
 use recordings::events::ContactEvent;
 use recordings::input::About;
-use recordings::input::bag::{Channel, MessageTimes, Replacement, copy};
+use recordings::input::bag::{Channel, MessageTimes, Replacement, copy_merged};
 
 use super::CopiedFoot;
 use crate::error::Error;
@@ -81,7 +81,7 @@ pub(super) struct LowStateSource {
     pub(super) scale: Option<f64>,
 }
 
-/// Copies the messages of the bags `inputs`, one after the other, with the contacts and events of their feet to the MCAP file
+/// Copies the messages of the bags `inputs`, in order of their times of writing, with the contacts and events of their feet to the MCAP file
 /// `path`.
 ///
 /// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those of the
@@ -130,12 +130,11 @@ pub(super) fn write(
             all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
             low_state: options.low_states.as_ref().map(LowStateForces::new),
         };
-        for (input, file) in inputs.iter().zip(&files) {
-            merger.file = file;
-            let copied =
-                copy(input, &mut |channel, times, payload| merger.message(channel, times, payload));
-            notices.extend(copied.map_err(|error| wrapped(error.into()))??);
-        }
+        let copied = copy_merged(inputs, &mut |index, channel, times, payload| {
+            merger.file = &files[index];
+            merger.message(channel, times, payload)
+        });
+        notices.extend(copied.map_err(|error| wrapped(error.into()))??);
         merger.messages_until(i64::MAX)?;
         if let Some(states) = &options.low_states
             && merger.low_state.is_some_and(|state| !state.is_found)

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 use std::io::{self, BufReader, Read, Take};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use crc32fast::Hasher;
 use mcap::McapError;
@@ -92,7 +92,7 @@ pub(super) fn visit(
 /// State of the parser.
 struct Bag<'a> {
     /// Names of types, with their definitions.
-    schemas: HashMap<u16, (String, Option<Rc<Schema>>)>,
+    schemas: HashMap<u16, (String, Option<Arc<Schema>>)>,
     /// Channels, and whether their messages are needed.
     channels: HashMap<u16, (Channel, bool)>,
     visitor: &'a mut dyn Visitor,

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use byteorder::{BigEndian, LittleEndian};
 use cdr_encoding::from_bytes;
@@ -27,7 +27,7 @@ pub struct Channel {
     /// Serialisation of its messages: `cdr`.
     pub encoding: String,
     /// Definition of the type, if the bag has one.
-    pub schema: Option<Rc<Schema>>,
+    pub schema: Option<Arc<Schema>>,
     /// Further properties, such as the quality of service.
     pub metadata: BTreeMap<String, String>,
 }

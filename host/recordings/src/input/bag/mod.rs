@@ -40,7 +40,7 @@ use crate::input::options::{BagOptions, InputOptions, Topics};
 use crate::input::stored::Stored;
 
 pub use messages::{Channel, MessageTimes, Schema};
-pub use visit::{Replacement, copy};
+pub use visit::{Replacement, copy, copy_merged};
 
 /// Reads the recordings of the selected feet.
 ///

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
@@ -144,14 +144,14 @@ fn channels(
 }
 
 /// Definition of a type. Bags of ROS 2 Iron and later have the table, but not for all types.
-fn schema(database: &Connection, message: &str) -> Option<Rc<Schema>> {
+fn schema(database: &Connection, message: &str) -> Option<Arc<Schema>> {
     let select = "SELECT encoding, encoded_message_definition FROM message_definitions \
                   WHERE topic_type = ?1";
     let schema = database.query_row(select, [message], |row| {
         let text: String = row.get(1)?;
         Ok(Schema { encoding: row.get(0)?, text: text.into_bytes() })
     });
-    schema.ok().filter(|schema| !schema.text.is_empty()).map(Rc::new)
+    schema.ok().filter(|schema| !schema.text.is_empty()).map(Arc::new)
 }
 
 /// Returns whether an error is that of a file that ends early, and not of one that is damaged.

@@ -3,7 +3,11 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io;
-use std::path::Path;
+use std::mem::replace;
+use std::panic::resume_unwind;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread::{self, ScopedJoinHandle};
 
 use crate::input::bag::definition::{Definition, FieldPath};
 use crate::input::bag::mcap::LONGEST_RECORD;
@@ -57,6 +61,81 @@ pub fn copy(path: &Path, receiver: Receiver<'_>) -> Result<io::Result<Vec<String
         (None, visited) => visited.map(Ok),
     }
 }
+
+/// Messages of a bag that may wait until those of the others have reached their time.
+const WAITING: usize = 64;
+
+/// Receiver of the messages of several bags, with the index of the bag; its error ends the copy.
+type ReceiverOfAll<'a> = &'a mut dyn FnMut(usize, &Channel, MessageTimes, &[u8]) -> io::Result<()>;
+
+/// Passes all messages of bags to a receiver in order of the time of writing, as far as each bag is in this order itself;
+/// returns a sentence about each part that ends early. Memory does not grow with the length of a bag.
+///
+/// # Errors
+/// As [`copy`].
+pub fn copy_merged(
+    paths: &[PathBuf],
+    receiver: ReceiverOfAll<'_>,
+) -> Result<io::Result<Vec<String>>, InputError> {
+    if let [path] = paths {
+        return copy(path, &mut |channel, times, payload| receiver(0, channel, times, payload));
+    }
+    // Each bag is read by a thread of its own, which waits while the others are behind.
+    thread::scope(|scope| {
+        let mut bags: Vec<_> = paths
+            .iter()
+            .map(|path| {
+                let (sender, messages) = mpsc::sync_channel(WAITING);
+                let reader = scope.spawn(move || {
+                    copy(path, &mut |channel, times, payload| {
+                        let message = (channel.clone(), times, payload.to_vec());
+                        sender.send(message).map_err(|_| io::ErrorKind::BrokenPipe.into())
+                    })
+                });
+                Reading { next: None, messages, reader: Some(reader) }
+            })
+            .collect();
+        for bag in &mut bags {
+            bag.next = bag.messages.recv().ok();
+        }
+        let mut notices = Vec::new();
+        loop {
+            for bag in bags.iter_mut().filter(|bag| bag.next.is_none()) {
+                if let Some(reader) = bag.reader.take() {
+                    match reader.join().unwrap_or_else(|panic| resume_unwind(panic)) {
+                        Ok(Ok(early)) => notices.extend(early),
+                        failed => return failed,
+                    }
+                }
+            }
+            let heads = bags.iter().enumerate().filter_map(|(index, bag)| {
+                bag.next.as_ref().map(|(_, times, _)| (times.log_ns, index))
+            });
+            let Some((_, index)) = heads.min() else {
+                return Ok(Ok(notices));
+            };
+            let bag = &mut bags[index];
+            let following = bag.messages.recv().ok();
+            if let Some((channel, times, payload)) = replace(&mut bag.next, following)
+                && let Err(error) = receiver(index, &channel, times, &payload)
+            {
+                return Ok(Err(error));
+            }
+        }
+    })
+}
+
+/// A bag that is being read.
+struct Reading<'scope> {
+    messages: mpsc::Receiver<Message>,
+    /// The next message; `None` after the last.
+    next: Option<Message>,
+    /// Reader of the bag; `None` once it has ended.
+    reader: Option<ScopedJoinHandle<'scope, Result<io::Result<Vec<String>>, InputError>>>,
+}
+
+/// A message on the way to the receiver.
+type Message = (Channel, MessageTimes, Vec<u8>);
 
 struct Copier<'a> {
     receiver: Receiver<'a>,
