@@ -62,7 +62,7 @@ fn demo_with_clock_now_has_stamps_of_now() {
 }
 
 #[test]
-fn second_node_of_one_name_is_reported_once() {
+fn second_node_of_one_name_or_foot_is_reported_once() {
     check("namesake", "demo");
 }
 

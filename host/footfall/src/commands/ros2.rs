@@ -129,22 +129,27 @@ impl Ros2Arguments {
 
 impl Sink for FootNode {
     fn publish(&mut self, published: Published) -> Result<(), Error> {
-        warn_of_namesake(self);
+        warn_of_others(self);
         Ok(Self::publish(self, published)?)
     }
 
     fn idle(&mut self) -> Result<(), Error> {
-        warn_of_namesake(self);
+        warn_of_others(self);
         Ok(())
     }
 }
 
-/// Warns once about another node of the same name.
-fn warn_of_namesake(node: &FootNode) {
+/// Warns once about another node of the same name, and once about one that publishes the same topic.
+fn warn_of_others(node: &mut FootNode) {
     if node.has_new_namesake() {
         warn(format!(
             "another node in the domain is named {}, too: give this one a name of its own with --node-name or --namespace",
             node.name()
+        ));
+    }
+    if let Some(topic) = node.new_rival_topic() {
+        warn(format!(
+            "another node in the domain publishes {topic}, too, and subscribers get both: give the feet of one other names with --names, or this node a --namespace"
         ));
     }
 }

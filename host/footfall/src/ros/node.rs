@@ -3,13 +3,13 @@
 //!
 //! A publisher of each topic is created with its first message.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use futures::executor::block_on;
 use ros2_client::entities_info::ParticipantEntitiesInfo;
@@ -18,7 +18,7 @@ use ros2_client::{
     Context, MessageTypeName, Name, Node, NodeEvent, NodeName, NodeOptions, ParameterValue,
     Publisher, WriteError,
 };
-use rustdds::DomainParticipantBuilder;
+use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity};
 use thiserror::Error;
 
 use crate::ros::Compat;
@@ -30,6 +30,9 @@ const DIAGNOSTICS_DEPTH: usize = 10;
 
 /// Time for subscribers to request lost messages at shutdown: five heartbeats.
 const LAST_REQUESTS: Duration = Duration::from_millis(500);
+
+/// Time between looks for publishers of the same topics.
+const LOOK_EACH: Duration = Duration::from_secs(1);
 
 recordings::named! {
     /// Whether a message lost on the network is sent again, with its name in ROS. Subscribers that request reliable
@@ -201,6 +204,9 @@ pub struct FootNode {
     spinner: JoinHandle<()>,
     /// Whether another node of the same name was found and not reported.
     has_namesake: Arc<AtomicBool>,
+    participant: DomainParticipant,
+    /// When publishers of the same topics are looked for again; `None` once one was found.
+    next_look: Option<Instant>,
 }
 
 struct Topic {
@@ -231,7 +237,7 @@ impl FootNode {
         let participant = participant.build();
         let domain = |reason: String| NodeError::Domain { domain_id: options.domain_id, reason };
         let participant = participant.map_err(|error| domain(error.to_string()))?;
-        let context = Context::from_domain_participant(participant);
+        let context = Context::from_domain_participant(participant.clone());
         let context = context.map_err(|error| domain(error.to_string()))?;
         let create = NodeError::create(name.fully_qualified_name());
         let node = context.new_node(name.clone(), parameters(&options));
@@ -258,7 +264,15 @@ impl FootNode {
             let _ = block_on(spinner.spin());
         });
         let spinner = spinner.map_err(|error| create(&error))?;
-        Ok(Self { options, topics: BTreeMap::new(), node, spinner, has_namesake })
+        Ok(Self {
+            options,
+            topics: BTreeMap::new(),
+            node,
+            spinner,
+            has_namesake,
+            participant,
+            next_look: Some(Instant::now()),
+        })
     }
 
     /// Namespace and name.
@@ -271,6 +285,29 @@ impl FootNode {
     /// one, and their topics are the same.
     pub fn has_new_namesake(&self) -> bool {
         self.has_namesake.swap(false, Ordering::Relaxed)
+    }
+
+    /// Returns once a topic that another node in the domain publishes, too, except `/diagnostics`, which is of all: its
+    /// subscribers get the messages of both.
+    pub fn new_rival_topic(&mut self) -> Option<String> {
+        let now = Instant::now();
+        if self.next_look.is_none_or(|due| now < due) {
+            return None;
+        }
+        let own = self.participant.guid().prefix;
+        let writers = self.participant.discovered_writers();
+        let others =
+            writers.iter().filter(|writer| writer.writer_proxy.remote_writer_guid.prefix != own);
+        // Topics of ROS begin with `rt` in DDS.
+        let theirs: BTreeSet<&str> = others
+            .filter_map(|writer| writer.publication_topic_data.topic_name.strip_prefix("rt"))
+            .collect();
+        let ours = self.topics.keys().filter(|topic| topic.as_ref() != DIAGNOSTICS);
+        let rival = ours
+            .filter_map(|topic| Some(self.options.topic(topic)?.to_string()))
+            .find(|name| theirs.contains(name.as_str()));
+        self.next_look = rival.is_none().then_some(now + LOOK_EACH);
+        rival
     }
 
     /// Publishes a message without blocking; a message that does not fit into the queue is counted.

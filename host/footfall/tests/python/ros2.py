@@ -342,9 +342,14 @@ def check_now(footfall, *arguments):
 
 
 def check_namesake(footfall, *arguments):
-    """Another participant says that it has a node /footfall, as any node of ROS of that name does."""
+    """Another participant says that it has a node /footfall, as any node of ROS of that name does, and publishes FL.
+
+    A node of another name in the same namespace publishes FL, too, and one in another namespace does not.
+    """
     participant = participant_of(arguments)
     nodes = DataWriter(participant, topic_of_nodes(participant), qos=ABOUT_NODES)
+    # A publisher exists as long as its object.
+    _publisher = DataWriter(participant, Topic(participant, "rt/footfall/FL/contact", Contact))
     named = NodeEntitiesInfo(node_namespace="/", node_name="footfall", reader_gid_seq=[], writer_gid_seq=[])
     gid = Gid(data=[7] * 16)
     programs = [
@@ -354,8 +359,10 @@ def check_namesake(footfall, *arguments):
     while len(nodes.get_matched_subscriptions()) < len(programs):
         time.sleep(0.1)
     nodes.write(ParticipantEntitiesInfo(gid=gid, node_entities_info_seq=[named]))
-    warning = programs[0].stderr.readline()
-    assert "another node" in warning and " /footfall" in warning, warning
+    first, second = [programs[0].stderr.readline() for _ in range(2)], [programs[1].stderr.readline()]
+    namesakes = [warning for warning in first if "is named /footfall, too" in warning]
+    rivals = [warning for warning in first + second if "publishes /footfall/FL/" in warning]
+    assert (len(namesakes), len(rivals)) == (1, 2), (first, second)
     # All have received it.
     assert nodes.wait_for_acks(duration(seconds=HANGS_S))
     errors = [ended(program) for program in programs]
