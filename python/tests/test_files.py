@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas
 import pyarrow.parquet as parquet
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -120,6 +121,19 @@ def test_a_table_of_somebody_else_is_read_with_the_programs_options(
     assert_same(recording.estimate(), table)
     assert_same(footfall.estimate(recording.acc, recording.gyr, recording.t, axes="x,z,-y"), table)
     assert result.p_stable[-1] == pytest.approx(walk.estimate().p_stable[-1], abs=0.02)
+
+
+def test_a_sheet_of_excel_gives_the_same_as_its_table(tmp_path: Path, walk: footfall.Recording) -> None:
+    write(walk, tmp_path / "table.csv")
+    pandas.read_csv(tmp_path / "table.csv").to_excel(tmp_path / "walk.xlsx", index=False)
+    [sheet] = footfall.read(tmp_path / "walk.xlsx")
+    [table] = footfall.read(tmp_path / "table.csv")
+    assert sheet.name == "walk" and np.array_equal(sheet.acc, table.acc) and np.array_equal(sheet.t, table.t)
+    [result] = footfall.estimate_file(tmp_path / "walk.xlsx")
+    assert np.array_equal(result.p_stable, table.estimate().p_stable)
+    pandas.DataFrame({"a": [1.0], "b": [2.0]}).to_excel(tmp_path / "other.xlsx", index=False)
+    with pytest.raises(ValueError, match="^[^ ]*other.xlsx"):
+        footfall.read(tmp_path / "other.xlsx")
 
 
 def test_a_recording_becomes_parquet_that_is_read_back(tmp_path: Path, walk: footfall.Recording) -> None:

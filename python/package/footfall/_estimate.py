@@ -21,6 +21,7 @@ from ._settings import (
     read_options,
     settings,
 )
+from ._sheet import as_table
 
 
 def estimate(
@@ -122,7 +123,7 @@ def estimate_file(
     Parameters
     ----------
     path : path
-        A recording in any of the formats of ``docs/reference/formats.md``.
+        A recording in any of the formats of ``docs/reference/formats.md``, or an ``.xlsx`` as for :func:`read`.
     preset, config, gravity, axes
         As in :func:`estimate`.
     format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,
@@ -164,5 +165,6 @@ def estimate_file(
         estimate_again=estimate_again,
     )
     chosen = settings(preset, config, gravity=gravity, rate=rate, axes=axes)
-    feet = _footfall.estimate_file(os.fspath(path), options, chosen, foot)
+    with as_table(path) as table:
+        feet = _footfall.estimate_file(table, options, chosen, foot)
     return [Result._of(arrays) for arrays in feet]

@@ -24,6 +24,7 @@ from ._settings import (
     read_options,
     settings,
 )
+from ._sheet import as_table
 
 if TYPE_CHECKING:
     import pyarrow
@@ -146,7 +147,8 @@ def read(
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
 ) -> list[Recording]:
-    """Reads the recording of each foot in a file, in every format that ``footfall replay`` reads.
+    """Reads the recording of each foot in a file, in every format that ``footfall replay`` reads, or in the first sheet of an
+    ``.xlsx``, with pandas and openpyxl.
 
     ``docs/reference/formats.md`` describes the formats and options, which have the same names in the program.
 
@@ -183,8 +185,9 @@ def read(
         Decimal mark of a table's numbers.
     time_unit : {"s", "ms", "us", "ns"}, optional
         Unit of the times, if it is neither in the column's name nor s.
-    times : {"keep", "drop-bad", "rate"}, optional
-        Treatment of times that do not increase: an error, omit those rows, or space all rows by the rate.
+    times : {"keep", "drop-bad", "smooth", "rate"}, optional
+        Treatment of times that do not increase: an error, omit those rows, space rows evenly between gaps, or space all
+        rows by the rate.
 
     Returns
     -------
@@ -213,7 +216,8 @@ def read(
         time_unit=time_unit,
         times=times,
     )
-    feet = _footfall.read(os.fspath(path), options)
+    with as_table(path) as table:
+        feet = _footfall.read(table, options)
     return [Recording._of(arrays | {"axes": axes}) for arrays in feet]
 
 
