@@ -1,9 +1,8 @@
-//! State of the board that health messages report: its stage, and counters in which every loss is counted; the budget
-//! of its latency.
+//! State of the board in health messages: its stage, counters that include every loss, and the budget of its latency.
 
-/// Budget of the time from the sensor's data-ready edge to the contact in its CAN mailbox, µs: that of an hour under full
-/// load, and of each accepted board. It is about twice the longest that the virtual board measures, whose times have an
-/// error of up to 25 %.
+/// Limit of the time from the sensor's data-ready edge to the contact in its CAN mailbox, µs. It applies to an hour
+/// under full load, and to each accepted board. It is about twice the longest time measured on the virtual board, whose
+/// times have an error of up to 25 %.
 pub const EDGE_TO_MAILBOX_US: u32 = 300;
 
 /// Stage of the board, as reported in health messages.
@@ -15,11 +14,11 @@ pub enum Stage {
     Starting,
     /// Running the sensor's self-test.
     SelfTest,
-    /// Finding up: the foot must be held still.
+    /// Finding up. The foot must be held still.
     HoldStill,
     /// Estimating.
     Running,
-    /// The sensor has failed and is being initialised again.
+    /// Initialising the sensor again after it has failed.
     Recovering,
 }
 
@@ -64,7 +63,7 @@ pub enum Counter {
     SaturatedSamples,
     /// Ticks without a fresh sample.
     MissedSamples,
-    /// Times the sensor was initialised again.
+    /// Restarts of the sensor.
     SensorRestarts,
     /// CAN frames replaced by newer ones before they could be sent.
     CanDropped,

@@ -43,14 +43,13 @@ impl<'a> Reader<'a> {
         self.0
     }
 
-    /// Returns `value` if no bytes are left over: a frame with excess bytes is invalid.
+    /// Returns `value` if no bytes are left over. A frame with excess bytes is invalid.
     pub(crate) fn finish<T>(self, value: T) -> Option<T> {
         self.0.is_empty().then_some(value)
     }
 }
 
-/// Appends fields to a buffer of fixed size. Fields that do not fit are dropped, and
-/// [`Writer::finish`] reports it.
+/// Appends fields to a buffer of fixed size. Fields that do not fit are dropped, and [`Writer::finish`] reports that.
 #[derive(Debug)]
 pub(crate) struct Writer<'a> {
     rest: &'a mut [u8],

@@ -1,10 +1,10 @@
 //! The SDO server for objects of any length: segmented and block download into a domain (CiA 301, 7.2.4.3).
 //!
-//! A segment carries seven bytes. In a block download a sub-block of up to 127 segments is answered once, with the
-//! number of the last segment in sequence: the client repeats those behind it. Bytes are stored at the end of each
-//! sub-block, when no frame is on its way.
+//! A segment carries seven bytes. In a block download, one response confirms a sub-block of up to 127 segments. It
+//! contains the number of the last segment in sequence, and the client repeats those after it. Bytes are stored at the
+//! end of each sub-block, when no frame is on its way.
 //!
-//! All other services are those of [`SdoServer`].
+//! [`SdoServer`] provides all other services.
 
 use crc::{CRC_16_XMODEM, Crc, Digest};
 
@@ -17,11 +17,11 @@ const SEGMENT: usize = 7;
 
 const TOGGLE: u8 = 1 << 4;
 
-/// Bit of a segment's number, or of a segment's command: no more follow.
+/// Bit of a segment's number, or of a segment's command: no more segments follow.
 const LAST_OF_BLOCK: u8 = 1 << 7;
 const LAST: u8 = 1;
 
-/// Bits of the request and of the answer of a block download: CRC, and size indicated.
+/// Bits of the request and of the response of a block download: CRC, and size indicated.
 const CRC: u8 = 1 << 2;
 const SIZED: u8 = 1 << 1;
 
@@ -29,35 +29,30 @@ static CHECK: Crc<u16> = Crc::<u16>::new(&CRC_16_XMODEM);
 
 /// Objects, some of which are domains.
 pub trait Domains: Objects {
-    /// Segments that can be taken before [`flush`](Self::flush), 1 to 127.
+    /// Number of segments that can be taken before [`flush`](Self::flush), 1 to 127.
     const BLOCK: u8;
 
     /// Returns whether an object is a domain.
     fn is_domain(&self, address: Address) -> bool;
 
-    /// Begins a download of `size` bytes, if the client says how many. A download before it that has not ended is
-    /// given up.
+    /// Begins a download of `size` bytes, if the client indicates the size. Discards an unfinished download.
     ///
-    /// # Errors
-    /// The reason why it is refused.
+    /// # Errors The reason for refusing the download.
     fn begin(&mut self, address: Address, size: Option<u32>) -> Result<(), AbortCode>;
 
     /// Takes the next bytes, at most seven.
     ///
-    /// # Errors
-    /// The reason why the download ends.
+    /// # Errors The reason for ending the download.
     fn append(&mut self, bytes: &[u8]) -> Result<(), AbortCode>;
 
     /// Stores the bytes taken.
     ///
-    /// # Errors
-    /// The reason why the download ends.
+    /// # Errors The reason for ending the download.
     fn flush(&mut self) -> Result<(), AbortCode>;
 
     /// Ends the download.
     ///
-    /// # Errors
-    /// The reason why its bytes are refused.
+    /// # Errors The reason for refusing its bytes.
     fn end(&mut self) -> Result<(), AbortCode>;
 }
 
@@ -68,7 +63,7 @@ enum Phase {
     Segments { toggle: bool },
     /// Within a sub-block: number of the last segment in sequence, 0 before the first.
     Block { sequence: u8, state: Block },
-    /// All segments have come, and the client says how long the last one is.
+    /// All segments have arrived, and the client's next request gives the length of the last one.
     End(Block),
 }
 
@@ -77,7 +72,7 @@ enum Phase {
 struct Block {
     /// CRC of the bytes so far, if the client sends one.
     check: Option<Digest<'static, u16>>,
-    /// Segment whose length is not known while it can be the last.
+    /// Segment that may be the last one, whose length is then still unknown.
     held: Option<[u8; SEGMENT]>,
 }
 
@@ -86,7 +81,7 @@ struct Transfer {
     address: Address,
     size: Option<u32>,
     received: u32,
-    /// Last segment of the sub-block that was answered. CAN may deliver a frame twice.
+    /// Last segment of the sub-block that was answered, to recognise it if CAN delivers the frame twice.
     answered: Option<[u8; 8]>,
     phase: Phase,
 }
@@ -114,16 +109,16 @@ impl DomainServer {
         Self { others: SdoServer::new(), transfer: None }
     }
 
-    /// Handles a request; `None` if there is no answer, or not yet.
+    /// Handles a request. Returns `None` if there is no response, or not yet.
     pub fn handle<D: Domains>(&mut self, request: &[u8; 8], objects: &mut D) -> Option<[u8; 8]> {
         const ABORT: u8 = 0x80;
         let [command, low, high, subindex, rest @ ..] = *request;
         let [_, segment @ ..] = *request;
         let address = Address::new(u16::from_le_bytes([low, high]), subindex);
-        // Any other request gives up the transfer.
+        // Any other request discards the transfer.
         match self.transfer.take() {
             Some(transfer) if command != ABORT => match transfer.phase {
-                // The end can have the bytes of the last segment, which CAN may deliver twice.
+                // The request that ends a download may equal the last segment, which CAN may deliver twice.
                 Phase::End(ref state)
                     if state.ends_with(request)
                         && (transfer.answered != Some(*request) || is_blank(request)) =>
@@ -166,7 +161,7 @@ impl DomainServer {
         }
     }
 
-    /// Gives up a download whose client is silent. Returns whether there was one.
+    /// Discards a download whose client is silent. Returns whether there was one.
     pub fn give_up(&mut self) -> bool {
         self.transfer.take().is_some()
     }
@@ -214,7 +209,7 @@ impl DomainServer {
         [0x20 | u8::from(toggle) << 4, 0, 0, 0, 0, 0, 0, 0]
     }
 
-    /// Takes a segment of a sub-block, and answers the last one.
+    /// Takes a segment of a sub-block. Answers the last one.
     fn block<D: Domains>(
         &mut self,
         mut transfer: Transfer,
@@ -289,7 +284,7 @@ impl Block {
 }
 
 impl Transfer {
-    /// Passes bytes on, but none behind the size that the client has announced.
+    /// Passes bytes on, up to the size that the client has indicated.
     fn take(&mut self, bytes: &[u8], objects: &mut impl Domains) -> Result<(), AbortCode> {
         self.received = self.received.saturating_add(bytes.len() as u32);
         if self.size.is_some_and(|size| self.received > size) {
@@ -298,7 +293,7 @@ impl Transfer {
         objects.append(bytes)
     }
 
-    /// Ends a block download, whose last segment has these bytes.
+    /// Ends a block download whose last segment has these bytes.
     fn end_block(&self, last: &[u8], objects: &mut impl Domains) -> [u8; 8] {
         let mut transfer = self.clone();
         let taken = transfer.take(last, objects);

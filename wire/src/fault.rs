@@ -2,20 +2,19 @@
 //!
 //! | bytes | field |
 //! |---|---|
-//! | 0, 1 | emergency code, [`Fault::code`]; 0x0000 where the fault has gone |
-//! | 2 | error register (object 0x1001) as it is now |
+//! | 0, 1 | emergency code, [`Fault::code`]; 0x0000 if the fault was cleared |
+//! | 2 | present error register (object 0x1001) |
 //! | 3 | number of the fault, [`Fault::number`] |
-//! | 4 to 7 | detail, [`Fault::detail`] says what it is |
+//! | 4 to 7 | detail, explained by [`Fault::detail`] |
 
 use canopen_rs::emcy::{EmergencyMessage, ErrorRegister};
 
-/// Defines the enumeration and the properties of each fault, from one row per fault: its number, emergency
-/// code and name, the bit that it sets in the error register, its effect on the estimate, and the meaning
-/// of the detail of its emergency message.
+/// Defines the enumeration and the properties of each fault, from one row per fault: its number, emergency code and
+/// name, the bit that it sets in the error register, its effect on the estimate, and the meaning of the detail of its
+/// emergency message.
 ///
-/// The first digits of a code are the class that CiA 301 gives it (table 26): 5 hardware, 6 software,
-/// 7 additional modules, 8 monitoring, FF device specific; 0x6300, 0x8110, 0x8120, 0x8140 and 0x8210
-/// have their meaning from there.
+/// The first digits of a code are its class in CiA 301 (table 26): 5 hardware, 6 software, 7 additional modules, 8
+/// monitoring, FF device specific. CiA 301 also defines the meaning of 0x6300, 0x8110, 0x8120, 0x8140 and 0x8210.
 macro_rules! faults {
     ($(
         $(#[$doc:meta])*
@@ -99,9 +98,9 @@ faults! {
     SensorSelfTest = 7, 0x7008, "sensor self-test failed", MANUFACTURER, void, "bit i: axis i failed, in the order ax ay az wx wy wz";
     /// The load sensor's input is open or out of range.
     LoadSensorOpen = 8, 0x7010, "load sensor open", MANUFACTURER, unaffected, "raw reading";
-    /// The crystal does not start, or has another frequency: the board runs on its internal oscillator, with CAN off.
+    /// The crystal does not start, or has another frequency. The board runs on its internal oscillator, with CAN off.
     CrystalMissing = 9, 0x5001, "crystal missing", MANUFACTURER, unaffected, "frequency of the crystal, kHz; 0 if it does not start";
-    /// The stored configuration was unreadable, or only partly readable: an older one or defaults are in use.
+    /// The stored configuration could not be read, or only in part. An older one or defaults are in use.
     ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row, 3 learnt values of another version or damaged";
     /// The configuration could not be stored.
     ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is too low for it";
@@ -117,8 +116,7 @@ faults! {
     CanOverrun = 16, 0x8110, "CAN overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
     /// The CAN controller is error-passive.
     CanErrorPassive = 17, 0x8120, "CAN error-passive", COMMUNICATION, unaffected, "receive and transmit error counter, from the lowest byte";
-    /// The CAN controller is bus-off, or was until recently. Its emergency message is sent after
-    /// the recovery.
+    /// The CAN controller is bus-off, or was until recently. The emergency message is sent after the recovery.
     CanBusOff = 18, 0x8140, "CAN bus-off", COMMUNICATION, unaffected, "how often so far";
     /// A received PDO has the wrong length.
     PdoLength = 19, 0x8210, "received PDO has a wrong length", COMMUNICATION, unaffected, "bytes received";
@@ -130,20 +128,20 @@ faults! {
     GyroBias = 22, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";
     /// The specific force at rest is outside 0.88 to 1.12 g: another part, or a wrong correction.
     SensorScale = 23, 0x700A, "sensor has a wrong scale", MANUFACTURER, void, "specific force at rest, 0.001 g";
-    /// A register of the sensor was read wrong, and right at the second attempt: the bus has little margin.
+    /// A register of the sensor was read wrong, and correctly at the second attempt. The bus has little margin.
     Misread = 24, 0x700B, "misread on the sensor's bus", MANUFACTURER, unaffected, "misreads so far";
-    /// Data-ready edges are missing, some or all, though the sensor has new samples: they are read by the timer.
+    /// Some or all data-ready edges are missing although the sensor has new samples. A timer reads them.
     DataReadyDead = 25, 0x700C, "data-ready line dead", MANUFACTURER, unaffected, "0";
 }
 
 impl Fault {
-    /// Returns whether the fault voids the estimate while it lasts: the motion itself is unknown.
+    /// Returns whether the fault voids the estimate while it lasts, because the motion itself is unknown.
     #[must_use]
     pub const fn voids_estimate(self) -> bool {
         VOIDING & 1 << self.number() != 0
     }
 
-    /// The fault's number, from 0: its bit in [`Faults`].
+    /// Number of the fault, from 0: its bit in [`Faults`].
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
@@ -233,8 +231,7 @@ pub struct Emergency {
     pub code: u16,
     /// The error register after the change.
     pub register: u8,
-    /// Fault of the message; `None` if this version does not know it: a number without a
-    /// fault, or one that does not match the code.
+    /// Fault of the message. `None` if this version does not know it: no fault has this number, or its code differs.
     pub fault: Option<Fault>,
     /// Detail, with the meaning given by [`Fault::detail`].
     pub detail: u32,

@@ -61,8 +61,8 @@ impl Foot {
     }
 }
 
-/// Identifiers of CiA 301's predefined connection set except those of PDOs, which are in
-/// [`Pdo`](crate::Pdo) and [`Load`](crate::pdo::Load). Those of a node are without its id.
+/// Identifiers of CiA 301's predefined connection set, without the node id. Those of PDOs are in [`Pdo`](crate::Pdo)
+/// and [`Load`](crate::pdo::Load).
 pub mod cob_id {
     /// SYNC, of the whole bus.
     pub const SYNC: u16 = 0x80;
@@ -106,7 +106,7 @@ impl NodeId {
 }
 
 /// Serial number of a foot, object 0x1018:4: the unique id of its chip, folded into 32 bits by FNV-1a. The foot's
-/// program and its bootloader give the same number, so that a master finds the same device in both.
+/// program and its bootloader have the same number, so that a master finds the same device in both.
 #[must_use]
 pub fn serial_number(unique_id: impl IntoIterator<Item = u8>) -> u32 {
     const OFFSET_BASIS: u32 = 0x811C_9DC5;

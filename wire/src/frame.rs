@@ -22,7 +22,7 @@ impl CanFrame {
         Some(Self { id, length: data.len() as u8, data: bytes })
     }
 
-    /// Creates a frame of a node: the identifiers of the connection set always fit.
+    /// Creates a frame of a node. The identifiers of the connection set always fit.
     pub(crate) const fn of<const N: usize>(id: u16, data: [u8; N]) -> Self {
         const { assert!(N <= 8) };
         let mut bytes = [0; 8];

@@ -1,27 +1,27 @@
-//! The bytes that footfall sends and receives on CAN and UART. The crate performs no input or
-//! output: frames go in, frames and events come out.
+//! The bytes that footfall sends and receives on CAN and UART. The crate performs no input or output: frames go in,
+//! frames and events come out.
 //!
-//! | what | module |
+//! | content | module |
 //! |---|---|
 //! | every object that can be read or set, with type, range and meaning | [`dictionary`] |
-//! | the values of those that are kept over power-off | [`settings`] |
-//! | CAN: the process data of a foot, one file a frame | [`pdo`] |
+//! | the values of the settings, which are kept over power-off | [`settings`] |
+//! | CAN: the process data of a foot, one file per frame | [`pdo`] |
 //! | CAN: read and write objects | [`sdo`] |
 //! | CAN: write objects of any length | [`domain`] |
-//! | CAN: a CANopen device out of all these | [`node`] |
+//! | CAN: a CANopen device that uses all of these | [`node`] |
 //! | faults and their emergency codes | [`fault`] |
 //! | stage and counters of the board | [`board`] |
-//! | UART: frames, and a decoder that finds its way back after any garbage | [`uart`] |
-//! | UART: CAN frames as text, which the bootloader speaks | [`slcan`] |
+//! | UART: frames, and a decoder that recovers after any garbage | [`uart`] |
+//! | UART: CAN frames as text, the bootloader's protocol | [`slcan`] |
 //!
 //! # Glossary
 //!
-//! | word | of what | meaning | where it is sent |
+//! | word | property of | meaning | sent in |
 //! |---|---|---|---|
 //! | [`Validity`](estimator_core::Validity) | one sample | whether its numbers can be used: valid, saturated, stale or invalid | [`uart::RawMessage`] |
 //! | [`Flag`](estimator_core::Flag) | one estimate | a reason to doubt it, from its samples: a gap, saturation, up not yet known, … | TPDO7, [`uart::ContactMessage`] |
-//! | [`Fault`] | the board | something is wrong, from when it is raised until it is cleared; those of the sensor void the estimate | emergency messages, object 0x2111 |
-//! | [`Status`](pdo::Status) | one frame | a byte beside the probability: phase, decision, and what flags and faults mean for both | TPDO1 |
+//! | [`Fault`] | the board | a defect, from when it is raised until it is cleared; faults of the sensor void the estimate | emergency messages, object 0x2111 |
+//! | [`Status`](pdo::Status) | one frame | a byte beside the probability: phase, decision, and how flags and faults affect both | TPDO1 |
 //!
 //! No allocation, no `unsafe`, no panic on any bytes. Integers are little-endian everywhere.
 //!

@@ -1,6 +1,6 @@
 //! The SDO server: reads and writes objects over CAN (CiA 301, 7.2.4), expedited and segmented.
 //!
-//! Requests come on 0x600 + node id, answers go out on 0x580 + node id; both have eight bytes.
+//! Requests arrive on 0x600 + node id, and responses are sent on 0x580 + node id. Both have eight bytes.
 //!
 //! | bytes | field |
 //! |---|---|
@@ -64,7 +64,7 @@ enum Transfer {
         declared: Option<usize>,
         toggle: bool,
     },
-    /// A write is pending; this answers it.
+    /// A write is pending. This is the response once it has completed.
     Pending {
         address: Address,
         answer: [u8; 8],
@@ -86,11 +86,11 @@ impl SdoServer {
         Self { transfer: None }
     }
 
-    /// Handles a request; `None` if there is no answer, or not yet.
+    /// Handles a request. Returns `None` if there is no response, or not yet.
     pub fn handle(&mut self, request: &[u8; 8], objects: &mut impl Objects) -> Option<[u8; 8]> {
         let [command, index_low, index_high, subindex, data @ ..] = *request;
         let address = Address::new(u16::from_le_bytes([index_low, index_high]), subindex);
-        // A new request ends any previous transfer; segments continue it.
+        // A new request ends any previous transfer. Segments continue it.
         let transfer = self.transfer.take();
         match command >> 5 {
             0 => {
@@ -129,7 +129,7 @@ impl SdoServer {
             }
             Ok(number) => {
                 let size = number.data_type().size().unwrap_or(LARGEST);
-                // Expedited, size indicated as the number of bytes unused.
+                // Expedited. The size is indicated as the number of unused bytes.
                 let unused = LARGEST.saturating_sub(size) as u8;
                 response(0x43 | unused << 2, address, number.to_raw().to_le_bytes())
             }

@@ -72,8 +72,8 @@ enum KeptAs {
     Micros,
 }
 
-/// Numbers of the estimator that are settings, and the slots in which they are stored. Built
-/// by the compiler, which would report an index out of range.
+/// Numbers of the estimator that are settings, and the slots in which they are stored. The compiler builds the list,
+/// and would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len() - 1] = {
     let mut parameters = [(Parameter::SampleRate, 0, KeptAs::Real); Parameter::ALL.len() - 1];
@@ -135,7 +135,7 @@ const LEARNT_SLOTS: [usize; Learnt::WORDS] = {
     ]
 };
 
-/// Values of all settings of the [dictionary]; always within limits and compatible with each other.
+/// Values of all settings of the [dictionary]. They are always within limits and compatible with each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     raw: [u32; SETTINGS],
@@ -152,8 +152,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Value of a setting; `None` if there is no setting at `address`. That of a PDO's
-    /// identifier is without the node id.
+    /// Value of a setting; `None` if there is no setting at `address`. The identifier of a PDO is returned without the
+    /// node id.
     #[must_use]
     pub fn get(&self, address: Address) -> Option<Value> {
         let (entry, slot) = find(address).ok()?;
@@ -173,7 +173,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Changes a setting within its own limits, whether or not it is compatible with the others.
+    /// Changes a setting within its own limits, without checking its compatibility with the others.
     fn put(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
         let (entry, slot) = find(address)?;
         if value.data_type() != entry.data_type() {
@@ -189,9 +189,8 @@ impl Settings {
         Ok(())
     }
 
-    /// All settings and their values, to be stored. Stored values are restored with
-    /// [`Settings::set_all`], or one by one with [`Settings::set`] in an order in which each is compatible with
-    /// those before it.
+    /// All settings and their values, to be stored. Restore them with [`Settings::set_all`]. [`Settings::set`] restores
+    /// them one by one, in an order in which each is compatible with those before it.
     pub fn iter(&self) -> impl Iterator<Item = (Address, Value)> + '_ {
         dictionary::settings().zip(self.raw).filter_map(|((address, entry), raw)| {
             Some((address, Value::from_raw(entry.data_type(), raw)?))
@@ -199,7 +198,7 @@ impl Settings {
     }
 
     /// Hash of all values, each a word in the order of the dictionary: h ← (h rotated left by 5 ⊕ word) · 0x9E37 79B9
-    /// modulo 2³², from 0. Not a protection against a forger.
+    /// modulo 2³², starting from 0. It does not protect against forgery.
     #[must_use]
     pub fn hash(&self) -> u32 {
         self.raw
@@ -207,8 +206,8 @@ impl Settings {
             .fold(0, |hash: u32, raw| (hash.rotate_left(5) ^ raw).wrapping_mul(0x9E37_79B9))
     }
 
-    /// Restores stored settings, in any order: values that are still allowed are applied, defaults
-    /// replace the others. The second result is the number of values refused.
+    /// Restores stored settings, in any order. Applies values that are still allowed, and defaults for the others. The
+    /// second result is the number of values refused.
     pub fn set_all(stored: impl Iterator<Item = (Address, Value)>) -> (Self, usize) {
         let mut all = Self::default();
         let mut refused = 0;
@@ -218,7 +217,7 @@ impl Settings {
         if all.check().is_ok() {
             return (all, refused);
         }
-        // Not all are compatible: one by one, and again for those that depend on another.
+        // Not all are compatible: sets them one by one, then again those that depend on another.
         let mut settings = Self::default();
         for _ in 0..2 {
             for (address, value) in all.iter() {
@@ -237,8 +236,7 @@ impl Settings {
         Foot::from_code(self.u8(slot!(FOOT, 0))).unwrap_or_default()
     }
 
-    /// Node id from the next reset on, by default that of the foot; `None`: wait for
-    /// LSS.
+    /// Node id from the next reset on, by default that of the foot; `None`: wait for LSS.
     #[must_use]
     pub fn node_id(&self) -> Option<NodeId> {
         match self.u8(slot!(NODE_ID, 0)) {
@@ -259,8 +257,8 @@ impl Settings {
         self.value(slot!(UART_RATE, 0))
     }
 
-    /// Timeout of a load over RPDO1, ms: a second at most, so that a robot that has stopped
-    /// sending is noticed within a stance.
+    /// Timeout of a load over RPDO1, ms. It is a second at most, so that a robot that has stopped sending is noticed
+    /// within a stance.
     #[must_use]
     pub fn load_timeout_ms(&self) -> u16 {
         self.u16(slot!(RPDO, 5))
@@ -312,8 +310,8 @@ impl Settings {
         }
     }
 
-    /// Maximum bus load of the foot's own streams and heartbeat, bit/s.
-    /// PDOs tied to SYNC are counted for 100 SYNCs a second.
+    /// Maximum bus load of the foot's own streams and heartbeat, bit/s. PDOs tied to SYNC are counted for 100 SYNCs a
+    /// second.
     #[must_use]
     pub fn worst_load(&self) -> u32 {
         let pdos = Pdo::ALL.into_iter().map(|pdo| match self.trigger(pdo) {
@@ -336,8 +334,8 @@ impl Settings {
         }
     }
 
-    /// Checks the conditions between settings: that the parameters fit each other, the parts of the
-    /// mounting as well, and the streams the bit rate.
+    /// Checks the conditions between settings: the parameters are consistent, so are the parts of the mounting, and the
+    /// streams fit the bit rate.
     fn check(&self) -> Result<(), AbortCode> {
         let fits = self.worst_load() <= self.can_bit_rate() / 4 * 3;
         let valid = self.params().validate_for::<WINDOW_CAPACITY>().is_ok()
@@ -359,8 +357,8 @@ impl Settings {
         }
     }
 
-    /// Factor of the accelerometer's full scales and sensitivities against those of an LSM6DSOX: 1, or 2 for an
-    /// LSM6DSO32, which has the same registers and identity (LSM6DSO32 data sheet).
+    /// Ratio of the accelerometer's full scales and sensitivities to those of an LSM6DSOX: 1, or 2 for an LSM6DSO32,
+    /// which has the same registers and identity (LSM6DSO32 data sheet).
     #[must_use]
     pub fn accelerometer_range(&self) -> f32 {
         match self.u8(slot!(ACCELEROMETER, 7)) {
@@ -408,7 +406,7 @@ impl Settings {
         }
     }
 
-    /// Whether learning continues.
+    /// Returns whether learning continues.
     #[must_use]
     pub fn learning(&self) -> Learning {
         match self.u8(slot!(ESTIMATION, 2)) {
@@ -417,7 +415,8 @@ impl Settings {
         }
     }
 
-    /// Learnt values with which the foot starts; `None` if there are none, or of another version, or damaged.
+    /// Learnt values with which the foot starts; `None` if there are none, if they have another version, or if they are
+    /// damaged.
     #[must_use]
     pub fn learnt(&self) -> Option<Learnt> {
         Learnt::from_words(&LEARNT_SLOTS.map(|slot| self.value(slot))).ok()
@@ -500,10 +499,10 @@ fn find(address: Address) -> Result<(&'static Entry, usize), AbortCode> {
     }
 }
 
-/// Maximum length of a data frame of N bytes on the bus, bits: 34 bits are stuffed before the
-/// data, one more with every four bits after the first; then delimiter, acknowledgement, end of
-/// frame and the space between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN)
-/// schedulability analysis*, 2007, equation 1.)
+/// Maximum length of a data frame of N bytes on the bus, bits. 34 bits before the data are subject to stuffing, with
+/// one more bit for every four after the first; then follow delimiter, acknowledgement, end of frame and the space
+/// between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN) schedulability analysis*, 2007,
+/// equation 1.)
 #[must_use]
 pub const fn longest_frame(bytes: u32) -> u32 {
     8 * bytes + 13 + 34 + (34 + 8 * bytes - 1) / 4

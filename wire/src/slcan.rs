@@ -1,4 +1,4 @@
-//! CAN frames as lines of text, as adapters that speak slcan send them over a serial port (Lawicel's CAN232).
+//! CAN frames as lines of text, in the format of slcan adapters on a serial port (Lawicel's CAN232).
 //!
 //! | bytes | field |
 //! |---|---|
@@ -20,10 +20,10 @@ pub const CR: u8 = b'\r';
 /// Response to a command or frame that was not accepted.
 pub const BEL: u8 = 0x07;
 
-/// Length of the longest line that [`encode`] makes, its CR included, bytes.
+/// Length of the longest line of [`encode`], including its CR, bytes.
 pub const LONGEST: usize = 22;
 
-/// Encodes a frame. Returns its line, the CR included.
+/// Encodes a frame. Returns its line, including the CR.
 #[must_use]
 pub fn encode(frame: &CanFrame) -> Vec<u8, LONGEST> {
     let length = frame.data().len() as u16;
@@ -36,7 +36,7 @@ pub fn encode(frame: &CanFrame) -> Vec<u8, LONGEST> {
     text.chain([CR]).take(LONGEST).collect()
 }
 
-/// Decodes a line without its CR; `None` if it is not that of a data frame with an 11-bit identifier.
+/// Decodes a line without its CR; `None` if it is not a data frame with an 11-bit identifier.
 #[must_use]
 pub fn decode(line: &[u8]) -> Option<CanFrame> {
     let [b't', head @ ..] = line else {

@@ -7,9 +7,9 @@ use crate::foot::cob_id;
 use crate::pdo::{self, Pdo};
 use crate::value::Value;
 
-/// "save" and "load": signatures that must be written to store and to restore.
+/// "save": signature that must be written to store the settings.
 pub const SIGNATURE_STORE: u32 = u32::from_le_bytes(*b"save");
-/// See [`SIGNATURE_STORE`].
+/// "load": signature that must be written to restore the defaults.
 pub const SIGNATURE_RESTORE: u32 = u32::from_le_bytes(*b"load");
 
 /// Bit 31 of a PDO's identifier: the PDO is off.
@@ -19,10 +19,10 @@ pub const PDO_NO_REMOTE: u32 = 1 << 30;
 
 /// "foot": distinguishes the product from other devices of the vendor.
 pub const PRODUCT_CODE: u32 = u32::from_be_bytes(*b"foot");
-/// No vendor id has been assigned to this project.
+/// Vendor id. None has been assigned to this project.
 pub const VENDOR_ID: u32 = 0;
-/// The revision of this dictionary: major in the upper, minor in the lower 16 bits. The major
-/// number changes when an object changes its meaning.
+/// Revision of this dictionary: major in the upper, minor in the lower 16 bits. The major number changes when an object
+/// changes its meaning.
 pub const REVISION: u32 = 0x0002_0001;
 
 /// Number of past emergencies that 0x1003 keeps.

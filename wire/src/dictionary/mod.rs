@@ -1,13 +1,13 @@
-//! The object dictionary, which defines each object once. It is the source of the SDO server's answers and range
-//! checks, the UART's configuration messages, `footfall.eds` and the tables of `README.md`.
+//! The object dictionary, which defines each object once. The following are made from it: the responses and range
+//! checks of the SDO server, the UART's configuration messages, `footfall.eds`, and the tables of `README.md`.
 //!
-//! | what | module |
+//! | content | module |
 //! |---|---|
 //! | indices and addresses | `address` |
-//! | what describes an object: entries, roles, access, limits, texts | `object` |
-//! | the objects of CiA 301 and 302-3, 0x1000 to 0x1FFF | `communication` |
-//! | the configuration of the foot, 0x2000 to 0x20FF | `settings` |
-//! | its measurements, state and commands, from 0x2100 on | `process` |
+//! | description of an object: entries, roles, access, limits, texts | `object` |
+//! | objects of CiA 301 and 302-3, 0x1000 to 0x1FFF | `communication` |
+//! | configuration of the foot, 0x2000 to 0x20FF | `settings` |
+//! | measurements, state and commands of the foot, from 0x2100 on | `process` |
 //!
 //! To add a number of the estimator, give it a row in [`estimator_core::parameter`] and an entry with
 //! `Entry::parameter` in `settings`. To add another setting, give it an entry with `Entry::setting`, and
@@ -58,7 +58,7 @@ pub fn find(address: Address) -> Result<Place, AbortCode> {
         }
         slot += usize::from(entry.is_setting());
     }
-    // An array that clears itself when 0 is written (0x1003) has its count among its entries.
+    // An array that is cleared by writing 0 (0x1003) has its count among its entries.
     if address.subindex == 0 {
         Ok(Place::Highest(object.highest_subindex()))
     } else {
@@ -66,7 +66,7 @@ pub fn find(address: Address) -> Result<Place, AbortCode> {
     }
 }
 
-/// Area that the setting at an address concerns; `None` if there is no setting.
+/// Area affected by the setting at an address; `None` if there is no such setting.
 #[must_use]
 pub fn concern(address: Address) -> Option<Concern> {
     match find(address) {
@@ -88,8 +88,8 @@ pub fn settings() -> impl Iterator<Item = (Address, &'static Entry)> {
     entries().filter(|(_, entry)| entry.is_setting())
 }
 
-/// Index among the settings of the one at an address. Evaluated by the compiler only, which
-/// reports a missing setting.
+/// Index among the settings of the setting at an address. Only the compiler evaluates it, and it reports a missing
+/// setting.
 #[allow(clippy::indexing_slicing, clippy::panic)]
 pub(crate) const fn slot_of(index: u16, subindex: u8) -> usize {
     let (mut slot, mut i) = (0, 0);
@@ -112,8 +112,7 @@ pub(crate) const fn slot_of(index: u16, subindex: u8) -> usize {
 /// Number of settings.
 pub const SETTINGS: usize = count_settings(OBJECTS.len());
 
-/// The number of settings before each object. Evaluated by the compiler only, which would report
-/// an index out of range.
+/// Number of settings before each object. Only the compiler evaluates it, and it would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 const FIRST_SETTING: [u16; OBJECTS.len()] = {
     let mut first = [0; OBJECTS.len()];
@@ -140,8 +139,7 @@ const fn count_settings(objects: usize) -> usize {
     count
 }
 
-/// All objects, in the order of their indices. Built by the compiler, which would report an
-/// index out of range.
+/// All objects, in the order of their indices. The compiler builds the list, and would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 pub const OBJECTS: &[Object] = &{
     const PARTS: [&[Object]; 3] = [communication::OBJECTS, settings::OBJECTS, process::OBJECTS];

@@ -16,7 +16,7 @@ pub struct Object {
     pub shape: Shape,
     /// Description.
     pub doc: Text,
-    /// Values; those of an array or a record without sub-index 0.
+    /// Values. Those of an array or a record do not include sub-index 0.
     pub entries: &'static [Entry],
 }
 
@@ -33,9 +33,9 @@ impl Object {
 pub enum Shape {
     /// One value, at sub-index 0.
     Var,
-    /// Values of one type from sub-index 1; their number at sub-index 0.
+    /// Values of one type from sub-index 1; sub-index 0 is their number.
     Array,
-    /// Values of different types from sub-index 1; the highest sub-index at sub-index 0.
+    /// Values of different types from sub-index 1; sub-index 0 is the highest sub-index.
     Record,
 }
 
@@ -46,13 +46,13 @@ pub struct Entry {
     pub subindex: u8,
     /// Name in an EDS.
     pub name: Text,
-    /// Name of the setting in files and commands, that of the estimator's table; empty for what only a foot has.
+    /// Name of the setting in files and commands, as in the estimator's table. Empty for settings that only a foot has.
     pub key: Text,
     /// Role in the device.
     pub role: Role,
     /// Access rights.
     pub access: Access,
-    /// Default value, which also sets the type.
+    /// Default value. It also determines the type.
     pub default: Value,
     limits: Limits,
     /// Unit; empty if there is none.
@@ -209,13 +209,13 @@ impl Entry {
         self.default.data_type()
     }
 
-    /// Returns whether the value is kept over power-off.
+    /// Returns whether the value survives power-off.
     #[must_use]
     pub const fn is_setting(&self) -> bool {
         matches!(self.role, Role::Setting(_) | Role::PdoCobId)
     }
 
-    /// Area that the entry concerns, if it is a setting.
+    /// Area affected by the entry, if it is a setting.
     #[must_use]
     pub const fn concern(&self) -> Option<Concern> {
         match self.role {
@@ -239,18 +239,18 @@ pub enum Role {
     Constant,
     /// The value is the default plus the node id.
     CobId,
-    /// Configuration: kept, stored and restored, written in pre-operational only.
+    /// Configuration: kept, stored and restored. Written only in pre-operational state.
     Setting(Concern),
-    /// Configuration: the identifier of a PDO. The value is the default plus the node id, and
-    /// only bit 31 (set: the PDO is off) can be changed.
+    /// Configuration: the identifier of a PDO. The value is the default plus the node id. Only bit 31 (set: the PDO is
+    /// off) can be changed.
     PdoCobId,
-    /// Process data: the value is that of the PDO it is mapped to.
+    /// Process data: the value is that of the PDO that maps it.
     Process,
     /// Current state of the device.
     Live,
     /// Received process data.
     Input,
-    /// Action, executed when it is written.
+    /// Action that a write executes.
     Command,
 }
 
@@ -280,7 +280,7 @@ impl Access {
     }
 }
 
-/// Area that a setting concerns; it determines which parts restart with the new value.
+/// Area affected by a setting. It determines which parts restart with the new value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Concern {
     /// The node itself: position of the foot, id, bit rates, autostart, lock.
@@ -301,16 +301,15 @@ pub enum Concern {
     Learnt,
 }
 
-/// Allowed values. A value outside a range is too high or too low; one that is missing from a list or lies in
-/// the gap of a range is invalid.
+/// Allowed values. A value outside a range is too high or too low. A value that is missing from a list, or that lies in
+/// the gap of a range, is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limits {
     /// Any value of the type.
     Any,
     /// From the first to the second value.
     Range(Value, Value),
-    /// From the first to the second value, without those from the third to the fourth,
-    /// inclusive.
+    /// From the first to the second value, except those from the third to the fourth, inclusive.
     RangeWithout(&'static [Value; 4]),
     /// One of these.
     OneOf(&'static [Value]),
@@ -352,8 +351,7 @@ impl Limits {
     }
 }
 
-/// Text for people and files. A foot does not use it: on a microcontroller it is empty and takes
-/// no memory.
+/// Text for people and files. A foot does not use it, so on a microcontroller it is empty and takes no memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Text(#[cfg(not(target_os = "none"))] &'static str);
 
@@ -405,7 +403,7 @@ fn in_range(value: Value, low: Value, high: Value) -> Result<(), AbortCode> {
         (Some(Less), _) => Err(AbortCode::TooLow),
         (_, Some(Greater)) => Err(AbortCode::TooHigh),
         (Some(_), Some(_)) => Ok(()),
-        // Not a number.
+        // NaN.
         _ => Err(AbortCode::InvalidValue),
     }
 }

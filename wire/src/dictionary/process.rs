@@ -23,7 +23,7 @@ pub(super) const fn count(fields: &[Field], index: u16) -> usize {
     count
 }
 
-/// Entries of an object that a frame holds.
+/// Entries of an object in a frame.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [Entry; N] {
     let mut entries = [Entry::live(0, "", Value::U8(0)); N];
@@ -42,7 +42,7 @@ pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [En
     entries
 }
 
-/// Entries of an object, from the rows of the frame that holds it.
+/// Entries of an object, from the rows of its frame.
 macro_rules! process {
     ($pdo:ident, $index:ident) => {{
         const FIELDS: &[crate::pdo::Field] = crate::pdo::Pdo::$pdo.fields();
@@ -65,7 +65,7 @@ const fn counters() -> [Entry; Counter::ALL.len()] {
     entries
 }
 
-/// Command, state and learnt values: the numbers of 0x2018, but live.
+/// Command, state and learnt values. The learnt values are the numbers of 0x2018, as they are now.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     let command = Entry::command(1, "Command", Access::Wo, Value::U8(0))

@@ -52,7 +52,7 @@ pub(super) const LEARNT_NUMBERS: [Entry; Learnt::NUMBERS] = {
     ]
 };
 
-/// The words of [`Learnt`]'s stored form: its numbers, then the version and the CRC.
+/// Words of [`Learnt`]'s stored form: its numbers, then the version and the CRC.
 const LEARNT: [Entry; Learnt::WORDS] = {
     let [still, moving, speed, still_seconds, moving_seconds] = LEARNT_NUMBERS;
     [
@@ -81,8 +81,8 @@ const fn per_axis([ax, ay, az, wx, wy, wz]: [Parameter; 6]) -> [Entry; 6] {
     ]
 }
 
-/// Settings of the attitude filter: those of `estimator_core::AttitudeParams` and its
-/// `RestParams`, except the gyroscope's timing, which belongs to the board's sensor.
+/// Settings of the attitude filter: those of `estimator_core::AttitudeParams` and its `RestParams`, except the
+/// gyroscope's timing. That belongs to the board's sensor.
 const ATTITUDE_FILTER: &[Entry] = &[
     Entry::parameter(1, "Motion time constant", Parameter::MotionTimeConstant),
     Entry::parameter(2, "Quiet gain", Parameter::QuietGain),
@@ -95,8 +95,7 @@ const ATTITUDE_FILTER: &[Entry] = &[
     Entry::parameter(9, "Bias time constant", Parameter::BiasTimeConstant),
 ];
 
-/// Errors of the accelerometer. The ranges far exceed those of an LSM6DSOX, but exclude values
-/// in a wrong unit.
+/// Errors of the accelerometer. The ranges far exceed those of an LSM6DSOX, but exclude values in a wrong unit.
 const ACCELEROMETER: &[Entry] = {
     const fn corrected(sub: u8, name: &'static str, value: f32, low: f32, high: f32) -> Entry {
         Entry::setting(sub, name, Concern::Correction, Value::F32(value))
@@ -122,21 +121,21 @@ const ACCELEROMETER: &[Entry] = {
     ]
 };
 
-/// Code for a mounting that the quaternion gives.
+/// Code of a mounting given by the quaternion.
 pub(crate) const AS_QUATERNION: u16 = 0;
 
-/// Number of ways in which a sensor's axes can lie along those of the foot.
+/// Number of orientations in which a sensor's axes lie along those of the foot.
 const WAYS: usize = 24;
 
-/// Code of the sensor's axes along the foot's x, y and z: its digits are these axes, as [`SensorAxis`] numbers them.
-/// So a mounting along axes is one number, and each allowed number is a mounting.
+/// Code of the sensor's axes along the foot's x, y and z. Its digits are these axes, numbered as in [`SensorAxis`]. So
+/// a mounting along axes is one number, and each allowed number is a mounting.
 #[must_use]
 pub const fn code_of_axes([x, y, z]: [SensorAxis; 3]) -> u16 {
     100 * x as u16 + 10 * y as u16 + z as u16
 }
 
-/// Codes of all mountings along axes, in ascending order. Built by the compiler, which would report an index
-/// out of range.
+/// Codes of all mountings along axes, in ascending order. The compiler builds the list, and would report an index out
+/// of range.
 #[allow(clippy::indexing_slicing)]
 const AXES: &[Value] = &{
     let mut values = [Value::U16(AS_QUATERNION); 1 + WAYS];

@@ -50,7 +50,7 @@ pub(super) struct Device {
     pub(super) load_age: u16,
     pub(super) time: Option<(TimeOfDay, Timestamp)>,
     pub(super) event: Option<Event>,
-    /// A store or a restore is pending: another one is refused until it is answered.
+    /// Whether a store or a restore is pending. Another one is refused until it is answered.
     pub(super) has_pending_store: bool,
 }
 
@@ -124,8 +124,8 @@ impl Device {
         }
     }
 
-    /// Checks whether a setting may be written: in pre-operational state, or while there is no node id
-    /// (over UART); while the lock is set, only the lock itself.
+    /// Checks whether a setting may be written: in pre-operational state, or (over UART) while there is no node id.
+    /// While the lock is set, only the lock itself may be written.
     fn may_be_changed(&self, index: u16) -> Result<(), AbortCode> {
         if self.state != NmtState::PreOperational && self.id.is_some() {
             return Err(AbortCode::DeviceState);
@@ -204,20 +204,20 @@ impl Device {
         }
     }
 
-    /// Executes a command of CiA 302-3 to the program that runs.
+    /// Executes a command of CiA 302-3 to the running program.
     fn control_program(&mut self, command: u8) -> Result<Written, AbortCode> {
         match command {
             0 | 0x80 if self.has_pending_store => return Err(AbortCode::Hardware),
-            // The bootloader answers, so that a master that goes on at once finds it ready.
+            // The bootloader answers, so that it is ready for the master's next request.
             0 => {
                 self.may_be_changed(index::PROGRAM_CONTROL)?;
                 self.event = Some(Event::StopProgram);
                 return Ok(Written::Pending);
             }
-            // Start: the program runs already.
+            // Start: the program already runs.
             1 => {}
             2 => self.event = Some(Event::ResetNode),
-            // Only the bootloader clears, where the program does not run.
+            // Only the bootloader clears, while the program does not run.
             3 => return Err(AbortCode::DeviceState),
             0x80 => {
                 self.event = Some(Event::ConfirmProgram);
@@ -300,8 +300,8 @@ impl Objects for Device {
     }
 }
 
-/// Inputs of all process data, as of one tick. Most frames are due on few ticks, so a tick keeps only the estimate, and
-/// a frame is built when it is due or one of its objects is read.
+/// Inputs of all process data in one tick. Most frames are due on few ticks. So a tick keeps only the estimate, and a
+/// frame is built when it is due or when one of its objects is read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Snapshot {
     /// Whether there was a tick.

@@ -11,12 +11,11 @@ use crate::pdo::Load;
 /// Cause of a boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BootCause {
-    /// Not commanded: power-up, or a crash of the program. With autostart the node is
-    /// operational at once.
+    /// Not commanded: power-up, or a crash of the program. With autostart the node is operational at once.
     #[default]
     PowerUp,
-    /// Commanded by a master: Reset Node, Reset Communication, or the assignment of its first
-    /// id. The node waits in pre-operational state.
+    /// Commanded by a master: Reset Node, Reset Communication, or the assignment of the first id. The node waits in
+    /// pre-operational state.
     Commanded,
 }
 
@@ -27,14 +26,14 @@ pub enum Event {
     Changed(Address),
     /// Store the settings, then call [`Node::finish`](super::Node::finish).
     Store,
-    /// Delete the stored settings so that the defaults apply from the next reset, then call
+    /// Delete the stored settings, so that the defaults apply from the next reset. Then call
     /// [`Node::finish`](super::Node::finish).
     Restore,
     /// Set the highest brown-out level, then call [`Node::finish`](super::Node::finish).
     ProtectSupply,
-    /// Stop the program: restart into the bootloader, which receives another one.
+    /// Stop the program: restart into the bootloader, which can receive another program.
     StopProgram,
-    /// Keep the program that runs, if it is new, then call [`Node::finish`](super::Node::finish).
+    /// Confirm the running program, if it is new, then call [`Node::finish`](super::Node::finish).
     ConfirmProgram,
     /// The NMT state has changed.
     State(NmtState),
@@ -54,8 +53,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// Returns whether the application answers the request when it is done, by
-    /// [`Node::finish`](super::Node::finish).
+    /// Returns whether the application answers the request on completion, by [`Node::finish`](super::Node::finish).
     #[must_use]
     pub const fn is_answered_later(self) -> bool {
         matches!(self, Self::Store | Self::Restore | Self::ProtectSupply | Self::ConfirmProgram)
@@ -65,9 +63,9 @@ impl Event {
 /// A command to the calibration: sub-index 1 of object 0x2120.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Calibration {
-    /// The learnt values are now in the settings: the estimator continues unchanged.
+    /// The learnt values are now in the settings. The estimator continues unchanged.
     Keep,
-    /// The learnt values were removed from the settings: the estimator starts without any.
+    /// The learnt values were removed from the settings. The estimator starts without any.
     Forget,
 }
 
@@ -130,13 +128,13 @@ pub struct Crash {
     pub program_counter: u32,
 }
 
-/// Program that runs, as the objects of CiA 302-3 describe it.
+/// The running program, as the objects of CiA 302-3 describe it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Program {
-    /// Object 0x1F56: the first four bytes of its hash, 0 if it was written by a debug probe.
+    /// Object 0x1F56: the first four bytes of the program's hash; 0 if a debug probe wrote the program.
     pub identification: u32,
-    /// The same of the program before the last update, of which a copy is kept; 0 without one.
+    /// The same for the program before the last update, of which a copy is kept; 0 without one.
     pub previous: u32,
-    /// Object 0x1F57: why the last update failed, 0 if it did not.
+    /// Object 0x1F57: the reason why the last update failed; 0 if it succeeded.
     pub flash_status: u32,
 }

@@ -1,19 +1,23 @@
-//! A CANopen device built from dictionary, settings, SDO server, PDOs and faults: frames in, frames
-//! and [`Event`]s out. It keeps no time of its own and touches no hardware.
+//! A CANopen device built from dictionary, settings, SDO server, PDOs and faults: frames in, frames and [`Event`]s out.
+//! It keeps no time of its own and touches no hardware.
 //!
-//! The application calls [`Node::boot`] at start and after each reset, with its cause: only at
-//! power-up do the streams start without a command; after a reset commanded by a master the node
-//! waits in pre-operational state to be configured. It calls [`Node::receive`] with each received
-//! frame and [`Node::tick`] each millisecond, and acts on the events. UART messages reach
-//! the same objects by [`Node::read`] and [`Node::write`], under the same rules:
+//! The application calls:
 //!
-//! - settings are written in pre-operational state only, else `0x0800_0022`; over UART also while
-//!   there is no node id; LSS, under its own rules, assigns a node id in every state;
-//! - with the configuration lock set no other setting can be changed or restored, `0x0800_0021`;
-//! - a refused value changes nothing.
+//! - [`Node::boot`] at the start and after each reset, with its cause. The streams start without a command only at
+//!   power-up. After a reset commanded by a master, the node waits in pre-operational state to be configured.
+//! - [`Node::receive`] with each received frame.
+//! - [`Node::tick`] each millisecond.
 //!
-//! The state behind the objects, and the rules for reading and writing them, are in `device`; the events, and the values
-//! that the application publishes, in `event`.
+//! It acts on the events that these return. UART messages reach the same objects by [`Node::read`] and [`Node::write`],
+//! under the same rules:
+//!
+//! - Settings are written only in pre-operational state, else the result is `0x0800_0022`. Over UART they can also be
+//!   written while there is no node id. LSS, under its own rules, assigns a node id in every state.
+//! - While the configuration is locked, no other setting can be changed or restored (`0x0800_0021`).
+//! - A refused value changes nothing.
+//!
+//! `device` has the state behind the objects, and the rules for reading and writing them. `event` has the events, and
+//! the values that the application publishes.
 
 mod device;
 mod event;
@@ -61,7 +65,8 @@ pub struct Node {
     sdo: SdoServer,
     /// Requester of the store that is pending, if one is.
     pending_store: Option<Requester>,
-    /// Node id assigned by LSS since power-up, kept over a reset of the communication: `Some(None)` for none.
+    /// Node id assigned by LSS since power-up, kept over a reset of the communication; `Some(None)` if LSS has removed
+    /// it.
     given: Option<Option<NodeId>>,
     ticks: u32,
     /// Ticks since the last heartbeat.
@@ -136,10 +141,9 @@ impl Node {
         }
     }
 
-    /// Applies the node id, that of the settings or the one assigned by LSS since power-up, and returns
-    /// the boot-up message. At power-up with autostart the node is operational at once, otherwise
-    /// pre-operational. Without a node id there is no message, and only
-    /// LSS is served.
+    /// Applies the node id, that of the settings or the one assigned by LSS since power-up. Returns the boot-up
+    /// message. At power-up with autostart the node is operational at once, otherwise pre-operational. Without a node
+    /// id there is no message, and only LSS is served.
     pub fn boot(&mut self, cause: BootCause) -> Option<CanFrame> {
         if let Some(id) = self.given {
             // LSS accepts only ids that the setting accepts.
@@ -180,8 +184,7 @@ impl Node {
         &self.device.settings
     }
 
-    /// Replaces all settings, as after loading the stored ones. A new node id takes effect at
-    /// [`Node::boot`].
+    /// Replaces all settings, as after loading the stored ones. A new node id takes effect at [`Node::boot`].
     pub fn set_settings(&mut self, settings: Settings) {
         self.device.settings = settings;
     }
@@ -198,8 +201,8 @@ impl Node {
         self.device.faults
     }
 
-    /// Load last received from the robot, over RPDO1 or SDO; `None` before the first, and if none was
-    /// received for longer than the event timer of RPDO1.
+    /// Load last received from the robot, over RPDO1 or SDO. `None` before the first one, or if none was received for
+    /// longer than the event timer of RPDO1.
     #[must_use]
     pub const fn load(&self) -> Option<Load> {
         self.device.load
@@ -236,19 +239,19 @@ impl Node {
         self.device.brown_out_level = level;
     }
 
-    /// Publishes the program that runs.
+    /// Publishes the running program.
     pub const fn set_program(&mut self, program: Program) {
         self.device.program = program;
     }
 
-    /// Publishes the values learnt by the estimator. Required before a request is handled: objects are
-    /// encoded when they are read.
+    /// Publishes the values learnt by the estimator. Call it before a request is handled, because objects are encoded
+    /// when they are read.
     pub const fn set_learnt(&mut self, learnt: Learnt) {
         self.device.learnt = learnt;
     }
 
-    /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the stack,
-    /// bytes. Required before a request is handled.
+    /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the
+    /// stack, bytes. Call it before a request is handled.
     pub const fn set_costs(&mut self, costs: [u16; 3]) {
         self.device.costs = costs;
     }
@@ -294,12 +297,10 @@ impl Node {
         self.device.read(address)
     }
 
-    /// Writes an object with the bytes of a value; returns the event to handle. A
-    /// store or a restore requested here is answered by the application itself, without
-    /// [`Node::finish`].
+    /// Writes an object with the bytes of a value. Returns the event to handle. The application itself answers a store
+    /// or a restore requested here, without [`Node::finish`].
     ///
-    /// # Errors
-    /// The reason why the value was refused; nothing has changed then.
+    /// # Errors The reason why the value was refused. Nothing has changed then.
     pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
         let size = self.device.writable_size(address)?;
         if let Some(code) = sdo::wrong_length(bytes.len(), size) {
@@ -320,7 +321,7 @@ impl Node {
         event
     }
 
-    /// Answers the event that is [answered later](Event::is_answered_later) and that a master waits for.
+    /// Answers an event that is [answered later](Event::is_answered_later), if a master waits for the response.
     pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
         match self.pending_store.take()? {
             Requester::Sdo => {
@@ -335,8 +336,8 @@ impl Node {
         }
     }
 
-    /// Raises a fault; returns the emergency message to send. `None` if the fault was active
-    /// already; if it cannot be sent in this state, [`Node::tick`] sends it later.
+    /// Raises a fault. Returns the emergency message to send, or `None` if the fault was already active. If the message
+    /// cannot be sent in this state, [`Node::tick`] sends it later.
     pub fn raise(&mut self, fault: Fault, detail: u32) -> Option<CanFrame> {
         if self.device.faults.contains(fault) {
             return None;
@@ -345,8 +346,8 @@ impl Node {
         self.report(fault)
     }
 
-    /// Raises a fault that cannot be reported while it lasts: [`Node::tick`] sends the
-    /// emergency message after [`Node::release`].
+    /// Raises a fault that cannot be reported while it lasts. [`Node::tick`] sends the emergency message after
+    /// [`Node::release`].
     pub fn raise_held_back(&mut self, fault: Fault, detail: u32) {
         if !self.reported.contains(fault) {
             self.held_back = self.held_back.with(fault);
@@ -361,7 +362,7 @@ impl Node {
         self.held_back = self.held_back.without(fault);
     }
 
-    /// Clears a fault; returns the emergency message to send if the fault was reported.
+    /// Clears a fault. Returns the emergency message to send, if the fault was reported.
     pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
         self.device.faults = self.device.faults.without(fault);
         self.held_back = self.held_back.without(fault);
@@ -400,8 +401,8 @@ impl Node {
             return;
         };
         if self.device.state == NmtState::Operational {
-            // Phases differ, so that slow frames are not all due on one tick: by the period of the contact, so that the
-            // motion of a contact is sent with it.
+            // Phases differ, so that slow frames are not all due on one tick. They differ by the period of the contact,
+            // so that the motion of a contact is sent with it.
             let spacing = match self.device.settings.trigger(Pdo::Contact) {
                 Trigger::Ticks(period) => u32::from(period),
                 Trigger::Off | Trigger::Sync(_) => 1,
@@ -427,7 +428,7 @@ impl Node {
         }
     }
 
-    /// Discards a load that is too old, and reports it if the robot should send it.
+    /// Discards a load that is too old. Reports it if the robot should send the load.
     fn watch_load(&mut self) -> Option<CanFrame> {
         let device = &mut self.device;
         let limit = device.settings.load_timeout_ms();
@@ -510,13 +511,13 @@ impl Node {
         let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
         let mut event = None;
         if accepted {
-            // Also in the settings, so that a store keeps it.
+            // Also written to the settings, so that a store keeps it.
             let id = NodeId::new(self.lss.pending_node_id());
             self.given = Some(id);
             let set = self.device.settings.set(NODE_ID, id_setting(id));
             event = set.is_ok().then_some(Event::Changed(NODE_ID));
         }
-        // A node without an id boots as soon as it has one and the configuration has ended (CiA 305).
+        // A node without an id boots as soon as it has one and the LSS configuration has ended (CiA 305).
         let left = configuring && self.lss.state() == LssState::Waiting;
         if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
             event = Some(Event::ResetCommunication);
@@ -570,7 +571,7 @@ impl Node {
             return Outcome { reply: self.raise(Fault::PdoLength, data.len() as u32), event: None };
         }
         let mut reply = self.clear(Fault::PdoLength);
-        // A load that is not a number counts as not received.
+        // A load that is NaN counts as not received.
         let load = Load::decode(data);
         if let Some(load) = load {
             self.device.take_load(load);
@@ -579,21 +580,21 @@ impl Node {
         Outcome { reply, event: load.map(Event::Load) }
     }
 
-    /// Keeps a fault in the set of active faults, in the history, and with its detail.
+    /// Records a fault in the set of active faults and in the history, with its detail.
     fn note(&mut self, fault: Fault, detail: u32) {
         self.device.faults = self.device.faults.with(fault);
         let history = &mut self.device.history;
         if history.is_full() {
             history.pop_back();
         }
-        // There is room now.
+        // The history has room now.
         let _ = history.push_front(u32::from(fault.code()) | u32::from(fault.number()) << 16);
         if let Some(kept) = self.details.get_mut(usize::from(fault.number())) {
             *kept = detail;
         }
     }
 
-    /// Creates the emergency message of an active fault, in states in which it is sent.
+    /// Creates the emergency message of an active fault, in a state in which it may be sent.
     fn report(&mut self, fault: Fault) -> Option<CanFrame> {
         let id = self.id_for_emergencies()?;
         self.reported = self.reported.with(fault);
@@ -602,7 +603,7 @@ impl Node {
         Some(CanFrame::of(id, emergency.encode()))
     }
 
-    /// Identifier of emergency messages, in states in which they are sent.
+    /// Identifier of emergency messages, in a state in which they may be sent.
     fn id_for_emergencies(&self) -> Option<u16> {
         match self.device.state {
             NmtState::PreOperational | NmtState::Operational => {

@@ -17,11 +17,11 @@ use crate::value::Value;
 /// | 3 | debounced decision: stable |
 /// | 4 | valid: no fault, and no flag other than a time gap or settling |
 /// | 5 | saturated |
-/// | 6 | fault: the sensor cannot be believed |
+/// | 6 | fault: the sensor cannot be trusted |
 /// | 7 | starting: the window is not full, or up is not yet known |
 ///
-/// A status that is not valid never reports "stable", whatever its source or its bits:
-/// neither as decision nor as a phase that rests on one. With a fault the phase is unknown.
+/// A status that is not valid never reports "stable", whatever its source or its bits: neither as decision nor as a
+/// phase that implies it. With a fault the phase is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
 
@@ -53,7 +53,7 @@ impl Status {
         Self::from_bits(bits)
     }
 
-    /// Creates the status with these bits, without those that contradict an invalid status.
+    /// Creates the status with these bits, except those that contradict an invalid status.
     #[must_use]
     pub fn from_bits(bits: u8) -> Self {
         let doubtful = FAULT | SATURATED | STARTING;
@@ -136,7 +136,7 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Creates the frame for an estimate while `faults` are active: with a fault that
+    /// Creates the frame for an estimate while `faults` are active. With a fault that
     /// [voids](crate::Fault::voids_estimate) the estimate every probability is 0.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, sequence: u8, faults: Faults) -> Self {

@@ -1,5 +1,5 @@
-//! Row of a frame: an object of the dictionary, and the signals in its bits. The mapping, the DBC, the
-//! EDS and the tables of `README.md` are generated from the rows.
+//! Row of a frame: an object of the dictionary, and the signals in its bits. The mapping, the DBC, the EDS and the
+//! tables of `README.md` are generated from the rows.
 
 use super::time::TIME_STEP_US;
 use crate::address::{Address, index};
@@ -14,9 +14,9 @@ pub struct Field {
     pub subindex: u8,
     /// Name in the dictionary.
     pub name: &'static str,
-    /// Zero of its type.
+    /// Zero of the object's type.
     pub zero: Value,
-    /// One step, with its unit; empty if it is not a quantity.
+    /// One step, with its unit; empty if the object is not a quantity.
     pub unit: &'static str,
     /// Meaning, if not clear from its name.
     pub doc: &'static str,
@@ -60,8 +60,7 @@ impl Field {
 pub struct Signal {
     /// Name in the DBC.
     pub name: &'static str,
-    /// Lowest bit in the frame; bit 8 is the lowest of byte 1. 0 in a [`Field`],
-    /// whose signals follow each other.
+    /// Lowest bit in the frame; bit 8 is the lowest of byte 1. It is 0 in a [`Field`], where signals follow each other.
     pub start: u8,
     /// Length, bits.
     pub length: u8,
@@ -171,8 +170,8 @@ impl Mapped {
     }
 }
 
-/// Mapping of a frame: the only part of its rows in the foot's flash. Evaluated by the compiler only,
-/// which would report an index out of range.
+/// Mapping of a frame, the only part of its rows in the foot's flash. Only the compiler evaluates it, and it would
+/// report an index out of range.
 #[allow(clippy::indexing_slicing)]
 pub(super) const fn mapping<const N: usize>(fields: &[Field; N]) -> [Mapped; N] {
     let mut mapping = [Mapped::new(0, 0, 0); N];
@@ -198,7 +197,7 @@ pub(super) fn signals(fields: &'static [Field]) -> impl Iterator<Item = (Field, 
     })
 }
 
-/// Short timestamp of the sample, part of most frames.
+/// Short timestamp of the sample, which most frames have.
 pub(super) const TIMESTAMP: Field = Field::new(
     index::CONTACT,
     4,

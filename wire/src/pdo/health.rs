@@ -1,13 +1,12 @@
 //! TPDO7: health, and the foot's full clock.
 //!
-//! The short times of contacts wrap every 655.36 ms. Bytes 4 to 7 are the full clock of the foot at a moment
-//! less than [`ClockReading::OLDEST_SYNC_US`] from the contact sent just before, so that a listener knows
-//! the time of each contact from the first health frame on, and again after any loss.
+//! The short times of contacts wrap every 655.36 ms. Bytes 4 to 7 are the foot's full clock at a moment less than
+//! [`ClockReading::OLDEST_SYNC_US`] from the contact sent just before. So a listener knows the time of each contact
+//! from the first health frame on, and again after any loss.
 //!
-//! Byte 3 names the moment: 0 is the sample of that contact; any other number is that of a SYNC, at its
-//! reception. A SYNC reaches all feet at the same moment: if two feet report the same SYNC, the difference of
-//! their bytes 4 to 7 is the difference of their clocks. The master has to number its SYNCs (object 0x1019
-//! of the master).
+//! Byte 3 identifies the moment. 0 is the sample of that contact. Any other number is the reception of the SYNC with
+//! that number. A SYNC reaches all feet at the same moment: if two feet report the same SYNC, their bytes 4 to 7 differ
+//! by the difference of their clocks. The master has to number its SYNCs (object 0x1019 of the master).
 
 use estimator_core::{Flag, Flags, Timestamp};
 
@@ -32,31 +31,30 @@ pub struct Health {
 /// Reading of the foot's clock, and the moment at which it was read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClockReading {
-    /// Number of the SYNC at whose reception the clock was read, 1 to [`Self::HIGHEST_SYNC`]; 0 for the
-    /// sample of the newest contact.
+    /// Number of the SYNC at whose reception the clock was read, 1 to [`Self::HIGHEST_SYNC`]; 0 for the sample of the
+    /// newest contact.
     pub sync: u8,
     /// The foot's clock at that moment.
     pub time: LongTime,
 }
 
 impl ClockReading {
-    /// Highest number of a SYNC: CiA 301 lets its master count to a limit of 2 to this, then from 1 again
-    /// (object 0x1019).
+    /// Highest number of a SYNC. A SYNC master counts up to a limit of 2 to 240, then from 1 again (CiA 301, object
+    /// 0x1019).
     pub const HIGHEST_SYNC: u8 = 240;
 
-    /// Age up to which a SYNC is reported, µs. With the 100 ms to the next health frame it is less than half a
-    /// turn of the short clock, so that the short time of each contact until then belongs to one full time only.
+    /// Age up to which a SYNC is reported, µs. Together with the 100 ms to the next health frame it is less than half a
+    /// turn of the short clock. So the short time of each contact until then belongs to one full time only.
     pub const OLDEST_SYNC_US: u64 = 200_000;
 
-    /// Number of the SYNC after the one with this number, if all numbers are used; 1 after 0, for the
-    /// first.
+    /// Number of the SYNC after the one with this number, if all numbers are used. It is 1 after 0, for the first SYNC.
     #[must_use]
     pub const fn sync_after(number: u8) -> u8 {
         number % Self::HIGHEST_SYNC + 1
     }
 
-    /// Reading to report with a contact of a sample acquired at `sample`, when `sync` is the last SYNC: that
-    /// of the SYNC if it is numbered and recent, otherwise that of the sample.
+    /// Reading to report with a contact of a sample acquired at `sample`, if `sync` is the last SYNC. It is that of the
+    /// SYNC if the SYNC is numbered and recent, otherwise that of the sample.
     #[must_use]
     pub fn to_report(sync: Self, sample: Timestamp) -> Self {
         let sample = LongTime::from(sample);

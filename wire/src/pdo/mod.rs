@@ -1,9 +1,9 @@
-//! Process data: the frames that a foot sends, one file per frame, in which one row defines each field:
-//! object, mapping, signals, text.
+//! Process data: the frames that a foot sends. Each frame has a file, and each field a row with its object, mapping,
+//! signals and text.
 //!
-//! The identifiers follow the predefined connection set of CiA 301. It has four TPDOs; the other
-//! three use the identifiers of RPDO2 to RPDO4, which this device does not have. Everything is
-//! aligned to bytes and little-endian.
+//! The identifiers follow the predefined connection set of CiA 301, which has four TPDOs. The other three frames use
+//! the identifiers of RPDO2 to RPDO4, which this device does not have. Everything is aligned to bytes and
+//! little-endian.
 
 mod axes;
 mod contact;

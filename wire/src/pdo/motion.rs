@@ -1,9 +1,9 @@
 //! TPDO3 to TPDO6: orientation, acceleration, angular rate and bias.
 //!
-//! All are signed 16-bit codes times a step; −32768 means "no value".
+//! All values are signed 16-bit codes times a step; −32768 means "no value".
 //!
-//! TPDO3, attitude, carries no time: w, x, y, z in 1/32767, of the sample whose TPDO1 the
-//! foot sent last.
+//! TPDO3, attitude, has no time. It is w, x, y, z in steps of 1/32767, of the same sample as the last TPDO1 that the
+//! foot sent.
 
 use estimator_core::{ContactEstimate, Flag, Quaternion, Vec3};
 
@@ -32,8 +32,8 @@ fn from_bytes([a0, a1, b0, b1, c0, c1, d0, d1]: [u8; 8]) -> [u16; 4] {
     [[a0, a1], [b0, b1], [c0, c1], [d0, d1]].map(u16::from_le_bytes)
 }
 
-/// Returns whether the motion of the foot is known: no fault of the sensor voids the estimate, up is
-/// known, and the newest sample is neither stale nor invalid.
+/// Returns whether the motion of the foot is known: no fault of the sensor voids the estimate, up is known, and the
+/// newest sample is neither stale nor invalid.
 fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
     let unknown = [Flag::AttitudeNotInitialised, Flag::Stale, Flag::InvalidSample];
     let flagged = unknown.into_iter().any(|flag| estimate.flags.contains(flag));
@@ -165,8 +165,8 @@ pub struct Bias {
 }
 
 impl Bias {
-    /// Creates the frame for an estimate and a temperature in °C while `faults` are active; without
-    /// values that are unknown.
+    /// Creates the frame for an estimate and a temperature in °C while `faults` are active. Unknown values are left
+    /// out.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, temperature: f32, faults: Faults) -> Self {
         Self {

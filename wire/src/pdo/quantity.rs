@@ -56,13 +56,12 @@ impl P8 {
     }
 }
 
-/// Signed quantity in 16 bits: the code times a step. Codes are limited to ±32767; the code −32768
-/// represents a value that is not a number.
+/// Signed quantity in 16 bits: the code times a step. Codes are limited to ±32767. The code −32768 represents NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quantity(pub i16);
 
 impl Quantity {
-    /// The code for "not a number".
+    /// Code of NaN.
     pub const NONE: Self = Self(i16::MIN);
 
     /// Creates the nearest code of `value` in steps of `step`.
@@ -74,8 +73,8 @@ impl Quantity {
         Self(nearest(value / step as f32).clamp(-32_767, 32_767) as i16)
     }
 
-    /// Value, within half a step and the rounding errors of f32 of the encoded one if in range; NaN
-    /// if there is none.
+    /// Value; NaN if there is none. In range, it is within half a step, plus rounding errors of f32, of the encoded
+    /// value.
     #[must_use]
     pub fn value(self, step: f64) -> f32 {
         if self == Self::NONE { f32::NAN } else { f32::from(self.0) * step as f32 }

@@ -1,8 +1,8 @@
 //! Times on the foot's clock in 16 and in 32 bits, in the same steps.
 //!
-//! Steps of 10 µs since the foot's start, modulo 2¹⁶: it wraps every 655.36 ms. To unwrap, add to
-//! the last full time the difference of the short times modulo 2¹⁶, as [`Unwrapper`] does. The result is
-//! correct if no more than 655.35 ms pass between two frames.
+//! A step is 10 µs. A short time counts steps since the foot's start, modulo 2¹⁶, and wraps every 655.36 ms. To unwrap
+//! it, add to the last full time the difference of the short times modulo 2¹⁶, as [`Unwrapper`] does. The result is
+//! correct if at most 655.35 ms pass between two frames.
 
 use estimator_core::Timestamp;
 

@@ -5,10 +5,10 @@
 //! | 0x10 get | 0, 1 | index |
 //! | | 2 | sub-index |
 //! | 0x11 set | 0 to 2 | as in get |
-//! | | 3 … | the value, as long as its type is |
+//! | | 3 … | the value, of the length of its type |
 //! | 0x12 response | 0 to 2 | as in the request |
 //! | | 3 | 0: done or refused, 1: value |
-//! | | 4 … | 0: abort code of CiA 301, 4 bytes, 0 where it was done; 1: the value |
+//! | | 4 … | 0: abort code of CiA 301, 4 bytes, 0 if done; 1: the value |
 //! | 0x13 NMT | 0 | command, as in the NMT message: 1 start, 2 stop, 0x80 enter pre-operational, 0x81 reset node, 0x82 reset communication |
 
 use crate::abort::AbortCode;
@@ -50,7 +50,7 @@ impl ValueBytes {
 }
 
 impl From<Value> for ValueBytes {
-    /// Encodes a value; a text that is too long is cut off.
+    /// Encodes a value. A text that is too long is cut off.
     fn from(value: Value) -> Self {
         let raw = value.to_raw().to_le_bytes();
         let bytes = match value {

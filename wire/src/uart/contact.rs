@@ -36,8 +36,8 @@ pub struct ContactMessage {
 }
 
 impl ContactMessage {
-    /// Creates the message for an estimate while `faults` are active; the probabilities are 0 while one of them
-    /// voids the estimate.
+    /// Creates the message for an estimate while `faults` are active. The probabilities are 0 while a fault voids the
+    /// estimate.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {
         let probabilities =

@@ -1,7 +1,7 @@
 //! Frames in a stream of bytes: CRC, COBS, and a decoder that finds frames among any other content.
 //!
-//! COBS is Consistent Overhead Byte Stuffing (Cheshire and Baker 1999), of up to 254 bytes: each zero is replaced by the
-//! distance to the next, the first distance stands in front, and a zero ends the frame.
+//! COBS is Consistent Overhead Byte Stuffing (Cheshire and Baker 1999), here of up to 254 bytes. The distance to the
+//! next zero replaces each zero, the first distance goes in front, and a zero ends the frame.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
@@ -24,7 +24,7 @@ const CHECK: usize = 4;
 /// Maximum length of a frame before coding, bytes.
 const MAX_DECODED: usize = HEADER + MAX_PAYLOAD + CHECK;
 
-/// Maximum length of a frame on the line, bytes: COBS adds one byte (to as many as 254), and there are two zeros.
+/// Maximum length of a frame on the line, bytes: COBS adds one byte (to up to 254), and there are two zeros.
 pub const MAX_FRAME: usize = MAX_DECODED + 3;
 
 const _: () = assert!(MAX_DECODED <= 254);
@@ -45,14 +45,14 @@ pub struct Frame {
 pub struct Encoded(Vec<u8, MAX_FRAME>);
 
 impl Encoded {
-    /// The bytes to send, the zeros at both ends included.
+    /// The bytes to send, including the zeros at both ends.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         &self.0
     }
 }
 
-/// Encodes a message. `sequence` must be one more than that of the previous frame, whether or not that frame was sent.
+/// Encodes a message. `sequence` must be one more than that of the previous frame, even if that frame was not sent.
 #[must_use]
 pub fn encode(sequence: u16, message: &Message) -> Encoded {
     let mut plain = [0; MAX_DECODED];
@@ -98,7 +98,7 @@ pub enum Problem {
 pub struct Drops {
     /// Valid frames.
     pub frames: u32,
-    /// Frames missing from the sequence, the dropped ones included.
+    /// Frames missing from the sequence, including the dropped ones.
     pub missing: u32,
     /// Pieces that are not frames: wrong coding, too long or too short.
     pub garbage: u32,
@@ -135,13 +135,13 @@ impl Drops {
     }
 }
 
-/// Decoder that takes bytes one by one and returns frames. Garbage before a frame does not affect it: the
-/// zero at the frame's beginning ends the garbage, or a frame that lost its end.
+/// Decoder that takes bytes one by one and returns frames. Garbage before a frame does not affect it: the zero at the
+/// beginning of a frame ends garbage, and ends a frame that lost its end.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     plain: Vec<u8, MAX_DECODED>,
     unstuffing: Unstuffing,
-    /// The frame is too long: bytes are ignored until its end.
+    /// The frame is too long. Bytes are ignored until its end.
     overflowed: bool,
     /// Newest sequence number.
     newest: Option<u16>,
@@ -161,13 +161,13 @@ impl Decoder {
         self.drops
     }
 
-    /// Returns whether bytes followed the last zero: at the end of a recording, an incomplete frame.
+    /// Returns whether bytes followed the last zero. At the end of a recording this is an incomplete frame.
     #[must_use]
     pub fn is_inside_frame(&self) -> bool {
         !self.plain.is_empty() || !self.unstuffing.is_fresh()
     }
 
-    /// Takes a byte; at the end of a frame returns the frame, or the problem with it.
+    /// Takes a byte. Returns the frame at its end, or its problem.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, Problem>> {
         if byte != 0 {
             if let Some(plain) = self.unstuffing.push(byte) {
@@ -212,14 +212,14 @@ impl Decoder {
     }
 }
 
-/// Maximum distance of an overtaken UART frame behind the newest sequence number: a foot sends a
-/// contact before answers and raw samples that have waited for longer.
+/// Maximum distance of an overtaken UART frame behind the newest sequence number. A foot sends a contact before
+/// responses and raw samples that have waited for longer.
 const OVERTAKEN: u16 = 64;
 
 /// Position of a UART frame's sequence number relative to the newest number so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Newer; this many numbers between the two are missing so far.
+    /// Newer. This many numbers between the two are missing so far.
     Missing(u16),
     /// One of the numbers missing so far.
     Late,
@@ -241,7 +241,7 @@ pub const fn step_u16(newest: u16, next: u16) -> Step {
     }
 }
 
-/// Parses a decoded frame; returns the problem if it is invalid.
+/// Parses a decoded frame. Returns its problem if it is invalid.
 fn parse(plain: &[u8]) -> Result<Frame, Problem> {
     let (body, check) = plain.split_last_chunk::<CHECK>().ok_or(Problem::TooShort)?;
     if CRC.checksum(body).to_le_bytes() != *check {
@@ -260,8 +260,8 @@ fn parse(plain: &[u8]) -> Result<Frame, Problem> {
     Ok(Frame { sequence, message })
 }
 
-/// Encodes at most 254 bytes by COBS into an empty `frame`, with a zero before them and one after them; `None` if they do
-/// not fit.
+/// Encodes at most 254 bytes by COBS into an empty `frame`, with a zero before and after them; `None` if they do not
+/// fit.
 fn stuff<const N: usize>(plain: &[u8], frame: &mut Vec<u8, N>) -> Option<()> {
     frame.extend_from_slice(&[0, 0]).ok()?;
     frame.extend_from_slice(plain).ok()?;
@@ -281,12 +281,12 @@ fn stuff<const N: usize>(plain: &[u8], frame: &mut Vec<u8, N>) -> Option<()> {
 struct Unstuffing {
     /// Bytes until the next distance.
     left: u8,
-    /// Whether that distance replaces a zero.
+    /// Whether a zero follows at that distance.
     zero_due: bool,
 }
 
 impl Unstuffing {
-    /// Decodes `coded`, not zero; `None` for a distance that encodes no byte.
+    /// Decodes `coded`, which is not zero; `None` for a distance that encodes no byte.
     fn push(&mut self, coded: u8) -> Option<u8> {
         if self.left > 0 {
             self.left -= 1;

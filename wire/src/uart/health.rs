@@ -7,7 +7,7 @@
 //! | 9 | NMT state, as in the heartbeat: 0 starting, 4 stopped, 5 operational, 127 pre-operational |
 //! | 10 | node id; 255: none |
 //! | 11 | error register (object 0x1001) |
-//! | 12 to 15 | active faults: bit *i* is the fault of number *i*; a reader takes bits it does not know for faults of a newer version |
+//! | 12 to 15 | active faults: bit *i* is the fault of number *i*; a bit unknown to a reader is a fault of a newer version |
 //! | 16, 17 | the sensor's temperature, 0.01 °C, signed |
 //! | 18 to 61 | counters, 4 bytes each, in the order of object 0x2112 |
 
@@ -33,7 +33,7 @@ pub struct HealthMessage {
     pub id: Option<NodeId>,
     /// Active faults; the error register follows from them.
     pub faults: Faults,
-    /// Bits of faults unknown to this version; 0 from a board of this version.
+    /// Bits of faults unknown to this version; always 0 from a board of this version.
     pub unknown_faults: u32,
     /// The sensor's temperature, 0.01 °C.
     pub temperature: Quantity,
@@ -86,8 +86,8 @@ impl HealthMessage {
             temperature,
             counters: Counters::from_array(counts),
         };
-        // A register that contradicts the faults is of another version of this format; unknown
-        // faults set bits of their own.
+        // If the register contradicts the faults, the message has another version of this format. Unknown faults set
+        // bits of their own.
         let known = if unknown_faults == 0 { register } else { register & faults.register() };
         (known == faults.register()).then_some(())?;
         reader.finish(message)
@@ -126,7 +126,7 @@ mod tests {
         );
         let decoded = Message::decode(Kind::Health, &payload);
         assert_eq!(decoded, Some(Message::Health(message)));
-        // An unknown fault of a newer board leaves the rest readable.
+        // A newer board's unknown fault leaves the rest readable.
         payload[15] = 0x40;
         payload[11] = 0x83;
         let newer = HealthMessage { unknown_faults: 0x4000_0000, ..message };

@@ -22,7 +22,7 @@ pub struct LogMessage {
 }
 
 impl LogMessage {
-    /// Creates a line; excess text is cut off between two characters.
+    /// Creates a line. Excess text is cut off between two characters.
     #[must_use]
     pub fn new(level: u8, text: &str) -> Self {
         let mut line = Self { level, text: [0; MAX_LOG], length: 0 };
@@ -43,7 +43,7 @@ impl LogMessage {
         self.length = self.length.saturating_add(end as u8);
     }
 
-    /// Replaces the digit at `at`, if there is one, by the last decimal digit of `number`.
+    /// Replaces the digit at `at`, if there is one, with the last decimal digit of `number`.
     pub fn set_digit(&mut self, at: usize, number: u32) {
         if let Some(digit @ b'0'..=b'9') = self.text.get_mut(at) {
             *digit = b'0' + (number % 10) as u8;
@@ -72,7 +72,7 @@ impl LogMessage {
     }
 }
 
-/// Appends text; excess text is cut off.
+/// Appends text. Excess text is cut off.
 impl fmt::Write for LogMessage {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         self.push(text);

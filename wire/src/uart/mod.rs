@@ -1,7 +1,7 @@
-//! The serial line: frames that can be found in any stream.
+//! The serial line: frames that a receiver finds in any stream.
 //!
-//! A frame is coded with COBS, so that it holds no zero byte, with a zero byte before it and one
-//! after it: the first ends whatever garbage was on the line before. Decoded:
+//! A frame is coded with COBS, so that it contains no zero byte. A zero byte precedes it and another follows it: the
+//! first ends any garbage that was on the line before. The decoded frame:
 //!
 //! | bytes | field |
 //! |---|---|
@@ -125,8 +125,7 @@ impl Message {
         }
     }
 
-    /// Decodes a message of this type; `None` if the payload has a wrong length
-    /// or an invalid value.
+    /// Decodes a message of this type; `None` if the payload has a wrong length or an invalid value.
     #[must_use]
     pub fn decode(kind: Kind, payload: &[u8]) -> Option<Self> {
         let reader = Reader::new(payload);
