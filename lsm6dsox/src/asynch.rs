@@ -1,8 +1,7 @@
 //! The driver over an [`AsyncBus`], which contains the driver's logic.
 //!
-//! [`crate::Lsm6dsox`] is the driver over the blocking traits. It runs these functions on a
-//! bus whose answers are always ready, so that no code is duplicated and no macro has to
-//! rewrite it.
+//! [`crate::Lsm6dsox`] is the driver over the blocking traits. It runs these functions on a bus that is always ready,
+//! so that no code is duplicated and no macro has to rewrite it.
 
 use embedded_hal_async::delay::DelayNs;
 
@@ -17,10 +16,9 @@ use crate::self_test::{self, SelfTest};
 /// Time from power-up until the part answers, µs \[P example\].
 pub const BOOT_MICROS: u32 = 10_000;
 
-/// Time from the gyroscope's start until its samples are usable, µs: up to 70 ms from power-down to
-/// high performance, as ST specifies for a sibling (AN5040, LSM6DSL, turn-on time), and three
-/// periods of the narrowest cut-off of [`Params::FRESH_KILOHERTZ`](crate::Params::FRESH_KILOHERTZ)
-/// for its filter. The first samples come after 35 ms \[D\].
+/// Time from the gyroscope's start until its samples are usable, µs. ST specifies up to 70 ms from power-down to high
+/// performance for a sibling (AN5040, LSM6DSL, turn-on time). Its filter takes three more periods of the narrowest
+/// cut-off of [`Params::FRESH_KILOHERTZ`](crate::Params::FRESH_KILOHERTZ). The first samples come after 35 ms \[D\].
 pub const TURN_ON_MICROS: u32 = 80_000;
 
 /// Interval between two polls of `SW_RESET`, µs.
@@ -41,17 +39,17 @@ pub struct Lsm6dsox<BUS> {
     holding: Holding,
 }
 
-/// Whether the part holds the driver's configuration.
+/// Whether the part is known to hold the driver's configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Holding {
-    /// It was last read to hold it.
+    /// The last reading showed that it does.
     Config,
-    /// Not known: from before the first write that changes it until all of it has been read back.
+    /// Unknown, from before the first write that changes the configuration until all of it has been read back.
     Unknown,
 }
 
 impl<BUS: AsyncBus> Lsm6dsox<BUS> {
-    /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
+    /// Creates a driver without accessing the bus. Call [`init`](Self::init) next.
     pub const fn new(bus: BUS, config: Config) -> Self {
         Self { bus, config: config.on_bus(BUS::IS_I2C), holding: Holding::Unknown }
     }
@@ -71,20 +69,20 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         self.bus
     }
 
-    /// Brings the part from any state into the configuration: waits for its boot, leaves other
-    /// register banks, 3-wire SPI and I3C, checks its identity, resets it, writes the configuration and
-    /// reads it back, and waits for the gyroscope's turn-on: the next sample can be used. May be
-    /// called again at any time.
+    /// Brings the part from any state into the configuration, after which the next sample can be used. May be called
+    /// again at any time.
     ///
-    /// # Errors
-    /// The first register that does not hold the expected value.
+    /// Waits for the part's boot; leaves other register banks, 3-wire SPI and I3C; checks the identity and resets the
+    /// part; writes the configuration and reads it back; waits for the gyroscope's turn-on.
+    ///
+    /// # Errors The first register that does not hold the expected value.
     pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
         self.holding = Holding::Unknown;
         delay.delay_us(BOOT_MICROS).await;
         self.make_readable().await?;
         match self.check_identity().await {
             Err(Error::Identity { .. }) => {
-                // Ends I3C mode, in which its end cannot be read: the identity decides.
+                // Ends I3C mode. The end of the reset cannot be read in that mode, so the identity decides.
                 let _ = self.reset(delay).await;
                 self.check_identity().await?;
             }
@@ -120,8 +118,8 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         check_identity(read)
     }
 
-    /// Checks the identity, and reads back the register after it, which has the accelerometer's data rate, in
-    /// one transfer.
+    /// Checks the identity, and reads back the register with the accelerometer's data rate, which follows it, in one
+    /// transfer.
     ///
     /// # Errors
     /// As [`check_identity`](Self::check_identity) and [`check`](Self::check).
@@ -138,8 +136,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         }
     }
 
-    /// Reads every register of the configuration back. Detects a part that was reset unnoticed,
-    /// by a dip of its supply.
+    /// Reads every register of the configuration back. Detects a part that a dip of its supply has reset unnoticed.
     ///
     /// # Errors
     /// [`Error::ReadBack`] with the first register that differs. Samples are unavailable until
@@ -152,8 +149,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         Ok(())
     }
 
-    /// Reads one register of [`Config::writes`] back, if
-    /// [`verify`](Self::verify) would take too long.
+    /// Reads one register of [`Config::writes`] back. For use where [`verify`](Self::verify) would take too long.
     ///
     /// # Errors
     /// [`Error::ReadBack`] if it differs.
@@ -168,7 +164,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub async fn sample(&mut self) -> Result<RawSample, Error<BUS::Error>> {
-        // Checked before the transfer, too: without a scale nothing is read.
+        // Checked before the transfer as well, because nothing is read without a scale.
         self.scale()?;
         let mut frame = BURST;
         self.transfer(&mut frame).await?;
@@ -214,10 +210,10 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
 
     /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
     ///
-    /// # Errors
-    /// Errors of the bus and the registers; a part that fails its limits is a result, not an error.
-    /// After an error the part may be under a test signal: samples are unavailable until
-    /// [`init`](Self::init) has succeeded.
+    /// Errors of the bus and the registers. A part that fails its limits is a result, not an error.
+    ///
+    /// After an error the part may be under a test signal, so samples are unavailable until [`init`](Self::init) has
+    /// succeeded.
     pub async fn self_test(
         &mut self,
         delay: &mut impl DelayNs,
@@ -284,12 +280,11 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         Err(Error::DataReadyTimeout { read })
     }
 
-    /// Writes the settings that prevent reading, without reading: in another bank `WHO_AM_I`
-    /// is another register, and with 3-wire SPI the answers come on the part's input. Both persist
-    /// until the part loses its supply.
+    /// Writes the settings that prevent reading, without reading. In another bank `WHO_AM_I` is another register, and
+    /// with 3-wire SPI the responses come on the part's input. Both persist until the part loses its supply.
     ///
-    /// A part whose INT1 is high at its power-up or reset, by a pulse of its own too, answers on I3C alone, but takes
-    /// writes; with I3C disabled a reset ends that (STMicroelectronics/stm32-lsm6dso #1, Zephyr #20913, #39181) \[S\].
+    /// A part whose INT1 is high at its power-up or reset, even by a pulse of its own, answers only on I3C, but takes
+    /// writes. A reset with I3C disabled ends that (STMicroelectronics/stm32-lsm6dso #1, Zephyr #20913, #39181) \[S\].
     async fn make_readable(&mut self) -> Result<(), Error<BUS::Error>> {
         self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
         self.write(register::INT1_CTRL.address, 0).await?;
@@ -297,8 +292,8 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         self.write(register::CTRL3_C.address, self.config.params().ctrl3_c()).await
     }
 
-    /// Resets the registers with the gyroscope off and the accelerometer in high-performance mode, which is ST's order for
-    /// this family \[S\].
+    /// Resets the registers, with the gyroscope off and the accelerometer in high-performance mode: ST's order for this
+    /// family \[S\].
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
         self.write(register::CTRL2_G.address, 0).await?;
         self.write(register::CTRL6_C.address, 0).await?;
@@ -335,7 +330,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         decode(&frame, config)
     }
 
-    /// Returns the configuration that gives codes their scale, if the part holds it.
+    /// Returns the configuration if the part holds it. It gives codes their scale.
     fn scale(&self) -> Result<&Config, Error<BUS::Error>> {
         match self.holding {
             Holding::Config => Ok(&self.config),
@@ -371,7 +366,7 @@ fn check_read_back<E>(write: Write, read: u8) -> Result<(), Error<E>> {
     }
 }
 
-/// Request for a sample: an address, and space for the answer.
+/// Request for a sample: an address, and space for the response.
 const BURST: [u8; SAMPLE_BYTES + 1] = {
     let mut frame = [0; SAMPLE_BYTES + 1];
     let [address, ..] = &mut frame;

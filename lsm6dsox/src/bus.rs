@@ -1,4 +1,4 @@
-//! The part's buses: SPI, which is any `SpiDevice`, with its mode and clock; and I²C.
+//! The part's buses: SPI (any `SpiDevice`), with its mode and clock, and I²C.
 
 use embedded_hal::spi::{MODE_3, Mode};
 use embedded_hal::{i2c, spi};
@@ -10,10 +10,11 @@ pub trait Bus {
     /// Error of a transfer.
     type Error;
 
-    /// Whether the part is to keep its I²C interface.
+    /// Whether the part keeps its I²C interface.
     const IS_I2C: bool;
 
-    /// Reads registers, from the address in the first byte of `frame` on, with [`Register::READ`], into the others.
+    /// Reads registers into all bytes of `frame` but the first. That is the first register's address, with
+    /// [`Register::READ`].
     ///
     /// # Errors
     /// The transfer failed.
@@ -74,19 +75,19 @@ pub const SPI_MODE: Mode = MODE_3;
 
 /// Largest clock of the part's SPI, Hz \[D\]. Clock dividers that round up exceed it.
 ///
-/// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing,
-/// `tv(SO)`), which is the whole half period: at this clock a slow part leaves no setup time for the
-/// master. [`BusSpeed::Full`] leaves 50 ns.
+/// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing, `tv(SO)`). That
+/// is the whole half period, so at this clock a slow part leaves the master no setup time. [`BusSpeed::Full`] leaves 50
+/// ns.
 pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
-/// Speed of the part's bus, slowest first, in parts of the one for which the board is made.
+/// Speed of the part's bus, slowest first, as a fraction of the speed for which the board is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BusSpeed {
-    /// A quarter: SPI leaves room for edges of the clock that take 200 ns.
+    /// A quarter. SPI leaves room for clock edges of 200 ns.
     Quarter,
-    /// A half: SPI leaves room for a data line that is slower than any part, as with long wires or level shifters.
+    /// A half. SPI leaves room for a data line slower than that of any part, as with long wires or level shifters.
     Half,
-    /// All of it.
+    /// The full speed.
     #[default]
     Full,
 }

@@ -1,8 +1,7 @@
-//! Settings of the part and their validation: parameters go in, a valid configuration comes out.
+//! Settings of the part and their validation.
 //!
-//! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`] a
-//! driver takes, or names the invalid field. [`Config::writes`] is the only place where
-//! settings become register values.
+//! [`Params`] is the user's input. [`Params::validate`] turns it into the [`Config`] of a driver, or names the invalid
+//! field. [`Config::writes`] is the only place where settings become register values.
 
 use core::fmt;
 
@@ -53,8 +52,8 @@ pub struct Params {
     pub accel: AccelParams,
     /// The gyroscope.
     pub gyro: GyroParams,
-    /// A word being read is not updated between its two bytes. It protects each 16-bit word,
-    /// not the set of six.
+    /// Whether a word is not updated between the reads of its two bytes. This protects each 16-bit word, not the set of
+    /// six.
     pub block_data_update: bool,
     /// Pin that signals new samples.
     pub data_ready: Option<DataReady>,
@@ -65,14 +64,14 @@ pub struct Params {
 impl Params {
     /// A fresh sample at each tick of a 1 kHz timer.
     ///
-    /// The part has no 1 kHz rate and a clock of its own. So both sensors run at 6667 Hz behind
-    /// low-pass filters of matching cut-off (gyroscope 335 Hz, accelerometer 333 Hz), both below
-    /// the 500 Hz that a 1 kHz timer can carry, and at each tick the next data-ready edge is at
-    /// most 150 µs away. 833 Hz would repeat samples; 1667 Hz leaves the gyroscope 1108 Hz wide.
+    /// The part has no 1 kHz rate, and a clock of its own. So both sensors run at 6667 Hz, and at each tick the next
+    /// data-ready edge is at most 150 µs away. Low-pass filters of matching cut-off (gyroscope 335 Hz, accelerometer
+    /// 333 Hz) keep the signal below the 500 Hz that a 1 kHz timer can carry. 833 Hz would repeat samples; 1667 Hz
+    /// leaves the gyroscope 1108 Hz wide.
     ///
-    /// The filters are of second order: motion above 500 Hz is folded down, attenuated by 12 dB at 667 Hz, 17 dB
-    /// at 900 Hz and 19 dB at 1 kHz. `docs/reference/evaluation.md` compares settings that attenuate more, on a leg
-    /// that rings.
+    /// The filters are of second order. They fold motion above 500 Hz down, attenuated by 12 dB at 667 Hz, 17 dB at 900
+    /// Hz and 19 dB at 1 kHz. `docs/reference/evaluation.md` compares settings that attenuate more, on a
+    /// leg that rings.
     pub const FRESH_KILOHERTZ: Self = Self {
         accel: AccelParams {
             odr: Odr::Hz6667,
@@ -93,9 +92,9 @@ impl Params {
         timestamp: true,
     };
 
-    /// A fresh sample at each tick of a 417 Hz timer, for processors that are too slow for a kilohertz: as
-    /// [`FRESH_KILOHERTZ`](Self::FRESH_KILOHERTZ), behind filters of 148 and 171 Hz, below the 208 Hz that such a
-    /// timer can carry.
+    /// A fresh sample at each tick of a 417 Hz timer, for processors that are too slow for a kilohertz. As
+    /// [`FRESH_KILOHERTZ`](Self::FRESH_KILOHERTZ), with filters of 148 and 171 Hz, below the 208 Hz that such a timer
+    /// can carry.
     pub const FRESH_417_HERTZ: Self = Self {
         accel: AccelParams { filter: AccelFilter::OdrDiv45, ..Self::FRESH_KILOHERTZ.accel },
         gyro: GyroParams { filter: GyroFilter::Lpf1(Ftype::F2), ..Self::FRESH_KILOHERTZ.gyro },
@@ -206,7 +205,7 @@ impl Params {
     }
 }
 
-/// Validated settings. Only [`Params::validate`] makes one.
+/// Validated settings. Only [`Params::validate`] creates them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
     params: Params,
@@ -313,7 +312,7 @@ const fn write(register: &'static Register, value: u8) -> Write {
     Write { register, value }
 }
 
-/// Reason for which parameters were rejected.
+/// Reason why parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParamsError {
     /// Path of the field in [`Params`].

@@ -1,7 +1,7 @@
 //! The driver over a blocking [`Bus`].
 //!
-//! Every method corresponds to one of [`asynch::Lsm6dsox`] on a bus whose
-//! answers are always ready: polling it a single time completes it.
+//! Every method corresponds to one of [`asynch::Lsm6dsox`]. The bus is always ready, so a single poll completes each
+//! call.
 
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
@@ -48,7 +48,7 @@ impl<D: DelayNs> embedded_hal_async::delay::DelayNs for Blocking<&mut D> {
     }
 }
 
-/// Runs a future that never waits: its first poll completes it, and the loop spares a panic.
+/// Runs a future that never waits. Its first poll completes it; the loop avoids a panic.
 fn run<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
@@ -66,7 +66,7 @@ pub struct Lsm6dsox<BUS> {
 }
 
 impl<BUS: Bus> Lsm6dsox<BUS> {
-    /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
+    /// Creates a driver without accessing the bus. Call [`init`](Self::init) next.
     pub const fn new(bus: BUS, config: Config) -> Self {
         Self { inner: asynch::Lsm6dsox::new(Blocking(bus), config) }
     }
@@ -81,13 +81,13 @@ impl<BUS: Bus> Lsm6dsox<BUS> {
         self.inner.release().0
     }
 
-    /// Brings the part from any state into the configuration: waits for its boot, leaves other
-    /// register banks, 3-wire SPI and I3C, checks its identity, resets it, writes the configuration and
-    /// reads it back, and waits for the gyroscope's turn-on: the next sample can be used. May be
-    /// called again at any time.
+    /// Brings the part from any state into the configuration, after which the next sample can be used. May be called
+    /// again at any time.
     ///
-    /// # Errors
-    /// The first register that does not hold the expected value.
+    /// Waits for the part's boot; leaves other register banks, 3-wire SPI and I3C; checks the identity and resets the
+    /// part; writes the configuration and reads it back; waits for the gyroscope's turn-on.
+    ///
+    /// # Errors The first register that does not hold the expected value.
     pub fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
         run(self.inner.init(&mut Blocking(delay)))
     }
@@ -112,8 +112,7 @@ impl<BUS: Bus> Lsm6dsox<BUS> {
         run(self.inner.check_identity())
     }
 
-    /// Reads every register of the configuration back. Detects a part that was reset unnoticed,
-    /// by a dip of its supply.
+    /// Reads every register of the configuration back. Detects a part that a dip of its supply has reset unnoticed.
     ///
     /// # Errors
     /// [`Error::ReadBack`] with the first register that differs. Samples are unavailable until
@@ -122,8 +121,7 @@ impl<BUS: Bus> Lsm6dsox<BUS> {
         run(self.inner.verify())
     }
 
-    /// Reads one register of [`Config::writes`] back, if
-    /// [`verify`](Self::verify) would take too long.
+    /// Reads one register of [`Config::writes`] back. For use where [`verify`](Self::verify) would take too long.
     ///
     /// # Errors
     /// [`Error::ReadBack`] if it differs.
@@ -168,9 +166,10 @@ impl<BUS: Bus> Lsm6dsox<BUS> {
     /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
     ///
     /// # Errors
-    /// Errors of the bus and the registers; a part that fails its limits is a result, not an error.
-    /// After an error the part may be under a test signal: samples are unavailable until
-    /// [`init`](Self::init) has succeeded.
+    /// Errors of the bus and the registers. A part that fails its limits is a result, not an error.
+    ///
+    /// After an error the part may be under a test signal, so samples are unavailable until [`init`](Self::init) has
+    /// succeeded.
     pub fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<SelfTest, Error<BUS::Error>> {
         run(self.inner.self_test(&mut Blocking(delay)))
     }

@@ -32,8 +32,8 @@ pub enum Error<E> {
         /// Value read.
         read: u8,
     },
-    /// A status register has bits set that no part sets: the value read is not a status, and
-    /// the data read with it are invalid.
+    /// A status register has bits set that no part sets. The value read is no status, and the data read with it are
+    /// invalid.
     Status {
         /// Status register.
         register: Register,
@@ -45,8 +45,8 @@ pub enum Error<E> {
         /// Last value of `STATUS_REG`.
         read: u8,
     },
-    /// The part is not known to hold the configuration, so that its codes have no scale: it was
-    /// not initialised, was switched off, or an init, a check or a self-test has failed since.
+    /// The part is not known to hold the configuration, so its codes have no scale. It was not initialised, was
+    /// switched off, or an init, a check or a self-test has failed since.
     Unconfigured,
 }
 

@@ -1,13 +1,12 @@
-//! Detection of a part that reports new samples with old values: whole part, one sensor, or one axis.
+//! Detection of a part that reports new samples with old values: the whole part, one sensor, or one axis.
 //!
-//! Codes scatter by their sensor's noise, so they also repeat by chance, with a probability that depends
-//! on the noise in codes: at the kilohertz preset 4.1 codes of specific force and 1.0 of angular rate. The
-//! probability of a repeat, largest if the mean lies in the middle of a code, with the filter's
-//! correlation of 0.24 from one sample to the next:
+//! Codes scatter by their sensor's noise, so they also repeat by chance. The probability depends on the noise in codes:
+//! at the kilohertz preset 4.1 codes of specific force and 1.0 of angular rate. It is largest if the mean lies in the
+//! middle of a code. With that, and with the filter's correlation of 0.24 from one sample to the next, it is:
 //!
-//! | noise of | accelerometer | gyroscope |
+//! | noise | accelerometer | gyroscope |
 //! |---|---|---|
-//! | the preset | 0.10 | 0.39 |
+//! | that of the preset | 0.10 | 0.39 |
 //! | half of it | 0.20 | 0.69 |
 //!
 //! Repeats are counted in blocks of [`BLOCK`](FrozenDetector::BLOCK) samples, in which an axis has
@@ -20,10 +19,9 @@
 //! | one axis of the gyroscope | 8 | 90 samples | 5 · 10⁻²¹ | 0.25 |
 //! | the gyroscope | 3 | 40 samples | 2 · 10⁻²⁵ | 0.002 |
 //!
-//! A unit test computes these values. Below 0.49 codes of noise, behind a narrow filter or at a wide
-//! full scale, repeats indicate nothing; the same holds at the end of the range. The kilohertz preset has twice that noise
-//! of angular rate; the preset for 417 Hz, behind its filter of 171 Hz, has 0.7 codes, which 30 % less noise brings to that
-//! limit.
+//! A unit test computes these values. Below 0.49 codes of noise, behind a narrow filter or at a wide full scale,
+//! repeats prove nothing. Neither do they at the end of the range. The kilohertz preset has twice that noise of angular
+//! rate. The preset for 417 Hz, with its filter of 171 Hz, has 0.7 codes; a part with 30 % less noise is at the limit.
 
 use crate::sample::RawSample;
 
@@ -54,13 +52,13 @@ impl FrozenDetector {
     /// Samples per block.
     pub const BLOCK: u8 = 10;
 
-    /// Blocks without a change from which one axis of the accelerometer counts as stuck, …
+    /// Blocks without a change from which one axis of the accelerometer counts as stuck.
     pub const ACCEL_AXIS_BLOCKS: u8 = 2;
-    /// … all three of its axes, …
+    /// Blocks without a change from which all axes of the accelerometer count as stuck.
     pub const ACCEL_BLOCKS: u8 = 1;
-    /// … one axis of the gyroscope, …
+    /// Blocks without a change from which one axis of the gyroscope counts as stuck.
     pub const GYRO_AXIS_BLOCKS: u8 = 8;
-    /// … and all three of its axes.
+    /// Blocks without a change from which all axes of the gyroscope count as stuck.
     pub const GYRO_BLOCKS: u8 = 3;
 
     /// Mask of all axes: the part as a whole.
@@ -72,8 +70,8 @@ impl FrozenDetector {
         Self::default()
     }
 
-    /// Processes the next sample and returns the frozen axes: bit *i* is axis *i* of ax ay az wx wy wz.
-    /// Stale samples change nothing: they are flagged already.
+    /// Processes the next sample and returns the frozen axes: bit *i* is axis *i* of ax ay az wx wy wz. Stale samples
+    /// change nothing, because they are already flagged.
     pub fn update(&mut self, sample: &RawSample) -> u8 {
         if !sample.is_fresh() {
             return self.frozen();
@@ -92,8 +90,8 @@ impl FrozenDetector {
         self.frozen()
     }
 
-    /// Number of consecutive repeats of the last sample, for a caller that cannot wait for
-    /// [`REPEATS`](Self::REPEATS) of them.
+    /// Number of consecutive repeats of the last sample, for a caller that cannot wait for [`REPEATS`](Self::REPEATS)
+    /// repeats.
     #[must_use]
     pub const fn repeats(&self) -> u16 {
         self.repeats
@@ -112,7 +110,7 @@ impl FrozenDetector {
         self.seen && axes.all(|(now, before)| *now || before)
     }
 
-    /// Called once per block, and at the first sample, which has no predecessor.
+    /// Ends a block. Called once per block, and at the first sample, which has no predecessor.
     fn end_block(&mut self) {
         let changed = core::mem::take(&mut self.changed);
         self.left = Self::BLOCK - 1;

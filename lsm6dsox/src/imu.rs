@@ -1,22 +1,23 @@
-//! The sensor's samples as those of the estimator (feature `estimator`).
+//! Conversion of the sensor's samples to the estimator's (feature `estimator`).
 //!
-//! Sensor and estimator are independent; they meet here, on the foot and in every program
-//! on a host. Units are SI on both sides, so this module adds time and validity.
+//! Sensor and estimator are independent. They meet here, on the foot and in every program on a host. Units are SI on
+//! both sides, so this module adds time and validity.
 
 use crate::{RawSample, Sample};
 use estimator_core::{
     AngularRate, ImuSample, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
 
-/// Time for which a clipped sample is in the output of the accelerometer's filter, µs: a tenth of it is left after
-/// 1.1 ms at its cut-off of 333 Hz; and half a tick.
+/// Time for which a clipped sample is in the output of the accelerometer's filter, µs. At a cut-off of 333 Hz a tenth
+/// of it is left after 1.1 ms; half a tick is added.
 const FILTER_MICROS: u64 = 1_500;
 
 /// Conversion of samples in order of time.
 ///
-/// The accelerometer clips before its filter, which makes a shock of a millisecond beyond the range a sample near its
-/// end: a sample near the full scale counts as saturated, and so do those that follow while the filter rings down. A
-/// shock too short to come near it is not detected. The gyroscope has a margin of 15 % beyond its full scale.
+/// The accelerometer clips before its filter. So a shock of a millisecond beyond the range becomes a sample near its
+/// end. A sample near the full scale therefore counts as saturated, and so do the following ones while the filter rings
+/// down. A shock too short to come near the full scale is not detected. The gyroscope has a margin of 15 % beyond its
+/// full scale.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conversion {
     /// Time of the last sample near the accelerometer's full scale.
@@ -43,7 +44,7 @@ impl Conversion {
     }
 }
 
-/// Creates an invalid sample for one that could not be read at `timestamp`.
+/// Creates an invalid sample in place of one that could not be read at `timestamp`.
 #[must_use]
 pub fn missing_sample(timestamp: Timestamp) -> ImuSample {
     ImuSample { timestamp, validity: Validity::Invalid, ..ImuSample::default() }

@@ -1,12 +1,12 @@
-//! The LSM6DSOX, accelerometer and gyroscope, over SPI or I²C.
+//! The LSM6DSOX, an accelerometer and gyroscope, over SPI or I²C.
 //!
-//! The path of a sample, one module a step:
+//! The path of a sample, one module per step:
 //!
 //! | step | module |
 //! |---|---|
-//! | the registers: addresses, fields, values after reset | [`register`] |
+//! | registers: addresses, fields, values after reset | [`register`] |
 //! | data rates, filters, pins | [`setting`] |
-//! | settings, validated, and their register values | [`config`] |
+//! | validated settings, and their register values | [`config`] |
 //! | SPI or I²C, and their clocks | [`bus`] |
 //! | init, burst, self-test on the bus | [`driver`] (blocking), [`asynch`] |
 //! | sixteen bytes → codes that carry their scale → SI units | [`sample`], [`scale`] |
@@ -16,12 +16,16 @@
 //! | samples of the estimator (feature `estimator`) | `imu` |
 //! | simulated part, for hosts (feature `sim`) | `sim` |
 //!
-//! Facts about the part carry the mark of their source: **\[P\]** ST's own C driver,
-//! **\[D\]** the datasheet of a register-compatible sibling (LSM6DSO32, LSM6DSO), **\[S\]**
-//! secondary. Facts marked D or S are to be checked against the part's data sheet, DS12814.
+//! Facts about the part are marked with their source:
 //!
-//! No allocation, no `unsafe`, no panic on any bytes from the bus; the feature `sim` is for
-//! hosts and allocates.
+//! - **\[P\]** ST's own C driver;
+//! - **\[D\]** the datasheet of a register-compatible sibling (LSM6DSO32, LSM6DSO);
+//! - **\[S\]** a secondary source.
+//!
+//! Check facts marked D or S against the part's data sheet, DS12814.
+//!
+//! The crate does not allocate, has no `unsafe`, and panics on no bytes from the bus. The feature `sim` is for hosts
+//! and allocates.
 #![cfg_attr(
     feature = "sim",
     doc = r#"
@@ -72,7 +76,7 @@ pub mod sample;
 pub mod scale;
 pub mod self_test;
 pub mod setting;
-// The simulation runs on hosts only, where its indices are checked by tests over random transactions.
+// The simulation runs only on hosts. Tests over random transactions check its indices.
 #[cfg(feature = "sim")]
 #[allow(clippy::indexing_slicing)]
 pub mod sim;

@@ -1,6 +1,6 @@
 //! Noise of the outputs at rest, from the part's noise density and the configured filter.
 //!
-//! The estimator's kernel bandwidths are derived from it, and so follow the sensor's setting.
+//! The estimator's kernel bandwidths are derived from it, and so follow the sensor's settings.
 
 use crate::config::Config;
 use crate::scale::{AccelFullScale, DEGREE, STANDARD_GRAVITY};
@@ -9,8 +9,8 @@ use crate::setting::Odr;
 /// The gyroscope's noise density, m°/s/√Hz, at any full scale \[D, S\].
 pub const GYRO_MILLI_DPS_PER_ROOT_HERTZ: f32 = 3.8;
 
-/// The accelerometer's noise density, µg/√Hz \[S\]; ±2 g and ±8 g are less certain than ±4 g and
-/// ±16 g, which several sources give.
+/// The accelerometer's noise density, µg/√Hz \[S\]. The values for ±4 g and ±16 g have several sources; those for ±2 g
+/// and ±8 g are less certain.
 #[must_use]
 pub const fn accel_micro_g_per_root_hertz(full_scale: AccelFullScale) -> f32 {
     match full_scale {
@@ -33,8 +33,8 @@ pub struct Noise {
 impl Config {
     /// Returns the noise density times the root of the cut-off frequency.
     ///
-    /// The cut-off approximates the noise bandwidth, which for a second-order filter is 11 %
-    /// wider: a real part has some 5 % more noise, and rounding to whole codes adds to it.
+    /// The cut-off approximates the noise bandwidth, which for a second-order filter is 11 % wider. So a real part has
+    /// some 5 % more noise, and rounding to whole codes adds to it.
     #[must_use]
     pub fn noise(&self) -> Noise {
         let accel = &self.params().accel;

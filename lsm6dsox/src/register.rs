@@ -1,9 +1,9 @@
 //! Registers in use: the description shared by the drivers and the simulated part.
 //!
-//! Addresses, bit fields and the identity are those of ST's own C driver \[P\]; the other values
-//! after reset are secondary \[S\]; the drivers write the registers of a configuration in full.
+//! Addresses, bit fields and the identity are those of ST's own C driver \[P\]. The other values after reset are
+//! secondary \[S\]. The drivers write the registers of a configuration in full.
 
-/// Access that the bus has to a register.
+/// Kind of access to a register over the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Can be written and read back.
@@ -23,7 +23,7 @@ pub struct Register {
     pub reset: u8,
     /// Access that the bus has to the register.
     pub access: Access,
-    /// Bits with a function. The others are reserved: they keep their value after reset.
+    /// Bits with a function. The others are reserved, and keep their value after reset.
     pub mask: u8,
 }
 
@@ -37,8 +37,8 @@ impl Register {
         self.address | Self::READ
     }
 
-    /// Returns whether two values agree in all fields. Reserved bits read as anything: the data sheet does not
-    /// specify them.
+    /// Returns whether two values agree in all fields. Reserved bits may read as anything, because the data sheet does
+    /// not specify them.
     #[must_use]
     pub const fn agree(&self, first: u8, second: u8) -> bool {
         (first ^ second) & self.mask == 0

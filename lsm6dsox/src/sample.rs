@@ -1,7 +1,6 @@
 //! One burst of bytes: status, temperature, angular rate and specific force at one instant.
 //!
-//! [`RawSample`] contains the part's codes with their scale; [`RawSample::to_si`] is the only
-//! conversion to SI units.
+//! [`RawSample`] contains the part's codes with their scale. [`RawSample::to_si`] is the only conversion to SI units.
 
 use crate::config::Config;
 use crate::register::{self, STATUS_REG, status_reg};
@@ -15,7 +14,7 @@ pub const SAMPLE_BYTES: usize = (register::OUTZ_H_A.address - STATUS_REG.address
 pub struct Status(u8);
 
 impl Status {
-    /// Accepts a byte that a part can have sent: its reserved bits are zero.
+    /// Accepts a byte that a part can send, whose reserved bits are zero.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Option<Self> {
         if STATUS_REG.keeps_reserved_bits(bits) { Some(Self(bits)) } else { None }
@@ -102,8 +101,8 @@ impl RawSample {
 
     /// Returns whether any axis of either sensor is at the end of its range.
     ///
-    /// A shock shorter than the filters can exceed the range and yet come out below its end,
-    /// smoothed: see `Conversion` in `imu`.
+    /// The filters can smooth a shock that exceeds the range to a value below the end of the range: see `Conversion` in
+    /// `imu`.
     #[must_use]
     pub fn is_saturated(&self) -> bool {
         self.specific_force.is_saturated() || self.angular_rate.is_saturated()

@@ -117,10 +117,9 @@ impl FullScale for GyroFullScale {
         self.milli_dps_per_code() * 1.0e-3 * DEGREE
     }
 
-    /// The nominal full scale, 125 °/s / 4.375 m°/s and its multiples: the part does output
-    /// codes beyond it, up to the end of the 16-bit range, and ST states that they are clipped
-    /// and meaningless (ST community, *Valid range (Full Scale) for the gyroscope
-    /// (LSM6DSOX)*, 2025) \[S\].
+    /// The nominal full scale, 125 °/s / 4.375 m°/s and its multiples. The part does output codes beyond it, up to the
+    /// end of the 16-bit range. ST states that they are clipped and meaningless (ST community, *Valid range (Full
+    /// Scale) for the gyroscope (LSM6DSOX)*, 2025) \[S\].
     fn limit(self) -> u16 {
         28_571
     }
@@ -144,8 +143,7 @@ impl<S: FullScale> Codes<S> {
         [f32::from(x) * sensitivity, f32::from(y) * sensitivity, f32::from(z) * sensitivity]
     }
 
-    /// Returns per axis whether the code is at or beyond the end of the range: the true value is
-    /// further out.
+    /// Returns per axis whether the code is at or beyond the end of the range, so that the true value is further out.
     #[must_use]
     pub fn saturated(&self) -> [bool; 3] {
         let limit = self.full_scale.limit();

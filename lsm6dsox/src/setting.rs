@@ -247,7 +247,7 @@ pub enum Sensor {
 /// One of the two interrupt pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pin {
-    /// INT1. A high level at power-up selects I3C and nothing else: no pull-up here.
+    /// INT1. A high level at power-up leaves only I3C enabled, so it must not have a pull-up.
     Int1,
     /// INT2.
     Int2,

@@ -1,18 +1,17 @@
-//! Settings in flash: two pages, one record, the newest complete one is valid.
+//! Settings in flash: two pages of records. The newest complete record is valid.
 //!
-//! A record is appended to a page with a checksum, read back, and only then reported as stored; if
-//! it does not read back it is written once more, behind the first. Whichever byte a power cut interrupts,
-//! the next load gives the settings from before or from after the write, never a mixture. If
-//! the newest record has decayed, the previous one is used, and that is reported. A load writes
-//! nothing. The pages themselves are described in `pages`.
+//! A store appends a record with a checksum to a page and reads it back. Only then is the record reported as stored. If
+//! it does not read back, it is written once more, behind the first. Whichever byte a power cut interrupts, the next
+//! load returns the settings from before or from after the write, never a mixture. If the newest record has decayed,
+//! the previous one is used, and that is reported. A load writes nothing. `pages` describes the pages themselves.
 //!
-//! **Cost of a store.** If code runs from the flash that is written, as on the board, each of
-//! some 160 words stalls the processor for 16 µs, 100 µs at most: no tick is lost. About one
-//! store in 25 finds its page full and must erase the other, which stops everything for 0.25 to
-//! 0.5 s. That is done only where it is [allowed](Erase): the foot allows it in pre-operational and in
-//! stopped state, where no process data go out, and refuses a store in operational state that would
-//! need it, with the abort code "only in pre-operational state". A restore appends an empty record, so
-//! it costs no more than a store.
+//! **Cost of a store.** If code runs from the flash that is written, as on the board, each of some 160 words stalls the
+//! processor for 16 µs, at most 100 µs. No tick is lost. About one store in 25 finds its page full and must erase the
+//! other page, which stops everything for 0.25 to 0.5 s.
+//!
+//! An erase happens only where it is [allowed](Erase). The foot allows it in pre-operational and in stopped state,
+//! where it sends no process data. In operational state it refuses a store that needs an erase, with the abort code
+//! "only in pre-operational state". A restore appends an empty record, so it costs no more than a store.
 //!
 //! The record:
 //!
@@ -23,9 +22,9 @@
 //! | 2 | sub-index |
 //! | 3 to 6 | the value, zero-extended |
 //!
-//! Settings are found by address, and a record may be of any length, so another version of the
-//! dictionary reads the settings it knows: new ones have their defaults, unknown or no longer allowed ones
-//! are left out and reported. An address is never reused.
+//! Settings are found by address, and a record may have any length. So another version of the dictionary reads the
+//! settings that it knows. New settings have their defaults. Settings that are unknown or no longer allowed are left
+//! out and reported. An address is never reused.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -72,25 +71,25 @@ const RECORD: usize = HEAD + SETTINGS * ENTRY;
 pub enum Origin {
     /// The flash.
     Stored,
-    /// Defaults: none were stored, or the defaults were restored.
+    /// Defaults, because none were stored or the defaults were restored.
     #[default]
     Blank,
-    /// Stored settings cannot be read, or only some of them: older ones or defaults replace the rest.
+    /// Some or all stored settings cannot be read. Older ones or defaults replace them.
     Corrupted,
-    /// Defaults: the stored settings are incompatible with each other.
+    /// Defaults, because the stored settings are incompatible with each other.
     Incompatible,
-    /// Defaults: the stored settings were not read, after [`MOST_WATCHDOG_RESETS`] in a row.
+    /// Defaults, because the stored settings were not read after [`MOST_WATCHDOG_RESETS`] in a row.
     NotRead,
-    /// The flash, except the learnt values: they are of another version, or damaged, and the foot learns again.
+    /// The flash, except the learnt values. They have another version, or are damaged, and the foot learns again.
     NotLearnt,
 }
 
-/// Resets by the watchdog in a row after which the stored settings are not read: they may be the cause.
+/// Consecutive resets by the watchdog after which the stored settings are not read, because they may be the cause.
 pub const MOST_WATCHDOG_RESETS: u32 = 3;
 
 impl Origin {
-    /// Detail of [`Fault::ConfigCorrupted`](wire::Fault::ConfigCorrupted), if the settings in use are not
-    /// those stored.
+    /// Detail of [`Fault::ConfigCorrupted`](wire::Fault::ConfigCorrupted), if the settings in use differ from the
+    /// stored ones.
     #[must_use]
     pub const fn fault_detail(self) -> Option<u32> {
         match self {
@@ -108,7 +107,7 @@ pub struct Storage<F: NorFlash> {
     pages: Pages<F>,
 }
 
-/// The range does not fit the flash: it must be at least two whole pages.
+/// Error of a range that does not fit the flash. It must be at least two whole pages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WrongRange;
 
@@ -131,7 +130,7 @@ where
             return (Settings::default(), Origin::Corrupted);
         };
         let Some(item) = latest.item else {
-            // Flash that another program used was never written here.
+            // Flash that only another program has used was never written here.
             let is_used = latest.damaged || !matches!(self.pages.were_used(), Ok(false));
             let origin = if is_used { Origin::Corrupted } else { Origin::Blank };
             return (Settings::default(), origin);
@@ -140,8 +139,8 @@ where
         if latest.damaged { (settings, Origin::Corrupted) } else { (settings, origin) }
     }
 
-    /// Returns the stored value of a setting, zero-extended, without knowing the dictionary: for the bootloader, which
-    /// has no room for it. `None` if the setting is not stored or the record cannot be read.
+    /// Returns the stored value of a setting, zero-extended, without the dictionary, for which the bootloader has no
+    /// room. `None` if the setting is not stored or the record cannot be read.
     pub fn raw_value(&mut self, wanted: Address) -> Option<u32> {
         let item = self.pages.newest().ok()?.item?;
         self.entries(item)
@@ -150,15 +149,14 @@ where
             .map(|[.., v0, v1, v2, v3]| u32::from_le_bytes([v0, v1, v2, v3]))
     }
 
-    /// Stores settings. The previous ones are the older record, and are erased later.
+    /// Stores settings. The previous settings are the older record, and are erased later.
     ///
-    /// # Errors
-    /// See [`StoreFailed`]; the previous record is unchanged.
+    /// # Errors See [`StoreFailed`]. The previous record is unchanged.
     pub fn store(&mut self, settings: &Settings, erase: Erase) -> Result<(), StoreFailed> {
         self.pages.append(&encode(settings), erase)
     }
 
-    /// Deletes the stored settings: the next load returns the defaults.
+    /// Deletes the stored settings, so that the next load returns the defaults.
     ///
     /// # Errors
     /// As [`store`](Self::store).
@@ -205,7 +203,7 @@ where
         (settings, origin)
     }
 
-    /// Whole entries of a record; `None` for one that cannot be read.
+    /// Whole entries of a record; `None` for an entry that cannot be read.
     fn entries(&mut self, item: Item) -> impl Iterator<Item = Option<[u8; ENTRY]>> {
         let count = usize::from(item.length).saturating_sub(HEAD) / ENTRY;
         let first = item.data + HEAD as u32;
@@ -240,7 +238,7 @@ const fn address_of(&[i0, i1, subindex, ..]: &[u8; ENTRY]) -> Address {
     Address::new(u16::from_le_bytes([i0, i1]), subindex)
 }
 
-/// Setting in an entry, if this program has it with a matching type.
+/// Setting in an entry, if this program has that setting with a matching type.
 fn setting(entry: &[u8; ENTRY]) -> Option<(Address, Value)> {
     let (address, &[.., v0, v1, v2, v3]) = (address_of(entry), entry);
     let Ok(Place::Entry(known, Some(_))) = dictionary::find(address) else {

@@ -1,23 +1,24 @@
-//! A log of items in two pages of flash; the newest complete one is valid.
+//! A log of items in two pages of flash. The newest complete item is valid.
 //!
-//! One page is written, the other is blank or holds earlier items. When an item no longer
-//! fits, the other page is erased unless blank, the full one is closed, and writing continues in the other: the
-//! newest item is never in the page that is erased, so a power cut leaves it or the one after it.
+//! One page is being written. The other is blank or holds earlier items. When an item no longer fits, the other page is
+//! erased unless blank, the full page is closed, and writing continues in the other. The newest item is never in the
+//! page that is erased, so a power cut leaves that item or the one after it.
 //!
 //! | bytes of a page | field |
 //! |---|---|
-//! | 0 to 3 | 0 where the page is in use |
+//! | 0 to 3 | 0 if the page is in use |
 //! | 4 … | items, one after the other |
-//! | the last 4 | 0 where the page is closed |
+//! | the last 4 | 0 if the page is closed |
 //!
 //! | bytes of an item | field |
 //! |---|---|
 //! | 0 to 3 | CRC-32 (ISO-HDLC) of the data |
 //! | 4, 5 | length of the data, not 0 |
-//! | 6, 7 | its complement |
+//! | 6, 7 | complement of the length |
 //! | 8 … | the data, then 1 to 4 bytes of 0 up to a whole word |
 //!
-//! The last byte of an item is written last: an item that has it was complete, and has decayed if its CRC is wrong. A mark
+//! The last byte of an item is written last. An item with its last byte was complete, and has decayed if its CRC is
+//! wrong. A mark counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
 //! counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
 
 use core::cmp::Reverse;
@@ -36,7 +37,7 @@ const WORD: u32 = 4;
 /// Size of the header before an item's data, bytes.
 const HEADER: u32 = 8;
 
-/// Wrong bits with which a mark or a length is still recognised.
+/// Number of wrong bits with which a mark or a length is still recognised.
 const DECAYED: u32 = 4;
 
 /// Bytes read at once.
@@ -45,8 +46,7 @@ const CHUNK: usize = 64;
 /// Attempts to write an item before the flash counts as worn out.
 const ATTEMPTS: usize = 2;
 
-/// Whether a page of flash may be erased. Meanwhile, for half a second at most, the foot does
-/// nothing else.
+/// Whether a page of flash may be erased. During an erase, half a second at most, the foot does nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Erase {
     /// The erase is allowed.
@@ -55,15 +55,15 @@ pub enum Erase {
     Refused,
 }
 
-/// Reason why the settings, or the brown-out level, could not be written. The previous ones are unchanged.
-/// The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+/// Reason why the settings, or the brown-out level, could not be written. The previous ones are unchanged. The number
+/// is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreFailed {
     /// The flash refused the write, or its contents do not read back.
     Flash,
     /// The supply is too low to write flash.
     SupplyLow,
-    /// A page must be erased first, which was not allowed.
+    /// A page must be erased first, and that was not allowed.
     NeedsErase,
 }
 
@@ -87,11 +87,11 @@ impl StoreFailed {
 /// State of a page, the least current first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Use {
-    /// It has no mark: blank, or half erased.
+    /// The page has no mark: it is blank, or half erased.
     Unmarked,
-    /// It is full.
+    /// The page is full.
     Closed,
-    /// It takes more items.
+    /// The page takes more items.
     Open,
 }
 
@@ -110,7 +110,7 @@ pub(super) struct Item {
 struct Page {
     is: Use,
     newest: Option<Item>,
-    /// Whether an item after the newest was completely written and does not match its checksum.
+    /// Whether an item after the newest was completely written but does not match its checksum.
     damaged: bool,
     /// Start of the blank part.
     free: u32,
@@ -121,7 +121,7 @@ struct Page {
 pub(super) struct Latest {
     /// Newest complete item.
     pub(super) item: Option<Item>,
-    /// Whether a newer one has decayed.
+    /// Whether a newer item has decayed.
     pub(super) damaged: bool,
 }
 
@@ -136,12 +136,12 @@ where
 {
     const SIZE: u32 = F::ERASE_SIZE as u32;
 
-    /// Bytes of data checked in a page: items of a store do not overlap, except for their remains after a
-    /// power cut. In a page with more, no item is found behind them, and none is written to it: checking it in
-    /// full could take longer than the watchdog's timeout.
+    /// Bytes of data checked in a page. Items of a store do not overlap, except for their remains after a power cut. If
+    /// a page has more, no item behind them is found, and none is written to it: checking the page in full could take
+    /// longer than the watchdog's timeout.
     const MOST_CHECKED: u32 = 2 * Self::SIZE;
 
-    /// Opens the pages in `range`; `None` if it is not two whole pages.
+    /// Opens the pages in `range`; `None` if `range` is not two whole pages.
     pub(super) fn new(flash: F, range: &Range<u32>) -> Option<Self> {
         const { assert!((WORD as usize).is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1) };
         let whole = [range.start, range.end].map(|end| end.is_multiple_of(Self::SIZE)) == [true; 2];
@@ -171,8 +171,8 @@ where
         Ok(bytes)
     }
 
-    /// Returns whether this log has been written to a page, as far as its start tells: the mark, and the header of an item
-    /// or nothing yet, with [`DECAYED`] wrong bits each. What others wrote has neither.
+    /// Returns whether this log has written to a page, judged from the start of each: the mark, then the header of an
+    /// item or nothing yet, each with up to [`DECAYED`] wrong bits. Data of other programs have neither.
     pub(super) fn were_used(&mut self) -> Result<bool, F::Error> {
         Ok(self.was_used(0)? || self.was_used(1)?)
     }
@@ -191,7 +191,7 @@ where
         self.all(from..to, |byte| byte == 0xFF)
     }
 
-    /// Returns whether all bytes satisfy `is`; stops at the first that does not.
+    /// Returns whether all bytes satisfy `is`. Stops at the first byte that does not.
     fn all(&mut self, range: Range<u32>, mut is: impl FnMut(u8) -> bool) -> Result<bool, F::Error> {
         let end = range.end;
         for at in range.step_by(CHUNK) {
@@ -282,10 +282,9 @@ where
         Ok(digest.finalize())
     }
 
-    /// Writes an item, and reads it back: it is then the newest.
+    /// Writes an item and reads it back. It is then the newest item.
     ///
-    /// # Errors
-    /// See [`StoreFailed`]; the newest item is still the previous one.
+    /// # Errors See [`StoreFailed`]. The newest item is still the previous one.
     pub(super) fn append(&mut self, data: &[u8], erase: Erase) -> Result<(), StoreFailed> {
         let length = u16::try_from(data.len()).map_err(|_| StoreFailed::Flash)?;
         let check = CRC.checksum(data);
@@ -312,7 +311,7 @@ where
         self.flash.write(end, &last)
     }
 
-    /// Address where an item of `room` bytes fits, in a page that is ready for it.
+    /// Returns the address of room for an item of `room` bytes, in a page that is ready for it.
     fn make_room(&mut self, room: u32, erase: Erase) -> Result<u32, StoreFailed> {
         if WORD + room + WORD > Self::SIZE {
             return Err(StoreFailed::Flash);

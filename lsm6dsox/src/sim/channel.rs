@@ -1,5 +1,5 @@
-//! Signal path of one sensor from motion to codes, for its three axes: the setting that the registers ask for, a
-//! low-pass filter, noise, and the codes.
+//! Signal path of one sensor from motion to codes, for its three axes: the setting in the registers, a low-pass filter,
+//! noise, and the codes.
 
 use super::clock::Clock;
 use super::memory::Memory;
@@ -108,7 +108,7 @@ impl Channel {
                 *x += self.noise_codes * random.normal();
             }
         }
-        // A NaN or an infinity would stay in the filter for good.
+        // A NaN or an infinity would stay in the filter forever.
         let x = x.map(|x| if x.is_nan() { 0.0 } else { x.clamp(FIRST, LAST) });
         let states = self.states.get_or_insert_with(|| x.map(|x| self.low_pass.settled(x)));
         let mut y = [0.0; 3];
@@ -130,7 +130,7 @@ pub(super) fn accel_setting(memory: &Memory, test_signal: [f64; 3]) -> Setting {
     let odr_code = ctrl1_xl::ODR_XL.of(ctrl1);
     let ctrl8 = memory.get(register::CTRL8_XL);
     let full_scale = match accel_full_scale(ctrl1_xl::FS_XL.of(ctrl1)) {
-        // The code of 16 g is a second code of 2 g in the mode that ends at 8 g.
+        // The code of 16 g is a second code of 2 g in the mode with a range up to 8 g.
         AccelFullScale::G16 if ctrl8_xl::XL_FS_MODE.is_set(ctrl8) => AccelFullScale::G2,
         full_scale => full_scale,
     };

@@ -18,8 +18,8 @@ impl Axis {
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 }
 
-/// Fault of the part. Faults accumulate; the same kind again replaces the earlier one, except for
-/// [`AxisStuck`](Self::AxisStuck), which applies per axis.
+/// Fault of the part. Faults accumulate. A second fault of the same kind replaces the first, except that
+/// [`AxisStuck`](Self::AxisStuck) applies per axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PartFault {
     /// The part's data line is stuck at 0: every byte read is 0x00.
@@ -33,10 +33,10 @@ pub enum PartFault {
     },
     /// `WHO_AM_I` reads this value.
     WrongId(u8),
-    /// The supply dips now: the part boots, and all its settings are lost. Applied once.
+    /// The supply dips now. The part boots, and all its settings are lost. Applied once.
     Reset,
-    /// The supply dips now, as with [`Reset`](Self::Reset), and returns while INT1 is held high: the part answers on
-    /// I3C alone. Applied once.
+    /// The supply dips now, as with [`Reset`](Self::Reset), and returns while INT1 is held high. The part then answers
+    /// only on I3C. Applied once.
     Int1High,
     /// The interrupt pins stay low.
     DataReadyLost,
@@ -91,7 +91,7 @@ pub enum PartFault {
     PinsInverted,
     /// Every axis is driven beyond the end of its range.
     Saturation,
-    /// Rate of the clock over its initial rate; the trim does not show it.
+    /// Ratio of the clock's rate to its initial rate. The trim does not show it.
     ClockRatio(f64),
 }
 

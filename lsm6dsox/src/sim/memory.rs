@@ -7,7 +7,7 @@ use crate::register::{
     ctrl8_xl, ctrl9_xl, fifo_ctrl4, func_cfg_access, int1_ctrl, int2_ctrl, status_reg,
 };
 
-/// Access to the registers that a driver must not make. The part tolerates it; tests need not.
+/// Access to the registers that a driver must not make. The part tolerates it, but a test need not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Violation {
     /// A write to a read-only register.
@@ -31,8 +31,7 @@ pub enum Violation {
         /// Value written.
         value: u8,
     },
-    /// A write that enabled a function that this part does not simulate; the register stores it,
-    /// without effect.
+    /// A write that enabled a function that this part does not simulate. The register stores it without effect.
     NotSimulated {
         /// Address of the register.
         address: u8,
@@ -41,7 +40,7 @@ pub enum Violation {
     },
 }
 
-/// Fields that a real part acts on and this one does not, by register; setting them is reported.
+/// Fields, by register, that affect a real part but not this one. Setting them is reported.
 const NOT_SIMULATED: &[(Register, &[Field])] = &[
     (register::FUNC_CFG_ACCESS, &[func_cfg_access::OIS_CTRL_FROM_UI]),
     (register::FIFO_CTRL4, &[fifo_ctrl4::FIFO_MODE]),

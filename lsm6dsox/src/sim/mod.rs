@@ -1,8 +1,8 @@
 //! Simulated LSM6DSOX, for hosts, at the level of its registers.
 //!
-//! [`Part`] contains registers, clock, signal paths and pins; a [`SharedPart`] provides its
-//! interfaces: a [`SimSpi`] for the drivers, a [`SimI2c`] for I²C, a [`SimDelay`] that
-//! advances its time. The measured motion comes from a [`Motion`]. Faults are [`PartFault`]s.
+//! [`Part`] contains registers, clock, signal paths and pins. A [`SharedPart`] provides its interfaces: a [`SimSpi`]
+//! for the drivers, a [`SimI2c`] for I²C, and a [`SimDelay`] that advances its time. A [`Motion`] is the source of the
+//! measured motion. Faults are [`PartFault`]s.
 //!
 //! | feature | fidelity |
 //! |---|---|
@@ -23,13 +23,13 @@
 //! | `XL_FS_MODE` | the code of ±16 g is ±2 g (from memory of the data sheet) |
 //! | reset | 50 µs; after power-up and BOOT nothing answers for up to 10 ms |
 //!
-//! Not simulated: the function of the other register banks, the FIFO, interrupts other than data-ready,
-//! high-pass filters, user offsets, optical stabilisation, external triggers, ultra low power, open-drain
-//! pins. A write that switches one of them on is a [violation](Violation::NotSimulated). Nor is the timestamp
-//! counter, which may be on.
+//! Not simulated: the function of the other register banks, the FIFO, interrupts other than data-ready, high-pass
+//! filters, user offsets, optical stabilisation, external triggers, ultra low power, and open-drain pins. A write that
+//! enables one of them is a [violation](Violation::NotSimulated). The timestamp counter is not simulated either, but
+//! may be enabled.
 //!
-//! Time is controlled by the caller: nothing happens until [`Part::advance_to`]. The same seed, motion and
-//! calls give the same bits on every machine: arithmetic is + − × ÷ and the `libm` crate.
+//! The caller controls time: nothing happens until [`Part::advance_to`]. The same seed, motion and calls give the same
+//! bits on every machine, because arithmetic is + − × ÷ and the `libm` crate.
 
 mod channel;
 mod clock;

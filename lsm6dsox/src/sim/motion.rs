@@ -52,8 +52,8 @@ pub enum Interpolation {
     Linear,
 }
 
-/// Recorded motion at a stated rate, resampled to the part's clock. The first sample also applies
-/// before its time, the last one after its time.
+/// Recorded motion at a stated rate, resampled to the part's clock. The first sample also applies before its time, and
+/// the last one after its time.
 #[derive(Clone, Debug)]
 pub struct Recording {
     rate: f64,
@@ -61,7 +61,7 @@ pub struct Recording {
     interpolation: Interpolation,
 }
 
-/// Reason for which a recording is rejected.
+/// Reason why a recording is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RecordingError {
     /// It has no samples.

@@ -41,7 +41,7 @@ pub struct Part {
     faults: Faults,
     flips: Random,
     busy: Option<(Busy, u64)>,
-    /// Whether the part answers on I3C alone.
+    /// Whether the part answers only on I3C.
     i3c: bool,
     clock: Clock,
     next_tick: u64,
@@ -203,7 +203,7 @@ impl Part {
         self.restart(Busy::Boot, self.options.start.boot_ns);
     }
 
-    /// The host is reset, and lets go of INT1: where that is high, the part enters I3C mode.
+    /// Resets the host, which releases INT1. If INT1 is then high, the part enters I3C mode.
     pub fn host_reset(&mut self) {
         self.i3c |= self.drives_int1();
     }
@@ -328,8 +328,8 @@ impl Part {
             .is_some_and(|hertz| half_period_ns(hertz) < self.least_half_period_ns())
     }
 
-    /// Exchanges one byte with the master. While chip select is high, and with 3-wire SPI or in I3C mode
-    /// always, no part drives the data line: [`open_line`](super::PartOptions::open_line).
+    /// Exchanges one byte with the master. While chip select is high, with 3-wire SPI, or in I3C mode, the part does
+    /// not drive the data line: [`open_line`](super::PartOptions::open_line).
     pub fn exchange(&mut self, out: u8) -> u8 {
         let byte = self.answer(out);
         if self.i3c || ctrl3_c::SIM.is_set(self.memory.get(register::CTRL3_C)) {
@@ -343,7 +343,7 @@ impl Part {
         self.faults.stuck.unwrap_or(late)
     }
 
-    /// Returns the byte that the part shifts out while `out` comes in.
+    /// Returns the byte that the part shifts out while it receives `out`.
     fn answer(&mut self, out: u8) -> u8 {
         self.byte_time();
         match self.phase {
@@ -472,7 +472,7 @@ impl Part {
         }
     }
 
-    /// Changes bits of a register behind the bus's back.
+    /// Changes bits of a register without a write on the bus.
     fn flip(&mut self, address: u8, bits: u8) {
         let value = self.memory.read(address) ^ bits;
         self.memory.force(address, value);
@@ -568,8 +568,8 @@ impl Part {
         (accel && accel_ready) || (gyro && gyro_ready)
     }
 
-    /// Time of a pin's next rising edge by data-ready, ns since power-up, later than now: `None` without an
-    /// edge, or if there is none before the sample that holds the pin high is read.
+    /// Time of a pin's next rising edge by data-ready, ns since power-up, later than now. `None` if there is no edge,
+    /// or none before the sample that holds the pin high is read.
     #[must_use]
     pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
         if self.faults.pins_lost {
@@ -601,8 +601,7 @@ impl Part {
         [edge(accel, &self.accel), edge(gyro, &self.gyro), glitch].into_iter().flatten().min()
     }
 
-    /// Time of the next rising edge of active-low pins: the end of a pulse; latched pins rise when a sample
-    /// is read.
+    /// Time of the next rising edge of active-low pins: the end of a pulse. Latched pins rise when a sample is read.
     fn next_end_of_a_pulse_ns(&self, accel: bool, gyro: bool) -> Option<u64> {
         if !self.pulsed() {
             return None;
