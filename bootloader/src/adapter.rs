@@ -1,13 +1,14 @@
-//! The serial line, on which the bootloader is an adapter that speaks slcan, and the only node of its bus. A master that
-//! knows such adapters then updates a foot without a CAN bus.
+//! The serial line. On it the bootloader acts as a slcan adapter, and as the only node of its bus. So a master with
+//! support for such adapters updates a foot without a CAN bus.
 //!
 //! | line, ended by CR | meaning |
 //! |---|---|
-//! | `C`, `S0` … `S8`, `O` | close; set the bit rate, which has no effect: there is no bus; open |
+//! | `C`, `S0` … `S8`, `O` | close; set the bit rate, without effect because there is no bus; open |
 //! | `t6118…` | a frame for the node |
 //!
-//! Each is answered by CR; by BEL if it is unknown, or is a frame before the line was opened. Empty lines are not answered:
-//! masters send them to end an incomplete line. Frames of the node are sent while the line is open.
+//! The adapter answers each line with CR. It answers with BEL if the line is unknown, or if it is a frame before the
+//! line was opened. It does not answer empty lines, which masters send to end an incomplete line. Frames of the node
+//! are sent while the line is open.
 
 use heapless::Vec;
 use wire::CanFrame;
@@ -18,9 +19,9 @@ use wire::slcan::{CR, LONGEST, decode};
 pub enum Word {
     /// A frame for the node.
     Frame(CanFrame),
-    /// A command, which has been carried out.
+    /// A command, already executed.
     Done,
-    /// A request that is not known.
+    /// An unknown request.
     Unknown,
 }
 
@@ -39,7 +40,7 @@ impl Adapter {
         self.is_open
     }
 
-    /// Takes a byte; returns the request of the line that it ends.
+    /// Takes a byte. Returns the request of a line at the line's end.
     pub fn push(&mut self, byte: u8) -> Option<Word> {
         if byte != CR {
             self.is_too_long |= self.line.push(byte).is_err();

@@ -1,8 +1,8 @@
-//! Start of the crystal, and its measurement by the internal oscillator, on which the processor runs after reset. A
-//! crystal that is not the board's would set another frequency: 12 MHz instead of 8 would run the core at half as
-//! much again.
+//! Start of the crystal, and its measurement by the internal oscillator, from which the processor runs after reset. A
+//! crystal of another frequency would set another clock: 12 MHz instead of 8 would run the core at one and a half times
+//! its rate.
 //!
-//! On the target alone; the bootloader and the foot's program both begin with it.
+//! Only on the target. The bootloader and the foot's program both begin with it.
 
 use core::ops::RangeInclusive;
 
@@ -16,28 +16,27 @@ pub const HSI_MHZ: u32 = 16;
 /// that differs by less than 10 % can pass.
 const TOLERANCE_KHZ: u32 = 60;
 
-/// Polls of HSERDY before the crystal counts as missing, on the internal oscillator right after reset:
-/// each takes at least 5 cycles of 16 MHz, so this is at least 20 ms, ten times the 2 ms that the
-/// data sheet calls typical.
+/// Polls of HSERDY before the crystal counts as missing. They run on the internal oscillator right after reset, and
+/// each takes at least 5 cycles of 16 MHz. So they take at least 20 ms, ten times the typical 2 ms of the data sheet.
 const POLLS: u32 = 64_000;
 
-/// Frequencies of crystals that the chip takes, and the tolerance of their measurement, kHz.
+/// Frequencies of crystals that the chip accepts, widened by the tolerance of their measurement, kHz.
 const POSSIBLE_KHZ: RangeInclusive<u32> = 3_600..=28_600;
 
-/// Frequency of a crystal that is used.
+/// Frequency of a crystal in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frequency {
-    /// That of the board.
+    /// Measured, and equal to that of the board.
     Measured,
-    /// Unknown: the crystal starts, and its measurement gives nothing that a crystal can be.
+    /// Unknown. The crystal starts, but no crystal can have the measured frequency.
     NotMeasured,
 }
 
-/// Starts the crystal and measures it. One that starts is used where the measurement fails: no board has shown yet that
-/// the crystal's clock reaches the timer, and a bus that stays off is worse than a frequency that is not checked.
+/// Starts the crystal and measures it. A crystal that starts is used even if the measurement fails. No board has yet
+/// shown that the crystal's clock reaches the timer, and a bus that stays off is worse than an unchecked frequency.
 ///
-/// # Errors
-/// Its frequency, kHz, if it is not that of the board; 0 if it does not start. It is switched off.
+/// # Errors The crystal's frequency, kHz, if it is not that of the board; 0 if the crystal does not start. It is
+/// switched off.
 pub fn start(expected_mhz: u32) -> Result<Frequency, u32> {
     RCC.cr().modify(|w| w.set_hseon(true));
     let starts = (0..POLLS).any(|_| RCC.cr().read().hserdy());
@@ -56,17 +55,16 @@ pub fn start(expected_mhz: u32) -> Result<Frequency, u32> {
     Err(khz)
 }
 
-/// Measures the crystal with the internal oscillator: TIM11 captures
-/// every eighth edge of the crystal's frequency divided by [`DIVIDER`] (RM0090, 7.2.11 and 19.5.11 \[M\]).
-/// Returns kHz, or `None` without captures. The manual does not say whether the divided clock runs before the RTC selects
-/// it (`RTCSEL`).
+/// Measures the crystal with the internal oscillator. TIM11 captures every eighth edge of the crystal's frequency
+/// divided by [`DIVIDER`] (RM0090, 7.2.11 and 19.5.11 \[M\]). Returns kHz, or `None` without captures. The manual does
+/// not say whether the divided clock runs before the RTC selects it (`RTCSEL`).
 fn measure() -> Option<u32> {
     /// Largest divider of the clock `HSE_RTC`.
     const DIVIDER: u8 = 31;
     const EDGES: u32 = 8;
-    /// Duration 2 ms at 4 MHz, half a round of the counter.
+    /// Number of captures. At 4 MHz they take 2 ms, half a round of the counter.
     const CAPTURES: u32 = 32;
-    /// Longer than four captures at 4 MHz: each takes at least 5 cycles.
+    /// Maximum polls for a capture: longer than four captures at 4 MHz. Each poll takes at least 5 cycles.
     const POLLS: u32 = 800;
     /// Value of `TIM11_OR` that connects channel 1 to `HSE_RTC`.
     const TO_CRYSTAL: u32 = 0b10;

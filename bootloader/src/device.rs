@@ -18,18 +18,18 @@ use crate::{program, verify};
 /// Period of the heartbeat, ms.
 pub const HEARTBEAT_MS: u16 = 500;
 
-/// Segments of a sub-block: all that the protocol allows.
+/// Segments of a sub-block: the maximum of the protocol.
 const BLOCK: u8 = 127;
 
 /// Bytes of a sub-block.
 const BUFFER: usize = BLOCK as usize * 7;
 
-/// What the bootloader does after the answer to a request.
+/// Action of the bootloader after the response to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Restart, which installs a complete new program.
+    /// Restart, and thereby install a complete new program.
     Restart(Restart),
-    /// Erase what a refused download has left, so that the next one can begin.
+    /// Erase the remains of a refused download, so that the next one can begin.
     Clear,
 }
 
@@ -45,11 +45,12 @@ pub enum Restart {
 /// Progress of a download.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Received {
-    /// None, or one that was refused.
+    /// No download, or a refused one.
     Nothing,
-    /// A transfer has begun. Objects are not read during a transfer: a read in this state finds it broken off.
+    /// A transfer has begun. Objects are not read during a transfer, so a read in this state means that it was broken
+    /// off.
     Part,
-    /// The slot for a new program holds one that is complete.
+    /// The slot for a new program holds a complete one.
     Program,
 }
 
@@ -60,7 +61,7 @@ pub struct Device<F> {
     board: Board,
     serial: u32,
     key: &'static [u8; 32],
-    /// Header of the running program; `None` where it is not whole.
+    /// Header of the running program; `None` if that program is not whole.
     running: Option<Header>,
     download: Download,
     buffer: Vec<u8, BUFFER>,
@@ -92,8 +93,8 @@ impl<F: Flash> Device<F> {
         }
     }
 
-    /// Finds the running program, once: hashing takes longer than masters wait for an answer. A program that has run until
-    /// now is whole.
+    /// Finds the running program. Called once, because hashing takes longer than masters wait for a response. A program
+    /// that has just run is taken to be whole.
     pub fn find_running(&mut self, program: ProgramState) {
         self.running = match program {
             ProgramState::CanRun => program::header(&self.flash, Slot::Running),
@@ -109,12 +110,12 @@ impl<F: Flash> Device<F> {
         core::mem::replace(&mut self.is_used, false)
     }
 
-    /// Takes what is to be done after the answer.
+    /// Takes the action to perform after the response.
     pub const fn take_action(&mut self) -> Option<Action> {
         self.action.take()
     }
 
-    /// Erases the slot for a new program, unless it is erased.
+    /// Erases the slot for a new program, unless it is already erased.
     pub fn clear(&mut self) {
         if self.progress == Received::Program {
             self.progress = Received::Nothing;
@@ -126,7 +127,7 @@ impl<F: Flash> Device<F> {
         }
     }
 
-    /// The state of NMT: programs are downloaded in pre-operational state.
+    /// NMT state. Programs are downloaded in pre-operational state.
     #[must_use]
     pub const fn state(&self) -> NmtState {
         NmtState::PreOperational
@@ -138,7 +139,7 @@ impl<F: Flash> Device<F> {
             1 | 2 => {
                 if command == 1 && self.progress == Received::Program {
                     let mut state = State::read(&self.flash);
-                    // A program that is confirmed is not put on trial again by its own image.
+                    // The image of a confirmed program does not put that program on trial again.
                     let is_confirmed = state.progress == Progress::Settled
                         && program::same(&self.flash, Slot::New, Slot::Running);
                     if !is_confirmed {
@@ -154,19 +155,19 @@ impl<F: Flash> Device<F> {
                     return Err(AbortCode::Hardware);
                 }
             }
-            // Confirmed by the program itself, or by a master while it runs.
+            // The program itself confirms, or a master does while the program runs.
             0x80 => return Err(AbortCode::DeviceState),
             _ => return Err(AbortCode::InvalidValue),
         }
         Ok(())
     }
 
-    /// Notes why no program can be started.
+    /// Records the reason why no program can be started.
     pub const fn explain(&mut self, why: Refusal) {
         self.refusal = Some(why);
     }
 
-    /// Notes why a program is refused, and gives the abort code.
+    /// Records the reason why a program is refused. Returns the abort code.
     fn refuse(&mut self, why: Refusal) -> AbortCode {
         (self.refusal, self.progress) = (Some(why), Received::Nothing);
         self.action = Some(Action::Clear);
@@ -200,7 +201,7 @@ impl<F: Flash> Objects for Device<F> {
             (index::PROGRAM_DATA, 1) => return Err(AbortCode::WriteOnly),
             (index::PROGRAM_CONTROL, 1) => Value::U8(0),
             (index::PROGRAM_ID, 1) => {
-                // Of a new program, which has been checked, before it is started: masters compare it then.
+                // Masters compare a new, checked program before it is started, so its identification is shown then.
                 Value::U32(match self.progress {
                     Received::Program => identification(&self.flash, Slot::New),
                     Received::Nothing | Received::Part => {

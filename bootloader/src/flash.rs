@@ -1,17 +1,17 @@
-//! The flash: its use, by sectors of the STM32F405 (RM0090, table 5), and its operations: words are read and
-//! programmed, sectors erased.
+//! The flash: its layout by sectors of the STM32F405 (RM0090, table 5), and its operations. Words are read and
+//! programmed; sectors are erased.
 //!
 //! | sector | address | size | use |
 //! |---|---|---|---|
 //! | 0, 1 | 0x08000000 | 32 KiB | the bootloader |
-//! | 2, 3 | 0x08008000 | 32 KiB | settings, which no update touches |
+//! | 2, 3 | 0x08008000 | 32 KiB | settings; no update changes them |
 //! | 4 | 0x08010000 | 64 KiB | [journal](crate::journal) of updates |
 //! | 5 | 0x08020000 | 128 KiB | [`Slot::Running`] |
 //! | 6 | 0x08040000 | 128 KiB | [`Slot::New`] |
 //! | 7 | 0x08060000 | 128 KiB | [`Slot::Previous`] |
 //!
-//! Sectors of 128 KiB leave no room for swapping by pieces, which keeps the progress of each piece: a program is
-//! copied whole, and the copy that it came from stays until it has been confirmed.
+//! Sectors of 128 KiB leave no room to swap by pieces, with a record of the progress of each piece. So a program is
+//! copied whole, and its source stays until the copy has been confirmed.
 
 /// Flash of the chip. Addresses are multiples of 4 between those of the journal and the end of the slots.
 pub trait Flash {
@@ -31,7 +31,7 @@ pub trait Flash {
     fn erase(&mut self, sector: Sector) -> Result<(), FlashFailed>;
 }
 
-/// A word was not programmed, or a sector not erased.
+/// Error of a word that was not programmed, or of a sector that was not erased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashFailed;
 
@@ -47,7 +47,7 @@ pub const SLOT_SIZE: u32 = 128 * 1024;
 /// Place of a program with its header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
-    /// The program that is started, linked for this address.
+    /// The program that is started. It is linked for this address.
     Running,
     /// The program received last.
     New,
@@ -66,7 +66,7 @@ impl Slot {
     }
 }
 
-/// Part of the flash that is erased at once.
+/// Part of the flash that one operation erases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sector {
     /// The journal.

@@ -1,4 +1,4 @@
-//! The header in front of a program, 512 bytes, so that the vector table behind it is aligned as it must be.
+//! The header in front of a program. It has 512 bytes, so that the vector table behind it is aligned as required.
 //!
 //! | bytes | field |
 //! |---|---|
@@ -13,28 +13,28 @@
 //! | 24 to 43 | commit, 20 bytes |
 //! | 44 to 75 | SHA-256 of the program, followed by bytes 0 to 43 |
 //! | 76 to 139 | Ed25519 signature of bytes 0 to 75 |
-//! | 140 to 507 | 0xFF |
+//! | 16 to 19 | sequence: time of the commit, s since 1970. An update never lowers it |
 //! | 508 to 511 | 0xFF in an image; [mark](MARK) of a confirmed program in the running slot |
 //!
-//! Integers are little-endian. The signature covers the hash, and so the program. A program that runs is checked by its
-//! hash, which finds a changed bit of the header, too; bytes 76 to 139 are used before an install alone.
+//! Integers are little-endian. The signature covers the hash, and so the program. The hash of a running program is
+//! checked, which also detects a changed bit of the header. Bytes 76 to 139 are used only before an install.
 
 use crate::flash::{Flash, SLOT_SIZE, Slot};
 
 /// Size of the header, bytes.
 pub const HEADER: usize = 512;
 
-/// Number of bytes of the header that are hashed, from the first, behind the program.
+/// Number of bytes of the header, from the first, that are hashed behind the program.
 pub const HASHED: usize = 44;
 
 /// Number of bytes that are signed, from the first.
 pub const SIGNED: usize = 76;
 
-/// Number of bytes in use; the others are those of erased flash.
+/// Number of bytes in use. The others have the value of erased flash.
 pub const USED: usize = 140;
 
-/// Place of the mark of a confirmed program in its header: the last word. Bootloaders write it in the running slot, and
-/// no copy has it.
+/// Offset in the header of the mark of a confirmed program: the last word. Only the bootloader writes it, in the
+/// running slot. No copy has it.
 pub const MARK: usize = HEADER - 4;
 
 /// Bytes of a commit's hash.
@@ -49,16 +49,16 @@ pub const SHORTEST: u32 = 392;
 const MAGIC: [u8; 8] = *b"FOOTFALL";
 const FORMAT: u8 = 1;
 
-/// How a program came to the board.
+/// Origin of a program on the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Written by a debug probe: without hash and signature. Never accepted as an update.
+    /// Written by a debug probe, without hash and signature. Never accepted as an update.
     Probed,
     /// Sent as an image, with hash and signature.
     Signed,
 }
 
-/// Board that a program is for.
+/// Board for which a program is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Board {
     /// The reference board.
@@ -80,7 +80,7 @@ impl Board {
         }
     }
 
-    /// Name, which is that of its folder and feature.
+    /// Name of the board. Its folder and feature have the same name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -93,7 +93,7 @@ impl Board {
 /// Contents of a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// How the program came to the board.
+    /// Origin of the program.
     pub kind: Kind,
     /// Board that the program is for.
     pub board: Board,
@@ -125,23 +125,24 @@ pub enum Sources {
 /// Reason why a program is refused. The number is that of [`Refusal::number`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The header does not begin as one.
+    /// The bytes do not begin with a header.
     NotAnImage,
-    /// The header has a format that this bootloader does not know.
+    /// The header has a format unknown to this bootloader.
     UnknownFormat,
     /// The program is for another board.
     OtherBoard,
-    /// The program is empty, longer than the slot, or not of whole words; or another length than announced came.
+    /// The program is empty, longer than the slot, or not a multiple of words, or its length differs from the announced
+    /// one.
     WrongLength,
     /// The image has no signature.
     Unsigned,
-    /// The signature is not that of the key in the bootloader.
+    /// The signature was not made with the key of the bootloader.
     WrongSignature,
     /// The program is older than the running one.
     Older,
-    /// Program and header do not have the hash of the header.
+    /// Program and header do not match the hash in the header.
     WrongHash,
-    /// The flash did not take the program.
+    /// The flash could not be written.
     FlashFailed,
     /// The slot was not cleared.
     NotCleared,
@@ -152,8 +153,8 @@ pub enum Refusal {
 }
 
 /// Value of object 0x1F57 after a transfer that ended before the image was complete: by an abort, a timeout, or another
-/// request. Error 63 of CiA 302-3, unspecified, with the number after those of [`Refusal`], since the image was not
-/// judged.
+/// request. It is error 63 of CiA 302-3, unspecified, with the number after those of [`Refusal`], because the image was
+/// not judged.
 pub const BROKEN_OFF: u32 = 63 << 1 | (Refusal::ALL.len() as u32 + 1) << 16;
 
 impl Refusal {
@@ -228,7 +229,7 @@ impl Refusal {
         (self.error() as u32) << 1 | (self.number() as u32) << 16
     }
 
-    /// The reason in a value of object 0x1F57; `None` also for [`BROKEN_OFF`].
+    /// Reason in a value of object 0x1F57; `None` also for [`BROKEN_OFF`].
     #[must_use]
     pub fn from_flash_status(status: u32) -> Option<Self> {
         Self::from_number((status >> 16) as u8)
@@ -236,8 +237,9 @@ impl Refusal {
 }
 
 impl Header {
-    /// Number of the program for object 0x1F56: the first four bytes of its hash; without a hash those of its commit,
-    /// whose first eight digits it shows, or 0 where no commit has its sources.
+    /// Number of the program for object 0x1F56: the first four bytes of its hash. Without a hash it is the first four
+    /// bytes of its commit, so that the object shows the commit's first eight digits, or 0 if no commit has the
+    /// sources.
     #[must_use]
     pub const fn identification(&self) -> u32 {
         let ([a, b, c, d, ..], [e, f, g, h, ..]) = (&self.hash, &self.commit);
@@ -286,7 +288,7 @@ impl Header {
             hash: take(&mut rest),
             signature: take(&mut rest),
         };
-        // Bytes that the signature does not cover must be alike in all images of one program.
+        // Bytes that the signature does not cover must be equal in all images of a program.
         let is_padded = bytes.iter().skip(USED).all(|byte| *byte == 0xFF);
         if kind == Kind::Signed && !is_padded {
             return Err(Refusal::NotAnImage);
@@ -318,8 +320,8 @@ impl Header {
         bytes
     }
 
-    /// First bytes of the header of a program that a probe writes, evaluated by the compiler. `commit` is that of its
-    /// sources, hexadecimal, and empty where no commit has them.
+    /// First bytes of the header of a program written by a probe, evaluated by the compiler. `commit` is that of the
+    /// sources, hexadecimal; empty if no commit has them.
     #[must_use]
     #[allow(clippy::indexing_slicing)]
     pub const fn probed(board: Board, commit: &str) -> [u8; USED] {
@@ -332,7 +334,7 @@ impl Header {
         bytes[8] = FORMAT;
         bytes[9] = Kind::Probed as u8;
         [bytes[10], bytes[11]] = board.number().to_le_bytes();
-        // Length, sequence and version are not known to the bootloader.
+        // The bootloader does not know length, sequence and version.
         at = 12;
         while at < 23 {
             bytes[at] = 0;
@@ -349,10 +351,9 @@ impl Header {
         bytes
     }
 
-    /// Checks whether the program may replace the running one on `board`.
+    /// Checks whether the program may replace the running one on `board`. Does not check hash and signature.
     ///
-    /// # Errors
-    /// The reason why not. Hash and signature are not checked here.
+    /// # Errors The reason why not.
     pub fn check(&self, board: Board, running: Option<&Self>) -> Result<(), Refusal> {
         if self.board != board {
             return Err(Refusal::OtherBoard);
@@ -361,7 +362,7 @@ impl Header {
             return Err(Refusal::Unsigned);
         }
         match running {
-            // One that a probe has written has no sequence, and no hash that would find a changed bit of it.
+            // A program written by a probe has no sequence, and no hash that would detect a changed bit in it.
             Some(running) if running.kind == Kind::Signed && self.sequence < running.sequence => {
                 Err(Refusal::Older)
             }
@@ -370,7 +371,7 @@ impl Header {
     }
 }
 
-/// Value of a hexadecimal digit; 0 of another character.
+/// Value of a hexadecimal digit; 0 for any other character.
 const fn hexadecimal(digit: u8) -> u8 {
     match digit {
         b'0'..=b'9' => digit - b'0',
@@ -379,8 +380,8 @@ const fn hexadecimal(digit: u8) -> u8 {
     }
 }
 
-/// Number of the program in a slot for object 0x1F56, as [`Header::identification`]. For a slot whose program is whole,
-/// as that of the running program.
+/// Number of the program in a slot for object 0x1F56, as [`Header::identification`]. The program must be whole, like
+/// the running program.
 pub fn identification(flash: &impl Flash, slot: Slot) -> u32 {
     let word = |at: u32| flash.read(slot.start() + at);
     match (word(8).to_le_bytes(), word(20).to_le_bytes()) {
@@ -390,7 +391,7 @@ pub fn identification(flash: &impl Flash, slot: Slot) -> u32 {
     }
 }
 
-/// Takes the first bytes of a header; zeros where there are not enough, which a header's size excludes.
+/// Takes the first bytes of a header. Missing bytes are zeros; a header's size excludes that.
 fn take<const N: usize>(bytes: &mut &[u8]) -> [u8; N] {
     match bytes.split_first_chunk() {
         Some((first, rest)) => {

@@ -5,14 +5,14 @@
 //! | 0 | bits 0 to 7 the [event](Event), bits 8 to 15 its detail, bits 16 to 31 zero |
 //! | 1 | complement of word 0 |
 //!
-//! A record that a power cut interrupted has another complement, and does not count. The journal is erased where it
-//! is nearly full, and begins with its last state. Before the erase all words in use become zero, those of the first
-//! record first: an interrupted erase leaves no record that counts.
+//! A record that a power cut interrupted does not match its complement, and does not count. The journal is erased when
+//! it is nearly full, and then begins with its last state. Before the erase all used words are set to zero, those of
+//! the first record first, so that an interrupted erase leaves no valid record.
 //!
 //! A confirmed program is also marked in its own slot, in the last word of its header. The mark is written before an
 //! install and before an erase of the journal, and is erased with its program. A marked program is never on trial,
-//! whatever became of the journal. A program without mark and record is on trial if it was sent: a power cut in the erase
-//! makes no untried program the settled one.
+//! whatever happened to the journal. A program that was sent, without mark and record, is on trial. So a power cut
+//! during the erase never makes an untried program the settled one.
 
 use crate::flash::{Flash, FlashFailed, JOURNAL, JOURNAL_SIZE, Sector, Slot};
 use crate::image::{MARK, Refusal};
@@ -23,22 +23,22 @@ const RECORD: u32 = 8;
 /// Number of records.
 const RECORDS: u32 = JOURNAL_SIZE / RECORD;
 
-/// First record of a journal that is being erased.
+/// First record of a journal whose erase has begun.
 const ERASING: (u32, u32) = (0, 0);
 
-/// Number of records that are kept free for an update when the journal is erased.
+/// Number of records that must be free for an update, otherwise the journal is erased.
 const RESERVE: u32 = 64;
 
 /// Number of records that an update or a trial in progress needs.
 const LEAST: u32 = 8;
 
-/// Number of records in which a write of an event is tried.
+/// Number of records in which the write of an event is tried.
 const ATTEMPTS: u32 = 4;
 
 /// Address of the mark of a confirmed program.
 const MARK_ADDRESS: u32 = Slot::Running.start() + MARK as u32;
 
-/// Starts of a new program without its confirmation, after which the previous one is restored.
+/// Number of starts of a new program without its confirmation after which the previous one is restored.
 pub const MOST_STARTS: u8 = 3;
 
 /// An event of an update.
@@ -46,16 +46,16 @@ pub const MOST_STARTS: u8 = 3;
 pub enum Event {
     /// The program in [`Slot::New`] is to be copied and started.
     Install,
-    /// The program to return to, if there is one, is whole in [`Slot::Previous`]: the new program may replace the running
-    /// one.
+    /// The program to return to, if there is one, is whole in [`Slot::Previous`]. The new program may replace the
+    /// running one.
     Kept,
-    /// The new program is started, without having been confirmed.
+    /// The new program is started without having been confirmed.
     Started,
     /// The running program works.
     Confirmed,
     /// The previous program is to be restored, for this reason.
     Restore(Refusal),
-    /// The update was not begun, or the previous program is restored.
+    /// The update was not begun, or the previous program has been restored.
     Ended(Refusal),
 }
 
@@ -88,18 +88,19 @@ impl Event {
     }
 }
 
-/// Event of a record; `None` for one that was interrupted.
+/// Event of a record; `None` for an interrupted record.
 fn event(word: u32, complement: u32) -> Option<Event> {
     (complement == !word).then(|| Event::decode(word)).flatten()
 }
 
-/// Returns whether the running program is marked as confirmed. The mark is a word of zeros in erased flash: most of its
-/// bits decide.
+/// Returns whether the running program is marked as confirmed. The mark is a word of zeros in erased flash, and the
+/// majority of its bits decides.
 pub fn is_marked(flash: &impl Flash) -> bool {
     flash.read(MARK_ADDRESS).count_zeros() > u32::BITS / 2
 }
 
-/// Marks the running program, if there is one, as confirmed. A mark is written again, as a power cut can have left it weak.
+/// Marks the running program, if there is one, as confirmed. Writes an existing mark again, because a power cut can
+/// have left it weak.
 fn mark(flash: &mut impl Flash) -> Result<(), FlashFailed> {
     if flash.read(Slot::Running.start()) == u32::MAX {
         return Ok(());
@@ -116,7 +117,7 @@ pub enum Progress {
     Settled,
     /// The new program is to be checked, and the running one is being copied.
     Installing,
-    /// The new program is being copied: what the running slot holds has not been tried.
+    /// The new program is being copied. The content of the running slot has not been tried.
     Replacing,
     /// The new program has been started this many times without confirmation.
     Trial(u8),
@@ -129,25 +130,26 @@ pub enum Progress {
 pub struct State {
     /// Progress of the last update.
     pub progress: Progress,
-    /// Reason why the last update failed; `None` after one that succeeded.
+    /// Reason why the last update failed; `None` if it succeeded.
     pub refusal: Option<Refusal>,
-    /// Starts of a running program that is not confirmed while an update is in progress: it is never kept.
+    /// Number of starts of an unconfirmed running program while an update is in progress. Such a program is never kept.
     pub trial: Option<u8>,
-    /// Number of records up to the last event, damaged ones included.
+    /// Number of records up to the last event, including damaged ones.
     used: u32,
     /// Number of blank records behind the last event.
     free: u32,
-    /// Whether the journal has no event and is not blank: an interrupted erase leaves that.
+    /// Whether the journal has no event and is not blank, as after an interrupted erase.
     is_torn: bool,
 }
 
 impl State {
-    /// Reads the journal. A record that reads as blank does not end it: bits that a power cut has left weak can read so.
+    /// Reads the journal. A record that reads as blank does not end it, because weak bits after a power cut can read
+    /// so.
     #[must_use]
     pub fn read(flash: &impl Flash) -> Self {
         let mut state = Self::default();
         let is_marked = is_marked(flash);
-        // The kind of a program that was sent.
+        // The number of a program that was sent.
         if let [_, 1, ..] = flash.read(Slot::Running.start() + 8).to_le_bytes() {
             state.progress = Progress::Trial(0);
         }
@@ -179,7 +181,7 @@ impl State {
             Event::Install => {
                 match self.progress {
                     Progress::Trial(starts) => self.trial = Some(starts),
-                    // Its trial is over: it is not the one to return to.
+                    // Its trial is over, so it cannot be the program to return to.
                     Progress::Restoring(_) => self.trial = Some(MOST_STARTS),
                     Progress::Settled | Progress::Installing | Progress::Replacing => {}
                 }
@@ -202,7 +204,7 @@ impl State {
             Event::Ended(why) => {
                 self.refusal = Some(why);
                 self.progress = match (self.progress, self.trial.take()) {
-                    // A record whose first attempt was interrupted can count twice.
+                    // A record can count twice if its first attempt was interrupted.
                     (Progress::Settled | Progress::Trial(_), _) => self.progress,
                     // The new program was refused, and the running one is on trial as before.
                     (_, Some(starts)) => Progress::Trial(starts),
@@ -212,15 +214,14 @@ impl State {
         }
     }
 
-    /// Appends an event in the next record that is blank. Programs two words, more where a bad cell does not take them, and
-    /// erases nothing.
+    /// Appends an event in the next blank record. Programs two words, or more if a bad cell does not take them. Erases
+    /// nothing.
     ///
-    /// # Errors
-    /// The journal is full, or the flash failed.
+    /// # Errors The journal is full, or the flash failed.
     pub fn append(&mut self, event: Event, flash: &mut impl Flash) -> Result<(), FlashFailed> {
         let word = event.encode();
         for _ in 0..ATTEMPTS {
-            // A bad cell is never blank.
+            // A bad cell never reads as blank.
             let blank = (self.used..RECORDS).find(|index| {
                 let at = JOURNAL + index * RECORD;
                 (flash.read(at), flash.read(at + 4)) == (u32::MAX, u32::MAX)
@@ -238,22 +239,20 @@ impl State {
         Err(FlashFailed)
     }
 
-    /// Asks for the install of the program in [`Slot::New`]. A confirmed program is marked before.
+    /// Requests the install of the program in [`Slot::New`]. Marks a confirmed program first.
     ///
-    /// # Errors
-    /// The flash failed.
+    /// # Errors The flash failed.
     pub fn install(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
         self.tidy(flash)?;
         self.mark_confirmed(flash)?;
         self.append(Event::Install, flash)
     }
 
-    /// Erases a journal that is nearly full and one whose erase was interrupted. It begins again with its state, and a
-    /// power cut before that makes no untried program the settled one: at worst an update is forgotten, or a trial begins
-    /// again.
+    /// Erases a journal that is nearly full, or whose erase was interrupted. The journal begins again with its state. A
+    /// power cut before that never makes an untried program the settled one. At worst an update is lost, or a trial
+    /// begins again.
     ///
-    /// # Errors
-    /// The flash failed.
+    /// # Errors The flash failed.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
         let least = if self.progress == Progress::Settled { RESERVE } else { LEAST };
         if !self.is_torn && self.free >= least {
@@ -265,7 +264,7 @@ impl State {
         flash.program(JOURNAL + 4, complement)?;
         for at in (JOURNAL + RECORD..JOURNAL + JOURNAL_SIZE).step_by(4) {
             if flash.read(at) != u32::MAX {
-                // A bad cell makes no record that counts.
+                // A bad cell makes no valid record.
                 let _ = flash.program(at, 0);
             }
         }
@@ -296,7 +295,7 @@ impl State {
         Ok(())
     }
 
-    /// Returns whether the journal calls the running program confirmed.
+    /// Returns whether the journal states that the running program is confirmed.
     const fn is_confirmed(&self) -> bool {
         match self.progress {
             Progress::Settled => true,

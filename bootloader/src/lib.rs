@@ -1,20 +1,21 @@
-//! The bootloader: starts the foot's program, replaces it over CAN or the serial line, and returns to the previous one
-//! if the new one does not work. `docs/guide/update.md` has the promises and the reasons.
+//! The bootloader starts the foot's program and replaces it over CAN or the serial line. It returns to the previous
+//! program if the new one does not work. `docs/guide/update.md` has the guarantees and the
+//! reasons.
 //!
-//! | what | module |
+//! | content | module |
 //! |---|---|
-//! | the flash: its use and its operations | [`flash`] |
+//! | the flash: its layout and its operations | [`flash`] |
 //! | the header in front of a program | [`image`] |
 //! | progress of an update, record by record | [`journal`] |
 //! | programs in their slots; their hash and signature | [`program`], [`verify`] |
 //! | the steps at a start, and a download | [`update`] |
-//! | the objects that a master sees, and their node | [`device`], [`node`] |
+//! | the objects visible to a master, and their node | [`device`], [`node`] |
 //! | the serial line to that node | [`adapter`] |
 //! | notes between program and bootloader in RAM | [`note`] |
-//! | the crystal: its start and measurement; a supply too low for the flash; both on the target | `crystal`, `supply` |
+//! | start and measurement of the crystal; detection of a low supply; both only on the target | `crystal`, `supply` |
 //!
-//! No allocation, no `unsafe`, no panic on any bytes. Besides `crystal` and `supply`, only the bootloader's binary
-//! touches the chip: `src/main.rs` and `src/chip`.
+//! The crate does not allocate, has no `unsafe`, and panics on no bytes. Besides `crystal` and `supply`, only the
+//! bootloader's binary accesses the chip: `src/main.rs` and `src/chip`.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -32,7 +33,7 @@
 #[cfg(test)]
 extern crate std;
 
-/// Value of object 0x1008, which distinguishes the bootloader from the foot's program.
+/// Value of object 0x1008. It distinguishes the bootloader from the foot's program.
 pub const DEVICE_NAME: &str = "footfall bootloader";
 
 #[cfg(feature = "verify")]
@@ -55,14 +56,14 @@ pub mod update;
 #[cfg(feature = "verify")]
 pub mod verify;
 
-/// Notes between the program and the bootloader, which a reset leaves and a power cut erases.
+/// Notes between the program and the bootloader. A reset keeps them, a power cut erases them.
 pub mod note {
-    /// Address of the note, two words: the last of CCM RAM, behind what `memory.x` gives to the linker.
+    /// Address of the note, the last two words of CCM RAM, behind the memory that `memory.x` gives to the linker.
     pub const ADDRESS: usize = 0x1000_FFF8;
 
-    /// Written by the program: it is not to be started, because another one is to be received.
+    /// Written by the program: do not start it, because another program is to be received.
     pub const STAY: [u32; 2] = [0xF007_57A9, !0xF007_57A9];
 
-    /// Written by the bootloader: no master has asked for this start, so the program goes on as after power-up.
+    /// Written by the bootloader: no master has asked for this start, so the program continues as after power-up.
     pub const RESUME: [u32; 2] = [0xF007_4E50, !0xF007_4E50];
 }

@@ -1,5 +1,4 @@
-//! The bootloader of a board: installs a program that was received, starts the program, or serves the bus and the serial
-//! line.
+//! The bootloader of a board: installs a received program, starts the program, or serves the bus and the serial line.
 
 #![no_std]
 #![no_main]
@@ -21,7 +20,7 @@ use wire::slcan::{BEL, CR};
 fn main() -> ! {
     watchdog::start();
     let mut flash = ChipFlash::new();
-    // The program has just run: it is not checked again, since a master waits for the answer.
+    // The program has just run. It is not checked again, because a master waits for the response.
     if note::take_stay() {
         serve(flash, ProgramState::CanRun)
     }
@@ -106,7 +105,7 @@ fn serve(flash: ChipFlash, program: ProgramState) -> ! {
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-    // The watchdog ends it.
+    // The watchdog ends this loop.
     loop {
         cortex_m::asm::nop();
     }

@@ -13,10 +13,10 @@ use crate::flash::Flash;
 use crate::image::{Board, Refusal};
 use crate::update::ProgramState;
 
-/// Time without a request after which a transfer is given up, ms.
+/// Time without a request after which a transfer is discarded, ms.
 const GIVE_UP_MS: u32 = 5_000;
 
-/// Time without a program control or data after which a program that can run is started again, ms.
+/// Time without a program control or data after which a program that can run is restarted, ms.
 const RETURN_MS: u32 = 60_000;
 
 /// A line of the board.
@@ -24,18 +24,18 @@ const RETURN_MS: u32 = 60_000;
 pub enum Line {
     /// The bus.
     Can,
-    /// The serial line, whose only node this is.
+    /// The serial line. This is its only node.
     Serial,
 }
 
-/// A frame that no request asks for.
+/// A frame that is not requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
     /// The boot-up message.
     BootUp,
     /// The heartbeat.
     Heartbeat,
-    /// The answer to the request by which a master has stopped the program.
+    /// Response to the request by which a master has stopped the program.
     Stopped,
 }
 
@@ -86,7 +86,8 @@ impl<F: Flash> Node<F> {
         self.device.flash
     }
 
-    /// Id of the node on a line; `None` on a bus until LSS has assigned one. Alone on a serial line it always has one.
+    /// Id of the node on a line; `None` on a bus until LSS has assigned one. On a serial line the node is alone and
+    /// always has one.
     #[must_use]
     pub fn id(&self, line: Line) -> Option<NodeId> {
         self.id.or(match line {
@@ -98,7 +99,7 @@ impl<F: Flash> Node<F> {
     /// Prepares for a download.
     pub fn boot(&mut self, program: ProgramState) {
         self.device.find_running(program);
-        // The next start may need the new program.
+        // Kept, because the next start may need the new program.
         if program != ProgramState::Unsettled {
             self.action = Some(Action::Clear);
         }
@@ -109,7 +110,7 @@ impl<F: Flash> Node<F> {
         }
     }
 
-    /// Returns the frame of a message on a line; `None` where the node has no id.
+    /// Returns the frame of a message on a line; `None` if the node has no id.
     #[must_use]
     pub fn frame(&self, message: Message, line: Line) -> Option<CanFrame> {
         let id = self.id(line)?;
@@ -126,7 +127,7 @@ impl<F: Flash> Node<F> {
         }
     }
 
-    /// Handles a frame that was received on a line, and returns the answer.
+    /// Handles a frame received on a line. Returns the response.
     pub fn receive(&mut self, frame: &CanFrame, line: Line) -> Option<CanFrame> {
         if frame.id() == cob_id::LSS_MASTER {
             return self.receive_lss(frame.data8()?, line);
@@ -149,7 +150,7 @@ impl<F: Flash> Node<F> {
         if is_used {
             self.unused_ms = 0;
         }
-        // A read by another client during a block is ignored: it does not prolong a transfer whose master has gone.
+        // A read by another client during a block is ignored. It does not prolong a transfer whose master is gone.
         if is_used || answer.is_some() {
             self.idle_ms = 0;
         }
@@ -159,7 +160,7 @@ impl<F: Flash> Node<F> {
         CanFrame::new(id.cob_id(cob_id::SDO_RESPONSE), &answer?)
     }
 
-    /// Plans an action. A restart that has been answered is not taken back, nor is its reason.
+    /// Plans an action. A restart that has been answered is not revoked, and its reason does not change.
     const fn plan(&mut self, action: Action) {
         if !matches!(self.action, Some(Action::Restart(_))) {
             self.action = Some(action);
@@ -188,19 +189,19 @@ impl<F: Flash> Node<F> {
         CanFrame::new(lss::LSS_SLAVE_COB_ID, &answer)
     }
 
-    /// Takes the id that LSS has assigned, if it has left the configuration; returns the boot-up message then.
+    /// Takes the id assigned by LSS once LSS has left the configuration. Then returns the boot-up message.
     fn take_id(&mut self, configuring: bool, line: Line) -> Option<CanFrame> {
         let left = configuring && self.lss.state() == lss::LssState::Waiting;
         if !left || self.id.is_some() {
             return None;
         }
         self.id = Some(NodeId::new(self.lss.pending_node_id())?);
-        // Masters that look for nodes without an id do not find this one again.
+        // So masters that look for nodes without an id do not find this one again.
         self.lss.adopt_pending();
         self.frame(Message::BootUp, line)
     }
 
-    /// Advances by one millisecond; returns the heartbeat when it is due.
+    /// Advances by one millisecond. Returns the heartbeat when it is due.
     pub fn tick(&mut self, program: ProgramState) -> Option<Message> {
         self.idle_ms = self.idle_ms.saturating_add(1);
         if self.idle_ms == GIVE_UP_MS && self.sdo.give_up() {
@@ -218,7 +219,7 @@ impl<F: Flash> Node<F> {
         Some(Message::Heartbeat)
     }
 
-    /// Takes what is to be done once the last answer has been sent. Does the erasing itself.
+    /// Takes a restart that is to follow the last response. Performs a pending erase itself.
     pub fn take_restart(&mut self) -> Option<Restart> {
         match self.action.take()? {
             Action::Clear => {

@@ -1,4 +1,4 @@
-//! Programs in their slots: whether one is whole, whether two are equal, copies.
+//! Programs in their slots: whether a program is whole, whether two are equal, and copies.
 
 use crate::flash::{Flash, FlashFailed, Sector, Slot};
 use crate::image::{HASHED, HEADER, Header, Kind, LONGEST, MARK, Refusal};
@@ -6,13 +6,12 @@ use crate::verify::Hash;
 
 /// Reads the header of a slot.
 ///
-/// # Errors
-/// The slot has none.
+/// # Errors The slot has no header.
 pub fn header(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     Header::decode(&header_bytes(flash, slot))
 }
 
-/// Reads the bytes of a slot's header, whatever they are, without the mark of a confirmed program.
+/// Reads the bytes of a slot's header, valid or not, without the mark of a confirmed program.
 pub fn header_bytes(flash: &impl Flash, slot: Slot) -> [u8; HEADER] {
     let mut bytes = [0xFF; HEADER];
     if let Some(bytes) = bytes.get_mut(..MARK) {
@@ -30,12 +29,12 @@ fn read(flash: &impl Flash, start: u32, bytes: &mut [u8]) {
     }
 }
 
-/// Returns the header of the program in a slot if both are whole: they have the hash of the header. One that a
-/// probe has written has neither hash nor signature, and counts as whole: a copy of it gets its header last. With
-/// either it is one that was sent, and of whose kind a bit has been cleared.
+/// Returns the header of the program in a slot if both match the hash in the header.
 ///
-/// # Errors
-/// The reason why it is not whole.
+/// A program written by a probe has neither hash nor signature, and counts as whole: a copy of it gets its header last.
+/// If it has either, it was sent, and a bit of its kind has been cleared.
+///
+/// # Errors The reason why it is not whole.
 pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     let header = header(flash, slot)?;
     if header.kind == Kind::Probed {
@@ -44,7 +43,7 @@ pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     }
     let mut hash = Hash::new();
     let mut bytes = [0; 64];
-    // The header comes last: the program is then hashed by whole blocks.
+    // The header comes last, so that the program is hashed by whole blocks.
     for (start, length) in [(HEADER as u32, header.length), (0, HASHED as u32)] {
         let (mut at, mut rest) = (slot.start() + start, length);
         while rest > 0 {
@@ -59,11 +58,11 @@ pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     if hash.finish() == header.hash { Ok(header) } else { Err(Refusal::WrongHash) }
 }
 
-/// Places of the words of a program with its header, which do not include the mark.
+/// Addresses of the words of a program with its header, except the mark.
 fn words(header: &Header) -> impl DoubleEndedIterator<Item = u32> {
     let length = match header.kind {
         Kind::Signed => header.length,
-        // Its length is not known.
+        // The length is unknown.
         Kind::Probed => LONGEST,
     };
     (0..HEADER as u32 + length).step_by(4).filter(|at| *at != MARK as u32)
@@ -77,10 +76,9 @@ pub fn same(flash: &impl Flash, one: Slot, other: Slot) -> bool {
     words(&header).all(|at| flash.read(one.start() + at) == flash.read(other.start() + at))
 }
 
-/// Erases a slot. Its header goes first: where the erase is interrupted, what is left is no program.
+/// Erases a slot. The header goes first, so that an interrupted erase leaves no program.
 ///
-/// # Errors
-/// The flash failed.
+/// # Errors The flash failed.
 pub fn clear(flash: &mut impl Flash, slot: Slot) -> Result<(), FlashFailed> {
     if flash.read(slot.start()) != u32::MAX {
         flash.program(slot.start(), 0)?;
@@ -88,17 +86,16 @@ pub fn clear(flash: &mut impl Flash, slot: Slot) -> Result<(), FlashFailed> {
     flash.erase(Sector::Slot(slot))
 }
 
-/// Copies a program to another slot, which is cleared first. Its first word comes last: a copy that was interrupted has no
+/// Copies a program to another slot, after clearing that. The first word comes last, so that an interrupted copy has no
 /// header.
 ///
-/// # Errors
-/// The flash failed, or the program has no header.
+/// # Errors The flash failed, or the program has no header.
 pub fn copy(flash: &mut impl Flash, from: Slot, to: Slot) -> Result<(), FlashFailed> {
     let header = header(flash, from).map_err(|_| FlashFailed)?;
     clear(flash, to)?;
     for at in words(&header).rev() {
         let word = flash.read(from.start() + at);
-        // Erased flash reads so already.
+        // Erased flash already reads so.
         if word != u32::MAX {
             flash.program(to.start() + at, word)?;
         }

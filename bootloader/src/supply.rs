@@ -1,11 +1,11 @@
 //! Detection of a supply too low for the flash: the programmable voltage detector (RM0090, 5.2.3).
 //!
-//! On the target alone; the bootloader and the foot's program both write flash.
+//! Only on the target. The bootloader and the foot's program both write flash.
 
 use stm32_metapac::{PWR, RCC};
 
-/// 2.7 V, required for writing flash by words (RM0090, 3.6). The part's own threshold lies between 2.65 and 2.92 V
-/// with a falling supply (DS8626, table 20 \[M\]).
+/// 2.7 V, required for writing flash by words (RM0090, 3.6). The part's own threshold is between 2.65 and 2.92 V with a
+/// falling supply (DS8626, table 20 \[M\]).
 const LEVEL_2_7_V: u8 = 0b101;
 
 /// Starts the detector.

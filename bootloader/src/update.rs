@@ -1,46 +1,46 @@
-//! Steps of an update at the start, each of which can be interrupted by a power cut and is then done again.
+//! Steps of an update at the start. A power cut can interrupt each step, and the next start repeats it.
 //!
-//! | in the journal | done at the start |
+//! | state in the journal | steps at the start |
 //! |---|---|
-//! | nothing in progress | the running program is checked and started, also where the flash takes no record; if it has decayed, the previous one is restored |
-//! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that is [marked](crate::image::MARK) as confirmed ends it, and so does a failure of the flash |
-//! | [`Replacing`](Progress::Replacing) | the new program is checked, copied to `Running` and started, and its slot is cleared; where it is lost or the flash fails, the previous one is restored |
-//! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none; one that a probe has written since then is started |
-//! | [`Restoring`](Progress::Restoring) | the previous program is copied to `Running` |
+//! | nothing in progress | The running program is checked and started, even if the flash takes no record. If it has decayed, the previous one is restored. |
+//! | [`Installing`](Progress::Installing) | The new program is checked, and the running one is copied to `Previous`. If the running program is [marked](crate::image::MARK) as confirmed, its own image ends this state. So does a failure of the flash. |
+//! | [`Replacing`](Progress::Replacing) | The new program is checked, copied to `Running` and started, and its slot is cleared. If it is lost or the flash fails, the previous one is restored. |
+//! | [`Trial`](Progress::Trial) | The new program is started. After three starts the previous one is restored, or the bootloader stays if there is none. A program written by a probe since then is started. |
+//! | [`Restoring`](Progress::Restoring) | The previous program is copied to `Running`. |
 //!
 //! At every moment one of the slots holds a whole program that has worked: `Running` until its copy in `Previous` is
-//! complete, then `Previous` until the new program has confirmed itself. No step takes an earlier copy for complete,
-//! though it reads so: a power cut in its last word can have left bits that read differently the next time.
+//! complete, then `Previous` until the new program has confirmed itself. No step takes an earlier copy to be complete
+//! even if it reads so: a power cut in its last word can have left bits that read differently the next time.
 
 use crate::flash::{Flash, FlashFailed, Slot};
 use crate::image::{HEADER, Header, Kind, Refusal};
 use crate::journal::{Event, MOST_STARTS, Progress, State, is_marked};
 use crate::{program, verify};
 
-/// What to do after the start.
+/// Result of the steps at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// Start the program in [`Slot::Running`].
     Program,
-    /// No program can be started: wait for one. The reason is `None` where there has been none.
+    /// Wait for a program, because none can be started. The reason is `None` if there has been no program.
     Nothing(Option<Refusal>),
 }
 
 /// State of the program in [`Slot::Running`] while the bootloader serves its lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProgramState {
-    /// It can be started.
+    /// The program can be started.
     CanRun,
     /// No program can be started, for this reason; `None` if there has been none.
     Missing(Option<Refusal>),
-    /// The flash has failed in the steps at the start, which the next start repeats.
+    /// The flash has failed in the steps at the start. The next start repeats them.
     Unsettled,
 }
 
-/// Performs the steps that are due by the journal. Returns what to start.
+/// Performs the steps that the journal requires. Returns what to start.
 ///
-/// # Errors
-/// The flash has failed and takes no record of it, and the running slot may hold part of a program, or one that has not
+/// # Errors The flash has failed and takes no record of that. The running slot may hold part of a program, or an
+/// untried one. The next start repeats the steps.
 /// been tried. The next start repeats the steps.
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
     let mut state = State::read(flash);
@@ -51,8 +51,8 @@ pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFail
     }
 }
 
-/// Returns whether the running slot holds what it did before an update, if anything, and no trial of it is to be counted:
-/// with a supply too low for the flash a foot goes on with its program.
+/// Returns whether the running slot has the same content as before an update, if any, and no trial of it must be
+/// counted. A foot whose supply is too low for the flash then continues with its program.
 const fn is_unchanged(state: &State) -> bool {
     match state.progress {
         Progress::Settled | Progress::Trial(0) => true,
@@ -61,7 +61,7 @@ const fn is_unchanged(state: &State) -> bool {
     }
 }
 
-/// Does the steps, from a journal with room.
+/// Performs the steps, from a journal with room.
 fn proceed(
     state: &mut State,
     flash: &mut impl Flash,
@@ -78,7 +78,7 @@ fn proceed(
                 }
                 Err(why) => Event::Ended(why),
             },
-            // Once in a start: it takes a second.
+            // Once per start, because it takes a second.
             Progress::Replacing => match checked
                 .map_or_else(|| check_new(flash, key), Ok)
                 .and_then(|()| replace(flash))
@@ -93,7 +93,7 @@ fn proceed(
                 }
                 Event::Ended(why)
             }
-            // Only a program that was sent is on trial: a probe has replaced it.
+            // Only a program that was sent is on trial. A probe has replaced this one.
             Progress::Trial(_) if is_probed(flash) => Event::Confirmed,
             Progress::Trial(starts) if is_whole(flash) => {
                 if starts < MOST_STARTS {
@@ -116,7 +116,7 @@ fn proceed(
         };
         state.append(next, flash)?;
         if next == Event::Started {
-            // The next download finds the slot cleared. The bootloader clears it otherwise.
+            // The next download then finds the slot cleared. If this fails, the bootloader clears it.
             let _ = program::clear(flash, Slot::New);
             return Ok(Start::Program);
         }
@@ -133,17 +133,17 @@ fn is_probed(flash: &impl Flash) -> bool {
         && is_whole(flash)
 }
 
-/// Checks the new program with its signature once more: whoever can write the slot cannot sign.
+/// Checks the new program with its signature once more, because writing the slot does not require the key.
 fn check_new(flash: &impl Flash, key: &[u8; 32]) -> Result<(), Refusal> {
     program::check(flash, Slot::New)?;
     verify::signature(&program::header_bytes(flash, Slot::New), key)
 }
 
-/// Copies the running program to `Previous`, and returns the event that follows. A program that was on trial is never
-/// kept: with one that hangs in `Previous`, the next that fails would leave a foot that hangs for good.
+/// Copies the running program to `Previous`, and returns the event that follows. A program on trial is never kept. If a
+/// program that hangs were in `Previous`, the next failure would leave a foot that always hangs.
 fn keep(flash: &mut impl Flash, state: &State) -> Result<Event, FlashFailed> {
     if program::same(flash, Slot::New, Slot::Running) {
-        // The request for the install has marked a program that was confirmed.
+        // The request for the install has marked a confirmed program.
         return Ok(if is_marked(flash) { Event::Confirmed } else { Event::Started });
     }
     if state.trial.is_none() && is_whole(flash) {
@@ -157,15 +157,15 @@ fn replace(flash: &mut impl Flash) -> Result<(), Refusal> {
     program::copy(flash, Slot::New, Slot::Running).map_err(|FlashFailed| Refusal::FlashFailed)
 }
 
-/// Download of a program into [`Slot::New`], which was cleared. The header is checked as soon as it is complete, and
-/// written last.
+/// Download of a program into [`Slot::New`], which must be cleared. The header is checked as soon as it is complete,
+/// and written last.
 #[derive(Debug)]
 pub struct Download {
     header: [u8; HEADER],
     decoded: Option<Header>,
     /// Number of bytes received.
     received: u32,
-    /// Bytes of a word that is not complete.
+    /// Bytes of an incomplete word.
     word: [u8; 4],
 }
 
@@ -178,8 +178,7 @@ impl Default for Download {
 impl Download {
     /// Takes the next bytes.
     ///
-    /// # Errors
-    /// The reason why the program is refused.
+    /// # Errors The reason why the program is refused.
     pub fn append(
         &mut self,
         bytes: &[u8],
@@ -218,8 +217,7 @@ impl Download {
 
     /// Ends the download: checks length and hash, and writes the header.
     ///
-    /// # Errors
-    /// The reason why the program is refused.
+    /// # Errors The reason why the program is refused.
     pub fn end(&mut self, flash: &mut impl Flash) -> Result<(), Refusal> {
         let header = self.decoded.ok_or(Refusal::WrongLength)?;
         if self.received != HEADER as u32 + header.length {

@@ -4,8 +4,8 @@ use sha2::{Digest, Sha256};
 
 use crate::image::{HEADER, Header, Refusal, SIGNED};
 
-/// Public key of the builds, 32 bytes: the file that `FOOTFALL_KEY` named when the bootloader was built, otherwise
-/// the development key, whose private half everybody has.
+/// Public key of the builds, 32 bytes: the file that `FOOTFALL_KEY` named when the bootloader was built, otherwise the
+/// development key, whose private half is public.
 pub static KEY: &[u8; 32] = include_bytes!(env!("FOOTFALL_PUBLIC_KEY"));
 
 /// SHA-256 in progress.

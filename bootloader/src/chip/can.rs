@@ -1,4 +1,4 @@
-//! CAN1 on PB8 and PB9, which are those of each board.
+//! CAN1 on PB8 and PB9, the same pins on each board.
 
 use stm32_metapac::gpio::vals::{Moder, Pupdr};
 use stm32_metapac::{CAN1, GPIOB, RCC};
@@ -16,10 +16,10 @@ const CAN_FUNCTION: u8 = 9;
 /// Identifier of NMT commands.
 const NMT_COMMAND: u16 = 0;
 
-/// Polls of a state that the controller reaches within a frame: 160 bits at 125 kbit/s.
+/// Maximum polls for a state that the controller reaches within a frame: 160 bits at 125 kbit/s.
 const POLLS: u32 = 20_000;
 
-/// Controller on the bus.
+/// Running controller.
 pub struct Can {
     /// Node whose frames are accepted.
     id: Option<NodeId>,
@@ -50,7 +50,7 @@ impl Can {
         if !(0..POLLS).any(|_| CAN1.msr().read().inak()) {
             return None;
         }
-        // Twenty quanta a bit, sampled after the seventeenth: 85 %, as the program does.
+        // A bit has twenty quanta and is sampled after the seventeenth, 85 %, as in the program.
         let prescaler = clock::CAN_HZ.checked_div(20 * bit_rate).unwrap_or(1);
         CAN1.btr().write(|w| {
             w.set_brp((prescaler as u16).saturating_sub(1));
@@ -59,7 +59,7 @@ impl Can {
             w.set_sjw(2 - 1);
         });
         set_filter(id);
-        // Automatic recovery from bus-off; frames leave in the order of their requests.
+        // Recovers automatically from bus-off, and sends frames in the order of their requests.
         CAN1.mcr().write(|w| {
             w.set_abom(true);
             w.set_txfp(true);
@@ -69,7 +69,7 @@ impl Can {
         Some(Self { id })
     }
 
-    /// Accepts the frames for a node, which LSS may have given another id.
+    /// Accepts the frames for a node. LSS may have assigned another id.
     pub fn accept(&mut self, id: Option<NodeId>) {
         if self.id != id {
             set_filter(id);
@@ -91,7 +91,7 @@ impl Can {
         CanFrame::new(id, bytes.get(..length)?)
     }
 
-    /// Sends a frame, as soon as a mailbox is free; gives up where none is for several frames.
+    /// Sends a frame as soon as a mailbox is free. Discards it if none becomes free for several frames.
     pub fn send(&mut self, frame: &CanFrame) {
         let mailbox = (0..POLLS).find_map(|_| {
             let status = CAN1.tsr().read();
@@ -115,7 +115,7 @@ impl Can {
         });
     }
 
-    /// Waits until all frames have left, or the bus does not take them.
+    /// Waits until all frames have been sent, or until the bus takes none.
     pub fn finish(&mut self) {
         let _ = (0..POLLS).any(|_| {
             let status = CAN1.tsr().read();
@@ -124,8 +124,8 @@ impl Can {
     }
 }
 
-/// Accepts data frames for this node, so that those of others do not fill the FIFO while the flash is erased; without an
-/// id, which LSS may assign, all.
+/// Accepts data frames for this node only, so that those of others do not fill the FIFO while the flash is erased.
+/// Without an id, accepts all, because LSS may assign one.
 fn set_filter(id: Option<NodeId>) {
     // Two identifiers, as an element of a list of 16-bit filters (RM0090, 32.7.4).
     let pair = |a: u16, b: u16| u32::from(a) << 5 | u32::from(b) << 21;

@@ -1,5 +1,5 @@
-//! 80 MHz from the crystal, and ticks of 1 ms. Without the board's crystal the chip stays at 16 MHz, and the bus is not
-//! joined.
+//! 80 MHz from the crystal, and ticks of 1 ms. Without the board's crystal the chip stays at 16 MHz and does not join
+//! the bus.
 
 use bootloader::crystal;
 use stm32_metapac::flash::regs::Acr;
@@ -12,7 +12,7 @@ use super::CRYSTAL_MHZ;
 /// Clock of the processor, Hz.
 const PROCESSOR_HZ: u32 = 80_000_000;
 
-/// Clock of the CAN controller, Hz: half of the processor's, the most that APB1 can be near.
+/// Clock of the CAN controller, Hz: half of the processor's, close to the maximum of APB1.
 pub const CAN_HZ: u32 = PROCESSOR_HZ / 2;
 
 /// Clock of the internal oscillator, Hz.
@@ -38,7 +38,8 @@ pub fn start() -> Ticks {
     let hz = if start_crystal() { PROCESSOR_HZ } else { INTERNAL_HZ };
     // SAFETY: nothing else uses the timer.
     let timer = unsafe { &*cortex_m::peripheral::SYST::PTR };
-    // SAFETY: a reload of 24 bits; the processor's clock, an interrupt that is masked and ends a sleep.
+    // SAFETY: the reload has 24 bits. The control selects the processor's clock and an interrupt, which is masked and
+    // only ends a sleep.
     unsafe {
         timer.rvr.write(hz / 1000 - 1);
         timer.cvr.write(0);
@@ -52,12 +53,12 @@ fn start_crystal() -> bool {
     crystal::start(CRYSTAL_MHZ).is_ok() && start_pll(Pllsrc::HSE, CRYSTAL_MHZ)
 }
 
-/// Runs the processor at 80 MHz from the internal oscillator: a program is hashed in a fifth of the time.
+/// Runs the processor at 80 MHz from the internal oscillator, so that hashing a program takes a fifth of the time.
 pub fn hurry() {
     start_pll(Pllsrc::HSI, crystal::HSI_MHZ);
 }
 
-/// Undoes [`hurry`]: a program finds the clocks as after a reset.
+/// Undoes [`hurry`], so that a program finds the clocks as after a reset.
 pub fn calm() {
     RCC.cfgr().modify(|w| w.set_sw(Sw::HSI));
     while RCC.cfgr().read().sws() != Sw::HSI {}
@@ -74,15 +75,15 @@ fn start_pll(source: Pllsrc, mhz: u32) -> bool {
         w.set_pllm(Pllm::from_bits((mhz / INPUT_MHZ) as u8));
         w.set_plln(Plln::from_bits((PLL_MHZ / INPUT_MHZ) as u16));
         w.set_pllp(Pllp::DIV2);
-        // Not used, but 0 is forbidden.
+        // Unused, but 0 is forbidden.
         w.set_pllq(Pllq::DIV4);
     });
     RCC.cr().modify(|w| w.set_pllon(true));
     if !(0..POLLS).any(|_| RCC.cr().read().pllrdy()) {
         return false;
     }
-    // Enough for 80 MHz from 1.8 V on, where the prefetch must be off (RM0090, table 10): nothing has looked at the
-    // supply yet.
+    // Three wait states suffice for 80 MHz from 1.8 V on if the prefetch is off (RM0090, table 10). The supply has not
+    // been checked yet.
     FLASH.acr().modify(|w| {
         w.set_latency(stm32_metapac::flash::vals::Latency::WS3);
         w.set_icen(true);
@@ -107,10 +108,10 @@ pub fn serial_hz() -> u32 {
 }
 
 impl Ticks {
-    /// Returns whether a tick has passed since the last call; of several, only one.
+    /// Returns whether a tick has passed since the last call. Several ticks count as one.
     pub fn has_passed(&mut self) -> bool {
         const COUNTED: u32 = 1 << 16;
-        // SAFETY: reading the register clears the flag, which nothing else uses.
+        // SAFETY: reading the register clears the flag. Nothing else uses it.
         unsafe { (*cortex_m::peripheral::SYST::PTR).csr.read() & COUNTED != 0 }
     }
 }

@@ -1,5 +1,6 @@
-//! The flash by words of 32 bits, which requires a supply of 2.7 to 3.6 V (RM0090, 3.6). Below it nothing is written or
-//! erased. The program writes the option bytes: the bootloader runs while a connector may still bounce.
+//! The flash, written by words of 32 bits, which requires a supply of 2.7 to 3.6 V (RM0090, 3.6). Below that nothing is
+//! written or erased. The option bytes are left to the program, because a connector may still bounce while the
+//! bootloader runs.
 
 use bootloader::flash::{Flash, FlashFailed, Sector};
 use bootloader::supply;
@@ -13,11 +14,12 @@ const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// Bits of `FLASH_SR`: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
 const ERRORS: u32 = 0xF2;
 
-/// The flash. There is one, as it is made once.
+/// The flash. It is created once, so there is only one.
 pub struct ChipFlash(());
 
 impl ChipFlash {
-    /// Takes the flash, and watches the supply: the detector settles while the clocks start and the journal is read.
+    /// Takes the flash and starts to watch the supply. The detector settles while the clocks start and the journal is
+    /// read.
     pub fn new() -> Self {
         supply::watch();
         Self(())
@@ -36,7 +38,7 @@ impl Flash for ChipFlash {
             w.set_psize(Psize::PSIZE32);
             w.set_pg(true);
         });
-        // SAFETY: in the journal or a slot, which hold no variable; the address is that of a word.
+        // SAFETY: in the journal or a slot, which hold no variable. The address is aligned to a word.
         unsafe {
             core::ptr::with_exposed_provenance_mut::<u32>(address as usize).write_volatile(word);
         }
@@ -62,13 +64,13 @@ fn prepare() -> Result<(), FlashFailed> {
     if supply::is_low() {
         return Err(FlashFailed);
     }
-    // Keys written to unlocked flash would lock it until the next reset.
+    // Writing the keys to unlocked flash would lock it until the next reset.
     if FLASH.cr().read().lock() {
         for key in KEYS {
             FLASH.keyr().write_value(key);
         }
     }
-    // Flags are cleared by writing ones.
+    // Writing ones clears the flags.
     FLASH.sr().modify(|_| {});
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! The STM32F405 as the bootloader uses it, by polling.
+//! Access to the STM32F405 by polling.
 
 pub mod can;
 pub mod clock;
@@ -33,7 +33,7 @@ pub const CRYSTAL_MHZ: u32 = match BOARD {
     Board::Feather => 12,
 };
 
-/// Starts the program in [`Slot::Running`], which finds the chip as after a reset, but for the watchdog.
+/// Starts the program in [`Slot::Running`]. The program finds the chip as after a reset, except for the watchdog.
 pub fn start_program() -> ! {
     supply::forget();
     let vectors = Slot::Running.start() + HEADER as u32;
@@ -43,7 +43,7 @@ pub fn start_program() -> ! {
     unsafe { cortex_m::asm::bootload(core::ptr::with_exposed_provenance(vectors as usize)) }
 }
 
-/// Serial number of the foot, the same that its program gives.
+/// Serial number of the foot, equal to the one that its program reports.
 pub fn serial() -> u32 {
     const UNIQUE_ID: usize = 0x1FFF_7A10;
     // SAFETY: the id can be read at any time, byte by byte.

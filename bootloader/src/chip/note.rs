@@ -5,7 +5,7 @@ use bootloader::note::{ADDRESS, RESUME, STAY};
 
 const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(ADDRESS);
 
-/// Returns whether the program asked the bootloader not to start it, and forgets that.
+/// Returns whether the program asked the bootloader not to start it, and clears that request.
 pub fn take_stay() -> bool {
     // SAFETY: these bytes are outside of the memory given to the linker, aligned, and any bits are numbers.
     let stays = unsafe { NOTE.read_volatile() } == STAY;
@@ -15,7 +15,8 @@ pub fn take_stay() -> bool {
     stays
 }
 
-/// Tells the program who has asked for its start. A note that no program has taken does not outlast the next restart.
+/// Leaves a note for the program with the reason of its start. A note that no program has taken is lost at the next
+/// restart.
 pub fn tell(restart: Restart) {
     write(match restart {
         Restart::AfterSilence => RESUME,

@@ -1,4 +1,5 @@
-//! The serial line: USART1, 8N1. DMA receives, since an operation of the flash stops the processor for many bytes.
+//! The serial line: USART1, 8N1. DMA receives, because an operation of the flash stops the processor for the time of
+//! many bytes.
 
 use bootloader::adapter::{Adapter, Word};
 use bootloader::image::Board;
@@ -17,7 +18,7 @@ const PINS: (Gpio, usize, usize) = match BOARD {
     Board::Feather => (GPIOB, 6, 7),
 };
 
-/// Register of the functions of both.
+/// Register of the functions of both pins.
 const FUNCTIONS: usize = PINS.1 / 8;
 
 const _: () = assert!(PINS.2 / 8 == FUNCTIONS);
@@ -28,11 +29,11 @@ const USART_FUNCTION: u8 = 7;
 /// Stream of DMA2 that receives.
 const STREAM: usize = 2;
 
-/// Setting of the stream (RM0090, 10.5.5): channel 4, byte by byte from the peripheral to memory, round and round.
+/// Setting of the stream (RM0090, 10.5.5): channel 4, byte by byte from the peripheral to memory, circular.
 const RECEIVING: u32 = 4 << 25 | 1 << 10 | 1 << 8 | 1;
 
-/// Received bytes. DMA does not reach the memory that the linker gives the bootloader; here begins the stack of the
-/// program, which does not outlive a reset.
+/// Received bytes. DMA does not reach the memory that the linker gives the bootloader. Here the stack of the program
+/// begins, which does not outlive a reset.
 const RING: *mut u8 = core::ptr::with_exposed_provenance_mut(0x2000_0000);
 
 /// Size of the ring: more than a block of the longest download, which has 127 lines.
@@ -40,7 +41,7 @@ const RING_BYTES: u16 = 4096;
 
 const _: () = assert!(RING_BYTES as usize > 127 * slcan::LONGEST);
 
-/// Polls in which a byte is sent at 9600 Bd: 1 ms of 80 MHz.
+/// Maximum polls until a byte is sent at 9600 Bd: 1 ms of 80 MHz.
 const POLLS: u32 = 100_000;
 
 /// The line.
@@ -51,7 +52,7 @@ pub struct Serial {
 }
 
 impl Serial {
-    /// Starts the line at `baud`; `None` at a rate that the clock does not divide into.
+    /// Starts the line at `baud`. Returns `None` if the clock cannot be divided to that rate.
     pub fn start(baud: u32) -> Option<Self> {
         let divider = (clock::serial_hz() + baud / 2).checked_div(baud);
         let divider = divider.filter(|divider| (16..=0xFFFF).contains(divider))?;
@@ -122,7 +123,7 @@ impl Serial {
         }
     }
 
-    /// Waits until all bytes have left.
+    /// Waits until all bytes have been sent.
     pub fn finish(&self) {
         let _ = (0..2 * POLLS).any(|_| USART1.sr().read().tc());
     }

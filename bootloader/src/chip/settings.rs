@@ -1,4 +1,4 @@
-//! Node id and rates of the stored settings, which the bootloader only reads.
+//! Node id and rates from the stored settings. The bootloader only reads them.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -19,7 +19,8 @@ const BIT_RATES_KBIT: [u32; 4] = [1000, 500, 250, 125];
 /// Default rate of the serial line, Bd.
 const BAUD: u32 = 1_000_000;
 
-/// Returns node id, bit rate of the bus, bit/s, and rate of the serial line, Bd: those stored, or the defaults.
+/// Returns the node id, the bit rate of the bus (bit/s) and the rate of the serial line (Bd), as stored, or the
+/// defaults.
 pub fn read() -> (Option<NodeId>, u32, u32) {
     let Ok(mut storage) = Storage::new(Pages, &(0..2 * PAGE as u32)) else {
         return (None, BIT_RATES_KBIT[0] * 1000, BAUD);
@@ -36,10 +37,10 @@ pub fn read() -> (Option<NodeId>, u32, u32) {
     (id, rate * 1000, value(index::UART_RATE).unwrap_or(BAUD))
 }
 
-/// The pages, which cannot be written.
+/// The pages, read-only.
 struct Pages;
 
-/// Attempt to write a page.
+/// Error of an attempt to write a page.
 #[derive(Debug)]
 struct ReadOnly;
 

@@ -1,4 +1,4 @@
-//! Sleep between frames and ticks. Interrupts are masked throughout: one that is pending only ends the sleep.
+//! Sleep between frames and ticks. Interrupts are masked throughout, so a pending interrupt only ends the sleep.
 
 use cortex_m::peripheral::{NVIC, SCB};
 use stm32_metapac::Interrupt;
@@ -10,7 +10,7 @@ pub fn prepare() {
     unsafe { NVIC::unmask(Interrupt::CAN1_RX0) };
 }
 
-/// Forgets earlier frames and ticks. Those that come afterwards end the next sleep.
+/// Clears earlier frames and ticks. Later ones end the next sleep.
 pub fn forget() {
     SCB::clear_pendst();
     NVIC::unpend(Interrupt::CAN1_RX0);
