@@ -159,7 +159,7 @@ FOOT = footfall.Estimator(rate=100.0)
         (lambda: footfall.estimate(ACC, GYR, rate=-5.0), "rate is -5"),
         (
             lambda: footfall.estimate(ACC, GYR, np.arange(10) / 100, rate=200.0),
-            "column t says 100.00 Hz, but the sample rate was given as 200 Hz",
+            "column t gives 100.00 Hz, but the given sample rate is 200 Hz",
         ),
         (lambda: footfall.estimate(ACC, GYR, rate=100.0, preset="best"), '"default" or "paper"'),  # type: ignore[arg-type]
         (lambda: footfall.estimate(ACC, GYR, rate=100.0, gravity="no"), '"included" or "removed"'),  # type: ignore[arg-type]

@@ -130,7 +130,7 @@ impl Default for Playback {
 pub enum SourceError {
     /// The kind of source is unknown.
     #[error(
-        "{0:?} is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
+        "{0:?} is not a source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
     )]
     Unknown(String),
     /// The part after the kind is missing.
@@ -301,7 +301,7 @@ mod tests {
     fn invalid_source_error_names_the_expected_form() {
         assert_eq!(
             error("/dev/ttyACM0"),
-            "\"/dev/ttyACM0\" is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
+            "\"/dev/ttyACM0\" is not a source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT] and file:PATH[@SPEED]"
         );
         assert_eq!(error("uart:"), "\"uart:\" lacks a port, as in uart:/dev/ttyACM0");
         assert_eq!(

@@ -231,13 +231,13 @@ fn id_of_another_board_is_rejected_by_all_commands() {
     let link = demo("feet=4");
     let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
     let error = settings::restore(&mut client).expect_err("the front left one is there");
-    assert_eq!(error.to_string(), "node 18 would become node 17, which is on the bus already");
+    assert_eq!(error.to_string(), "node 18 would become node 17, which is already on the bus");
     for setting in [("node_id", "19"), ("foot", "3")] {
         let before = get(&mut client, setting.0);
         let error = write(&mut client, &[setting], Lasting::Stored).expect_err("taken");
         assert_eq!(
             error.to_string(),
-            "node 18 would become node 19, which is on the bus already; all settings are as they were"
+            "node 18 would become node 19, which is already on the bus; all settings are as they were"
         );
         assert_eq!(get(&mut client, setting.0), before);
     }
@@ -448,11 +448,11 @@ fn settings_text_parses_back_to_the_same_settings() {
     let other = settings::from_text(&text, NodeId::new(0x14)).expect("settings");
     assert!(settings::differences(&own, &other).is_empty());
     for (wrong, message) in [
-        ("windw = 5", "line 1: no object is called \"windw\""),
+        ("windw = 5", "line 1: no object has the name \"windw\""),
         ("\nwindow = 0", "line 2: window is \"0\", but "),
         ("window", "line 1: \"window\" is not a setting, such as window = 50ms"),
-        ("window = 50ms\nwindow = 50ms", "line 2: window stands twice"),
-        ("stage = 1", "line 1: stage is no setting: it cannot be written"),
+        ("window = 50ms\nwindow = 50ms", "line 2: window appears twice"),
+        ("stage = 1", "line 1: stage is not a setting and cannot be written"),
     ] {
         let error = settings::from_text(wrong, None).expect_err(wrong).to_string();
         assert!(error.starts_with(message), "{error}");

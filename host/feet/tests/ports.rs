@@ -225,7 +225,10 @@ fn port_without_an_adapter_is_reported() {
     let feed = Feed::open(source(&format!("slcan:{name}")));
     match feed.next(LONGEST) {
         Some(Fed::WaitsFor(error)) => {
-            assert!(error.to_string().contains("does not answer as an slcan adapter"), "{error}");
+            assert!(
+                error.to_string().contains("does not respond like an slcan adapter"),
+                "{error}"
+            );
         }
         other => panic!("{other:?}"),
     }

@@ -48,7 +48,7 @@ pub enum Error {
     Config(#[from] ConfigError),
     /// No fault, flag or refusal has this name.
     #[error(
-        "nothing is called {0:?}; footfall explain lists all faults, flags, refusals, states and findings"
+        "{0:?} is unknown; footfall explain lists all faults, flags, refusals, states and findings"
     )]
     NothingToExplain(String),
     /// The parameters are invalid; described by the estimator.
@@ -67,7 +67,7 @@ pub enum Error {
     #[error(transparent)]
     SameName(#[from] SameName),
     /// A recording is implausible and `--strict` is given.
-    #[error("{file}: --strict does not let {count} of the above pass")]
+    #[error("{file}: --strict rejects {count} of the findings above")]
     Implausible {
         /// Recording as given.
         file: String,
@@ -75,7 +75,7 @@ pub enum Error {
         count: usize,
     },
     /// The requested span ends before it begins.
-    #[error("--to {to} does not come after --from {from}")]
+    #[error("--to {to} is not after --from {from}")]
     EmptySpan {
         /// Start of the span, s.
         from: f64,
@@ -83,7 +83,7 @@ pub enum Error {
         to: f64,
     },
     /// The requested span begins after the end of the recording.
-    #[error("{file}: --from {from} is beyond its end: it lasts {duration:.3} s")]
+    #[error("{file}: --from {from} is after its end; the recording lasts {duration:.3} s")]
     BeyondTheEnd {
         /// Recording as given.
         file: String,
@@ -112,11 +112,11 @@ pub enum Error {
     #[error("{}", with_hint(.0, .0.hint()))]
     Source(LinkError),
     /// A conversion has no output.
-    #[error("there is no output: name it after the recordings, or with --output")]
+    #[error("no output is given: name it after the recordings, or with --output")]
     NoOutput,
     /// Two recordings of a robot have the same foot.
     #[error(
-        "{name} is in {} and in {}: one robot has it once; convert one of them with --rename {name}=OTHER first", files[0], files[1]
+        "{name} is in both {} and {}, but a robot has each foot once; convert one of them with --rename {name}=OTHER first", files[0], files[1]
     )]
     FootTwice {
         /// Name of the foot.
@@ -126,7 +126,7 @@ pub enum Error {
     },
     /// Several feet cannot be written to one table.
     #[error(
-        "{file} has several feet, and a table has one: {}; choose one with --topic, or write .mcap",
+        "{file} has several feet, but a table holds one: {}; choose one with --topic, or write .mcap",
         feet.join(", ")
     )]
     OneFootOnly {
@@ -147,7 +147,7 @@ pub enum Error {
         source: Box<Error>,
     },
     /// A variable of the environment has no valid value.
-    #[error("the variable {name} is wrong: {reason}")]
+    #[error("environment variable {name}: {reason}")]
     Variable {
         /// Name of the variable.
         name: &'static str,
@@ -156,12 +156,12 @@ pub enum Error {
     },
     /// Options about recordings of an IMU are given for feet that stream.
     #[error(
-        "{0} has no recording of an IMU: --config, --topic, --load-topic, --axes, --units and their like are for file:"
+        "{0} is not a recording of an IMU: --config, --topic, --load-topic, --axes, --units and similar options apply only to file:"
     )]
     NotPlayed(String),
     /// A bag has a topic that contacts are written to.
     #[error(
-        "{file} has the topic {topic} already: its messages are those of an earlier estimate, or of another program; --estimate-again writes new ones in their place"
+        "{file} already has the topic {topic}, from an earlier estimate or from another program; --estimate-again replaces its messages"
     )]
     TopicTaken {
         /// Bag as given.
@@ -170,9 +170,7 @@ pub enum Error {
         topic: String,
     },
     /// Messages of all feet are wanted of contacts that are copied as they are.
-    #[error(
-        "{file} has contacts, which are copied as they were recorded: {option} needs --estimate-again"
-    )]
+    #[error("{file} has contacts, which are copied unchanged: {option} needs --estimate-again")]
     CopiedContacts {
         /// Bag as given.
         file: String,
@@ -189,7 +187,7 @@ pub enum Error {
     },
     /// Messages of all feet are to be written, and feet are missing.
     #[error(
-        "there is no foot {absent}: {option} writes messages of FL, FR, RL and RR, and a missing foot may stand; --compat bool has a topic for each foot"
+        "the foot {absent} is missing: {option} writes messages of FL, FR, RL and RR, and a missing foot may be standing; --compat bool has a topic for each foot"
     )]
     AbsentFeet {
         /// Option that requests the messages.
@@ -285,11 +283,11 @@ pub enum FootError {
     )]
     NoBootloader,
     /// Learning is disabled by the settings of the foot.
-    #[error("the foot learns nothing with its settings: set method=self_calibrating learning=on")]
+    #[error("the settings of the foot disable learning: set method=self_calibrating learning=on")]
     LearnsNothing,
     /// The foot has not learnt enough in the given time.
     #[error(
-        "the foot has not learnt enough in {seconds} s ({seen}): let it walk a few steps; nothing was kept"
+        "the foot has not learnt enough in {seconds} s ({seen}): let it walk a few steps; nothing was stored"
     )]
     NotSettled {
         /// Timeout, s.
@@ -298,16 +296,16 @@ pub enum FootError {
         seen: String,
     },
     /// An argument does not have the form of a setting.
-    #[error("{0:?} is no setting: write NAME=VALUE, such as decision.threshold=0.6")]
+    #[error("{0:?} is not a setting: write NAME=VALUE, such as decision.threshold=0.6")]
     NoSetting(String),
     /// The named entry is not writable.
-    #[error("{0} is no setting: it cannot be written")]
+    #[error("{0} is not a setting and cannot be written")]
     NotWritable(String),
     /// A setting is given two values.
     #[error("{0} is named twice")]
     NamedTwice(String),
     /// The foot runs its bootloader, which has no settings.
-    #[error("{} runs its bootloader: it has no program, or waits for one; footfall foot SOURCE update FILE sends it", .0.map_or_else(|| "the foot".to_owned(), |node| format!("node {}", node.get())))]
+    #[error("{} runs its bootloader, because it has no program or waits for one; footfall foot SOURCE update FILE sends one", .0.map_or_else(|| "the foot".to_owned(), |node| format!("node {}", node.get())))]
     InBootloader(Option<NodeId>),
     /// Figures of a board are out of their limits.
     #[error("not accepted: {0}")]
@@ -345,7 +343,7 @@ pub(crate) fn with_hint(message: impl Display, hint: Option<FootHint>) -> String
             format!("{message} until footfall foot … set self_test_at_start=0 --save")
         }
         Some(FootHint::OmitEstimateOptions) => format!(
-            "{message}: --config, --topic, --load-topic, --axes, --units and their like are for recordings of an IMU"
+            "{message}: --config, --topic, --load-topic, --axes, --units and similar options apply only to recordings of an IMU"
         ),
     }
 }
@@ -391,7 +389,7 @@ mod tests {
             ),
             (
                 NameError::Unknown("windw".to_owned()).into(),
-                "no object is called \"windw\"; `footfall foot SOURCE get` lists all",
+                "no object has the name \"windw\"; `footfall foot SOURCE get` lists all",
             ),
             (
                 SelfTestError::StaysOn(RequestError::NoFoot).into(),

@@ -251,10 +251,12 @@ pub enum OutputError {
         directory: String,
     },
     /// Contacts go into a copy of bags, and an input is another file.
-    #[error("{0} becomes a copy of bags with their contacts: give mcap or rosbag2 to replay")]
+    #[error(
+        "{0} would be a copy of the replayed bags with their contacts, so each recording must be mcap or rosbag2"
+    )]
     BagsOnly(String),
     /// There are options for a copy of a bag, and none is written.
-    #[error("{0} is for a copy of a bag: --output copy.mcap")]
+    #[error("{0} applies only to a copy of a bag: add --output copy.mcap")]
     NoCopy(&'static str),
     /// Two options would write one topic.
     #[error("--compat unitree and --lowstate both write /footfall/lowstate: give one of them")]
@@ -269,7 +271,7 @@ pub enum OutputError {
     #[error("{0} cannot be written: it is the recording itself")]
     OverInput(String),
     /// Two results would be written to one file.
-    #[error("{0} cannot be written: it is named for two results")]
+    #[error("{0} cannot be written: two results have this name")]
     SameFile(String),
     /// A file of this name exists and would be overwritten.
     #[error("{0} is there already: name another file, or add --overwrite")]

@@ -58,7 +58,7 @@ pub enum Source {
 pub enum SourceTextError {
     /// The kind of source is unknown.
     #[error(
-        "{0:?} is no source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+        "{0:?} is not a source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
     )]
     Unknown(String),
     /// Several sources are written as one.
@@ -77,14 +77,14 @@ pub enum SourceTextError {
 pub enum FindError {
     /// No foot is on USB.
     #[error(
-        "no foot is on USB: plug one in, or name a source such as uart:/dev/ttyACM0, can:can0 or demo"
+        "no foot was found on USB: plug one in, or name a source such as uart:/dev/ttyACM0, can:can0 or demo"
     )]
     NoneOnUsb,
     /// Several feet are on USB, and one is needed.
-    #[error("several feet are on USB, name one: {}", names(.0))]
+    #[error("there are several feet on USB; name one of them: {}", names(.0))]
     SeveralOnUsb(Vec<UsbPort>),
     /// No foot on USB has this name or serial number.
-    #[error("no foot on USB is {wanted:?}; on USB: {}", list(found))]
+    #[error("no foot on USB has the name or serial number {wanted:?}; found: {}", list(found))]
     NotOnUsb {
         /// Name or serial number.
         wanted: String,
@@ -370,7 +370,7 @@ mod tests {
     fn unknown_source_error_lists_all_kinds() {
         assert_eq!(
             error("/dev/ttyACM0"),
-            "\"/dev/ttyACM0\" is no source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+            "\"/dev/ttyACM0\" is not a source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
         );
         let demo = SourceArgument::One(Source::Demo(Demo::default()));
         assert_eq!("demo".parse(), Ok(demo));

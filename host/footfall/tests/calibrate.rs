@@ -94,11 +94,11 @@ fn recordings_without_a_lesson_are_rejected_with_causes() {
     for (arguments, expected) in cases(
         r#"
         walk.csv --preset paper => method = "half_widths" learns nothing
-        walk.csv ./walk.csv => ./walk.csv is named twice: what it shows would count twice
-        --rests walk.csv ./walk.csv => ./walk.csv is named twice: what it shows would count twice
+        walk.csv ./walk.csv => ./walk.csv is named twice, and its samples would count twice
+        --rests walk.csv ./walk.csv => ./walk.csv is named twice, and its samples would count twice
         nan.csv => 2000 of 2000 samples are invalid
         stand.csv => the foot never swung
-        walk.csv --gravity removed => see whether units and --gravity are right
+        walk.csv --gravity removed => check the units and --gravity
         "#,
     ) {
         let arguments = format!("calibrate {arguments} --output robot.toml");

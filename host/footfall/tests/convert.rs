@@ -156,8 +156,8 @@ fn span_keeps_the_times_of_the_recording() {
     assert_eq!(rows.next(), Some("0.250000,0,0,9.81,0,0,0,50,1,"));
     assert_eq!(rows.next_back(), Some("0.499000,0,0,9.81,0,0,0,50,1,"));
     assert_eq!(part.lines().count(), 251);
-    bench.refuses("convert walk.csv late.csv --from 5", "--from 5 is beyond its end");
-    bench.refuses("convert walk.csv none.csv --from 0.5 --to 0.5", "does not come after");
+    bench.refuses("convert walk.csv late.csv --from 5", "--from 5 is after its end");
+    bench.refuses("convert walk.csv none.csv --from 0.5 --to 0.5", "is not after");
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn unwritable_output_is_rejected_before_writing() {
         walk.csv folder/x/y.csv => there is no directory folder/x
         walk.csv walk.csv --overwrite => it is the recording itself
         walk.csv walk.db3 => must end in .csv, .parquet or .mcap
-        g.csv strict.csv --strict => --strict does not let 1 of the above pass
+        g.csv strict.csv --strict => --strict rejects 1 of the findings above
         absent.csv x.csv => absent.csv cannot be read
         ",
     ) {

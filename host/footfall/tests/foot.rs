@@ -52,10 +52,10 @@ fn invalid_setting_error_gives_name_and_range() {
     for (arguments, expected) in cases(
         r#"
         set decision.threshold=2 => decision.threshold is "2", but 0
-        set threshold=0.5 => no object is called "threshold"
+        set threshold=0.5 => no object has the name "threshold"
         set decision.threshold => write NAME=VALUE
         set stage=1 => stage is no setting
-        get nothing => no object is called "nothing"
+        get nothing => no object has the name "nothing"
         import none.txt => none.txt:
         export settings.csv => .txt
         "#,
@@ -72,7 +72,7 @@ fn id_command_refuses_an_id_in_use_and_an_unknown_foot() {
     let bench = Bench::new();
     for (arguments, expected) in cases(
         "
-        demo:feet=4,speed=max --node 17 id FR => would become node 18, which is on the bus already
+        demo:feet=4,speed=max --node 17 id FR => would become node 18, which is already on the bus
         demo:speed=max id XY => write one of FL, FR, RL, RR, L, R
         ",
     ) {

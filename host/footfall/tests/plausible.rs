@@ -55,7 +55,7 @@ fn finding_has_a_line_and_a_name() {
         assert_eq!(said(&bench, options), (line.clone(), vec![name.to_owned()]));
         assert_eq!(
             bench.error(&format!("replay x.csv --strict --output o.csv {options}")),
-            format!("{line}footfall: x.csv: --strict does not let 1 of the above pass\n")
+            format!("{line}footfall: x.csv: --strict rejects 1 of the findings above\n")
         );
         assert_eq!(bench.files(), ["x.csv"]);
     }

@@ -82,7 +82,7 @@ fn settings_of_no_recording_are_refused() {
         for option in ["--config robot.toml", "--estimate-again"] {
             bench.refuses(
                 &format!("{command} demo {option}"),
-                "demo:feet=1 has no recording of an IMU: ",
+                "demo:feet=1 is not a recording of an IMU: ",
             );
         }
     }

@@ -122,12 +122,12 @@ fn recordings_made_apart_merge_into_one_robot() {
         let said = bench.error(&format!("{command} --topic all"));
         assert_has(
             &said,
-            "FL is in front.mcap and in robot.mcap: one robot has it once; convert one of them with --rename FL=OTHER first",
+            "FL is in both front.mcap and robot.mcap, but a robot has each foot once; convert one of them with --rename FL=OTHER first",
         );
     }
     assert_has(
         &bench.error("convert front.mcap"),
-        "there is no output: name it after the recordings, or with --output",
+        "no output is given: name it after the recordings, or with --output",
     );
 }
 
@@ -392,7 +392,7 @@ fn copy_of_a_bag_wants_a_place_for_each_foot() {
     );
     let right = "--rename R=FR";
     let said = bench.error(&format!("{copy} --compat champ {right}"));
-    assert_has(&said, "there is no foot RL, RR: --compat writes messages of FL, FR, RL and RR");
+    assert_has(&said, "the foot RL, RR is missing: --compat writes messages of FL, FR, RL and RR");
     let output = bench.run(&format!("{copy} --compat bool {right}"));
     let said = text(&output.stderr);
     assert!(output.status.success(), "{said}");
@@ -406,7 +406,8 @@ fn copy_of_a_bag_wants_a_place_for_each_foot() {
     for options in ["--compat champ", "--lowstate /lowstate"] {
         let said = bench.error(&format!("replay imu.mcap --topic all {options}"));
         let option = options.split(' ').next().expect("an option");
-        let expected = format!("footfall: {option} is for a copy of a bag: --output copy.mcap\n");
+        let expected =
+            format!("footfall: {option} applies only to a copy of a bag: add --output copy.mcap\n");
         assert_eq!(said, expected);
     }
 }

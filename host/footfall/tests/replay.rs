@@ -92,7 +92,7 @@ fn ignored_columns_are_listed_on_stderr() {
     let output = bench.run("replay walk.csv --sample-rate 100 --format csv");
     assert_eq!(
         text(&output.stderr).lines().next(),
-        Some("footfall: walk.csv: column t says 1.00 Hz, but the sample rate was given as 100 Hz")
+        Some("footfall: walk.csv: column t gives 1.00 Hz, but the given sample rate is 100 Hz")
     );
     let rows = "0,0,0,9,0,0,0,,\n0.01,0,0,9,0,0,0,,\n";
     let bench = Bench::with("walk.csv", format!("t,{AXES},qw,mood\n{rows}"));

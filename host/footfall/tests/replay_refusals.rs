@@ -19,7 +19,7 @@ const CONTENTS: &str = r#"
     t,ax,ay,az,wx,wy,gz\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: wz
     T,AX,AY,AZ,WX,WY,WZ\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: ax, ay, az, wx, wy, wz; names are written in lower case
     t|ax|ay|az|wx|wy|wz\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: ax, ay, az, wx, wy, wz; columns are separated by commas, semicolons or tabs, not by '|'
-    AXES,ay\n0,0,0,0,0,0,0\n => x.csv, line 1, column 7 (ay): this name stands in the header twice
+    AXES,ay\n0,0,0,0,0,0,0\n => x.csv, line 1, column 7 (ay): the header has this name twice
     0,0,0,0,0,0,0,0,0,0,0,0,1\n0,0,0\n ~ --format pce-atlas => x.csv, line 2: 3 columns where 13 are expected
     AXES\n0,0,0,0,0,0,0\n ~ --sample-rate 100 => x.csv, line 2: 7 columns where 6 are expected
     AXES\r\n0,0,0,0,0,0\r\n0,0,1.2.3,0,0,0\r\n => x.csv, line 3, column 3 (az): "1.2.3" is not a number
@@ -27,7 +27,7 @@ const CONTENTS: &str = r#"
     AXES\n0,0,0, ,0,0\n => x.csv, line 2, column 4 (wx): blank where a number is needed
     t,AXES\n1e300,0,0,0,0,0,0\n => x.csv, line 2, column 1 (t): 1e300 is no time in s: -4e9 to 4e9 is expected
     AXES,label\n0,0,0,0,0,0,1e300\n => x.csv, line 2, column 7 (label): label 1e300 where 0 (not stable) or 1 (stable) is expected
-    1,0,0,1,0,0,0\n1,,,,,,\n1,0,0,1,0,0,0\n ~ --format pce-go1 => x.csv, line 3, column 2 (ax): IMU values after a row that had none; rows of force alone may only stand at the end
+    1,0,0,1,0,0,0\n1,,,,,,\n1,0,0,1,0,0,0\n ~ --format pce-go1 => x.csv, line 3, column 2 (ax): IMU values after a row that had none; rows with only a force are allowed only at the end
     \n\n => x.csv is empty: it holds no sample
     ~ --format pce-go1 => x.csv is empty: it holds no sample
     AXES\n ~ --format csv => x.csv is empty: it holds no sample
@@ -53,8 +53,8 @@ fn contents_of_tables_are_rejected_with_their_place() {
 /// Steps of the times of a foot at rest, or `standing`, with the options of a replay and the error. A slow sensor is not
 /// taken for one with times in milliseconds.
 const RATES: &str = r#"
-    standing --sample-rate 1e-30 => x.csv: column t says 1000.00 Hz, but the sample rate was given as 1e-30 Hz
-    1 --sample-rate 1000 => x.csv: column t says 1.00 Hz, but the sample rate was given as 1000 Hz; column t looks like milliseconds, but is read in s: --time-unit ms
+    standing --sample-rate 1e-30 => x.csv: column t gives 1000.00 Hz, but the given sample rate is 1e-30 Hz
+    1 --sample-rate 1000 => x.csv: column t gives 1.00 Hz, but the given sample rate is 1000 Hz; column t looks like milliseconds, but is read in s: --time-unit ms
     1 => x.csv: the sample rate is 1 Hz, allowed is 20 to 10000 Hz; column t looks like milliseconds, but is read in s: --time-unit ms
     1000 => x.csv: the sample rate is 0.001 Hz, allowed is 20 to 10000 Hz; column t looks like microseconds, but is read in s: --time-unit us
     0.2 => x.csv: the sample rate is 5 Hz, allowed is 20 to 10000 Hz
@@ -82,7 +82,7 @@ fn implausible_rates_and_times_are_rejected_with_their_remedy() {
     }
     assert_eq!(
         complaint(format!("{AXES}\n0,0,0,0,0,0\n"), ""),
-        "x.csv has no times that tell the sample rate, so it must be given: --sample-rate HZ"
+        "x.csv has no times that determine the sample rate, so it must be given: --sample-rate HZ"
     );
     assert_eq!(
         complaint("0,0,0,0,0,0,0,0,0,0,0,0,1\n", "--format pce-atlas --sample-rate 1e-30"),
@@ -102,7 +102,7 @@ fn unwritable_result_is_rejected_before_writing() {
         --output - --json => standard output takes one result: a table or picture (-), or --json
         --events - --output - => standard output takes one result: a table or picture (-), or --json
         --plot - --events - => standard output takes one result: a table or picture (-), or --json
-        --output a.csv --events ./a.csv => ./a.csv cannot be written: it is named for two results
+        --output a.csv --events ./a.csv => ./a.csv cannot be written: two results have this name
         --output ok.csv --plot no/x.svg => no/x.svg cannot be written: there is no directory no
         --output ok.csv --plot walks.svg => walks.svg cannot be written: it is a directory
         --output ok.csv --plot x.jpg => x.jpg cannot be written: pictures are SVG or pages, so the name must end in .svg or .html

@@ -136,7 +136,7 @@ fn invalid_domain_is_blamed_on_the_variable() {
     let output = output.expect("the program that was just built");
     let stderr = text(&output.stderr);
     assert!(!output.status.success());
-    assert_eq!(stderr, "footfall: the variable ROS_DOMAIN_ID is wrong: 500 is not in 0..=232\n");
+    assert_eq!(stderr, "footfall: environment variable ROS_DOMAIN_ID: 500 is not in 0..=232\n");
 }
 
 /// Requests after which a service that does not answer ends the test as hung.

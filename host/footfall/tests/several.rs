@@ -66,7 +66,7 @@ fn same_name_in_two_folders_is_kept_apart() {
 fn stdin_is_read_once() {
     let bench = Bench::new();
     let said = text(&bench.piped("replay - -", "").stderr);
-    assert_eq!(said, "footfall: - is named twice: what it shows would count twice\n");
+    assert_eq!(said, "footfall: - is named twice, and its samples would count twice\n");
     fs::write(bench.path("x.csv"), standing()).expect("a file");
     bench.stdout("replay x.csv --output out.csv");
     let output = bench.piped("replay - --output -", &standing());
@@ -80,8 +80,8 @@ fn impossible_spans_are_rejected() {
     let bench = Bench::with("x.csv", standing());
     for (span, expected) in cases(
         "
-        --from 2 => x.csv: --from 2 is beyond its end: it lasts 0.999 s
-        --from 2 --to 1.5 => --to 1.5 does not come after --from 2
+        --from 2 => x.csv: --from 2 is after its end; the recording lasts 0.999 s
+        --from 2 --to 1.5 => --to 1.5 is not after --from 2
         --from=-1 => is no time since the first sample
         --to soon => is no time since the first sample
         --from nan => is no time since the first sample

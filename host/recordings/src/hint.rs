@@ -239,15 +239,15 @@ impl InWords for Hint {
                 name(Setting::Units),
                 name(Setting::TimeUnit)
             ),
-            Self::SecondHeader => f.write_str(
-                "the header stands here again, as where two tables were put into one file",
-            ),
+            Self::SecondHeader => {
+                f.write_str("the header is repeated here, as in a file made of two tables")
+            }
             Self::UnitsAndGravity => {
-                write!(f, "see whether units and {} are right", name(Setting::Gravity))
+                write!(f, "check the units and {}", name(Setting::Gravity))
             }
             Self::TimeUnit(unit) => f.write_str(&words.set(Setting::TimeUnit, unit)),
             Self::OtherTimeUnit => {
-                write!(f, "{} says the unit: s, ms, us or ns", name(Setting::TimeUnit))
+                write!(f, "{} gives the unit: s, ms, us or ns", name(Setting::TimeUnit))
             }
             Self::TimesLookLike(unit) => write!(
                 f,
@@ -295,7 +295,7 @@ impl InWords for Hint {
             }
             Self::MapExample(mapping) => write!(
                 f,
-                "{} says which columns stand for them, such as {}",
+                "{} gives the columns for them, such as {}",
                 name(Setting::Map),
                 words.set(Setting::Map, mapping)
             ),
@@ -309,7 +309,7 @@ impl InWords for Hint {
                 name(Setting::Map)
             ),
             Self::ReadTrunk(address) => {
-                write!(f, "{} reads it all the same", words.set(Setting::Topic, address))
+                write!(f, "{} reads it anyway", words.set(Setting::Topic, address))
             }
             Self::TopicWithAxes(topic) => write!(
                 f,

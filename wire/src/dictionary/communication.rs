@@ -37,7 +37,7 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
             Access::Rw,
             Value::U32(PDO_NO_REMOTE | pdo.base() as u32),
         )
-        .doc("bit 31 set: not sent; the identifier itself cannot be changed"),
+        .doc("bit 31 set: not sent; the other bits cannot be changed"),
         Entry::setting(2, "Transmission type", Concern::Stream, Value::U8(254))
             .range_without(&[Value::U8(1), Value::U8(255), Value::U8(241), Value::U8(253)])
             .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
@@ -123,7 +123,7 @@ pub(super) const OBJECTS: &[Object] = &[
         doc: Text::new("the last emergencies"),
         entries: &[
             Entry::command(0, "Number of errors", Access::Rw, Value::U8(0))
-                .doc("writing 0 forgets them, nothing else can be written"),
+                .doc("writing 0 clears the history; any other value is refused"),
             error(1, "Standard error field 1"),
             error(2, "Standard error field 2"),
             error(3, "Standard error field 3"),
@@ -138,7 +138,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::SYNC_COB_ID,
         name: Text::new("COB-ID SYNC message"),
         shape: Shape::Var,
-        doc: Text::new("listened to, never sent"),
+        doc: Text::new("received, never sent"),
         entries: &[Entry::constant(0, "COB-ID SYNC message", Value::U32(cob_id::SYNC as u32))],
     },
     Object {
@@ -184,7 +184,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::RESTORE,
         name: Text::new("Restore default parameters"),
         shape: Shape::Array,
-        doc: Text::new("forgets what was stored; defaults apply from the next reset"),
+        doc: Text::new("deletes the stored settings; the defaults apply from the next reset"),
         entries: &[
             Entry::command(1, "Restore all default parameters", Access::Rw, Value::U32(1))
                 .doc("write \"load\" (0x64616F6C); reads 1: can be restored"),
@@ -194,7 +194,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::TIME_COB_ID,
         name: Text::new("COB-ID time stamp object"),
         shape: Shape::Var,
-        doc: Text::new("listened to, never sent"),
+        doc: Text::new("received, never sent"),
         entries: &[Entry::constant(
             0,
             "COB-ID time stamp object",
@@ -244,14 +244,14 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::RPDO,
         name: Text::new("RPDO1 communication parameter"),
         shape: Shape::Record,
-        doc: Text::new("the load, from a robot that knows it"),
+        doc: Text::new("the load, from a robot that measures it"),
         entries: &[
             Entry::cob_id(1, "COB-ID", pdo::Load::BASE as u32),
             Entry::constant(2, "Transmission type", Value::U8(255)),
             Entry::setting(5, "Event timer", Concern::Stream, Value::U16(100))
                 .range(Value::U16(1), Value::U16(1_000))
                 .unit("ms")
-                .doc("how long a load is believed; after it emergency 0x8250 where the load source is CAN"),
+                .doc("a load older than this is ignored; emergency 0x8250 follows if the load source is CAN"),
         ],
     },
     Object {
@@ -283,10 +283,10 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::PROGRAM_CONTROL,
         name: Text::new("Program control"),
         shape: Shape::Array,
-        doc: Text::new("of the program, or of its bootloader while that is stopped (CiA 302-3)"),
+        doc: Text::new("of the program, or of the bootloader while the program is stopped (CiA 302-3)"),
         entries: &[
             Entry::command(1, "Program control 1", Access::Rw, Value::U8(1)).doc(
-                "0: stop, the bootloader answers then; 1: start; 2: reset; 3: clear; 128: confirm",
+                "0: stop (the bootloader answers from then on); 1: start; 2: reset; 3: clear; 128: confirm",
             ),
         ],
     },
@@ -294,18 +294,18 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::PROGRAM_ID,
         name: Text::new("Program software identification"),
         shape: Shape::Array,
-        doc: Text::new("the first four bytes of the program's hash; of one that a debug probe has written the first eight digits of its commit, or 0"),
+        doc: Text::new("the first four bytes of the program's hash; for a program written by a debug probe the first eight digits of its commit, or 0"),
         entries: &[
             Entry::live(1, "Program software identification 1", Value::U32(0)),
             Entry::live(2, "Program software identification 2", Value::U32(0))
-                .doc("the program before the last update, of which a copy is kept; 0 without one"),
+                .doc("the kept copy of the program before the last update; 0 if there is none"),
         ],
     },
     Object {
         index: index::FLASH_STATUS,
         name: Text::new("Flash status identification"),
         shape: Shape::Array,
-        doc: Text::new("0: the last update succeeded; bits 16 to 23: the reason why it did not"),
+        doc: Text::new("0: the last update succeeded; otherwise bits 16 to 23 are the reason why it failed"),
         entries: &[Entry::live(1, "Flash status identification 1", Value::U32(0))],
     },
 ];

@@ -70,9 +70,9 @@ const fn counters() -> [Entry; Counter::ALL.len()] {
 const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     let command = Entry::command(1, "Command", Access::Wo, Value::U8(0))
         .range(Value::U8(1), Value::U8(2))
-        .doc("1 keep: 0x2018 becomes what the foot has learnt so far, where that has settled; 2 forget: 0x2018 becomes 0, and the foot starts as if it had learnt nothing. Both in pre-operational");
+        .doc("1 keep: copies the learnt values to 0x2018, if they have settled; 2 forget: sets 0x2018 to 0, and the foot starts learning again. Both only in pre-operational");
     let state = Entry::live(2, "State", Value::U8(0))
-        .doc("0 settling, 1 settled, 2 frozen: nothing is learnt with the settings of 0x2016");
+        .doc("0 settling, 1 settled, 2 frozen: 0x2016 disables learning");
     let mut entries = [state; 2 + Learnt::NUMBERS];
     entries[0] = command;
     let mut i = 0;
@@ -144,7 +144,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::LOAD,
         name: Text::new("Load"),
         shape: Shape::Var,
-        doc: Text::new("RPDO1; used with load source 2; reads as not a number where none came within the event timer"),
+        doc: Text::new("RPDO1; used with load source 2; reads as NaN if none was received within the event timer"),
         entries: &[
             Entry::new(0, "Load", Role::Input, Access::Rw, Value::F32(0.0))
                 .range(Value::F32(-1.0e9), Value::F32(1.0e9))
@@ -155,9 +155,9 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::TIME,
         name: Text::new("Last time stamp"),
         shape: Shape::Record,
-        doc: Text::new("the date of the last TIME message, and when it came on the foot's clock; all 0 before the first"),
+        doc: Text::new("date in the last TIME message, and its reception time on the foot's clock; all 0 before the first message"),
         entries: &[
-            Entry::live(1, "Days", Value::U16(0)).doc("since the first of January 1984"),
+            Entry::live(1, "Days", Value::U16(0)).doc("since 1 January 1984"),
             Entry::live(2, "Milliseconds", Value::U32(0))
                 .unit("ms")
                 .doc("since midnight"),
@@ -170,7 +170,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::VELOCITY_SIGMA,
         name: Text::new("Zero-velocity sigma"),
         shape: Shape::Var,
-        doc: Text::new("standard deviation of the foot's velocity about zero, each axis, by 0x201A; 100 with doubt or a fault"),
+        doc: Text::new("standard deviation of the foot's velocity about zero, per axis, by 0x201A; 100 in doubt or with a fault"),
         entries: &[Entry::live(0, "Zero-velocity sigma", Value::F32(0.0)).unit("m/s")],
     },
     Object {
@@ -198,7 +198,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::LAST_CRASH,
         name: Text::new("Last crash"),
         shape: Shape::Record,
-        doc: Text::new("what RAM remembers of it"),
+        doc: Text::new("the last crash, as recorded in RAM"),
         entries: &[
             Entry::live(1, "Reason", Value::U16(0))
                 .doc("its emergency code; 0: none"),
@@ -209,26 +209,26 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::SUPPLY,
         name: Text::new("Supply"),
         shape: Shape::Record,
-        doc: Text::new("what the chip does when its supply is too low for its clock and its flash"),
+        doc: Text::new("reset of the chip while its supply is too low for its clock and its flash"),
         entries: &[
             Entry::live(1, "Brown-out level", Value::U8(0))
-                .doc("as found at the start: 0 off, as the STM32F405 is delivered, or none to set; 1 to 3: it resets itself below 2.19, 2.50 or 2.83 V, typically"),
+                .doc("as found at the start: 0 off (as delivered) or not available; 1 to 3: the chip resets itself below 2.19, 2.50 or 2.83 V, typically"),
             Entry::command(2, "Set brown-out level", Access::Wo, Value::U32(0))
-                .doc("0x33726F62 (\"bor3\"), in pre-operational: level 3 from the next power-up on, kept by the chip for good"),
+                .doc("write \"bor3\" (0x33726F62) in pre-operational: level 3 from the next power-up on; the chip keeps it permanently"),
         ],
     },
     Object {
         index: index::SETTINGS_HASH,
         name: Text::new("Settings hash"),
         shape: Shape::Var,
-        doc: Text::new("of all settings in force, stored or not: h = (h rotated left by 5, xor value) × 0x9E3779B9 for each in order of address, from 0"),
+        doc: Text::new("of all present settings, stored or not: h = (h rotated left by 5, xor value) × 0x9E3779B9 for each, in the order of addresses, starting from 0"),
         entries: &[Entry::live(0, "Settings hash", Value::U32(0))],
     },
     Object {
         index: index::COSTS,
         name: Text::new("Costs"),
         shape: Shape::Record,
-        doc: Text::new("the largest since power-up, as the board measures them; a store of settings adds to the first two"),
+        doc: Text::new("the largest values since power-up, measured by the board; storing settings increases the first two"),
         entries: &[
             Entry::live(1, "Edge to mailbox", Value::U16(0))
                 .unit("µs")
@@ -237,14 +237,14 @@ pub(super) const OBJECTS: &[Object] = &[
                 .unit("µs")
                 .doc("from the data-ready edge to the end of the tick's work"),
             Entry::live(3, "Stack", Value::U16(0)).unit("bytes"),
-            Entry::live(4, "Period", Value::U16(0)).unit("µs").doc("of the ticks, which does not change"),
+            Entry::live(4, "Period", Value::U16(0)).unit("µs").doc("of the ticks; constant"),
         ],
     },
     Object {
         index: index::CALIBRATION,
         name: Text::new("Calibration"),
         shape: Shape::Record,
-        doc: Text::new("what the foot has learnt while it walked, as it is now"),
+        doc: Text::new("values that the foot has learnt while walking, as they are now"),
         entries: &CALIBRATION,
     },
 ];

@@ -10,7 +10,7 @@ use crate::address::index;
 use crate::foot::Foot;
 use crate::value::Value;
 
-const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files, and the node id where none is set";
+const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files; it determines the node id if 0x2001 is 0";
 const RESTART: &str = "takes effect with the next reset of the node or of its communication";
 
 /// Bit rates of a bus, kbit/s, in ascending order.
@@ -33,7 +33,7 @@ const ESTIMATION: &[Entry] = &[
         .doc("0 self-calibrating: the foot learns its limits of stillness while it walks; 1 half-widths: the limits of 0x2012"),
     Entry::switch(2, "Learning", Concern::Estimator, matches!(Params::DEFAULT.learning, Learning::On) as u8)
         .key("learning")
-        .doc("1 on; 0 frozen: what has been learnt stays as it is. Without effect with method 1"),
+        .doc("1 on; 0 frozen: the learnt values do not change. No effect with method 1"),
 ];
 
 /// Numbers of [`Learnt`] in the order of its array.
@@ -46,7 +46,7 @@ pub(super) const LEARNT_NUMBERS: [Entry; Learnt::NUMBERS] = {
         learnt(1, "Acceleration, still", still),
         learnt(2, "Acceleration, moving", moving).doc("not below that of stillness"),
         learnt(3, "Speed, still", speed)
-            .doc("that accelerations along the ground add up to in stances"),
+            .doc("sum of the accelerations along the ground in stances"),
         learnt(4, "Stillness learnt from", still_seconds),
         learnt(5, "Motion learnt from", moving_seconds),
     ]
@@ -63,7 +63,7 @@ const LEARNT: [Entry; Learnt::WORDS] = {
         moving_seconds,
         Entry::setting(6, "Version", Concern::Learnt, Value::U32(0))
             .key("learnt.version")
-            .doc("of these numbers; 1 with this program"),
+            .doc("version of these numbers; 1 for this program"),
         Entry::setting(7, "CRC", Concern::Learnt, Value::U32(0))
             .key("learnt.crc")
             .doc("CRC-32 (ISO-HDLC) of version and numbers, as 24 bytes with the lowest byte of each first"),
@@ -165,13 +165,13 @@ const MOUNTING: Object = {
         name: Text::new("Mounting"),
         shape: Shape::Record,
         doc: Text::new(
-            "how the sensor's axes lie in the foot, whose z is up: samples are turned by it after 0x2017 and before the estimate; `footfall calibrate` finds it",
+            "orientation of the sensor's axes in the foot, whose z is up. Applied to samples after 0x2017 and before the estimate; `footfall calibrate` finds it",
         ),
         entries: &[
             Entry::setting(1, "Axes", Concern::Correction, Value::U16(IDENTITY))
                 .one_of(AXES)
                 .key("axes")
-                .doc("one digit each for the foot's x, y and z: the sensor's axis along it, 1 x, 2 y, 3 z, 4 −x, 5 −y, 6 −z; 0: as 2 to 5 say, which must then be of length 1 within a thousandth"),
+                .doc("one digit each for the foot's x, y and z: the sensor's axis along it (1 x, 2 y, 3 z, 4 −x, 5 −y, 6 −z). 0: the quaternion in 2 to 5, whose length must be 1 within a thousandth"),
             part(2, "Rotation w", 1.0).doc("2 to 5: quaternion, Hamilton, sensor → foot"),
             part(3, "Rotation x", 0.0),
             part(4, "Rotation y", 0.0),
@@ -193,7 +193,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::NODE_ID,
         name: Text::new("Node id"),
         shape: Shape::Var,
-        doc: Text::new("0: that of the foot, 0x10 + 0x2000; 255: none, waits for LSS"),
+        doc: Text::new("0: 0x10 plus the value of 0x2000; 255: none, the node waits for LSS"),
         entries: &[Entry::setting(0, "Node id", Concern::Node, Value::U8(0))
             .range_without(&[Value::U8(0), Value::U8(255), Value::U8(128), Value::U8(254)])
             .doc(RESTART)],
@@ -203,7 +203,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("CAN bit rate"),
         shape: Shape::Var,
         doc: Text::new(
-            "125, 250, 500 or 1000; what is sent must not take more than three quarters of it",
+            "125, 250, 500 or 1000; the foot's messages must not take more than three quarters of it",
         ),
         entries: &[Entry::setting(0, "CAN bit rate", Concern::Node, Value::U16(1000))
             .one_of(CAN_BIT_RATES)
@@ -220,14 +220,16 @@ pub(super) const OBJECTS: &[Object] = &[
             .unit("baud")
             .doc(concat!(
                 "takes effect with the next reset of the node or of its communication; ",
-                "3000000 runs at 2963000, 1.2 % below it"
+                "a rate of 3000000 is 2963000 in fact, 1.2 % lower"
             ))],
     },
     Object {
         index: index::AUTOSTART,
         name: Text::new("Autostart"),
         shape: Shape::Var,
-        doc: Text::new("1: operational, and so streaming, by itself after power-up"),
+        doc: Text::new(
+            "1: the node becomes operational after power-up without a command, and streams",
+        ),
         entries: &[Entry::switch(0, "Autostart", Concern::Node, 1)],
     },
     Object {
@@ -235,7 +237,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Configuration lock"),
         shape: Shape::Var,
         doc: Text::new(
-            "1: no other setting can be changed or restored. Guards against accidents, not against intent",
+            "1: no other setting can be changed or restored. Protects against accidents, not against intent",
         ),
         entries: &[Entry::switch(0, "Configuration lock", Concern::Node, 0)],
     },
@@ -244,7 +246,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Log level"),
         shape: Shape::Var,
         doc: Text::new(
-            "what is logged over UART: 0 nothing, 1 errors, 2 warnings, 3 information, 4 debugging",
+            "highest level logged over UART: 0 none, 1 errors, 2 warnings, 3 information, 4 debugging",
         ),
         entries: &[Entry::setting(0, "Log level", Concern::Stream, Value::U8(3))
             .range(Value::U8(0), Value::U8(4))],
@@ -271,7 +273,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::WINDOW,
         name: Text::new("Window"),
         shape: Shape::Var,
-        doc: Text::new("how far back the estimate looks; only with method 1 of 0x2016"),
+        doc: Text::new("length of the estimate's window; only with method 1 of 0x2016"),
         entries: &[Entry::row_in_micros(0, "Window", Concern::Estimator, WINDOW)],
     },
     Object {
@@ -308,14 +310,14 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::ATTITUDE_FILTER,
         name: Text::new("Attitude filter"),
         shape: Shape::Record,
-        doc: Text::new("how gravity and the gyroscope's bias are found"),
+        doc: Text::new("estimation of gravity and of the gyroscope's bias"),
         entries: ATTITUDE_FILTER,
     },
     Object {
         index: index::DECISION,
         name: Text::new("Decision"),
         shape: Shape::Record,
-        doc: Text::new("when the probability becomes a yes or a no"),
+        doc: Text::new("debounced decision from the probability"),
         entries: &[
             Entry::parameter(1, "Threshold", Parameter::DecisionThreshold),
             Entry::parameter_in_micros(2, "On delay", Parameter::DecisionOnDelay),
@@ -339,16 +341,16 @@ pub(super) const OBJECTS: &[Object] = &[
                 .range(Value::F32(-1.0e6), Value::F32(1.0e6))
                 .doc("the analog reading without load"),
             Entry::parameter(4, "On threshold", Parameter::LoadOnThreshold)
-                .doc("loaded from here on; not below the off threshold"),
+                .doc("the foot is loaded from this load on; not below the off threshold"),
             Entry::parameter(5, "Off threshold", Parameter::LoadOffThreshold)
-                .doc("no longer loaded below; not above the on threshold"),
+                .doc("the foot is no longer loaded below this load; not above the on threshold"),
         ],
     },
     Object {
         index: index::ESTIMATION,
         name: Text::new("Estimation"),
         shape: Shape::Record,
-        doc: Text::new("where the limits of stillness come from"),
+        doc: Text::new("source of the limits of stillness"),
         entries: ESTIMATION,
     },
     Object {
@@ -356,7 +358,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Accelerometer correction"),
         shape: Shape::Record,
         doc: Text::new(
-            "what the estimate rests on is (reading − bias) × scale; `footfall calibrate --rests` finds both",
+            "the estimate uses (reading − bias) × scale; `footfall calibrate --rests` finds both",
         ),
         entries: ACCELEROMETER,
     },
@@ -365,7 +367,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Learnt"),
         shape: Shape::Record,
         doc: Text::new(
-            "what the foot starts with: means of the logarithms of amplitudes, and what they rest on. The foot starts without them unless 6 is its version and 7 the CRC: write 7 last. 0x2120 writes it from what the foot has learnt",
+            "learnt values with which the foot starts: means of the logarithms of amplitudes, and the time that they were learnt from. Ignored unless 6 is the foot's version and 7 the CRC, so write 7 last. 0x2120 copies the present learnt values here",
         ),
         entries: &LEARNT,
     },

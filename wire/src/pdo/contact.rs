@@ -245,7 +245,7 @@ pub(super) const FIELDS: [Field; 6] = [
             8,
             1.0,
             "",
-            "One more with each frame, sent or dropped; wraps after 255.",
+            "Incremented with each frame, sent or dropped; wraps after 255.",
         )],
     ),
     Field::new(
@@ -264,11 +264,11 @@ pub(super) const FIELDS: [Field; 6] = [
                 "Decision",
                 1,
                 &[(0, "not_stable"), (1, "stable")],
-                "Debounced decision; stable only where Valid is yes.",
+                "Debounced decision; stable only if Valid is yes.",
             ),
             Signal::flag("Valid", "No fault, and no flag other than a time gap or settling."),
             Signal::flag("Saturated", "The newest sample is at the end of the sensor's range."),
-            Signal::flag("Fault", "The sensor cannot be believed; the EMCY message says why."),
+            Signal::flag("Fault", "The sensor cannot be trusted; the EMCY message has the reason."),
             Signal::flag("Starting", "The window is not full, or up is not yet known."),
         ],
     )

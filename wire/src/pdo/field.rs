@@ -208,7 +208,7 @@ pub(super) const TIMESTAMP: Field = Field::new(
         16,
         TIME_STEP_US as f64 / 1000.0,
         "ms",
-        "When the sample was acquired, on the foot's clock; wraps every 655.36 ms.",
+        "Acquisition time of the sample on the foot's clock; wraps every 655.36 ms.",
     )],
 )
 .unit("10 µs")

@@ -118,15 +118,15 @@ pub(super) const FIELDS: [Field; 5] = [
             Signal::flag("InvalidSample", "The newest sample cannot be used."),
             Signal::flag(
                 "TimeGap",
-                "More than one and a half periods since the sample before.",
+                "More than one and a half periods since the previous sample.",
             ),
             Signal::flag(
                 "Settling",
-                "The foot has not learnt enough of its stillness and motion yet; a few steps end that.",
+                "The foot has not yet learnt enough of its stillness and motion; a few steps suffice.",
             ),
             Signal::flag(
                 "Unproven",
-                "It hardly moves, but has neither rested nor landed for a stride.",
+                "The foot hardly moves, but has neither rested nor landed for a stride.",
             ),
         ],
     )
@@ -154,10 +154,10 @@ pub(super) const FIELDS: [Field; 5] = [
             8,
             1.0,
             "",
-            "Frames replaced by newer ones before they got onto CAN or UART; wraps after 255.",
+            "Frames replaced by newer ones before they were sent on CAN or UART; wraps after 255.",
         )],
     )
-    .doc("modulo 256; all of them in 0x2112"),
+    .doc("modulo 256; the full count is in 0x2112"),
     Field::new(
         index::HEALTH,
         3,
@@ -168,10 +168,10 @@ pub(super) const FIELDS: [Field; 5] = [
             8,
             1.0,
             "",
-            "The moment of Clock: the SYNC with this counter, at most 200 ms ago; 0 is the sample of the contact before.",
+            "Moment of Clock: the SYNC with this counter, at most 200 ms ago; 0: the sample of the previous contact.",
         )],
     )
-    .doc("counter of the SYNC at which 2107:4 was read; 0: it was the newest sample"),
+    .doc("counter of the SYNC at which 2107:4 was read; 0: read at the newest sample"),
     Field::new(
         index::HEALTH,
         4,
@@ -182,7 +182,7 @@ pub(super) const FIELDS: [Field; 5] = [
             32,
             TIME_STEP_US as f64 / 1000.0,
             "ms",
-            "The foot's clock at the moment that SyncCounter names. Modulo 655.36 ms it is a Timestamp.",
+            "The foot's clock at the moment given by SyncCounter. Modulo 655.36 ms it is a Timestamp.",
         )],
     )
     .unit("10 µs")

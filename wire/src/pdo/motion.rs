@@ -230,7 +230,7 @@ pub(super) const ATTITUDE: [Field; 4] = {
             name,
             UNIT_STEP,
             "",
-            "Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample of the Contact message before it.",
+            "Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the same sample as the previous Contact message.",
         )
     }
     [

@@ -79,14 +79,14 @@ BO_ {} {name}_Heartbeat: 1 {name}
             (node.cob_id(cob_id::EMERGENCY), node.cob_id(cob_id::HEARTBEAT));
         let _ = writeln!(
             dbc,
-            "CM_ BO_ {emergency} \"A fault has come or gone.\";
-CM_ SG_ {emergency} EmergencyCode \"What has come; 0 where it has gone.\";
+            "CM_ BO_ {emergency} \"A fault was raised or cleared.\";
+CM_ SG_ {emergency} EmergencyCode \"Emergency code of the raised fault; 0 if it was cleared.\";
 CM_ SG_ {emergency} ErrorRegister \"Object 0x1001 of CiA 301 after the change.\";
-CM_ SG_ {emergency} FaultNumber \"Number of the fault that has come or gone.\";
-CM_ SG_ {emergency} Detail \"docs/reference/faults.md says what it is for each fault.\";
-CM_ BO_ {heartbeat} \"The node is there.\";
+CM_ SG_ {emergency} FaultNumber \"Number of the raised or cleared fault.\";
+CM_ SG_ {emergency} Detail \"docs/reference/faults.md explains it for each fault.\";
+CM_ BO_ {heartbeat} \"Boot-up and heartbeat of the node.\";
 CM_ SG_ {heartbeat} NodeState \"NMT state of CiA 301.\";
-CM_ BO_ {load} \"RPDO1: the load, from a robot that knows it; used with load source 2 (object 0x2015).\";
+CM_ BO_ {load} \"RPDO1: the load, from a robot that measures it; used with load source 2 (object 0x2015).\";
 CM_ SG_ {load} Load \"Load on the foot, in the unit of the load thresholds.\";",
             load = node.cob_id(Load::BASE)
         );

@@ -128,13 +128,13 @@ impl Feet {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NamedTwice {
     /// A node is given two names.
-    #[error("node {0} gets two names")]
+    #[error("node {0} is given two names")]
     Node(u8),
     /// A line is given two names.
-    #[error("{0} gets two names")]
+    #[error("{0} is given two names")]
     Line(String),
     /// Two feet are given the same name.
-    #[error("two feet get the name {0}")]
+    #[error("two feet are given the name {0}")]
     Name(String),
 }
 
@@ -144,7 +144,7 @@ pub struct Name(Arc<str>);
 
 /// The text is not a valid name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("a name of a foot is 1 to 32 letters, digits, hyphens and underscores")]
+#[error("the name of a foot has 1 to 32 letters, digits, hyphens and underscores")]
 pub struct NotAName;
 
 impl Name {

@@ -24,7 +24,7 @@ pub struct Named {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NameError {
     /// No object has this name.
-    #[error("no object is called {0:?}")]
+    #[error("no object has the name {0:?}")]
     Unknown(String),
     /// The value is invalid.
     #[error("{name} is {value:?}, but {expected} is expected")]
@@ -363,7 +363,7 @@ mod tests {
         let mut names = BTreeSet::new();
         for named in Named::all() {
             let name = named.name();
-            assert!(names.insert(name.clone()), "{name} stands twice");
+            assert!(names.insert(name.clone()), "{name} appears twice");
             assert_eq!(Named::find(&name), Ok(named));
             let Address { index, subindex } = named.address;
             assert_eq!(Named::find(&format!("0x{index:04X}:{subindex}")), Ok(named));
@@ -396,7 +396,7 @@ mod tests {
     #[test]
     fn unknown_name_is_an_error_that_names_it() {
         let error = Named::find("half_width.axx").expect_err("there is none");
-        assert!(error.to_string().starts_with("no object is called \"half_width.axx\""));
+        assert!(error.to_string().starts_with("no object has the name \"half_width.axx\""));
     }
 
     #[test]

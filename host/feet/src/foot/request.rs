@@ -50,7 +50,7 @@ pub enum RequestError {
         count: usize,
     },
     /// The response does not have the object's type.
-    #[error("{} came as {length} bytes, which is no {}: another version of the foot's program?", named(*address), data_type.name())]
+    #[error("{} has {length} bytes, which is not a valid {}: another version of the foot's program?", named(*address), data_type.name())]
     Type {
         /// The object.
         address: Address,
@@ -68,10 +68,10 @@ pub enum RequestError {
         code: u32,
     },
     /// The foot has restarted while it was being configured.
-    #[error("{0} has started again meanwhile: settings that were not stored are gone")]
+    #[error("{0} has restarted meanwhile: settings that were not stored are lost")]
     StartedAgain(String),
     /// Another board has the new id of the foot.
-    #[error("{foot} would become node {}, which is on the bus already", node.get())]
+    #[error("{foot} would become node {}, which is already on the bus", node.get())]
     Taken {
         /// Name of the foot.
         foot: String,

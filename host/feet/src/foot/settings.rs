@@ -28,7 +28,7 @@ pub enum SettingsError {
         cause: LineError,
     },
     /// The settings are incompatible with each other.
-    #[error("these settings do not go together, from {0} on; nothing was written")]
+    #[error("these settings are incompatible, from {0} on; nothing was written")]
     Incompatible(String),
     /// The foot has not accepted all of them.
     #[error("{cause}; {}", undone.name())]
@@ -80,10 +80,10 @@ pub enum LineError {
     #[error(transparent)]
     Name(#[from] NameError),
     /// The object of this name cannot be written.
-    #[error("{0} is no setting: it cannot be written")]
+    #[error("{0} is not a setting and cannot be written")]
     NotWritable(String),
     /// The setting of this name has two values.
-    #[error("{0} stands twice")]
+    #[error("{0} appears twice")]
     Twice(String),
 }
 

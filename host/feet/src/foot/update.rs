@@ -109,7 +109,7 @@ pub enum UpdateError {
     #[error("{0} has a program that cannot be updated: write foot.hex with a probe once")]
     NoBootloader(String),
     /// The foot has refused the image, and runs its program as before.
-    #[error("{foot} has refused the image: {}; it goes on with its program", why.words())]
+    #[error("{foot} has refused the image: {}; it continues with its program", why.words())]
     Refused {
         /// The foot.
         foot: String,
@@ -138,11 +138,11 @@ pub enum UpdateError {
     },
     /// The new program has restarted before it had confirmed itself.
     #[error(
-        "{0} has started again within ten seconds with the new program: it is not confirmed, and after three starts the previous one is back"
+        "{0} has restarted within ten seconds of starting the new program, which is not confirmed; after three starts the previous program is restored"
     )]
     StartedAgain(String),
     /// Another program runs than the one that was sent.
-    #[error("{foot} runs program {found:08X}, and not {sent:08X}{}", reason(*why))]
+    #[error("{foot} runs program {found:08X} instead of {sent:08X}{}", reason(*why))]
     OtherProgram {
         /// The foot.
         foot: String,

@@ -138,7 +138,7 @@ pub enum LinkError {
         source: io::Error,
     },
     /// The device does not respond as an slcan adapter.
-    #[error("{device} does not answer as an slcan adapter does: {what}")]
+    #[error("{device} does not respond like an slcan adapter: {what}")]
     Adapter {
         /// Its name.
         device: String,
@@ -154,7 +154,7 @@ pub enum LinkError {
         source: io::Error,
     },
     /// The log of CAN frames has no times, by which it could be played.
-    #[error("{0}: has frames without times: log with candump -l")]
+    #[error("{0} has frames without times: log with candump -l")]
     NoTimes(String),
     /// The recording of an IMU cannot be used.
     #[error(transparent)]
@@ -166,7 +166,7 @@ pub enum LinkError {
     #[error("{0} has ended")]
     Ended(String),
     /// The line does not accept this kind of data.
-    #[error("{device} takes {takes} alone")]
+    #[error("{device} takes only {takes}")]
     WrongKind {
         /// Its name.
         device: String,
@@ -177,7 +177,9 @@ pub enum LinkError {
     #[error("{0} is a file: nothing can be sent to it")]
     ReadOnly(String),
     /// `SocketCAN` is unavailable on this system.
-    #[error("can:{0}: SocketCAN is a part of Linux; an adapter that speaks slcan works everywhere")]
+    #[error(
+        "can:{0}: SocketCAN is available only on Linux; an slcan adapter works on every system"
+    )]
     NoSocketCan(String),
 }
 

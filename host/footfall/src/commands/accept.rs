@@ -29,7 +29,7 @@ pub struct AcceptArguments {
     /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node)]
     pub node: Option<NodeId>,
-    /// Run only these steps, such as still,sides: board, self-test, still, sides, taps, steps, load, unplug
+    /// Run only these steps, such as still,sides. The steps are board, self-test, still, sides, taps, steps, load, unplug
     #[arg(long, value_name = "STEPS", value_delimiter = ',', value_parser = parse_step)]
     pub only: Vec<AcceptStep>,
     /// Timeout of each step, s

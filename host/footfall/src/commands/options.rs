@@ -192,7 +192,7 @@ pub struct TableArguments {
     /// Decimal mark of a table's numbers, such as the comma in 1,5
     #[arg(long, value_name = "MARK", value_parser = word_parser([".", ","], str::parse::<Decimal>), hide_possible_values = true, help_heading = INPUT)]
     pub decimal: Option<Decimal>,
-    /// Unit of the times, if it is neither in the column's name nor s
+    /// Unit of the times, if the column's name does not give it and it is not s
     #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
     pub time_unit: Option<TimeUnit>,
     /// Treatment of times that do not increase: keep (an error), drop-bad (omit those rows), smooth (space rows
@@ -382,11 +382,11 @@ impl ListenArguments {
 /// Feet with other ids or names than the default ones.
 #[derive(Clone, Debug, Default, Args)]
 pub struct FeetArguments {
-    /// On CAN, a node that is a foot in addition to ids 0x11 to 0x16; may be repeated
+    /// On CAN, a node to treat as a foot, in addition to ids 0x11 to 0x16; may be repeated
     #[arg(long = "node", value_name = "ID", value_parser = parse_node)]
     pub nodes: Vec<NodeId>,
-    /// Names of feet by node id, such as 1=FL,2=FR, these nodes count as feet; on serial lines by the serial number of the
-    /// board or the port
+    /// Names of feet: by node id, such as 1=FL,2=FR (these nodes count as feet), or on serial lines by the board's serial
+    /// number or the port
     #[arg(long, value_name = "ID|SERIAL=NAME,...", value_delimiter = ',', value_parser = parse_name)]
     pub names: Vec<(NamedFoot, Name)>,
 }

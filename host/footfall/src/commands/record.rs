@@ -31,7 +31,7 @@ pub struct RecordArguments {
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
-    /// File to write. However the recording ends, the file holds all that arrived up to a second before
+    /// File to write. Even if the recording is killed, the file lacks only the last second
     #[arg(long, short, value_name = "OUT.mcap")]
     pub output: PathBuf,
     /// Stop after this time, or on Ctrl-C

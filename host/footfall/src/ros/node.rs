@@ -126,7 +126,9 @@ impl FootNodeOptions {
 #[derive(Debug, Error)]
 pub enum NodeError {
     /// A name is not valid in ROS.
-    #[error("{name:?} is no name of a {what} in ROS: letters, digits and _, a letter first, no __")]
+    #[error(
+        "{name:?} is not a valid name of a {what} in ROS: use letters, digits and _, begin with a letter, and do not use __"
+    )]
     Name {
         /// Kind of the name.
         what: &'static str,
@@ -134,9 +136,7 @@ pub enum NodeError {
         name: String,
     },
     /// No interface of this machine has the address: nothing would be sent, without an error.
-    #[error(
-        "network {address}: {source}; the address of an interface of this machine is needed, of IPv4"
-    )]
+    #[error("network {address}: {source}; give the IPv4 address of an interface of this machine")]
     Network {
         /// The address.
         address: IpAddr,

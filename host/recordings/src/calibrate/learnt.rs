@@ -220,7 +220,7 @@ impl fmt::Display for LearntFoot {
         writeln!(f, "learnt from {}", seconds.join(", "))?;
         writeln!(
             f,
-            "rests on {:.1} s of stance and {:.1} s of swing: {}",
+            "learnt from {:.1} s of stance and {:.1} s of swing: {}",
             self.stance_s,
             self.swing_s,
             if self.settled { "settled" } else { "not settled" }

@@ -64,7 +64,7 @@ pub enum RestsError {
     },
     /// The readings at rest do not have the length of gravity.
     #[error(
-        "at rest the accelerometer reads {length:.2} m/s² where gravity is 9.81: accelerations are in m/s²"
+        "at rest the accelerometer reads {length:.2} m/s², but gravity is 9.81: check that accelerations are in m/s²"
     )]
     NotGravity {
         /// Mean length of the readings, m/s².
@@ -72,7 +72,7 @@ pub enum RestsError {
     },
     /// The orientations do not separate the axes.
     #[error(
-        "the {orientations} orientations do not tell the bias and scale of {axis}: lay the sensor so that each of its axes points up once and down once"
+        "the {orientations} orientations do not determine the bias and scale of {axis}: lay the sensor so that each of its axes points up once and down once"
     )]
     Span {
         /// Number of different orientations.
@@ -82,7 +82,7 @@ pub enum RestsError {
     },
     /// No bias and scale explain the rests.
     #[error(
-        "the rests do not have gravity's length: {residual:.3} m/s² RMS is left with the best bias and scale; see whether units are right and nothing moved"
+        "the rests do not have gravity's length: {residual:.3} m/s² RMS is left with the best bias and scale; check the units, and that nothing moved"
     )]
     Residual {
         /// RMS of the residual, m/s².
@@ -90,7 +90,7 @@ pub enum RestsError {
     },
     /// No sensor has the fitted bias or scale.
     #[error(
-        "{axis} would have a bias of {bias:.2} m/s² and a scale of {scale:.3}, which no sensor has; see whether units are right"
+        "{axis} would have a bias of {bias:.2} m/s² and a scale of {scale:.3}, which no sensor has; check the units"
     )]
     Implausible {
         /// The axis.
@@ -101,7 +101,7 @@ pub enum RestsError {
         scale: f64,
     },
     /// The recording has no gravity.
-    #[error("{recording}: gravity has been removed, and without it a rest says nothing")]
+    #[error("{recording}: gravity has been removed, and rests cannot be used without it")]
     NoGravity {
         /// Name of the recording.
         recording: String,

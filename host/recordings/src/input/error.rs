@@ -522,7 +522,7 @@ impl Problem {
                 ": its samples cannot be kept in {}: {source}; the variable TMPDIR names another folder",
                 std::env::temp_dir().display()
             ),
-            Self::Twice => f.write_str(" is named twice: what it shows would count twice"),
+            Self::Twice => f.write_str(" is named twice, and its samples would count twice"),
             Self::Empty => f.write_str(" is empty: it holds no sample"),
             Self::UnknownFormat { .. } => f.write_str(
                 " has no header that names the six axes, so its format must be given",
@@ -566,7 +566,7 @@ impl Problem {
             Self::AmbiguousColumn { name, candidates: [one, other] } => {
                 write!(f, ": {name:?} may be {one} or {other}: give more of its name")
             }
-            Self::DuplicateColumn => f.write_str(": this name stands in the header twice"),
+            Self::DuplicateColumn => f.write_str(": the header has this name twice"),
             Self::SeveralSensors { candidates, .. } => {
                 write!(f, ": {} are of different sensors", candidates.join(", "))
             }
@@ -588,7 +588,7 @@ impl Problem {
                 ": {text:?} where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"
             ),
             Self::ImuAfterForceOnly => f.write_str(
-                ": IMU values after a row that had none; rows of force alone may only stand at the end",
+                ": IMU values after a row that had none; rows with only a force are allowed only at the end",
             ),
             Self::Time { text, unit } => write!(
                 f,
@@ -610,7 +610,7 @@ impl Problem {
                 write!(f, ": {rows} of {of} rows would be left out though only their times jitter")
             }
             Self::UnknownSampleRate { .. } => {
-                f.write_str(" has no times that tell the sample rate, so it must be given")
+                f.write_str(" has no times that determine the sample rate, so it must be given")
             }
             Self::GuessedUnit { read_in, meant } => write!(
                 f,
@@ -618,7 +618,7 @@ impl Problem {
             ),
             Self::SampleRateConflict { measured, given, .. } => write!(
                 f,
-                ": column t says {} Hz, but the sample rate was given as {} Hz",
+                ": column t gives {} Hz, but the given sample rate is {} Hz",
                 shown_rate(*measured),
                 shown(*given)
             ),

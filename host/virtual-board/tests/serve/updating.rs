@@ -126,7 +126,7 @@ fn footfall_updates_all_feet_of_a_bus() {
     assert!(said.contains("short.img: the image is shorter"), "{said}");
     let said = refused(&["update", "damaged.img"]);
     assert!(said.contains("node 22 has refused the image: the image is damaged"), "{said}");
-    assert!(said.contains("goes on with its program"), "{said}");
+    assert!(said.contains("continues with its program"), "{said}");
     // A master that vanishes while it sends.
     vanish_while_sending(&server, &["foot", &bus, "--node", "22", "update", "foot.img"]);
     let (updated, _) = footfall(&server.folder, &["foot", &bus, "update", "foot.img", "--all"]);

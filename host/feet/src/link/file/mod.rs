@@ -281,6 +281,6 @@ mod tests {
     fn frames_without_times_are_refused() {
         let log = "  can0  191   [1]  00\n";
         let error = times_us(log).unwrap_err().of("can.log").to_string();
-        assert_eq!(error, "can.log: has frames without times: log with candump -l");
+        assert_eq!(error, "can.log has frames without times: log with candump -l");
     }
 }

@@ -213,7 +213,7 @@ pub enum ViewError {
         source: io::Error,
     },
     /// The server cannot use this address.
-    #[error("nothing can be served at {address}: {source}")]
+    #[error("cannot listen on {address}: {source}")]
     Address {
         /// The address.
         address: SocketAddr,
@@ -221,7 +221,7 @@ pub enum ViewError {
         source: Box<FoxgloveError>,
     },
     /// The port is used by another program.
-    #[error("port {port} of {host} is in use; --port 0 takes any port that is free")]
+    #[error("port {port} of {host} is in use; --port 0 takes any free port")]
     PortInUse {
         /// The host.
         host: IpAddr,

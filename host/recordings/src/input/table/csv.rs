@@ -628,8 +628,8 @@ mod tests {
 
     #[test]
     fn unknown_names_error_shows_how_to_map() {
-        let missing = ": missing in the header: ax, ay, az, wx, wy, wz; map says which columns \
-                   stand for them, such as map ";
+        let missing = ": missing in the header: ax, ay, az, wx, wy, wz; map gives the columns \
+                   for them, such as map ";
         for (header, mapping) in [
             ("a,b,c,d,e,f,g,h", "t=a,ax=b,ay=c,az=d,wx=e,wy=f,wz=g"),
             ("a,b,c,d,e,f", "ax=a,ay=b,az=c,wx=d,wy=e,wz=f"),
@@ -650,7 +650,7 @@ mod tests {
         let said = Opened::new(file.path(), None).err().unwrap().to_string();
         assert!(
             said.ends_with(
-                "format pce-atlas, pce-go1, lcd or csv; map says which columns stand for them, \
+                "format pce-atlas, pce-go1, lcd or csv; map gives the columns for them, \
              such as map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
             ),
             "{said}"
@@ -927,7 +927,7 @@ mod tests {
         let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(
         said.ends_with(
-            "10000029000 is no time in s: -4e9 to 4e9 is expected; time unit says the unit: s, ms, us or ns"
+            "10000029000 is no time in s: -4e9 to 4e9 is expected; time unit gives the unit: s, ms, us or ns"
         ),
         "{said}"
     );
@@ -939,10 +939,7 @@ mod tests {
         input_options.table.mapping = "force=q".parse().unwrap();
         let text = "t,ax,ay,az,wx,wy,wz,q,q\n0,1,2,3,4,5,6,7,8\n";
         let said = read_text(text, &input_options).unwrap_err().to_string();
-        assert!(
-            said.ends_with(", line 1, column 9 (q): this name stands in the header twice"),
-            "{said}"
-        );
+        assert!(said.ends_with(", line 1, column 9 (q): the header has this name twice"), "{said}");
     }
 
     #[test]
@@ -988,7 +985,7 @@ mod tests {
             ),
             (
                 "t,ax,ay,az,wx,wy,wz",
-                ": the header stands here again, as where two tables were put into one file",
+                ": the header is repeated here, as in a file made of two tables",
             ),
         ] {
             let text = WHOLE.replace("0.01,1,2,3,4,5,6", line);

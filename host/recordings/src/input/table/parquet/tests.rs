@@ -245,7 +245,7 @@ fn errors_name_the_row_and_the_column() {
     let odd = axes_named(["a", "b", "c", "d", "e", "f"]);
     assert_eq!(
         why(odd),
-        ": missing in the header: ax, ay, az, wx, wy, wz; map says which columns stand for them, \
+        ": missing in the header: ax, ay, az, wx, wy, wz; map gives the columns for them, \
          such as map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
     );
     let far = TimestampSecondArray::from_iter_values(wholes(i64::MAX / 100));
