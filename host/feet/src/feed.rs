@@ -180,7 +180,7 @@ struct ConsumedLines {
 impl ConsumedLines {
     fn next(&mut self, clock: &LineClock, longest: Duration) -> Option<Fed> {
         let end = clock.now() + longest;
-        // The boards behind the lines share their time, which passes while one of them is read.
+        // In lock step the boards share their time, which also passes while another line is read.
         let piece = if self.lines.len() == 1 { longest } else { STEP.min(longest) };
         loop {
             for _ in 0..self.lines.len() {

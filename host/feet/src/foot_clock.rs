@@ -1,10 +1,10 @@
 //! Conversion of a foot's clock to that of the receiver.
 //!
-//! A message is received later than it was made, by a delay that varies but is never negative: the least
-//! difference of both clocks is the best estimate of their offset. Clocks drift, so only the newest seconds
-//! are used. If a smaller difference is observed, times do not go back: they advance at half speed until it is
-//! reached, but not beyond the time of reception. The same applies to times from SYNCs, whose reception varies
-//! as well.
+//! A message is received after it was made, with a delay that varies but is never negative. So the least difference of
+//! the two clocks is the best estimate of their offset. Clocks drift, so only the newest seconds are used.
+//!
+//! If a smaller difference is observed, times do not go back. They advance at half speed until it is reached, but never
+//! beyond the time of reception. The same applies to times from SYNCs, whose reception varies as well.
 
 use estimator_core::Timestamp;
 
@@ -37,7 +37,7 @@ impl FootClock {
         self.advancing(made.as_micros(), received.as_micros(), by_sync.as_micros())
     }
 
-    /// Time of a message whose time on the foot's clock is not known: that of its reception.
+    /// Time of a message whose time on the foot's clock is unknown: the time of its reception.
     pub fn received(&mut self, received: Timestamp) -> Timestamp {
         let received_us = received.as_micros();
         let next_us = self.time_us.map_or(0, |last| last + 1);
@@ -176,7 +176,7 @@ mod tests {
     fn times_after_an_unknown_one_do_not_go_back() {
         let mut clock = FootClock::default();
         clock.time(micros(1000), micros(9_000_000));
-        // Received late; the next is known again, from another turn of the foot's clock.
+        // Received late. The time of the next message is known again, from another turn of the foot's clock.
         let unknown = clock.received(micros(9_004_000)).as_micros();
         let known = clock.time(micros(700_000), micros(9_701_000)).as_micros();
         assert_eq!((unknown, known), (9_004_000, 9_699_000));

@@ -1,7 +1,7 @@
 //! State of all feet of a source, from the events of its feed.
 //!
-//! Each command that shows, records or publishes streaming feet does the same with a [`Session`]: it listens to
-//! a feed or passes its events, and then takes the updates. After each update the state of its foot is that of
+//! A command that shows, records or publishes streaming feet uses a [`Session`]. It lets the session listen to a feed,
+//! or passes the feed's events to it, and then takes the updates. After each update the state of its foot is that of
 //! the message.
 //!
 //! A foot is silent if nothing was received from it during the [listening time](Listening).

@@ -26,7 +26,7 @@ use wire::dictionary::index;
 const DEMO: &str = "demo";
 const USB: &str = "usb";
 
-/// Sources as they are written; each may be several lines.
+/// Sources as written in a command; each may be several lines.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SourceArgument {
     /// One line or file, or simulated feet.
@@ -310,7 +310,7 @@ impl Source {
         }
     }
 
-    /// Sets how a recording of an IMU is read and estimated; other sources stay as they are.
+    /// Sets how a recording of an IMU is read and estimated. Other sources do not change.
     #[must_use]
     pub fn played_with(self, playback: Playback) -> Self {
         match self {

@@ -1,13 +1,13 @@
 //! `part MOTION SEED` serves a simulated LSM6DSOX over its standard input and output, for emulators of boards.
 //!
-//! `MOTION` is `rest`, `rounds` or a gait. A foot stands for a second longer than its plan says, and the part is the
-//! specimen of `SEED`; at `rest` it is one without error. Time is that of the questions, since power-up; it does not
-//! run backwards.
+//! `MOTION` is `rest`, `rounds` or a gait. A foot stands for a second longer than in its plan. The part is the specimen
+//! of `SEED`; at `rest` it is a specimen without error. Time is that of the requests, since power-up, and does not run
+//! backwards.
 //!
-//! A question is an operation, a count, the time in ns as eight bytes, little-endian, and for `w` and `f` as many
-//! bytes as counted. An answer begins with one byte:
+//! A request is an operation, a count, the time in ns as eight bytes, little-endian, and for `w` and `f` as many bytes
+//! as counted. A response begins with one byte:
 //!
-//! | operation | meaning | answer |
+//! | operation | meaning | response |
 //! |---|---|---|
 //! | `w` | I²C write: a register's address, then values for it and the following ones | 1 if acknowledged, else 0 |
 //! | `r` | I²C read of `count` bytes from that address on, or from where the last one ended | 1 if acknowledged, and the bytes |

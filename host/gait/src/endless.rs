@@ -55,7 +55,7 @@ impl EndlessGait {
         Self { gait, next: None, track: track(gait, &mut plans), plans, began_s: 0.0 }
     }
 
-    /// Changes the gait when the foot next stands: it stands for two seconds first.
+    /// Changes the gait when the foot next stands. The foot then first stands for two seconds.
     pub const fn change(&mut self, gait: GaitName) {
         self.next = Some(gait);
     }

@@ -148,7 +148,7 @@ impl RobotParams {
     }
 }
 
-/// Steps of a robot's foot without end; none for a robot that stands.
+/// Steps of a robot's foot without end; no step for a robot that stands.
 #[derive(Clone, Debug)]
 pub(crate) struct StepSource {
     style: Option<Style>,

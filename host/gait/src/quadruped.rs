@@ -1,8 +1,8 @@
 //! Simulated quadruped: its base, its four feet, and the joints of the legs between them.
 //!
-//! The base walks straight ahead and sways; the feet step to where it will be. A foot that slips makes up for it with
+//! The base walks straight ahead and sways. The feet step to its future place. A foot that slips makes up for it with
 //! its next step. The joints follow from base and feet by the geometry of the leg, so that the leg's kinematics give
-//! the true position and velocity of the foot at any moment, in a swing and in a slip as well.
+//! the true position and velocity of the foot at any moment, even in a swing or a slip.
 //!
 //! As with a single foot, the motion is prescribed and not the result of forces.
 

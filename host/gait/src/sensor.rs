@@ -119,8 +119,8 @@ impl SensorParams {
         }
     }
 
-    /// Returns the specimen of `seed`, just powered up, on a body that begins to move `delay` s later; until then it
-    /// stands as in the beginning. `felt` returns the stimulus at a time, s, and a temperature, °C.
+    /// Returns the specimen of `seed`, just powered up, on a body that begins to move `delay` s later and keeps its
+    /// initial state until then. `felt` returns the stimulus at a time, s, and a temperature, °C.
     #[must_use]
     pub fn mounted(
         &self,

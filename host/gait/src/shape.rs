@@ -1,9 +1,8 @@
 //! Closed forms that make up a foot's motion.
 //!
-//! A [`Quintic`] carries a channel from one place to the next; on top of it lie [`Term`]s: the
-//! ringing after an impact, a slide, a vibration. All of them are C² in time, but for the start
-//! of a [`TermShape::Ring`], where the velocity is continuous and the acceleration jumps: that is
-//! an impact.
+//! A [`Quintic`] carries a channel from one place to the next. [`Term`]s are added to it: the ringing after an impact,
+//! a slide, a vibration. All of them are C² in time, except for the start of a [`TermShape::Ring`]. There the velocity
+//! is continuous and the acceleration jumps, as in an impact.
 
 use crate::jet::Jet;
 

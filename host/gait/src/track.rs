@@ -55,7 +55,7 @@ impl Track {
         Self { standing, strides }
     }
 
-    /// Returns the state at time `t` in s from the beginning; before it, as at the beginning.
+    /// Returns the state at time `t` in s from the beginning. Earlier times give the initial state.
     #[must_use]
     pub fn at(&self, t: f64) -> FootState {
         let begun = self.strides.partition_point(|segment| segment.start <= t);
@@ -288,7 +288,7 @@ fn stride(
     [peel, swing, stance(step, touch_down, &landed, next)]
 }
 
-/// Decrease of the load before the lift-off of the step `next`, whose peel begins at `peel_start`: much of it is
+/// Decrease of the load before the lift-off of the step `next`, whose peel begins at `peel_start`. Much of the load is
 /// gone before the foot moves.
 fn unloading(peel_start: f64, next: Option<&PlannedStep>) -> Transition {
     next.map_or(Transition::NEVER, |next| Transition {

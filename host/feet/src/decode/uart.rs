@@ -55,7 +55,7 @@ pub(super) fn decode(
     Ok(Some(FileOutcome { file, report, notices }))
 }
 
-/// Writes rows that were held back, with what is known of their foot.
+/// Writes rows that were held back, completed with the known properties of their foot.
 fn write_rows(
     rows: VecDeque<ContactRow>,
     stream: &UartDecoder,
@@ -67,13 +67,13 @@ fn write_rows(
     })
 }
 
-/// Longest time for which contacts are held back, µs: two periods of the health message, which names the foot.
+/// Longest time for which contacts are held back, µs: two periods of the health message, which identifies the foot.
 const LONGEST_UNNAMED_US: u64 = 200_000;
 
-/// Output of a foot on a serial line that is held back until its first health message names the foot.
+/// Output of a foot on a serial line, held back until its first health message identifies the foot.
 ///
-/// Otherwise the first contacts would be those of a foot without a name. A foot that sends no health message stays without
-/// one.
+/// Otherwise the first contacts would belong to a foot without a name. A foot that sends no health message remains
+/// without a name.
 pub(crate) struct HeldBack<T> {
     held: VecDeque<T>,
     /// Time of the first.
@@ -95,7 +95,7 @@ impl<T> HeldBack<T> {
         self.held.push_back(output);
     }
 
-    /// Takes the output if the foot is known, or if `now` is too late to wait for that; otherwise nothing.
+    /// Takes the output if the foot is known, or if `now` is too late to wait for that. Otherwise takes nothing.
     pub(crate) fn take_if(&mut self, stream: &UartDecoder, now: Timestamp) -> VecDeque<T> {
         let waited_us =
             self.since.map_or(0, |since| now.as_micros().saturating_sub(since.as_micros()));
@@ -166,13 +166,13 @@ impl UartDecoder {
         Self { report: Report::new(Medium::Uart), feet: feet.clone(), given, ..Self::default() }
     }
 
-    /// Name of the foot: the one given to its line, or that of its node id, once that is known.
+    /// Name of the foot: the name given to its line, or that of its node id once the id is known.
     pub(crate) fn name(&self) -> Option<Arc<str>> {
         let of_node = || self.node.and_then(|node| self.feet.name(node));
         self.given.clone().or_else(of_node)
     }
 
-    /// Adds to a row what is known of the foot now.
+    /// Adds the known properties of the foot to a row.
     pub(crate) fn identify(&self, row: &mut ContactRow) {
         row.node = self.node;
         row.foot = self.name();
@@ -205,7 +205,7 @@ impl UartDecoder {
         }
     }
 
-    /// Returns whether the foot has restarted: its clock, which does not wrap, is behind the last time.
+    /// Returns whether the foot has restarted: its clock, which does not wrap, is earlier than the last time.
     fn restarts(&self, message: &Message) -> bool {
         matches!((message, self.last), (Message::Contact(contact), Some(last))
             if contact.timestamp.as_micros() < last.as_micros())

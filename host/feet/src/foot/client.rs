@@ -1,8 +1,8 @@
-//! Requests to a foot, one at a time: SDOs over CAN, configuration messages over the serial line. Other
-//! messages that arrive meanwhile are ignored.
+//! Requests to a foot, one at a time: SDOs over CAN, configuration messages over the serial line. Other messages that
+//! arrive during a request are ignored.
 //!
-//! [`Client`] has, in this order: objects, commands and states, restarts, the boards that share a bus, and the request with
-//! its response, which is repeated if there is none.
+//! [`Client`] has, in this order: objects, commands and states, restarts, the boards that share a bus, and the request
+//! with its response. A request without a response is repeated.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -67,7 +67,7 @@ const LOOK: Duration = Duration::from_millis(5);
 pub struct Client {
     link: Box<dyn Link>,
     listener: Listener,
-    /// Node that is addressed by SDO; `None` for the foot at the other end of a serial line.
+    /// Node addressed by SDO; `None` for the foot at the other end of a serial line.
     node: Option<NodeId>,
     sequence: u16,
     /// Newest emergencies of the foot, which arrive between responses.

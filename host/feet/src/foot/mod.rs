@@ -4,7 +4,7 @@
 //! |---|---|
 //! | objects by name: `decision.threshold`, with type, range and unit; values as text, such as `50ms` | [`name`] |
 //! | requests and responses over CAN (SDO) and the serial line; reset; search by serial number | [`client`] |
-//! | the requests as errors name them, and these errors | [`request`] |
+//! | requests as errors name them, and these errors | [`request`] |
 //! | bytes of any length, such as a program | `download` |
 //! | sets of settings, written all or none; position of a board | [`settings`] |
 //! | scan of a line for feet | [`scan`] |

@@ -71,7 +71,7 @@ pub fn feet(
                 listener.add(node);
                 feet.insert(FootKey { line, node: id });
             }
-            // An abort code is no product code: a node that refuses is another device.
+            // An abort code is not a product code. A node that refuses the request is another device.
             Some(_) => feet.retain(|foot| foot.node != id),
             // A foot may be too busy to respond.
             None => {}

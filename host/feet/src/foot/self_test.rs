@@ -88,8 +88,8 @@ pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     verdict
 }
 
-/// Disables the self-test in the stored settings. The foot is paused first: after a reset of its own it may
-/// stream, and then refuses settings.
+/// Disables the self-test in the stored settings. Pauses the foot first: after a reset of its own it may stream, and
+/// then refuses settings.
 fn switch_off(client: &mut Client) -> Result<(), RequestError> {
     client.first_answer()?;
     client.command(NmtCommand::EnterPreOperational)?;

@@ -201,7 +201,7 @@ fn node_of(settings: &SettingValues) -> Option<NodeId> {
     Foot::from_code(code).map(Foot::default_node_id)
 }
 
-/// Stores all settings, and reads them back: a foot that has restarted meanwhile has lost `settings`.
+/// Stores all settings, and reads them back. A foot that has restarted during that has lost `settings`.
 ///
 /// # Errors
 /// Another board has the new id of the foot, or the foot refuses the request, does not respond or has restarted.

@@ -43,10 +43,9 @@ pub struct Image {
 }
 
 impl Image {
-    /// Checks the parts of an image that do not need its key: header and length.
+    /// Checks header and length of an image, which do not need the key.
     ///
-    /// # Errors
-    /// The reason for which a foot would refuse it.
+    /// # Errors The reason why a foot would refuse it.
     pub fn new(bytes: Vec<u8>) -> Result<Self, Refusal> {
         let header = bytes.first_chunk::<HEADER>().ok_or(Refusal::NotAnImage)?;
         let header = Header::decode(header)?;
@@ -95,7 +94,7 @@ pub struct Updated {
     pub serial: u32,
     /// Program before.
     pub before: FootProgram,
-    /// Program that runs now and is confirmed; `None` if it had been running before and was only confirmed.
+    /// Running, confirmed program; `None` if it was running before and was only confirmed.
     pub after: Option<FootProgram>,
 }
 
@@ -297,7 +296,7 @@ fn send(
             Err(RequestError::Link(error)) => return Err(RequestError::Link(error).into()),
             Err(error) => error,
         };
-        // A foot erases what it has refused before it answers again.
+        // A foot erases a refused image before it responds again.
         let clock = client.clock();
         let end = clock.now() + ERASE;
         let why = loop {
@@ -371,9 +370,9 @@ fn program(client: &mut Client, runs: Runs) -> Result<FootProgram, RequestError>
 /// Programs in the flash of a foot that runs its program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Programs {
-    /// Number of the running program; `None` where no commit has its sources.
+    /// Number of the running program; `None` if no commit has its sources.
     pub running: Option<u32>,
-    /// The same of the program before the last update; `None` without one.
+    /// Number of the program before the last update; `None` without one.
     pub previous: Option<u32>,
     /// Reason why the last image was refused, or the previous program is back.
     pub refused: Option<Refusal>,

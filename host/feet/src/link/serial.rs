@@ -1,12 +1,12 @@
-//! Lines over a serial port: that of a foot, and an adapter that speaks slcan.
+//! Lines over a serial port: that of a foot, and a slcan adapter.
 //!
-//! A foot's program sends messages, and its bootloader CAN frames as text: [`SerialLine`] is an [`SlcanAdapter`] while
-//! it speaks with the bootloader. Lines of slcan:
+//! A foot's program sends messages, but its bootloader sends CAN frames as text. [`SerialLine`] is a [`SlcanAdapter`]
+//! while it communicates with the bootloader. Lines of slcan:
 //!
 //! | line, ended by CR | meaning |
 //! |---|---|
 //! | `t1118AABBCCDDEEFF0011` | a data frame with an 11-bit identifier: three digits, its length, its bytes |
-//! | `T`, `r`, `R`, `d`, `D`, `b`, `B` … | a frame with a 29-bit identifier, a remote frame or one of CAN FD, none of which feet send |
+//! | `T`, `r`, `R`, `d`, `D`, `b`, `B` … | a frame with a 29-bit identifier, a remote frame or a CAN FD frame; feet send none of these |
 //! | `C`, `S0` … `S8`, `O` | close, the rate of the bus, open |
 //!
 //! The adapter acknowledges each with CR, or with BEL if it fails. Source: the protocol of Lawicel's CAN232,

@@ -227,8 +227,8 @@ struct FootLine<'a> {
     line: &'a str,
     /// Its node id, 1 to 127; null on a serial line until the foot has sent it.
     node: Option<u8>,
-    /// Probability of stable contact, 0 to 1; null before the first contact, and where the foot is silent or
-    /// several boards have its id.
+    /// Probability of stable contact, 0 to 1; null before the first contact, if the foot is silent, or if several
+    /// boards have its id.
     p_stable: Option<f32>,
     /// Probability of no motion along the ground, 0 to 1.
     p_tangential: Option<f32>,
@@ -273,7 +273,7 @@ impl Described for FootLine<'_> {
 struct MonitorEvent {
     /// Since the first arrival, s.
     t: f64,
-    /// The foot's name; null where it is of none.
+    /// The foot's name; null if the event belongs to no foot.
     foot: Option<String>,
     /// Event in words.
     #[serde(rename = "event")]

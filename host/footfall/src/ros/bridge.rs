@@ -50,7 +50,7 @@ const DIAGNOSTIC_US: u64 = 1_000_000;
 /// 20 ms.
 const BESIDE_US: u64 = 25_000;
 
-/// Variance of a value about which nothing is known.
+/// Variance of an unknown value.
 const UNKNOWN: f64 = 1.0e4;
 
 /// Standard deviation of inclination, rad: 2°, within which it is in 95 % of each recording of BROAD but one
@@ -294,7 +294,7 @@ impl FootMessages {
         is_usable.then(|| self.imu(stamp, orientation, vector(rate), vector(force)))
     }
 
-    /// Returns the message of a sample; the covariances of rate and acceleration are 0, which stands for unknown.
+    /// Returns the message of a sample. The covariances of rate and acceleration are 0, which means unknown.
     fn imu(
         &self,
         stamp: Timestamp,
@@ -420,8 +420,8 @@ const fn diagonal([x, y, z]: [f64; 3]) -> [f64; 9] {
     [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
 }
 
-/// Sets the covariances of rate and acceleration to the noise of the board's sensor with its default settings; zeros, which
-/// stand for unknown, if the sensor's data sheet does not state it.
+/// Sets the covariances of rate and acceleration to the noise of the board's sensor with its default settings. They are
+/// zero, which means unknown, if the sensor's data sheet does not state the noise.
 fn with_noise(imu: Imu) -> Imu {
     let noise = lsm6dsox::Config::FRESH_KILOHERTZ.noise();
     let covariance = |sigma: Option<f32>| diagonal([f64::from(sigma.unwrap_or(0.0)).powi(2); 3]);

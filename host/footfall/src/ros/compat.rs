@@ -21,10 +21,11 @@
 //! | MUSE `32719df` | `muse_ws/src/state_estimator/src/plugins/leg_odometry_plugin.cpp` | `LegOdometryPlugin::callback` |
 //! | DRIFT `06aedd4`, `286ae5b` | `ROS/drift/src/communication/ros_subscriber.cpp`, `include/drift/kinematics/mini_cheetah_kinematics.h` | `ROSSubscriber::MiniCheetahKinCallBack`, `enum Leg` |
 //!
-//! Where nothing else is said, the order is left front, right front, left hind, right hind. A message is created as
-//! soon as each of the four feet has a new contact; after 20 ms it is created without the silent feet, even if all
-//! are silent. Feet that are invalid or have fallen silent are reported as not standing: false, 0. No message can say
-//! "unknown": the first is created once each foot was heard. `bool` is created for the heard feet alone.
+//! Unless stated otherwise, the order is left front, right front, left hind, right hind. A message is created as soon
+//! as each of the four feet has a new contact. After 20 ms it is created without the silent feet, even if all are
+//! silent. Feet that are invalid or have fallen silent are reported as not standing: false, 0. No message can express
+//! "unknown", so the first message is created once each foot has sent a contact. `bool` is created only for feet that
+//! have sent one.
 
 use std::collections::BTreeSet;
 
@@ -47,9 +48,9 @@ pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
 const FRONT: [&str; 2] = ["front", "fore"];
 const REAR: [&str; 3] = ["rear", "hind", "back"];
 
-/// Place of a foot in [`FEET`] by its name, topic or frame: the one word of it that is the name of a foot, such as that of
-/// `go1/FL_foot_imu`, or the words for its sides, such as those of `front_left`. Letters count alike in upper and lower case.
-/// `None` without such a word, or with those of several feet.
+/// Place of a foot in [`FEET`] by its name, topic or frame. It is determined by the only word that is the name of a
+/// foot, as in `go1/FL_foot_imu`, or by words for its sides, as in `front_left`. Upper and lower case are equal. `None`
+/// without such a word, or with words of several feet.
 #[must_use]
 pub fn place(name: &str) -> Option<usize> {
     let words: Vec<String> = name
@@ -73,7 +74,7 @@ pub fn place(name: &str) -> Option<usize> {
     Some(2 * row + side)
 }
 
-/// `foot_force` of a foot that stands: above the thresholds of those who read it, most of them 20 to 60.
+/// `foot_force` of a standing foot: above the thresholds of programs that read it, most of which are 20 to 60.
 pub const STANDS: i16 = 100;
 
 /// Listening time after the first contact after which feet without one are named as absent, µs.
@@ -207,7 +208,7 @@ impl AllFeet {
         Self { compats, ..Self::default() }
     }
 
-    /// Names of the feet that have sent no contact in the second after the first one of any foot; none before.
+    /// Names of the feet without a contact in the second after the first contact of any foot; none before.
     #[must_use]
     pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
         let feet = FEET.iter().zip(self.heard);
@@ -289,7 +290,7 @@ impl AllFeet {
         let mut published = Vec::new();
         for compat in &self.compats {
             let messages = compat.messages(&header, stands);
-            // A foot that was never heard may stand: there is no message about it, alone or with others.
+            // A foot that has never sent a contact may be standing, so no message includes it.
             let is_known: &[bool] = match compat {
                 Compat::Bool => &self.heard,
                 _ => &[self.heard == [true; 4]],

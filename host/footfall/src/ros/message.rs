@@ -1,8 +1,9 @@
 //! Messages of ROS 2: their fields in the order of their definitions, their encoding (CDR, little-endian), and their
 //! definitions as stored in recordings.
 //!
-//! The text of a definition holds that of the message, then those of nested messages, each after a line of `=` and its
-//! name. Definitions other than footfall's are interfaces of ROS 2, with names, types and order of their fields.
+//! The text of a definition contains that of the message, then those of nested messages, each after a line of `=` and
+//! its name. Definitions other than footfall's are interfaces of ROS 2: they have the same names, types and order of
+//! fields.
 
 use estimator_core::{Vec3, VelocitySigma};
 use recordings::space::components;
@@ -52,7 +53,7 @@ impl RosMessage {
         Self::Number(data.into())
     }
 
-    /// Creates the message of the probability of a contact alone: 0 if it is invalid.
+    /// Creates the message with only the probability of a contact: 0 if the contact is invalid.
     pub(crate) fn probability(contact: &RosContact) -> Self {
         Self::number(if contact.valid { contact.p_stable } else { 0.0 })
     }
@@ -89,8 +90,8 @@ pub struct RosEvent {
 pub struct Stances<T> {
     /// Header with the time of the newest sample.
     pub header: Header,
-    /// Whether each foot stands: left front, right front, left hind, right hind; of [`RosMessage::Drift`](crate::ros::RosMessage),
-    /// the right feet come first.
+    /// Whether each foot stands: left front, right front, left hind, right hind. In
+    /// [`RosMessage::Drift`](crate::ros::RosMessage) the right feet come first.
     pub stances: T,
 }
 

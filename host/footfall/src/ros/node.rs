@@ -135,7 +135,7 @@ pub enum NodeError {
         /// Name as given.
         name: String,
     },
-    /// No interface of this machine has the address: nothing would be sent, without an error.
+    /// No interface of this machine has the address. Nothing would be sent, and no error reported.
     #[error("network {address}: {source}; give the IPv4 address of an interface of this machine")]
     Network {
         /// The address.

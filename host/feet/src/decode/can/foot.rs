@@ -67,7 +67,7 @@ struct Gap {
 /// Change made by a health frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ClockCorrection {
-    /// None: the turn was known, and right.
+    /// Nothing: the turn was known and right.
     None,
     /// The turn is known from this row on, which shifts the times by a number of µs.
     Turn(usize, i64),
@@ -350,7 +350,7 @@ impl LoggedFoot {
     }
 }
 
-/// Time between two frames from which the log's clock is taken to have been set, µs: one day.
+/// Time between two frames beyond which the log's clock is assumed to have been set, µs: one day.
 const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
 
 /// Largest step back of frames out of order, µs; a larger one means that the log's clock was set back.
@@ -386,7 +386,7 @@ enum TimeBetween {
     Agreed(i64),
     /// The nearest time that the foot's clock allows, µs, is far from the log's.
     Contradicted(i64),
-    /// The log's clock was set in between; time on the foot's clock alone, µs, less than a turn.
+    /// The log's clock was set in between. Only the time on the foot's clock is known, µs, less than a turn.
     Unbridged(i64),
 }
 
@@ -511,8 +511,8 @@ impl Mark {
     }
 }
 
-/// Largest number of contacts over which the period is averaged; the smallest is half of it. A single
-/// period varies by a sixth, because its time is that of the sensor's edge.
+/// Largest number of contacts over which the period is averaged; the smallest is half of it. A single period varies by
+/// a sixth, because its time is that of the sensor's edge.
 const AVERAGED: u64 = 2048;
 
 /// Longest time to the contact with the next number, in periods; a longer time is a pause of the foot.
@@ -551,9 +551,9 @@ impl ContactPace {
         }
     }
 
-    /// Returns whether a contact may be `contacts` after another, or before it if negative, by a time of
-    /// `elapsed_us` between them. The tolerance is half a period plus the change of the pace; the next contact
-    /// may be later, as with a late edge.
+    /// Returns whether a contact may be `contacts` after another (before it, if negative), given a time of `elapsed_us`
+    /// between them. The tolerance is half a period plus the change of the pace. The next contact may be later, as with
+    /// a late edge.
     fn agrees(self, elapsed_us: i64, contacts: i64) -> bool {
         let expected_us = |contacts| {
             let mean_us = i64::try_from(self.elapsed_us).ok()?;

@@ -452,7 +452,7 @@ impl Pending {
         self.rows.push_back(row);
     }
 
-    /// The row with this index; `None` if it was handed on.
+    /// The row with this index; `None` if it was already handed on.
     fn get_mut(&mut self, index: usize) -> Option<&mut ContactRow> {
         self.rows.get_mut(index.checked_sub(self.left)?)
     }

@@ -66,7 +66,7 @@ pub(super) fn measure(client: &mut Client) -> StepFigures {
     Ok(figures)
 }
 
-/// Reads the active faults as bits; on a serial line without those of CAN, because a CAN bus may be absent.
+/// Reads the active faults as bits. On a serial line it leaves out the faults of CAN, because a CAN bus may be absent.
 pub(super) fn faults(client: &mut Client) -> Result<u32, RequestError> {
     let bits: u32 = client.read_number(index::FAULTS, 0)?;
     let of_can = Faults::NONE.with(Fault::CanErrorPassive).with(Fault::CanBusOff);

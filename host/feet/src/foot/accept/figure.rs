@@ -19,7 +19,7 @@ pub struct Limit {
     pub highest: f64,
     /// Origin of the limits.
     pub source: &'static str,
-    /// Remedy if a value is out of the limits; empty if the hint says all.
+    /// Remedy for a value out of the limits; empty if the hint suffices.
     pub remedy: &'static str,
     /// Remedy that depends on the program.
     pub hint: Option<FigureHint>,

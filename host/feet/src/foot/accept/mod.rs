@@ -122,12 +122,11 @@ impl Person<'_> {
 
 /// Measures the foot in these steps, in order.
 ///
-/// The figures of each step are passed to `found` when it ends, unless the person has left in it. New faults and sensor
-/// restarts in a step are figures beside its own. A step fails if the foot stops responding or restarts; the next one is
-/// done nevertheless. On a serial line, raw samples are switched on meanwhile.
+/// The figures of each step are passed to `found` when it ends, unless the person has left during the step. New faults
+/// and sensor restarts during a step are additional figures of it. A step fails if the foot stops responding or
+/// restarts; the following steps are done nevertheless. On a serial line, raw samples are switched on during the steps.
 ///
-/// # Errors
-/// The line does not work, or the foot's settings could not be put back.
+/// # Errors The line does not work, or the foot's settings could not be restored.
 pub fn run(
     client: &mut Client,
     steps: &[AcceptStep],
@@ -180,10 +179,10 @@ pub fn run(
     Ok(())
 }
 
-/// Returns figures of the faults that are not `known` yet, and of restarts of the sensor.
+/// Returns figures of the faults that are not yet `known`, and of restarts of the sensor.
 ///
-/// Restarts count in steps with motion only: a sensor that drops out looks like a tap. Nothing counts while the sensor is
-/// unplugged, which causes faults, and in the self-test, which restarts it.
+/// Restarts count only in steps with motion, where a sensor that drops out looks like a tap. Nothing counts while the
+/// sensor is unplugged, which causes faults, or during the self-test, which restarts it.
 fn faults_in_step(
     client: &mut Client,
     step: AcceptStep,

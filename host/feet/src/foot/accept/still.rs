@@ -1,4 +1,4 @@
-//! A foot that lies still: rate, validity, noise, bias, and the counters of the board meanwhile.
+//! A foot at rest: rate, validity, noise, bias, and the counters of the board during the measurement.
 
 use std::time::Duration;
 

@@ -131,8 +131,8 @@ fn play(stored: Stored, replay: Option<Estimator>, line: &Arc<str>, to: &SyncSen
     }
 }
 
-/// Name of the foot that sent recorded contacts, which is the part of their topics before the last, as `FL` of
-/// `/footfall/FL/imu`; one that a recording of several feet has wins.
+/// Name of the foot that sent recorded contacts: the second-to-last part of their topics, such as `FL` in
+/// `/footfall/FL/imu`. The name in a recording of several feet takes precedence.
 fn sender_of(about: &About) -> Option<&str> {
     let of_topic = || about.address.as_deref()?.rsplit('/').nth(1);
     about.foot.as_deref().or_else(of_topic)
@@ -249,7 +249,7 @@ impl<'a> RowSender<'a> {
         Ok(())
     }
 
-    /// Load of the next sample in its row: NaN once after the last that is known.
+    /// Load of the next sample in its row: NaN once, after the last known load.
     fn load(&mut self, load: Option<Load>) -> Option<f32> {
         let load = load.map(|Load(load)| load).filter(|load| load.is_finite());
         let had_load = std::mem::replace(&mut self.has_load, load.is_some());

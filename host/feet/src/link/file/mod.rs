@@ -224,7 +224,7 @@ impl PlayedBytes {
         Ok((!bytes.is_empty()).then_some((self.at, Arrival::Bytes { port, bytes })))
     }
 
-    /// Returns the bytes up to the end of the next message with a time, at most `PIECE` bytes; none at the end.
+    /// Returns the bytes up to the end of the next message with a time, at most `PIECE` bytes; empty at the end.
     fn piece(&mut self) -> io::Result<Vec<u8>> {
         let mut piece = Vec::new();
         loop {

@@ -137,7 +137,7 @@ pub(super) fn send(
 /// | `to_version`, `to_program` | the update failed, or nothing was sent |
 /// | `error` | the foot was updated |
 ///
-/// The program 00000000 is one that neither an image nor a commit identifies.
+/// The program number 00000000 means that neither an image nor a commit identifies the program.
 fn as_json(node: Option<NodeId>, result: &Result<Updated, UpdateError>) -> Json {
     let number = |program: &FootProgram| hex(program.identification);
     let done = result.as_ref().ok();

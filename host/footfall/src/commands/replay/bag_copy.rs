@@ -1,6 +1,6 @@
-//! A copy of a bag with the contacts and events of its feet beside the messages of others, for `footfall replay --output`.
-//! It may hold the states of a Unitree robot a second time, whose forces of the feet are those of the estimates, for
-//! programs that compare them with a threshold.
+//! Copy of a bag with the contacts and events of its feet added to the other messages, for `footfall replay --output`.
+//! It may repeat the states of a Unitree robot with forces of the feet from the estimates, for programs that compare
+//! the forces with a threshold.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -48,7 +48,7 @@ impl AllFeetOptions {
         }
     }
 
-    /// Checks that each foot has a place of its own in the messages, and each place a foot: one that is missing may stand.
+    /// Checks that each foot has its own place in the messages, and each place a foot. A missing foot may be standing.
     fn check_places(&self, feet: &[CopiedFoot]) -> Result<(), Error> {
         let has_none = |(index, foot): &(usize, &CopiedFoot)| {
             let mut before = feet[..*index].iter();

@@ -16,7 +16,7 @@ use crate::decode::row::{ClockTurn, ContactRow};
 /// Start of the receiver's clock, µs.
 const EPOCH_US: u64 = 1_700_000_000_000_000;
 
-/// Longest time for which a time may be unknown: a period of health frames, and a contact.
+/// Longest time for which a time may be unknown: a period of health frames plus a contact.
 const KNOWN_AFTER_US: u64 = 101_000;
 
 /// A frame with its time on the bus, µs from the start, and for a contact its time on the foot's clock.
