@@ -1,7 +1,7 @@
 //! Events of a foot: touch-downs, lift-offs, slip starts and slip ends.
 //!
-//! They are derived from the estimates alone, sample by sample ([`Events`]). A stretch in which the decision is
-//! not "stable" lies between two stances or within one; the motion in it determines the events:
+//! They are derived only from the estimates, sample by sample ([`Events`]). A stretch in which the decision is not
+//! "stable" is between two stances or within one. The motion in it determines the events:
 //!
 //! | in the stretch | event at its start | event at its end |
 //! |---|---|---|
@@ -23,22 +23,24 @@
 //! θ moves a sensor by `LEVER_M` · θ if it is [`LEVER_M`] away from the point about which the foot turns. The shoe of
 //! a person who stands and sways moves by tenths of a millimetre that way.
 //!
-//! A slip starts from stable contact. A landing, which counts as [`Phase::Slip`] until the foot is still, is
-//! therefore not a slip. A foot that is loaded for [`SHORTEST_SWING_US`] and not stable at any time of it, such as one
-//! that slides from its landing until its lift-off, has neither touch-down nor slip but a start and an end of an
-//! unstable stance. Without a load such a stance is not known from a swing. A foot that stands at the start of its recording has no touch-down. A foot that sticks and slips
-//! may have several events in one slide.
+//! A slip starts from stable contact. A landing counts as [`Phase::Slip`] until the foot is still, and is therefore not
+//! a slip. A foot may be loaded for [`SHORTEST_SWING_US`] without being stable at any time, for example if it slides
+//! from its landing until its lift-off. Then it has neither touch-down nor slip, but a start and an end of an unstable
+//! stance. Without a load such a stance cannot be distinguished from a swing. A foot that stands at the start of its
+//! recording has no touch-down. A foot that sticks and slips may have several events in one slide.
 //!
-//! The distance of a slip is measured along the ground from the last stable sample: the acceleration without
-//! gravity is rotated into the world frame and integrated twice. If the foot stands again afterwards, the
-//! remaining speed is an error and is removed as if it had grown linearly, so a constant error of the
-//! acceleration, such as a bias or a wrong inclination, cancels. Errors that change during the slip remain, as
-//! does motion before the decision changed. Over 560 simulated slips of up to 58 mm and 0.3 s, with and without a
-//! load, the median error is 0.1 mm, nine of ten errors are below 1.2 mm and all are below 5 mm
-//! (`host-tests/tests/events.rs`); the simulated sensor has noise, bias and temperature, but no vibration of a
-//! robot. If a slip ends in a lift-off, the speed at its end is unknown: an acceleration error of 0.05 m/s², as
-//! from 0.3° of inclination, adds 2 mm in 0.3 s and 25 mm in 1 s. A slide at constant speed has no acceleration:
-//! its end may be detected long before it occurs, and its distance is then too short.
+//! The distance of a slip is measured along the ground from the last stable sample: the acceleration without gravity is
+//! rotated into the world frame and integrated twice. If the foot stands again afterwards, the remaining speed is an
+//! error. It is removed as if it had grown linearly, so a constant error of the acceleration, such as a bias or a wrong
+//! inclination, cancels. Errors that change during the slip remain, as does motion before the decision changed.
+//!
+//! Over 560 simulated slips of up to 58 mm and 0.3 s, with and without a load, the median error is 0.1 mm, nine of ten
+//! errors are below 1.2 mm and all are below 5 mm (`host-tests/tests/events.rs`). The simulated sensor has noise, bias
+//! and temperature, but no vibration of a robot.
+//!
+//! If a slip ends in a lift-off, the speed at its end is unknown. An acceleration error of 0.05 m/s², as from 0.3° of
+//! inclination, then adds 2 mm in 0.3 s and 25 mm in 1 s. A slide at constant speed has no acceleration. Its end may be
+//! detected long before it occurs, and its distance is then too short.
 //!
 //! [`Phase::Swing`]: estimator_core::Phase::Swing
 //! [`Phase::QuietSwing`]: estimator_core::Phase::QuietSwing
@@ -564,8 +566,8 @@ impl Reckoning {
         self.up.angle_to(up(estimate))
     }
 
-    /// Distance along the ground of a foot that now stands again, m. The remaining speed is taken for an error
-    /// that has grown linearly, and is removed. `None` if a sample was missing or doubtful.
+    /// Distance along the ground of a foot that now stands again, m. The remaining speed is an error that is assumed to
+    /// have grown linearly, and is removed. `None` if a sample was missing or doubtful.
     fn distance_to_rest(&self) -> Option<f64> {
         let seconds = self.now.micros_since(self.start)? as f64 / 1.0e6;
         self.along_ground(self.position - self.velocity * (0.5 * seconds))

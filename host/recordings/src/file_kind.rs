@@ -9,10 +9,10 @@ const UNPACK: &str = "unpack it";
 
 /// Advice for a file of a kind.
 struct Advice {
-    /// For one that should be a recording and cannot be read; `None` if every file of the kind is read.
+    /// Advice for a file given as a recording that cannot be read; `None` if every file of the kind is read.
     recording: Option<&'static str>,
-    /// For one that should be a log, with `FILE` for its name; `None` if it is read, or if a recording of the serial line
-    /// may have the same first bytes.
+    /// Advice for a file given as a log, with `FILE` for its name; `None` if it is read, or if a recording of the
+    /// serial line may have the same first bytes.
     log: Option<&'static str>,
 }
 
@@ -106,13 +106,13 @@ kinds! {
 }
 
 impl FileKind {
-    /// Advice for a file that should be a recording and cannot be read; `None` if every file of the kind is read.
+    /// Advice for a file given as a recording that cannot be read; `None` if every file of the kind is read.
     #[must_use]
     pub const fn advice(self) -> Option<&'static str> {
         self.advice_for().recording
     }
 
-    /// Advice for the file of this name that should be a log; `None` if it may be one.
+    /// Advice for a file of this name given as a log; `None` if it may be one.
     #[must_use]
     pub fn log_advice(self, file: &str) -> Option<String> {
         self.advice_for().log.map(|advice| advice.replace("FILE", file))
@@ -174,7 +174,7 @@ pub fn known(first: &[u8]) -> Option<FileKind> {
         .or_else(|| other(first))
 }
 
-/// Kind of a file that should be a log of frames, by its first `LENGTH` bytes or more; `None` if it may be one.
+/// Kind of a file given as a log of frames, by its first `LENGTH` bytes or more; `None` if it may be one.
 #[must_use]
 pub fn no_log(first: &[u8]) -> Option<FileKind> {
     known(first).filter(|kind| kind.log_advice("").is_some())

@@ -1,8 +1,9 @@
 //! Hints of errors, findings and notices, and the words of the program that shows them.
 //!
-//! An error is data: what is wrong, where, the values, and a [`Hint`] on what to do. Most hints name a setting, and each
-//! program has names of its own for these: `--units g,dps` on a command line, `units="g,dps"` in Python. A [`Vocabulary`]
-//! is those names. [`InWords::in_words`] gives the text in the words of a program; `Display` gives it in plain words.
+//! An error is data: the problem, its position, the values, and a [`Hint`] on the remedy. Most hints name a setting,
+//! and each program has its own names for these: `--units g,dps` on a command line, `units="g,dps"` in Python. A
+//! [`Vocabulary`] has these names. [`InWords::in_words`] gives the text in the words of a program; `Display` gives it
+//! in plain words.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -66,7 +67,7 @@ pub trait Vocabulary: Sync {
     fn set(&self, setting: Setting, value: &dyn Display) -> String;
 }
 
-/// Plain words, in which no program is meant: `units g,dps`.
+/// Plain words of no particular program: `units g,dps`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Plain;
 
@@ -80,7 +81,7 @@ impl Vocabulary for Plain {
     }
 }
 
-/// Words of tests, in which settings stand out: `[units] g,dps`.
+/// Words for tests, in which settings are marked: `[units] g,dps`.
 #[cfg(test)]
 pub(crate) struct Bracketed;
 

@@ -3,17 +3,17 @@
 //! | step | module |
 //! |---|---|
 //! | reading a file into a stored recording | [`input`] |
-//! | a sample with its load and label, in memory; many of them in a temporary file | [`samples`], [`spool`] |
+//! | a sample with its load and label, in memory; many samples in a temporary file | [`samples`], [`spool`] |
 //! | parameters, from preset, configuration file and options | [`config`] |
 //! | the estimator applied to a recording, sample by sample or in memory | [`estimate`] |
 //! | a stored recording through the estimator, into tables, events and a summary | [`replay`], several in parallel by [`jobs`] |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | implausible values in a recording | [`plausible`] |
-//! | how good probabilities and orientations are | [`scoring`] |
+//! | accuracy of probabilities and orientations | [`scoring`] |
 //! | summary of a replay, with the parameters of its estimate | [`summary`] |
 //! | tables of samples and estimates, in CSV and Parquet | [`output`], `parquet_output` |
 //! | values of one robot: learnt values, sensor errors | [`calibrate`] |
-//! | how a sensor lies in the foot: as text, from gravity at rest, as a report | [`mounting`] |
+//! | mounting of a sensor in the foot: as text, from gravity at rest, as a report | [`mounting`] |
 //! | files written completely or not at all | [`whole_file`] |
 //!
 //! | part | module |

@@ -188,7 +188,7 @@ impl RestingUp {
     }
 }
 
-/// Where a mounting comes from.
+/// Source of a mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MountingSource {
@@ -204,10 +204,9 @@ pub struct MountingReport {
     /// The mounting.
     #[serde(serialize_with = "serialize_as_text")]
     pub axes: Mounting,
-    /// Where it comes from.
+    /// Source of the mounting.
     pub source: MountingSource,
-    /// With it, the angle between z and what was up at rest, degrees; `None` where no recording shows
-    /// gravity at rest.
+    /// Angle, with this mounting, between z and up at rest, degrees; `None` if no recording shows gravity at rest.
     pub tilt_deg: Option<f64>,
     /// The values of the foot's object 0x2019, in the order of its sub-indices from 1.
     pub object: (u16, [f32; 4]),

@@ -27,7 +27,7 @@ use crate::space::components;
 /// | `decision` | the debounced [`Decision`]: 1 stable, 0 not, from the IMU alone | 0 or 1 |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
 ///
-/// A number that is not known is blank, as those that a recorded contact lacks.
+/// An unknown number is blank, such as those that a recorded contact lacks.
 ///
 /// With half-widths, the first three are the paper's products of probabilities per axis; see
 /// [`Probabilities`](estimator_core::Probabilities).

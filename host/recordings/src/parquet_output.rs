@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `foot`, in a table of several feet | text, dictionary |
 //! | `t` | f64, s |
-//! | the numbers | f32, bit-exact; null where they are not known |
+//! | the numbers | f32, bit-exact; null if unknown |
 //! | `state`, `flags` | text, dictionary |
 //! | `decision` | u8: 1 stable, 0 not |
 //!
@@ -209,7 +209,7 @@ impl<W: Write> Encoder<W> {
     }
 }
 
-/// Value of a row in one column; `None` where it is not known.
+/// Value of a row in one column; `None` if it is unknown.
 pub(crate) enum Cell<'a> {
     /// Time, s.
     Seconds(f64),

@@ -1,7 +1,7 @@
 //! Replay of a stored recording: the samples of a foot through the estimator, into tables, events and a summary.
 //!
-//! Each sample is read, estimated, written and discarded, so that memory does not grow with the length of a recording. Rows
-//! of a foot wait in a temporary file until those of the feet before it are written.
+//! Each sample is read, estimated, written and discarded, so memory does not grow with the length of a recording. Rows
+//! of a foot wait in a temporary file until those of the previous feet are written.
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -75,7 +75,7 @@ pub struct Replayed {
     pub table: Option<EstimateTable>,
     /// Rows of the table of events.
     pub events: Option<CsvRows>,
-    /// Learnt values; none where the estimates were recorded.
+    /// Learnt values; empty if the estimates were recorded.
     pub learnt: Learnt,
 }
 
@@ -150,8 +150,8 @@ fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io
     Ok(Replayed { findings: findings_beside_contacts(&check), ..results.finish()? })
 }
 
-/// Returns the findings that count where a foot has sent its own estimates: its mounting is a setting of its own, a
-/// sample that could not be sent is blank, and nothing here depends on the rate.
+/// Returns the findings that matter if a foot has sent its own estimates. Its mounting is its own setting, a sample
+/// that could not be sent is blank, and nothing here depends on the rate.
 #[must_use]
 pub fn findings_beside_contacts(check: &Check) -> Vec<Finding> {
     let mut findings = check.findings();
@@ -217,7 +217,7 @@ impl<'a, O: Observer> Results<'a, O> {
         })
     }
 
-    /// Adds the estimate of the next sample; `moved` is the same with all that is known of the foot's motion.
+    /// Adds the estimate of the next sample. `moved` is the same estimate with all that is known of the foot's motion.
     fn add(
         &mut self,
         sample: &RecordedSample,

@@ -1,6 +1,6 @@
-//! Messages of ROS 2 that feet send and recordings have, with fields in the order of their definitions.
+//! Messages of ROS 2 sent by feet and found in recordings, with fields in the order of their definitions.
 //!
-//! Source of those that are not of footfall: <https://github.com/ros2/common_interfaces>.
+//! Source of the messages other than footfall's: <https://github.com/ros2/common_interfaces>.
 
 use std::fmt;
 
@@ -37,8 +37,8 @@ pub struct Header {
     pub frame_id: String,
 }
 
-/// `sensor_msgs/msg/Imu`. A covariance whose first number is −1 says that there is no such value; one
-/// of zeros, that it is not known.
+/// `sensor_msgs/msg/Imu`. A covariance whose first number is −1 means that there is no such value. A covariance of
+/// zeros means that it is unknown.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Imu {
     /// When the sample was acquired.
@@ -68,7 +68,7 @@ pub struct TwistWithCovarianceStamped {
     pub covariance: [[f64; 6]; 6],
 }
 
-/// `footfall_msgs/msg/Contact`; `ros2/footfall_msgs/msg/Contact.msg` says what its fields mean.
+/// `footfall_msgs/msg/Contact`; `ros2/footfall_msgs/msg/Contact.msg` describes its fields.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[expect(missing_docs, reason = "the definition has them")]
 pub struct RosContact {
@@ -87,8 +87,7 @@ pub struct RosContact {
     pub sequence: u16,
 }
 
-/// Reads a text, whatever its content: in CDR it is a byte count followed by the bytes. Bytes that are not UTF-8 are
-/// replaced.
+/// Reads a text of any content: in CDR it is a byte count followed by the bytes. Bytes that are not UTF-8 are replaced.
 fn text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     deserializer.deserialize_bytes(TextVisitor)
 }

@@ -1,7 +1,7 @@
 //! Amplitudes of stillness and motion, learnt from recordings of a walking foot: a warm start.
 //!
-//! The estimator is the one on the foot: the same samples give the same learnt bits. Recordings are processed in
-//! sequence, and the learnt values are reported.
+//! The estimator is the same as on the foot, and the same samples give the same learnt bits. Recordings are processed
+//! in sequence, and the learnt values are reported.
 
 use std::fmt;
 

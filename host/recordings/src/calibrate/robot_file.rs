@@ -12,7 +12,7 @@ use crate::mounting::{MountingReport, axes_text};
 pub struct RobotFile {
     remarks: Vec<String>,
     tables: Table,
-    /// Foot whose settings are set; those of all feet if it is `None`.
+    /// Foot whose settings are changed; `None` changes those of all feet.
     foot: Option<String>,
 }
 
@@ -72,7 +72,7 @@ impl RobotFile {
                 let axes = axes_text(&report.axes);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
             }
-            // Without axes of its own the foot would have those of all.
+            // Without its own axes the foot would have those of all feet.
             None if self.foot.is_some() && self.tables.contains_key(KEY) => {
                 let axes = axes_text(&Mounting::IDENTITY);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
@@ -118,7 +118,7 @@ impl RobotFile {
     }
 }
 
-/// The table of a name in another one; it is added if there is none.
+/// Returns the table of a name in another table. Adds it if there is none.
 fn sub_table<'a>(within: &'a mut Table, name: &str) -> &'a mut Table {
     let empty = || Value::Table(Table::new());
     let value = within.entry(name).or_insert_with(empty);

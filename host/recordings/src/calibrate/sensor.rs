@@ -1,11 +1,11 @@
 //! Accelerometer bias and scale, and gyroscope bias, from rests in different orientations.
 //!
-//! At rest an accelerometer reads gravity in any orientation. Bias b and scale s of each axis are therefore those
-//! for which all rests m have |s (m − b)| = g, by least squares (Gauss-Newton, from a perfect sensor). Six
-//! unknowns need at least six orientations, and each axis must have been up and down to separate them.
+//! At rest an accelerometer reads gravity in any orientation. So the bias b and the scale s of each axis are those for
+//! which all rests m have |s (m − b)| = g, by least squares (Gauss-Newton, starting from a perfect sensor). The six
+//! unknowns need at least six orientations. Each axis must have pointed up and down to separate them.
 //!
-//! g is standard gravity, because the estimator subtracts it: the scale absorbs the deviation of local gravity, up
-//! to 0.3 %. The result holds at the temperature of the recordings.
+//! g is standard gravity, because the estimator subtracts it. The scale absorbs the deviation of local gravity, up to
+//! 0.3 %. The result holds at the temperature of the recordings.
 
 use std::fmt;
 
@@ -110,8 +110,7 @@ pub enum RestsError {
 
 const AXES: [&str; 3] = ["ax", "ay", "az"];
 
-/// What is wrong with a sensor, and what that follows from. `Display` is the report for the
-/// terminal.
+/// Errors of a sensor, and the rests that they follow from. `Display` gives the report for the terminal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorCalibration {
     /// Different orientations among the rests.
@@ -334,7 +333,7 @@ impl fmt::Display for SensorCalibration {
 /// Least duration of a rest, s.
 const SHORTEST: f64 = 1.0;
 
-/// Margin left out at either end, s, in which the sensor is let go or grasped.
+/// Margin omitted at either end, s, in which a hand releases or grasps the sensor.
 const MARGIN: f64 = 0.2;
 
 /// Largest distance of a sample from the running mean, m/s².

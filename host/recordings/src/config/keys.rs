@@ -325,8 +325,8 @@ impl Limits {
     }
 }
 
-/// Returns a file in which every key is commented out, with its preset value, meaning, unit and range. Each line
-/// is valid alone, without the header of a table.
+/// Returns a file in which every key is commented out, with its preset value, meaning, unit and range. Each line is
+/// valid without the header of a table.
 #[must_use]
 pub fn example(preset: Preset) -> String {
     let params = preset.params(Format::Csv);

@@ -76,10 +76,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `footfall calibrate` writes `[learnt]` and `axes`, or with `--rests` `[accelerometer]` and `[gyroscope]`. A
-//! foot has the values of `[learnt]` in its object 0x2018, those of `[accelerometer]` in 0x2017 and `axes` in
-//! 0x2019; it learns its gyroscope bias by itself. Sensor errors are given along the sensor's own axes and
-//! corrected before `axes` turns the readings. Half-widths and bandwidths are along the axes of the foot.
+//! `footfall calibrate` writes `[learnt]` and `axes`, or with `--rests` `[accelerometer]` and `[gyroscope]`. On a foot
+//! the values of `[learnt]` are in object 0x2018, those of `[accelerometer]` in 0x2017, and `axes` in 0x2019. A foot
+//! learns its gyroscope bias without a setting. Sensor errors are given along the sensor's own axes and corrected
+//! before `axes` turns the readings. Half-widths and bandwidths are along the axes of the foot.
 //!
 //! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]`, `[load]` and `[velocity]` are the
 //! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,

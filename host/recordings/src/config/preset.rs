@@ -16,7 +16,7 @@ pub fn default_params() -> Params {
     with_bandwidth_of(&Config::FRESH_KILOHERTZ.noise(), Params::DEFAULT)
 }
 
-/// Sets the bandwidths to a sensor's noise; where it is unknown, they are unchanged.
+/// Sets the bandwidths to a sensor's noise. Unknown noise leaves them unchanged.
 fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
     Params {
         bandwidth: PerAxis::by_sensor(
@@ -70,9 +70,9 @@ impl Preset {
         }
     }
 
-    /// Returns a notice if the paper's window, a count of samples, lasts longer or shorter than at the paper's
-    /// rate; `None` if it lasts as long, or `params` have another window. Rows of the authors' GO1 are counted as
-    /// the authors count them.
+    /// Returns a notice if the paper's window, a count of samples, has another duration than at the paper's rate.
+    /// Returns `None` otherwise, or if `params` have another window. Rows of the authors' GO1 are counted as by the
+    /// authors.
     #[must_use]
     pub fn window_notice(
         self,

@@ -20,7 +20,7 @@ pub struct ParameterRefusal(Vec<Refusal>);
 /// A parameter that is refused.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
-    /// Where the parameter comes from.
+    /// Source of the parameter.
     pub subject: Subject,
     /// Reason of the refusal.
     pub reason: Reason,
@@ -62,7 +62,7 @@ pub enum Reason {
     WithoutEffect,
 }
 
-/// Sample rate up to which times in s are taken for those in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
+/// Sample rate up to which times in s are suspected to be in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
 const FASTEST_IN_S: f32 = 2.0;
 
 /// Source of the sample rate.

@@ -18,14 +18,14 @@ use crate::config::value::{
 use crate::input::Correction;
 use crate::mounting::parse_axes;
 
-/// Settings for all feet, or for one: what is set differs from the preset, the rest does not.
+/// Settings for all feet, or for one. Values that are present override the preset.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Whether samples contain gravity.
     pub gravity: Option<Gravity>,
     /// How the axes of the sensor that recorded lie in the foot.
     pub axes: Option<Mounting>,
-    /// Where the limits of stillness come from.
+    /// Source of the limits of stillness.
     pub method: Option<Method>,
     /// Whether the foot goes on learning.
     pub learning: Option<Learning>,
@@ -263,7 +263,7 @@ impl Reader {
         table
     }
 
-    /// Reads a value; `expected` says in an error what it should be.
+    /// Reads a value. Errors state `expected`.
     fn take<T: DeserializeOwned>(&mut self, value: &Value<'_>, expected: &str) -> Option<T> {
         let read = T::deserialize(ValueDeserializer::from(value.clone()));
         let read = read.map_err(|error| {

@@ -66,7 +66,7 @@ impl SentContact {
     }
 }
 
-/// Flags of a contact. One that is not valid without a flag, as while the foot has a fault, has that of an invalid
+/// Flags of a contact. If it is invalid without a flag, as during a fault of the foot, it gets the flag of an invalid
 /// sample.
 #[must_use]
 pub const fn flags_of_contact(flags: Flags, is_valid: bool) -> Flags {
@@ -83,7 +83,7 @@ impl NewestOrientation {
         self.0 = Some((time_us, orientation));
     }
 
-    /// Returns the orientation at `time_us`, µs; [`NO_ORIENTATION`] where the newest is more than 25 ms older.
+    /// Returns the orientation at `time_us`, µs; [`NO_ORIENTATION`] if the newest is more than 25 ms older.
     #[must_use]
     pub fn at(&self, time_us: i64) -> Quaternion {
         match self.0 {
@@ -107,10 +107,9 @@ pub struct Contacts {
 }
 
 impl Contacts {
-    /// Appends a contact; returns whether it is after the last one, else it is left out.
+    /// Appends a contact. Returns whether it is later than the last one; otherwise it is left out.
     ///
-    /// # Errors
-    /// The temporary file cannot be written.
+    /// # Errors The temporary file cannot be written.
     pub fn push(&mut self, contact: &SentContact) -> io::Result<bool> {
         let now_us = contact.time_us;
         if self.times.newest_us.is_some_and(|last_us| last_us >= now_us) {

@@ -1,4 +1,4 @@
-//! Errors in a file: which file, where in it, what is wrong, and what to do.
+//! Errors in a file: the file, the position, the problem, and the remedy.
 
 use std::fmt::{self, Display, Formatter};
 use std::io;
@@ -212,7 +212,7 @@ pub enum Problem {
     Label(String),
     /// A validity has an unknown name.
     Validity(String),
-    /// IMU values stand after a row that had none.
+    /// IMU values follow a row that had none.
     ImuAfterForceOnly,
 
     /// A time is not finite, or too far from zero.
@@ -513,7 +513,7 @@ impl Problem {
         }
     }
 
-    /// Writes what is wrong, after the file and the place: a predicate of the file, or a sentence after a colon.
+    /// Writes the problem, after the file and the position: a predicate of the file, or a sentence after a colon.
     fn write(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unreadable(source) => write!(f, " cannot be read: {source}"),
@@ -662,7 +662,7 @@ impl Problem {
         }
     }
 
-    /// Writes what comes after the hint.
+    /// Writes the part after the hint.
     fn write_end(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownFormat { mapping: Some(mapping) } => {

@@ -126,11 +126,10 @@ impl Opened {
         self.store_as(input_options, None)
     }
 
-    /// As [`Self::store_all`]; `foot` is the name of an only foot, in place of the one in the file, by which its settings
+    /// As [`Self::store_all`]. `foot` replaces the name in the file of an only foot, and selects the settings that
     /// apply.
     ///
-    /// # Errors
-    /// The errors of [`Self::store_all`].
+    /// # Errors The errors of [`Self::store_all`].
     pub fn store_as(
         self,
         input_options: &InputOptions,

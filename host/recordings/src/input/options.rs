@@ -31,7 +31,7 @@ pub struct InputOptions {
 }
 
 impl InputOptions {
-    /// Correction of a foot with these names: its own, else that of all.
+    /// Correction of a foot with these names: its own, else that of all feet.
     #[must_use]
     pub fn correction_of(&self, names: &[&str]) -> &Correction {
         let mut own = self.foot_corrections.iter();
@@ -100,8 +100,8 @@ impl ContactUse {
     }
 }
 
-/// Returns a notice about the given options that change an estimate and nothing else, for a file whose estimates are
-/// its contacts; `None` without such an option.
+/// Returns a notice about given options that only change an estimate, for a file whose contacts are its estimates;
+/// `None` without such an option.
 #[must_use]
 pub fn without_effect(file: &str, options: &[&str]) -> Option<Notice> {
     let named = options.join(", ");
@@ -120,12 +120,12 @@ const ALL: &str = "all";
 pub struct BagOptions {
     /// Topics of the feet.
     pub topics: Topics,
-    /// Topics that are left out; `*` stands for any text.
+    /// Topics that are left out; `*` matches any text.
     pub excluded: Vec<String>,
-    /// Frames (`header.frame_id`) of the feet, where one topic has those of several; empty for all.
+    /// Frames (`header.frame_id`) of the feet, if one topic has those of several; empty for all.
     pub frames: Vec<String>,
-    /// Topics of their loads, in the same order: empty, one for each foot, or a single one in which `{foot}` stands for the
-    /// name of each.
+    /// Topics of their loads, in the same order: empty, one for each foot, or a single one in which `{foot}` is
+    /// replaced by the name of each.
     pub loads: Vec<LoadTopic>,
     /// Other names of feet.
     pub renames: Vec<Rename>,
@@ -162,7 +162,7 @@ impl BagOptions {
     }
 }
 
-/// Returns whether a pattern in which `*` stands for any text is this name; a leading `/` may be left out.
+/// Returns whether a name matches a pattern, in which `*` matches any text. A leading `/` is optional.
 fn matches(pattern: &str, name: &str) -> bool {
     let pattern = absolute(pattern);
     let mut parts = pattern.split('*');

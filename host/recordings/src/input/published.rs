@@ -18,9 +18,9 @@
 //! `Fz ax ay az wx wy wz`, raw force, g, °/s, gravity included. The IMU was read at about 70 Hz
 //! and its values repeated to nominally 250 Hz; repeats count as samples, as in the paper.
 //!
-//! Force and IMU come from two logs that were joined column by column: row *n* of one is not related to row *n* of
-//! the other, and the force log is longer, so that the last rows have force alone. Both logs show the same trot,
-//! which yields their alignment:
+//! Force and IMU come from two logs that were joined column by column: row *n* of one is not related to row *n* of the
+//! other. The force log is longer, so the last rows have only a force. Both logs show the same trot, which gives their
+//! alignment:
 //!
 //! * The step period (lag of the autocorrelation's third peak, over 3) is 336.3, 336.7 and 336.7
 //!   force rows and 176.7, 177.3 and 179.7 IMU rows on mattress, normal and slippery ground:
@@ -109,9 +109,9 @@ pub const FORCE_ROWS_PER_IMU_ROW: f64 = 1.9;
 /// the force signal would look the same.
 pub const FORCE_LEAD_ROWS: f64 = 50.0;
 
-/// Acceleration, in g, from which a GO1 sample counts as saturated. The range is ±4 g and no reading exceeds
-/// 3.9996, but impacts reach that limit while few readings are exactly at it: so the last 2.5 % of the range count
-/// as saturated, too.
+/// Acceleration, in g, from which a GO1 sample counts as saturated. The range is ±4 g and no reading exceeds 3.9996.
+/// Impacts reach that limit, but few readings are exactly at it. So the last 2.5 % of the range also count as
+/// saturated.
 pub const CLIPPING_G: f64 = 3.9;
 
 /// Units of its IMU columns.

@@ -1,26 +1,27 @@
 //! Rate and order of the times of rows.
 //!
 //! The sample rate of a `csv` is that of the times between its rows, or the given one. Times that are not in order are
-//! repaired: the fewest possible rows are left out, all rows are spaced by their mean rate, or they are smoothed (`smooth`).
+//! repaired: the fewest possible rows are left out, all rows are spaced by their mean rate, or the times are smoothed
+//! (`smooth`).
 
 use std::collections::HashMap;
 
 use crate::input::error::{InputError, Problem};
 
-/// Largest deviation of a given sample rate from that of the times, as a fraction: the clock of a sensor may be wrong by
-/// some percent, and a rate in another unit is far outside.
+/// Largest deviation of a given sample rate from that of the times, as a fraction. The clock of a sensor may be wrong
+/// by some per cent; a rate in another unit is far outside.
 const RATE_TOLERANCE: f64 = 0.1;
 
 /// The same where times scatter: a true rate lies within it, one in another unit far outside.
 const SCATTERED_TOLERANCE: f64 = 0.2;
 
-/// Share of steps of less than half the usual one from which times scatter: they are times of arrival.
+/// Share of steps shorter than half the usual step from which times scatter, because they are times of arrival.
 const SCATTERED_SHARE: f64 = 0.05;
 
 /// Multiple of the usual step from which a step is a gap in times that scatter.
 const GAP_STEPS: u64 = 20;
 
-/// Most periods that a step may count as; a longer one is a gap, of which the number is not certain.
+/// Maximum number of periods in a step. A longer step is a gap, whose number of periods is uncertain.
 const MOST_PERIODS: u64 = 3;
 
 /// Sample rate in Hz on which times and hint agree.
@@ -108,11 +109,14 @@ struct Measured {
 
 /// Rate of the steps between rows, gaps excluded.
 ///
-/// Rows may be displaced by up to a fraction of a period, like samples that wait for a sensor with its own clock.
-/// The rate is the inverse of the mean period, with an uncertainty given by the displacement of the rows; the
-/// roundest rate within it is chosen. A step is one period where no row can be missing, so that a late row, whose step is long
-/// and the next one short, changes nothing; a longer one counts as the nearest number of periods. Where times scatter, each step is a period, and a gap only if it is many times
-/// as long as the usual one: without the short and the long ones the mean would be that of the middle.
+/// Rows may be displaced by up to a fraction of a period, like samples that wait for a sensor with its own clock. The
+/// rate is the inverse of the mean period, with an uncertainty given by the displacement of the rows. The roundest rate
+/// within it is chosen.
+///
+/// A step is one period if no row can be missing. A late row, whose step is long and whose next step is short, then
+/// changes nothing. A longer step counts as the nearest number of periods. If times scatter, each step is a period, and
+/// a step is a gap only if it is many times as long as the usual one. Without the short and the long steps the mean
+/// would be that of the middle.
 fn measured_rate(steps: &Steps) -> Option<Measured> {
     let mut sorted = steps.sorted();
     let median = median(&sorted)?;
@@ -120,7 +124,7 @@ fn measured_rate(steps: &Steps) -> Option<Measured> {
     let short: u64 = sorted.iter().filter(is_short).map(|(_, count)| count).sum();
     let scatters = short as f64 >= SCATTERED_SHARE * steps.total() as f64;
     let periods_of = |step: u64| {
-        // As the estimator: a row that is up to three quarters of a period late is no missing one.
+        // As in the estimator, a row that is up to three quarters of a period late is not a missing one.
         let is_one = scatters || 4 * step < 7 * median;
         if is_one { 1 } else { (step + median / 2) / median.max(1) }
     };
@@ -175,8 +179,8 @@ pub(super) fn longest_increase(times_us: &[i64]) -> Vec<bool> {
     kept
 }
 
-/// Number of rows that are left out because their stamps jitter: each is in the wrong order, not repeated, and near the
-/// rows around it.
+/// Number of rows that are left out because their stamps jitter: each is in the wrong order, not repeated, and close to
+/// the rows around it.
 pub(super) fn jittering(times_us: &[i64], kept: &[bool]) -> usize {
     let mut steps = Steps::default();
     let mut newest_us = None;
@@ -223,7 +227,7 @@ pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
     let mut is_after_jump = false;
     for step in steps() {
         let size = step.unsigned_abs();
-        // Rows that come at once after a jump were delayed: the jump is as long as they took.
+        // Rows that arrive at once after a jump were delayed. The jump is as long as they took.
         is_after_jump = size > jump || (is_after_jump && size < usual / 4);
         if !is_after_jump {
             span += step;
@@ -279,7 +283,7 @@ impl Steps {
     }
 }
 
-/// Median step, µs; of an even number the later of the two middle ones; `None` if there are no steps.
+/// Median step, µs; for an even number the later of the two middle ones; `None` without steps.
 pub(crate) fn median(sorted: &[(u64, u64)]) -> Option<u64> {
     let total: u64 = sorted.iter().map(|(_, count)| count).sum();
     let mut before = 0;

@@ -25,7 +25,7 @@ const LONGEST_STALL_US: f64 = 10.0e6;
 
 /// Result of smoothing.
 pub(super) struct Smoothed {
-    /// Time of each row, µs; `None` of a row that is left out because its part of the recording lies in another's time.
+    /// Time of each row, µs; `None` for a row left out because its part of the recording overlaps another.
     pub(super) times_us: Vec<Option<i64>>,
     /// Rate of the rows between gaps, Hz.
     pub(super) rate: f64,
@@ -45,7 +45,7 @@ pub(super) fn smoothed(stamps_us: &[i64]) -> Option<Smoothed> {
         let parts = parts(&mut displacements, period_us, usual.gap_us);
         (displacements, parts)
     };
-    // The usual period leaves out the pause of a receiver, but not the rows that came at once after it.
+    // The usual period ignores the pause of a receiver, but not the rows that arrived at once after it.
     let (displacements, parts) = displaced(usual.period_us);
     let period_us = usual.period_us + drift(&displacements, &parts);
     let (displacements, parts) = displaced(period_us);
@@ -129,8 +129,8 @@ impl Usual {
     }
 }
 
-/// Parts between gaps. There is no gap where rows waited for the receiver and then came at once, nor where a row has a wrong
-/// stamp: they get the displacement of the rows before.
+/// Parts between gaps. Rows that waited for the receiver and then arrived at once are not a gap, nor is a row with a
+/// wrong stamp: they get the displacement of the rows before.
 fn parts(displacements: &mut [f64], period_us: f64, gap_us: f64) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let mut start = 0;

@@ -1,4 +1,4 @@
-//! Result of reading a file: a recording whose samples are in a [`Spool`], and the rows that it is made of as they are read.
+//! Result of reading a file: a recording whose samples are in a [`Spool`], and its rows while they are read.
 
 use std::io;
 
@@ -47,7 +47,7 @@ pub struct About {
     pub repairs: Repairs,
     /// Calibration and mounting of the sensor that are applied to the samples.
     pub correction: Correction,
-    /// Times of the file's clock and those of writing, µs: some samples of a bag, in order.
+    /// Times of the file's clock and of writing, µs, for some samples of a bag, in order.
     pub anchors_us: Vec<(i64, i64)>,
 }
 
@@ -58,8 +58,8 @@ impl About {
         Self { name, sample_rate, gravity, ..Self::default() }
     }
 
-    /// Time at which a sample was written to its bag, µs; `time_us` is that of the file's clock, and the result where
-    /// no other is known.
+    /// Time at which a sample was written to its bag, µs. `time_us` is that of the file's clock, and the result if no
+    /// other time is known.
     #[must_use]
     pub fn written_us(&self, time_us: i64) -> i64 {
         let after = self.anchors_us.partition_point(|(time, _)| *time <= time_us);
@@ -82,8 +82,8 @@ impl About {
         }
     }
 
-    /// Names by which settings of single feet apply: [`Self::foot_or_name`], and for the only foot that is read from a
-    /// bag each part of its topic.
+    /// Names by which settings of single feet apply: [`Self::foot_or_name`], and for the only foot read from a bag each
+    /// part of its topic.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let address = self.address.as_deref().filter(|_| self.foot.is_none());
@@ -157,8 +157,8 @@ impl Stored {
         Self { about, spool, timing, contacts: None }
     }
 
-    /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
-    /// nothing, if they are fewer than two.
+    /// Makes these contacts the estimates, and describes them instead of the samples. If there are fewer than two,
+    /// returns false and changes nothing.
     pub(super) fn use_contacts(&mut self, contacts: Contacts) -> bool {
         let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
             return false;
@@ -172,7 +172,7 @@ impl Stored {
         true
     }
 
-    /// Creates the recording of a foot without samples, of which these contacts are known; `None` of fewer than two.
+    /// Creates the recording of a foot that has these contacts but no samples; `None` for fewer than two contacts.
     #[must_use]
     pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
         let about = About { foot, ..About::new(name, 1.0, Gravity::Included) };
@@ -229,8 +229,8 @@ impl Stored {
         Ok(Self::new(about, spool, Timing::Stored))
     }
 
-    /// Time of the file's clock at the first sample, µs, and samples per second: those of [`Self::samples`], also where
-    /// contacts are described in their place.
+    /// Time of the file's clock at the first sample, µs, and samples per second. They are those of [`Self::samples`],
+    /// even if contacts are described instead.
     #[must_use]
     pub const fn clock_of_samples(&self) -> (i64, f32) {
         match &self.contacts {
@@ -429,7 +429,7 @@ impl Repairs {
     }
 }
 
-/// Share of rows in the wrong order by jitter from which times are smoothed, not left out.
+/// Share of rows in the wrong order by jitter from which times are smoothed instead of left out.
 const MOST_JITTERING: f64 = 0.01;
 
 /// Sentence about the gaps between smooth times.
@@ -442,8 +442,8 @@ fn smoothed_notice(file: &str, gaps: usize) -> Option<Notice> {
     Some(Notice::from(text))
 }
 
-/// Age up to which a load that has a stream of its own is valid, µs: half of the shortest stance of a walking robot.
-/// It must arrive at 10 Hz or more.
+/// Age up to which a load with its own stream is valid, µs: half of the shortest stance of a walking robot. It must
+/// arrive at 10 Hz or more.
 pub(super) const OLDEST_LOAD_US: u64 = 100_000;
 
 /// Load of a number; `None` if it is not finite, which marks an unknown load.
@@ -537,7 +537,7 @@ impl Rows {
         Self { times, ..Self::default() }
     }
 
-    /// Appends a row; `clock_us` is the time of the file's clock, given for all rows or for none.
+    /// Appends a row. `clock_us` is the time of the file's clock, given for all rows or for none.
     pub(super) fn push(
         &mut self,
         clock_us: Option<i64>,
@@ -629,10 +629,9 @@ impl Rows {
         Ok(Stored::new(about, self.spool, timing))
     }
 
-    /// Leaves out the rows whose times do not advance; returns the flags of those that are kept.
+    /// Leaves out the rows whose times do not advance. Returns a flag for each row: whether it is kept.
     ///
-    /// # Errors
-    /// The times jitter, so that good rows would be left out.
+    /// # Errors The times jitter, so that good rows would be left out.
     fn drop_bad(&mut self) -> Result<Vec<bool>, Problem> {
         let kept = longest_increase(&self.unordered_us);
         let (rows, of) = (jittering(&self.unordered_us, &kept), kept.len());

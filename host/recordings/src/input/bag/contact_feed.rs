@@ -1,4 +1,4 @@
-//! Contacts that feet sent, on topics beside those of their samples, as `footfall record` writes them.
+//! Contacts sent by feet, on topics next to those of their samples, as `footfall record` writes them.
 //!
 //! | topic | message | content |
 //! |---|---|---|

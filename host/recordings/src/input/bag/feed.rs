@@ -1,7 +1,7 @@
 //! Converts the messages of one IMU into the rows of a recording.
 //!
-//! Beside the samples are data for which `sensor_msgs/msg/Imu` has no field: validity and label, on topics
-//! of their own. Their messages precede the sample that they belong to and have its time.
+//! `sensor_msgs/msg/Imu` has no field for validity and label. These are on their own topics. Their messages precede
+//! their sample and have its time.
 //!
 //! | topic | message | topic of the samples |
 //! |---|---|---|
@@ -26,7 +26,7 @@ use crate::samples::{Label, RecordedSample, validity_of_name};
 /// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
 const FOLLOWS_US: u64 = 1_000;
 
-/// Samples of an IMU: those of a topic, or those of a topic that have the same frame.
+/// Samples of an IMU: those of a topic, or those of a topic with the same frame.
 pub(super) struct Feed {
     pub(super) topic: String,
     /// `None` before the first message that is decoded.
@@ -102,7 +102,7 @@ impl Feed {
         }
         if stamp_us.is_some() && !self.has_stamps {
             self.has_stamps = true;
-            // Both clocks begin at 0 where a recording without a date was played: the first stamp is a time.
+            // Both clocks begin at 0 if a recording without a date was played, so the first stamp is a valid time.
             let began_at_0 = self.messages == 2 && self.log_us.is_some_and(|(first, _)| first == 0);
             if !began_at_0 {
                 // Earlier messages had no stamps, so their times are those of another clock.

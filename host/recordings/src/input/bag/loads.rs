@@ -44,7 +44,7 @@ pub(super) fn loads(
     }
 }
 
-/// Names of feet as recordings have them; that of an only foot is the last part of its topic that does not name a sensor.
+/// Names of feet in the recording. The name of an only foot is the last part of its topic that does not name a sensor.
 fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> Vec<String> {
     let is_shared = |topic: &str| all.iter().filter(|(other, _)| other == topic).count() > 1;
     let address = |(topic, frame): &ImuKey| {
@@ -283,8 +283,8 @@ impl LoadSeries {
         }
     }
 
-    /// Last value at or before a sample, by its stamp where the load has stamps, too, else by the time at which it was
-    /// written: not finite if it marks an unknown load; `None` if there is none, or if it is older than
+    /// Last value at or before a sample. Values are compared by stamps if the load has stamps, else by their times of
+    /// writing. Not finite if the value marks an unknown load; `None` without a value, or if it is older than
     /// [`OLDEST_LOAD_US`].
     pub(super) fn at(&self, stamp_us: Option<i64>, log_us: i64) -> Option<f32> {
         let (values, time_us) = match (&self.by_stamp, stamp_us) {

@@ -1,4 +1,4 @@
-//! Messages of a bag, as they are stored, and decoded.
+//! Messages of a bag, as stored and decoded.
 //!
 //! A message of ROS 2 is CDR in either byte order, optionally compressed. The first four bytes give the encoding of the rest
 //! (DDSI-RTPS 2.5, section 10.5): 0 and 1 are plain CDR, big and little endian. rosbag2 may compress each message with zstd;
@@ -46,7 +46,7 @@ pub struct Schema {
 pub struct MessageTimes {
     /// Time at which it was written, ns.
     pub log_ns: i64,
-    /// Time at which it was sent, ns; that of writing where the storage keeps one time.
+    /// Time at which it was sent, ns; that of writing if the storage has only one time.
     pub publish_ns: i64,
     /// Number given by its sender, where the storage keeps it.
     pub sequence: Option<u32>,
@@ -158,7 +158,7 @@ pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, 
     }
 }
 
-/// Reads the first fields of a message, whatever follows; the error is half a sentence.
+/// Reads the first fields of a message and ignores the rest. The error is half a sentence.
 pub(super) fn decode_start<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
     let decoded = content(payload)?.decode();
     decoded.map(|(start, _)| start).map_err(|error| error.to_string())

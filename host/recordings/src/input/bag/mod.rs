@@ -1,9 +1,9 @@
-//! Bags of ROS 2: `sensor_msgs/msg/Imu` by topic and frame, one foot per topic, or per frame of a topic; and six axes
-//! of messages of any type that are named.
+//! Bags of ROS 2: `sensor_msgs/msg/Imu` by topic and frame, one foot per topic, or per frame of a topic. Also six named
+//! axes of messages of any type.
 //!
 //! | step | file |
 //! |---|---|
-//! | a message, its topic and type as they are stored, and decoded from CDR | `messages` |
+//! | a message, its topic and type, as stored and decoded from CDR | `messages` |
 //! | numbers in messages of any type, by the definition of the type | `definition` |
 //! | visiting the messages of all topics; a copy of them | `visit`, over `mcap` and `rosbag2` |
 //! | which topics are feet, and the names of the feet | `selection` |
@@ -11,8 +11,8 @@
 //! | samples of the feet: the second reading | `reader`, a `feed` for each IMU |
 //! | contacts of feet, from topics beside that of the samples | `contact_feed` |
 //!
-//! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
-//! memory is that of the longest record and of the loads.
+//! A bag is read once, or twice if it has loads, which may be stored after the samples that they belong to. The memory
+//! required is that of the longest record and of the loads.
 
 mod contact_feed;
 mod definition;
@@ -168,7 +168,7 @@ fn of_contacts_alone(
     Ok(recordings)
 }
 
-/// Sentences on the contacts in a bag of `feet` feet: those on the topics `used`, and all others where a foot has none.
+/// Sentences on the contacts in a bag of `feet` feet: on the topics `used`, and on the others if a foot has none.
 fn contact_notices(
     file: &str,
     topics: Vec<String>,

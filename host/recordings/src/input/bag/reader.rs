@@ -77,7 +77,7 @@ impl Visitor for Reader<'_> {
         let is_same = |feed: &Feed| feed.topic == channel.topic;
         let Some(first) = self.feeds.iter().position(is_same) else {
             self.sidecar.take(channel, log_ns, payload);
-            // Contacts come only if they are read: see `channel`.
+            // Contacts arrive only if they are read: see `channel`.
             let taken = self.contacts.take(channel, log_ns, payload);
             return taken.map_err(|source| InputError::spool(self.file, source));
         };

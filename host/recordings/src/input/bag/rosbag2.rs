@@ -19,7 +19,7 @@ use crate::input::open::ContainerFile;
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";
 
-/// Columns of the table `topics` beside those that every bag has, and their names in MCAP. Source: `mcap_storage.cpp` of
+/// Columns of the table `topics` that not every bag has, and their names in MCAP. Source: `mcap_storage.cpp` of
 /// <https://github.com/ros2/rosbag2>.
 const PROPERTIES: [(&str, &str); 2] = [
     ("offered_qos_profiles", "offered_qos_profiles"),

@@ -7,13 +7,13 @@ use crate::input::error::{InputError, Problem};
 use crate::input::options::{BagOptions, InputOptions, Topics, is_among};
 use crate::ros::Imu;
 
-/// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
+/// Maximum frames of one topic: enough for the feet of any robot and other IMUs.
 pub(super) const MOST_FRAMES: usize = 64;
 
 /// Topic, or part of its messages, and frame of an IMU.
 pub(super) type ImuKey = (String, String);
 
-/// Key that sorts feet as they are selected: by topic, then by frame; by name where none are named.
+/// Sort key of feet in the order of their selection: by topic, then by frame; by name if none are named.
 pub(super) fn order(
     bag: &BagOptions,
     topic: &str,
@@ -74,8 +74,8 @@ pub(super) fn described(channel: &Channel) -> String {
     }
 }
 
-/// Returns the names of feet with those that the options give them; a foot is meant by its name, by its topic, or by a part
-/// of that.
+/// Returns the names of feet, with those given by the options. An option identifies a foot by its name, its topic, or a
+/// part of that.
 pub(super) fn renamed(
     names: &[Option<String>],
     topics: &[String],
@@ -113,8 +113,8 @@ pub(super) fn renamed(
 /// Words in those parts of addresses that name a sensor and not a foot.
 const SENSORS: [&str; 3] = ["imu", "data", "raw"];
 
-/// Names of the selected IMUs as feet, by the addresses of all IMUs in the bag. An IMU that is selected alone has a name
-/// where the bag has others, so that a foot has one name whichever others are read.
+/// Names of the selected IMUs as feet, by the addresses of all IMUs in the bag. Even an IMU that is the only one
+/// selected has a name if the bag has others, so that the name of a foot does not depend on the others read.
 pub(super) fn names_of(selected: &[String], all: &BTreeSet<String>) -> Vec<Option<String>> {
     match selected {
         [only] if all.len() > 1 => vec![of_several(only, all)],
@@ -123,7 +123,8 @@ pub(super) fn names_of(selected: &[String], all: &BTreeSet<String>) -> Vec<Optio
     }
 }
 
-/// Name of an IMU among several: its distinct part, if that is one word and not that of a sensor; else [`last_word`].
+/// Name of an IMU among several: its distinct part, if that is one word and not the name of a sensor; else
+/// [`last_word`].
 fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
     let all: Vec<String> = all.iter().cloned().collect();
     let mut named = all.iter().zip(names(&all));

@@ -80,7 +80,7 @@ pub fn copy_merged(
     if let [path] = paths {
         return copy(path, &mut |channel, times, payload| receiver(0, channel, times, payload));
     }
-    // Each bag is read by a thread of its own, which waits while the others are behind.
+    // A thread reads each bag, and waits while the others are behind.
     thread::scope(|scope| {
         let mut bags: Vec<_> = paths
             .iter()

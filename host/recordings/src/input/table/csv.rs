@@ -14,8 +14,8 @@
 //! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 10 %.
 //!
 //! Tables of other origin are read by their names for these columns, listed in `names`, or by a
-//! [`Mapping`](super::options::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
-//! belongs to another signal: it is left out and counted. Times may be dates with times as in ISO 8601.
+//! [`Mapping`](super::options::Mapping). In these tables a blank cell of an axis is NaN. A row without any axis belongs
+//! to another signal, and is left out and counted. Times may be dates with times as in ISO 8601.
 
 use std::borrow::Cow;
 
@@ -84,7 +84,7 @@ pub(super) struct Intake<'a> {
     columns: Columns,
     rows: Rows,
     time: Option<TimeColumn>,
-    /// Newest load and its time, µs, of a table in which the load has rows of its own.
+    /// Newest load and its time, µs, for a table in which the load has its own rows.
     load: Option<(i64, f64)>,
     /// Rows with a load alone.
     load_rows: usize,
@@ -219,8 +219,8 @@ impl<'a> Intake<'a> {
 /// Plausible rates of sensors, Hz.
 const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
 
-/// Checks the rate of times taken for times since 1970 by their size: an error if the rate is plausible only in a
-/// smaller unit. A clock that counts from the start of a computer may show similar values.
+/// Checks the rate of times that were assumed, by their size, to be times since 1970. It is an error if the rate is
+/// plausible only in a smaller unit. A clock that counts from the start of a computer may show similar values.
 fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> {
     let is_plausible = |other: &TimeUnit| {
         let faster = other.per_second() / unit.per_second();
@@ -278,7 +278,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Parses a header, in which no column is known if it holds numbers.
+    /// Parses a header. No column is known if the header holds numbers.
     fn from_header(header: &Row) -> Self {
         let mut columns = Self::default();
         if header.cells().any(|name| name.parse::<f64>().is_ok()) {
@@ -359,7 +359,7 @@ impl Columns {
         axes.all(|index| row.is_blank(*index))
     }
 
-    /// Load of a row, N, which may be not a number; `None` if it is blank.
+    /// Load of a row, N, which may be NaN; `None` if it is blank.
     pub(super) fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
         self.force.map_or(Ok(None), |index| row.optional(index, "force"))
     }

@@ -18,7 +18,7 @@ use crate::input::table::reader::{Row, Table};
 /// Name of the nanoseconds of a stamp whose seconds are `t`.
 pub(super) const NANOSECONDS: &str = "t.nanosec";
 
-/// Number of words in the first row from which a table has a header, whatever the words.
+/// Number of words in the first row from which that row is a header, whatever the words.
 const LEAST_WORDS: usize = 6;
 
 /// Number of axes of a recording.
@@ -29,7 +29,7 @@ const AXES: usize = 6;
 pub(super) enum Blanks {
     /// Error: a table of ours has no blank cells.
     Refused,
-    /// Not a number; a row without any other value belongs to another signal and is left out.
+    /// NaN. A row without any other value belongs to another signal and is left out.
     NotANumber,
 }
 

@@ -274,8 +274,8 @@ pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
     })
 }
 
-/// Complete mapping of each of several sensors, whose axes `triple` were found more than once in a header: with those of
-/// the other kind whose names begin alike. A kind with our names in the header is left out.
+/// Complete mapping of each of several sensors, whose axes `triple` were found more than once in a header. Each
+/// includes the axes of the other kind whose names begin alike. A kind that has our names in the header is left out.
 pub(super) fn choices(triple: Triple, found: &[[usize; 3]], names: &[String]) -> Vec<Mapping> {
     let other = match triple {
         Triple::Acceleration => Triple::Rate,

@@ -272,7 +272,7 @@ crate::named! {
     /// Treatment of times that are not in order.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Times {
-        /// Times are kept unchanged; one that does not advance is an error.
+        /// Times are kept unchanged. A time that does not advance is an error.
         #[default]
         Keep = "keep",
         /// The fewest possible rows are left out so that times advance: duplicates, steps back, single rows far ahead.

@@ -150,9 +150,9 @@ impl Table {
         }
     }
 
-    /// Line of the row just read. The position in a record is not usable: it is the start of the blank lines
-    /// before the record. The reader, however, is right after the row's line feed, which the last row has, too,
-    /// because one is appended to the file.
+    /// Line of the row just read. The position in a record is not usable: it is the start of the blank lines before the
+    /// record. The reader, however, is right after the row's line feed. The last row has one as well, because one is
+    /// appended to the file.
     fn line(&self) -> u64 {
         self.reader.position().line() - 1
     }

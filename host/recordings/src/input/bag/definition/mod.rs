@@ -1,7 +1,7 @@
 //! Layout of the messages of a type, from its definition in the bag, and the numbers in a message.
 //!
-//! A definition (`ros2msg`) is parsed into records of fields. A name such as `imu_state.accelerometer[0]` is a path through
-//! them, and the numbers of a message in CDR are found by walking through all of it.
+//! A definition (`ros2msg`) is parsed into records of fields. A name such as `imu_state.accelerometer[0]` is a path
+//! through them. The numbers of a message in CDR are found by walking through all of it.
 //!
 //! Sources: <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>; the concatenation of definitions
 //! is that of <https://mcap.dev/spec/registry#ros2msg>.
@@ -14,8 +14,8 @@ use crate::input::error::first_of;
 /// Most types within each other.
 const DEEPEST: usize = 32;
 
-/// Largest number of fields that are looked at in a definition or in a message, with those of nested types: a definition
-/// may name each of its types twice.
+/// Largest number of fields visited in a definition or in a message, including those of nested types. A definition may
+/// name each of its types twice.
 const MOST_STEPS: usize = 4_000_000;
 
 /// Layout of a type and of all types in it.
@@ -99,10 +99,9 @@ impl Definition {
         }
     }
 
-    /// Layout of a type: from `text`, its definition in the bag, or from the known ones.
+    /// Layout of a type: from `text`, its definition in the bag, or from the known definitions.
     ///
-    /// # Errors
-    /// Half a sentence on what the definition lacks.
+    /// # Errors Half a sentence on the part that the definition lacks.
     pub(super) fn of(message: &str, text: Option<&str>) -> Result<Self, String> {
         match text.or_else(|| known_text(message)) {
             Some(text) => Self::parse(message, text),
@@ -276,7 +275,7 @@ fn known_text(message: &str) -> Option<&'static str> {
 /// Largest number of names that are listed.
 const MOST_NAMES: usize = 10_000;
 
-/// Way to a part of a message: a field of each record, and the element where it is an array.
+/// Path to a part of a message: a field of each record, and the element if it is an array.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct FieldPath(Vec<Step>);
 
@@ -536,8 +535,8 @@ impl Definition {
 }
 
 /// Bytes for each unit of the length of a `wstring`. Implementations of DDS differ in the size of a character, and in
-/// whether the length counts characters or bytes, which no field of the message says: the right one is that with which
-/// the message is as long as its type.
+/// whether the length counts characters or bytes. No field of the message tells which. With the right one the message
+/// is as long as its type.
 const UNITS: [usize; 3] = [4, 2, 1];
 
 struct Walk<'a> {
