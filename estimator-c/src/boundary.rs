@@ -1,8 +1,8 @@
 //! Functions of the header.
 //!
-//! Each pointer is checked for NULL and alignment before its use. Every bit pattern is a value of the structs behind
-//! the pointers. The caller has to ensure the rest: a pointer that is neither NULL nor misaligned points to as much
-//! memory as the header says, and no two calls use one estimator at a time.
+//! Each pointer is checked for NULL and alignment before its use. Every bit pattern is a valid value of the structs
+//! behind the pointers. The caller has to ensure the rest: a pointer that is neither NULL nor misaligned points to as
+//! much memory as the header states, and no two calls use one estimator at a time.
 
 use core::ffi::{CStr, c_char, c_void};
 use core::mem::MaybeUninit;
@@ -151,7 +151,7 @@ pub unsafe extern "C" fn footfall_estimator_update(
     number(update())
 }
 
-/// Spreads the times of samples that were read at once.
+/// Spreads the timestamps of samples that were read at once.
 ///
 /// # Safety
 /// As the header says: `estimator` is NULL or points to one, `samples` is NULL or points to `count` samples.

@@ -2,7 +2,7 @@
 
 use core::ffi::CStr;
 
-/// Reason for which a call was rejected; 0 stands for success.
+/// Reason why a call was rejected; 0 means success.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Error {

@@ -7,7 +7,8 @@ use estimator_core::{
 
 use crate::error::Error;
 
-/// `footfall_learnt`: state learnt from a foot, in the order of [`Learnt::to_words`]. That of `Default` is rejected.
+/// `footfall_learnt`: state learnt from a foot, in the order of [`Learnt::to_words`]. The value of `Default` is
+/// rejected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct CLearnt {

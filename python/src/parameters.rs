@@ -73,7 +73,7 @@ impl SettingsArguments {
 }
 
 impl Settings {
-    /// Checks that there are no settings of single feet: arrays do not name their foot.
+    /// Checks that there are no settings of single feet, because arrays do not name their foot.
     pub(crate) fn of_unnamed_foot(self) -> PyResult<Self> {
         let mut feet = self.input_options.foot_corrections.keys();
         match feet.next() {

@@ -526,7 +526,7 @@ struct Bus { void beginTransmission(uint8_t); size_t write(uint8_t); uint8_t end
 extern Bus Wire;
 ";
 
-/// A stand-in for both libraries: a sensor on its bus that scales by its register, as the part does, while its library
+/// Test double for both libraries: a sensor on its bus that scales by its register, as the part does, while its library
 /// scales by ±4 g; and an estimator that prints its samples.
 const STAND_IN: &str = "#include <stdio.h>
 #include \"Arduino_LSM6DSOX.h\"

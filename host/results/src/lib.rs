@@ -58,8 +58,8 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Creates a measurement without figures. `name` is that of its file without `.json`, `what` says in a sentence what
-    /// is measured.
+    /// Creates a measurement without figures. `name` is that of its file without `.json`; `what` describes in a
+    /// sentence what is measured.
     #[must_use]
     pub fn new(name: &'static str, what: &'static str) -> Self {
         Self {
@@ -126,11 +126,10 @@ impl Measurement {
         }
     }
 
-    /// Checks the same if the stored figures are of this program; of another program, prints what differs. With
+    /// Checks the same if the stored figures belong to this program. For another program, prints the differences. With
     /// `FOOTFALL_UPDATE=1` in the environment the figures are written instead.
     ///
-    /// # Panics
-    /// If figures of this program differ by more than their tolerance, or a file cannot be read or written.
+    /// # Panics If figures of this program differ by more than their tolerance, or a file cannot be read or written.
     pub fn assert_reproduced(&self) {
         if let Err(problem) = self.compare(false) {
             panic!("{problem:#}");
@@ -450,10 +449,9 @@ impl<'a> Figures<'a> {
         self.json[key].as_f64().with_context(|| format!("{} has no number `{key}`", self.place))
     }
 
-    /// A number, or nothing where it is null.
+    /// A number, or `None` if it is null.
     ///
-    /// # Errors
-    /// There is neither under this key.
+    /// # Errors The key has neither.
     pub fn optional(&self, key: &str) -> Result<Option<f64>> {
         match self.json.get(key) {
             Some(Value::Null) => Ok(None),
@@ -502,11 +500,10 @@ impl<'a> Figures<'a> {
     }
 }
 
-/// Digest of an ELF: the first bytes of the SHA-256 of addresses and contents that are loaded. The header in front of a
-/// program is left out, as it contains the commit.
+/// Digest of an ELF: the first bytes of the SHA-256 of the addresses and contents that are loaded. It excludes the
+/// header in front of a program, because that contains the commit.
 ///
-/// # Errors
-/// It is not an ELF for Arm.
+/// # Errors It is not an ELF for Arm.
 pub fn digest(elf: &[u8]) -> Result<String> {
     let mut segments = segments(elf)?;
     segments.sort_unstable();
@@ -626,8 +623,8 @@ pub fn refuse_older() -> Result<()> {
     Ok(())
 }
 
-/// Results that were measured on other programs than those that are built now: names, digests, and the command that
-/// measures again.
+/// Results that were measured on other programs than the present builds: names, digests, and the command that repeats
+/// the measurement.
 fn older() -> Result<Vec<String>> {
     let mut older = Vec::new();
     for result in Stored::all()? {

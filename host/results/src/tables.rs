@@ -65,7 +65,7 @@ pub fn blocks() -> Result<Vec<Block>> {
         let mut text = render(&result)?;
         // The first screen links to the evaluation, which names the commit.
         if page != README {
-            // A line behind a table needs a blank one before it, or it would be a row.
+            // A line after a table needs a blank line before it. Otherwise it would be a row.
             text += &format!("\n{}\n", origin(&result, page)?);
         }
         Ok(Block { page, name, text })
@@ -110,7 +110,7 @@ impl Table {
     }
 }
 
-/// A number with a fixed number of decimals; a dash where there is none.
+/// A number with a fixed number of decimals; a dash if there is none.
 fn fixed(figures: &Figures, key: &str, decimals: usize) -> Result<String> {
     let number = figures.optional(key)?;
     Ok(number.map_or_else(|| "–".to_owned(), |number| format!("{number:.decimals$}")))

@@ -1,4 +1,4 @@
-//! Every board: its program uses the pins that its table says, and no other program does.
+//! Every board: its program uses the pins of its table, and no other program does.
 
 use crate::common::rig::Rig;
 use crate::common::{products, run};

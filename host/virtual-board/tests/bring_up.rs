@@ -1,4 +1,4 @@
-//! The program that measures a new board: it passes on a healthy one, and names what is wrong with others.
+//! The program that measures a new board passes on a healthy board, and names the defects of others.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -158,7 +158,7 @@ fn part_with_another_scale_and_a_bus_without_nodes_are_named() {
     assert_troubles(&lines(&mut board), &[force, ALONE]);
 }
 
-/// Misreads at 5 MHz alone: the reference board starts there, the Feather at half of it.
+/// Misreads occur only at 5 MHz. The reference board starts there, the Feather at half of it.
 #[test]
 fn fastest_clock_without_error_is_named_and_used() {
     let late = Injection::Sensor(PartFault::SdoDelay { ns: 105 });

@@ -1,6 +1,6 @@
-//! The programs as they are flashed, on emulated boards; the emulator itself; and `serve`, as programs see it.
+//! The flashed programs on emulated boards; the emulator itself; and `serve`, as programs see it.
 //!
-//! The long ones are ignored, and run by `.ci/full boards`.
+//! The long tests are ignored, and run by `.ci/full boards`.
 
 mod common;
 #[cfg(unix)]

@@ -64,7 +64,7 @@ fn every_fault_is_reported_and_recovered_from() {
 }
 
 /// Rows for boards other than the reference board: those that depend on pins, crystal, timer or streams, and one of
-/// each other kind. What the rest depend on is the same on every board.
+/// each other kind. The other rows depend on nothing that differs between the boards.
 const OF_OTHER_BOARDS: &str = "miso-low miso-high spi-dma-error spi-hung sensor-reset no-sensor data-ready-lost data-ready-storm \
     edge-glitches edge-noise clock-fast data-line-late-at-start bus-shorted bus-saturated uart-break uart-dma-error \
     uart-receive-dma-error load-open time-wrap no-crystal crystal-lost hard-fault hang power-cut debugger-halt";

@@ -1,5 +1,5 @@
-//! Every ordered pair of faults, at once and 12 ms apart. `FOOTFALL_PAIRS` in the environment chooses some of them:
-//! those that it names, separated by commas, or with a number N one in N.
+//! Every ordered pair of faults, at once and 12 ms apart. `FOOTFALL_PAIRS` in the environment selects pairs: by names,
+//! separated by commas, or with a number N every N-th.
 
 use crate::common::digest::assert_reproduced_on;
 use crate::common::product;

@@ -1,5 +1,5 @@
-//! Tables of the boards in the documents come from their `pins.toml`, by which this virtual board is wired too, and
-//! their pictures show its wires.
+//! The documents' tables of the boards come from their `pins.toml`, from which this virtual board is wired as well.
+//! Their pictures show its wires.
 
 use std::collections::BTreeSet;
 
@@ -57,7 +57,7 @@ fn markdown(columns: &[(&str, &str)], rows: &[&Table]) -> String {
     text
 }
 
-/// The page's blocks: wires, what else the parts need, what to buy, sources.
+/// The page's blocks: wires, other needs of the parts, parts to buy, sources.
 fn blocks(pins: &Pins) -> [(&'static str, String); 4] {
     let wires = pins.rows("wire");
     // A board on sale prints labels; of a bare chip the pins of the package count.

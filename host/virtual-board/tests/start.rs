@@ -71,8 +71,8 @@ fn any_wrong_crystal_is_measured_reported_and_not_used() {
     }
 }
 
-/// Asserts that a board with a crystal of `khz` measures; that it joins the bus if that is its crystal, and otherwise
-/// reports the frequency. 0 is none at all.
+/// Asserts that a board with a crystal of `khz` measures it. If it is the board's crystal, the board joins the bus;
+/// otherwise it reports the frequency. 0 means no crystal.
 fn assert_crystal(board: &Wiring, elf: &[u8], corner: Corner, khz: u32) {
     let case = format!("{}, {khz} kHz, {corner:?}", board.name);
     let mut rig = Rig::with(elf, |options| {

@@ -12,8 +12,8 @@ use crate::firmware::{self, Board};
 use crate::install::{self, Tier};
 use crate::{crates, hex, panics, python, release, socketcan};
 
-/// The tests' packages. One selection, so that nothing is compiled twice: features of shared dependencies are those of all
-/// packages together.
+/// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of shared
+/// dependencies are those of all packages together.
 const PACKAGES: [&str; 5] =
     ["--workspace", "--exclude", "board-proofs", "--exclude", "foot-stm32f405"];
 
@@ -23,8 +23,8 @@ const ALL_FEATURES: [&str; 2] = ["--features", "host-tests/full"];
 /// Turns each warning of clippy into an error.
 const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
-/// Makes a missing recording or tool a failure, unless the environment decides. It is set by the gate and by the full
-/// checks; a machine without the recordings of others sets 0, and its tests then name what is missing, and pass.
+/// Makes a missing recording or tool a failure, unless the environment decides. The gate and the full checks set it. On
+/// a machine without the third-party recordings, set it to 0: the tests then report what is missing, and pass.
 const REQUIRE_EVERYTHING: &str = "FOOTFALL_REQUIRE_EVERYTHING";
 
 /// Wall time since the start, in the headings of the parts.
@@ -48,10 +48,9 @@ fn require_everything(step: Step) -> Step {
     step.env(REQUIRE_EVERYTHING, value)
 }
 
-/// Tests every behaviour once: installs what that needs, compiles it, and runs it.
+/// Tests every behaviour once. Installs what the tests need, compiles them, and runs them.
 ///
-/// # Errors
-/// A test fails, or a tool cannot be installed.
+/// # Errors A test fails, or a tool cannot be installed.
 pub fn test() -> Result<()> {
     install::run(Tier::Test)?;
     firmware::build_all()?;
@@ -66,11 +65,10 @@ pub fn test() -> Result<()> {
     results::print_older()
 }
 
-/// Runs the gate: the tests with nothing left unchecked, then format, lints, documentation, the budgets of the boards' programs,
-/// the Python package as it is installed, and the README's first command.
+/// Runs the gate: the tests with nothing left unchecked; then format, lints, documentation, the budgets of the boards'
+/// programs, the installed Python package, and the README's first command.
 ///
-/// # Errors
-/// A check fails.
+/// # Errors A check fails.
 pub fn gate() -> Result<()> {
     let clock = Clock::start();
     clock.heading("format");
@@ -191,10 +189,9 @@ pub fn parts() -> impl Iterator<Item = &'static str> {
     PARTS.iter().map(|(name, _)| *name)
 }
 
-/// Runs the full checks, which take hours: all parts, or those that are named. A part that fails does not stop the others.
+/// Runs the full checks, which take hours: all parts, or the named ones. A part that fails does not stop the others.
 ///
-/// # Errors
-/// A part fails, or no part has a name.
+/// # Errors A part fails, or a name is unknown.
 pub fn full(chosen: &[String]) -> Result<()> {
     if let Some(unknown) = chosen.iter().find(|name| !parts().any(|part| part == **name)) {
         let parts: Vec<&str> = parts().collect();
@@ -208,7 +205,7 @@ pub fn full(chosen: &[String]) -> Result<()> {
         .filter(|(name, _)| chosen.is_empty() || chosen.iter().any(|chosen| chosen == name))
     {
         clock.heading(name);
-        // In a process of its own, whose environment asks for everything.
+        // A separate process, whose environment requires everything.
         let this = env::current_exe()?.display().to_string();
         if let Err(error) = require_everything(Step::program(&this).with(["part", name])).run() {
             eprintln!("error: {error:#}");

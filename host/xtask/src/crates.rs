@@ -1,5 +1,5 @@
-//! Packs the packages that can be published, and checks the packed files alone: a program outside the workspace runs with
-//! them, their own tests pass, and each compiles with the oldest compiler that its manifest names.
+//! Packs the packages that can be published, and checks only the packed files: a program outside the workspace runs
+//! with them, their own tests pass, and each compiles with the oldest compiler that its manifest names.
 
 use std::fmt::Write as _;
 use std::fs;

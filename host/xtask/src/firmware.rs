@@ -1,4 +1,4 @@
-//! The programs for the boards: what is built for them, how large it may be, and the files that are flashed.
+//! Programs for the boards: their builds, their size limits, and the files to be flashed.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -84,8 +84,7 @@ pub fn elf_of(program: &str) -> PathBuf {
 /// Builds all programs that tests run: those of the boards, their bootloaders, the programs that measure new boards,
 /// and the one that checks an emulator.
 ///
-/// # Errors
-/// A program does not build.
+/// # Errors A program does not build.
 pub fn build_all() -> Result<()> {
     for board in Board::all()? {
         build_programs(&board, &[&board.program, &board.bring_up()], &[])?;
@@ -124,7 +123,7 @@ pub fn build_bootloader(board: &Board, arguments: &[String]) -> Result<PathBuf> 
         .with(["--features", &format!("program,{}", board.name)])
         .with(arguments)
         .run()?;
-    // Under a name of its own, so that no board gets that of another.
+    // A distinct name, so that no board gets the bootloader of another.
     let elf = elf_of(&format!("bootloader-{}", board.name));
     fs::copy(built().join("bootloader"), &elf).with_context(|| elf.display().to_string())?;
     Ok(elf)

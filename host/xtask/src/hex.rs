@@ -1,8 +1,9 @@
-//! Writes a program and its bootloader as an Intel HEX file and as a `DfuSe` file, which have only what is flashed.
+//! Writes a program and its bootloader as an Intel HEX file and as a `DfuSe` file. These contain only the bytes to be
+//! flashed.
 //!
-//! A raw binary (`objcopy -O binary`) fills the space between two segments with zeros. The settings lie between bootloader
-//! and program: flashing a raw binary would overwrite them. `DfuSe` (ST's UM0391) is the format that dfu-util sends to
-//! the loader in ROM over USB.
+//! A raw binary (`objcopy -O binary`) fills the space between two segments with zeros. The settings are between
+//! bootloader and program, so flashing a raw binary would overwrite them. `DfuSe` (ST's UM0391) is the format that
+//! dfu-util sends over USB to the loader in ROM.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -17,11 +18,10 @@ use crate::command::root;
 /// Bytes that are flashed, from their address on.
 type Piece = (u32, Vec<u8>);
 
-/// Writes both files beside the ELF of the program. Without a bootloader they have the program alone, for a chip whose
-/// bootloader protects its sectors.
+/// Writes both files next to the ELF of the program. Without a bootloader they contain only the program, for a chip
+/// whose bootloader protects its sectors.
 ///
-/// # Errors
-/// An ELF cannot be read, segments overlap or lie in the settings' pages, or a file cannot be written.
+/// # Errors An ELF cannot be read, segments overlap or are in the settings' pages, or a file cannot be written.
 pub fn run(program: &Path, bootloader: Option<&Path>) -> Result<()> {
     let settings = settings()?;
     let mut pieces = Vec::new();

@@ -1,6 +1,6 @@
 //! Packs the estimator for programs in C: one archive for Arduino, `PlatformIO`, Zephyr, ESP-IDF, `CMake` and pkg-config.
 //!
-//! The archive depends on commit and compiler alone: two clones of a commit give the same bytes.
+//! The archive depends only on commit and compiler: two clones of a commit give the same bytes.
 
 use std::fs::{self, File};
 use std::io::{Cursor, Write as _};
@@ -20,9 +20,10 @@ use crate::firmware;
 #[derive(Clone, Copy)]
 struct Library<'a> {
     target: &'a str,
-    /// CPU and feature of a floating-point unit that the target does not use by itself: `softfp`, which passes numbers in
-    /// the registers of integers and computes in hardware. The compiler calls the feature unstable, as it would change how
-    /// numbers are passed where the target did not fix that; the functions of the header take and return no numbers.
+    /// CPU and feature of a floating-point unit that the target does not use by default. This is `softfp`, which passes
+    /// numbers in the registers of integers and computes in hardware. The compiler calls the feature unstable, because
+    /// it would change how numbers are passed if the target did not fix that. The functions of the header take and
+    /// return no numbers.
     fpu: Option<(&'a str, &'a str)>,
     folders: &'a [&'a str],
 }
@@ -31,8 +32,8 @@ const fn library<'a>(target: &'a str, folders: &'a [&'a str]) -> Library<'a> {
     Library { target, fpu: None, folders }
 }
 
-/// The libraries. Folders of microcontrollers have the names that the Arduino IDE looks for: the processor, then FPU and
-/// calling convention as the compiler's options name them. A core that gives no `-mfpu` has the convention alone.
+/// The libraries. Folders of microcontrollers have the names that the Arduino IDE expects: the processor, then FPU and
+/// calling convention as in the compiler's options. A core without `-mfpu` has only the convention.
 const LIBRARIES: [Library<'_>; 17] = [
     // Armv8-M without its main extension runs the code of Armv6-M.
     library("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus", "cortex-m23"]),
@@ -91,16 +92,17 @@ const LIBRARIES: [Library<'_>; 17] = [
     library("x86_64-pc-windows-gnu", &["windows/x86_64"]),
 ];
 
-/// Functions of C that the compiler calls by itself, the last one on macOS; those of its own library begin with `__`.
+/// Functions of C to which the compiler generates calls, the last one on macOS. Those of its own library begin with
+/// `__`.
 const OF_C: [&str; 6] = ["memcpy", "memmove", "memset", "memcmp", "sqrtf", "memset_pattern16"];
 
-/// Beginnings of the compiler's functions of double precision, and of those that call them: kilobytes on a processor
+/// Prefixes of the compiler's functions of double precision, and of their callers. They take kilobytes on a processor
 /// without floating point.
 const OF_DOUBLES: [&str; 6] =
     ["__aeabi_d", "__aeabi_f2d", "__aeabi_l2f", "__aeabi_ul2f", "__floatdisf", "__floatundisf"];
 
-/// Marks that are no functions: of the linker, for position-independent code on an i386; of Visual C++, for a program
-/// with floating point.
+/// Symbols that are not functions: of the linker, for position-independent code on an i386; of Visual C++, for a
+/// program with floating point.
 const MARKS: [&str; 2] = ["_GLOBAL_OFFSET_TABLE_", "_fltused"];
 
 /// Files of the repository, and where they are in the archive.
@@ -137,11 +139,10 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
     Ok(packed)
 }
 
-/// Builds the folder that the archive would have with the library for one target of the compiler alone, in `dist`, and
-/// returns its path. A target that the archive lacks has a folder of its own name in `src`.
+/// Builds the folder of the archive in `dist`, with the library for only one target of the compiler. Returns its path.
+/// A target that the archive lacks has a folder of its own name in `src`.
 ///
-/// # Errors
-/// As [`run`].
+/// # Errors As [`run`].
 pub fn run_for(target: &str, dist: &Path) -> Result<PathBuf> {
     let folder = dist.join(format!("{NAME}-{target}"));
     let folders = [target];
@@ -183,7 +184,7 @@ fn fill(folder: &Path, libraries: &[Library<'_>]) -> Result<()> {
     Ok(())
 }
 
-/// The page with links to files of the archive; where a link leads out of it, its text remains.
+/// Returns the page with links to files of the archive. A link that leads outside is replaced by its text.
 fn with_links_inside(page: &str) -> String {
     let mut kept = String::new();
     let mut rest = page;
@@ -204,8 +205,8 @@ fn with_links_inside(page: &str) -> String {
     kept + rest
 }
 
-/// Builds a library: one object, in which nothing but the functions of the header can be seen. Returns the name of its
-/// file, and its bytes.
+/// Builds a library: one object, which exports only the functions of the header. Returns the name of its file, and its
+/// bytes.
 fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
     let target = library.target;
     Step::program("rustup").with(["target", "add", target]).run().with_context(|| {
@@ -252,8 +253,8 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
     bail!("{}: it has no object of the estimator", built.display())
 }
 
-/// Checks that an object defines functions of the header alone, and calls nothing but C and the compiler's library: a
-/// panic that can be reached would be another call. Functions of double precision are refused, too.
+/// Checks that an object defines only functions of the header, and calls only C and the compiler's library. A reachable
+/// panic would be another call. Functions of double precision are rejected as well.
 fn check_symbols(object: &[u8]) -> Result<()> {
     let file = object::File::parse(object)?;
     for symbol in file.symbols() {

@@ -1,11 +1,11 @@
-//! Entry point of the tasks on the repository, `cargo xtask TASK`: checks, what is flashed, releases.
+//! Entry point of the tasks on the repository, `cargo xtask TASK`: checks, flash images, releases.
 //!
 //! | tasks | module |
 //! |---|---|
 //! | `quick`, `test`, `gate`, `full` | [`quick`], [`checks`]: the tiers of checks, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
 //! | `results`, `measure` | [`results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
-//! | `programs`, `bootloader`, `hex`, `image`, `uf2` | [`firmware`], [`hex`], [`image`], [`uf2`]: what is flashed |
-//! | `library`, `release` | [`library`], [`release`]: what others get |
+//! | `programs`, `bootloader`, `hex`, `image`, `uf2` | [`firmware`], [`hex`], [`image`], [`uf2`]: files to be flashed |
+//! | `library`, `release` | [`library`], [`release`]: files for users |
 
 mod checks;
 mod command;
@@ -48,7 +48,7 @@ enum Task {
         #[arg(long, default_value = "HEAD")]
         since: String,
     },
-    /// Tests every behaviour once; installs what that needs. `.ci/test` is its short name.
+    /// Tests every behaviour once. Installs what the tests need. `.ci/test` is its short name.
     Test,
     /// Runs the tests, lints, budgets of the programs, the installed Python package and the first command: `.ci/run`.
     Gate,
@@ -69,13 +69,13 @@ enum Task {
     },
     /// Installs the tools that the tests need and this machine lacks.
     Install {
-        /// Installs those of the full checks, too.
+        /// Also installs the tools of the full checks.
         #[arg(long)]
         full: bool,
     },
     /// Writes the figures of `results` into the documents, and lists results of older programs.
     Results {
-        /// Fails where a document differs, and writes nothing.
+        /// Fails if a document differs, and writes nothing.
         #[arg(long)]
         check: bool,
     },
@@ -88,9 +88,10 @@ enum Task {
         /// The board.
         board: String,
     },
-    /// Writes a program and its bootloader as Intel HEX and `DfuSe` files beside the program's ELF.
+    /// Writes a program and its bootloader as Intel HEX and `DfuSe` files next to the program's ELF.
     ///
-    /// The files have only what is flashed. A raw binary would overwrite the settings, which lie between bootloader and program.
+    /// The files contain only the bytes to be flashed. A raw binary would overwrite the settings, which are between
+    /// bootloader and program.
     Hex {
         /// ELF of the program.
         program: PathBuf,
@@ -113,7 +114,7 @@ enum Task {
         /// File with the private key, 32 bytes; the development key without it.
         #[arg(long, value_name = "FILE")]
         key: Option<PathBuf>,
-        /// Sequence number, instead of the time of the commit: a foot refuses one lower than that of its program.
+        /// Sequence number, instead of the time of the commit. A foot refuses a lower number than that of its program.
         #[arg(long, value_name = "N")]
         sequence: Option<u32>,
         /// The file to write, instead of one beside the ELF.
@@ -122,13 +123,13 @@ enum Task {
     },
     /// Packs the estimator for programs in C, for all processors, in `dist`.
     Library {
-        /// Builds a folder for this target of the Rust compiler alone, also one that the archive lacks.
+        /// Builds a folder for only this target of the Rust compiler, which the archive may lack.
         #[arg(long, value_name = "TARGET")]
         target: Option<String>,
     },
     /// Builds the program of the Nano RP2040 as a UF2 file.
     Uf2,
-    /// Builds what is used without a compiler, in `dist`: programs and wheels for Linux, the firmware, the
+    /// Builds the files for users without a compiler, in `dist`: programs and wheels for Linux, the firmware, the
     /// estimator for C, descriptions of the wire, checksums.
     Release {
         /// This part alone.

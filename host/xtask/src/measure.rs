@@ -1,5 +1,5 @@
-//! Measures the gate from nothing, and writes the figures that CONTRIBUTING.md shows: wall time, CPU time and compiled packages, in a
-//! fresh clone of the last commit with an empty cargo home. It needs an idle machine.
+//! Measures the gate from scratch, and writes the figures that CONTRIBUTING.md shows: wall time, CPU time and compiled
+//! packages, in a fresh clone of the last commit with an empty cargo home. It needs an idle machine.
 
 use std::collections::BTreeSet;
 use std::env;

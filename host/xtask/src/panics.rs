@@ -13,9 +13,9 @@ use object::{Object as _, ObjectSection as _};
 
 use crate::command::{Step, root};
 
-/// Parts of the mangled names of functions that end in the panic handler, in the order in which they are tried, and what they
-/// stand for. All parts of a row must be in the name. The linker keeps one of several functions with the same code: that of
-/// `panic_already_borrowed` is also that of a future that is polled after its end, of a division by zero and others.
+/// Parts of the mangled names of functions that end in the panic handler, in the order in which they are tried, with
+/// their meaning. A name must contain all parts of a row. The linker keeps one of several functions with the same code:
+/// that of `panic_already_borrowed` is also that of a future polled after its end, of a division by zero, and others.
 const ENTRIES: [(&[&str], &str); 13] = [
     (&["core9panicking18panic_bounds_check"], "index"),
     (&["core9panicking", "assert_failed"], "assert"),
@@ -32,7 +32,7 @@ const ENTRIES: [(&[&str], &str); 13] = [
     (&["rust_begin_unwind"], "handler"),
 ];
 
-/// Meaning of a function that stands for several; the frames of the branch tell which.
+/// Meaning of a function that is shared by several. The frames of the branch tell which.
 const BORROWED_OR_ENDED: &str = "borrowed or ended";
 
 /// Checks the places of an ELF against the list, or prints them with `print`.
@@ -82,7 +82,7 @@ fn places(elf: &Path) -> Result<BTreeSet<String>> {
     Ok(places)
 }
 
-/// Addresses of the functions that panic, by the output of `nm`, and what they stand for.
+/// Addresses of the functions that panic, from the output of `nm`, with their meaning.
 fn entries(symbols: &str) -> BTreeMap<u32, &'static str> {
     let mut entries = BTreeMap::new();
     for line in symbols.lines() {
@@ -103,7 +103,7 @@ fn entries(symbols: &str) -> BTreeMap<u32, &'static str> {
     entries
 }
 
-/// Address of each BL and B.W to one of the functions, and what that stands for (Armv7-M manual, A7.7.12 and A7.7.18).
+/// Address of each BL and B.W to one of the functions, with its meaning (Armv7-M manual, A7.7.12 and A7.7.18).
 fn branches(
     start: u32,
     code: &[u8],

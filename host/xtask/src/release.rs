@@ -1,7 +1,7 @@
 //! Builds the files of a release in `dist`: programs, wheels, firmware, the estimator for C,
 //! descriptions of the wire, and bills of materials.
 //!
-//! Those of the firmware depend on commit and compiler alone: two clones of a commit give the same bytes.
+//! The firmware's files depend only on commit and compiler: two clones of a commit give the same bytes.
 
 use std::env::consts::{ARCH, OS};
 use std::fs;
@@ -81,7 +81,7 @@ struct Bill {
     /// Folder of its package.
     folder: &'static str,
     features: &'static str,
-    /// Target of the product; `all` for one that runs on several.
+    /// Target of the product; `all` if it runs on several.
     target: &'static str,
 }
 
@@ -94,7 +94,7 @@ struct Machine {
 /// Part of a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Part {
-    /// What needs no other compiler: the firmware, and descriptions of the wire.
+    /// Files that need no other compiler: the firmware, and descriptions of the wire.
     Firmware,
     /// The program for the machine that runs this, such as macOS and Windows.
     Native,

@@ -74,7 +74,7 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// Folder of Debian's newest kernel, unpacked; `None` where its package is not known.
+/// Folder of Debian's newest kernel, unpacked; `None` if its package is unknown.
 fn kernel(work: &Path) -> Result<Option<PathBuf>> {
     // The name of the newest kernel is that of a package on which this one depends.
     let depends = Step::program("apt-cache").with(["depends", "linux-image-amd64"]).output();

@@ -44,7 +44,7 @@ pub struct ServeArguments {
     /// The specimen of the chip: fast, typical or slow, within what the data sheet allows.
     #[arg(long, default_value = "typical")]
     corner: Corner,
-    /// Nothing but the feet on the bus: no control that sends loads and SYNCs.
+    /// Run only the feet on the bus, without a control that sends loads and SYNCs.
     #[arg(long)]
     no_control: bool,
     /// A directory for links to the terminals, or for the sockets: FL.uart …, bus.slcan.

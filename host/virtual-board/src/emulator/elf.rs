@@ -62,7 +62,7 @@ impl ElfImage {
         Ok(image)
     }
 
-    /// Address of the vector table: the start of the flash, or behind it in a program that a bootloader starts.
+    /// Address of the vector table: the start of the flash, or later for a program that a bootloader starts.
     #[must_use]
     pub fn vectors(&self) -> u32 {
         self.symbol("__vector_table").unwrap_or(FLASH.start)

@@ -7,7 +7,7 @@
 //! | Cortex-M4F: the CPU and the peripherals of the core | [`core`] |
 //! | STM32F405: clocks, DMA, interrupts and pins between its peripherals, and its specimens | [`chip`], [`corner`] |
 //! | one peripheral each, its registers | [`part`] |
-//! | what the pins are wired to | [`wiring`] |
+//! | connections of the pins | [`wiring`] |
 //! | misuse that ends a run | [`failure`] |
 
 pub mod block;

@@ -1,6 +1,6 @@
-//! Wiring of the boards: the pins that sensor, transceiver, serial line, load sensor and LED are soldered to, and the
-//! crystal, from the tables of the firmware's boards (`pins.toml`), which the documents show. The programs have
-//! tables of their own, so that a wrong pin in a program is a pin that is connected to nothing here.
+//! Wiring of the boards: the pins of sensor, transceiver, serial line, load sensor and LED, and the crystal. It comes
+//! from the tables of the firmware's boards (`pins.toml`), which the documents show. The programs have their own
+//! tables, so that a wrong pin in a program is unconnected here.
 
 use std::sync::LazyLock;
 
@@ -32,7 +32,7 @@ pub struct Connection {
 /// A board around the chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
-    /// Name of the board: that of its folder in the firmware.
+    /// Name of the board and of its folder in the firmware.
     pub name: &'static str,
     /// Name of its program, and so of the ELF.
     pub program: &'static str,
@@ -131,10 +131,9 @@ impl Wiring {
         &BOARDS
     }
 
-    /// The board of this name.
+    /// Returns the board of this name.
     ///
-    /// # Errors
-    /// There is none; the error lists all names.
+    /// # Errors No board has this name. The error lists all names.
     pub fn named(name: &str) -> Result<&'static Self, String> {
         let found = BOARDS.iter().find(|board| board.name == name);
         let names = TABLES.map(|(name, _)| name).join(", ");
@@ -155,8 +154,7 @@ impl Wiring {
         ]
     }
 
-    /// The board that an ELF is built for, which it names by a symbol `_board_NAME`; without one the reference
-    /// board.
+    /// The board for which an ELF is built, named by a symbol `_board_NAME`. Without one it is the reference board.
     #[must_use]
     pub fn of(image: &ElfImage) -> &'static Self {
         let names_it = |board: &&Self| image.symbol(&format!("_board_{}", board.name)).is_some();

@@ -1,7 +1,7 @@
 //! Bitwise comparison of the ELF's estimates with those of the host for the same codes.
 //!
-//! The codes are taken from the sensor's bus, the times of the samples from the messages that the ELF sends over
-//! its serial line; the host's estimator runs over both.
+//! The codes come from the sensor's bus, and the times of the samples from the messages that the ELF sends over its
+//! serial line. The host's estimator runs over both.
 
 use std::collections::VecDeque;
 
@@ -228,8 +228,8 @@ fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
     (codes.map(|code| code.0), message.flags)
 }
 
-/// Offset of the board's clock behind virtual time, µs. A message belongs to the last edge before it was sent,
-/// unless it had to wait; most do not, so the most frequent offset is taken.
+/// Delay of the board's clock against virtual time, µs. A message belongs to the last edge before it was sent, unless
+/// it had to wait. Most do not wait, so the most frequent delay is used.
 fn clock_offset(bursts: &[Burst], sent: &[(u64, ContactMessage)]) -> Option<f64> {
     let offsets: Vec<f64> = sent
         .iter()

@@ -21,8 +21,8 @@ const MILLISECOND: u64 = PER_SECOND / 1000;
 /// Milliseconds at the start without statistics, while clocks, sensor and estimator settle.
 const SETTLING: u64 = 500;
 
-/// Phases of a millisecond at which others ask, one after the other: what falls into one tick depends on it, and
-/// the phase of the ticks on when the board started.
+/// Phases of a millisecond at which others send requests, one after the other. The phase determines which requests fall
+/// into one tick, and the phase of the ticks depends on the start of the board.
 const PHASES: u64 = 10;
 
 /// Time at one phase, ms: a whole round of requests.

@@ -14,8 +14,8 @@ use crate::common::digest::assert_reproduced_on;
 /// Time after which a person has read a new text, ms.
 const READING_MS: u64 = 100;
 
-/// Lets the program accept a foot on one of its lines, and does what it says. Returns its report, its text for the person,
-/// and whether it has succeeded.
+/// Lets the program accept a foot on one of its lines, and follows its instructions. Returns its report, its text for
+/// the person, and whether it has succeeded.
 fn accepted(
     server: &mut Server,
     [line, other]: [&str; 2],
@@ -61,7 +61,7 @@ fn accepted(
 const SERIAL: [&str; 2] = ["FL.uart", "bus.slcan"];
 const BUS: [&str; 2] = ["bus.slcan", "FL.uart"];
 
-/// What a person does who follows the text: the foot stands, z up, and then is turned so that each axis has a turn.
+/// Acts as a person who follows the text: the foot stands, z up, and is then turned so that each axis has a turn.
 fn follow(server: &mut Server, line: &str) {
     let says = |words| line.contains(words);
     if line == "now" {

@@ -128,7 +128,8 @@ fn dead_foot_without_a_node_id_is_found_and_updated() {
     }
 }
 
-/// Frames of others do not take the place of a request while the flash is erased: the bootloader accepts those for its
+/// Frames of others do not take the place of a request while the flash is erased: the bootloader accepts only those for
+/// its new id.
 /// new id alone.
 #[test]
 #[ignore = "full: an update by LSS beside traffic"]

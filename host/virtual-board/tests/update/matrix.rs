@@ -19,7 +19,7 @@ use super::master::{
 use crate::common::digest::assert_reproduced_on;
 use crate::common::products;
 
-/// A row: its name in the table, what happens, and how it is run.
+/// A row: its name in the table, its description, and how it is run.
 struct Row {
     name: &'static str,
     disturbance: &'static str,
@@ -481,8 +481,8 @@ const ROWS: [Row; 31] = [
 /// hangs is given three periods of the watchdog, between two installs.
 const SILENT_MS: u64 = 90_000;
 
-/// Rows that the boards other than the reference run, too: those in which the board's own wires, crystal and program
-/// matter. The library is the same, and the chip.
+/// Rows for the boards other than the reference board: those that depend on the board's own wires, crystal and program.
+/// The library and the chip are the same.
 const OF_OTHER_BOARDS: &str = "none serial-line power-cut:30000 crashes no-program other-board";
 
 /// Runs rows on a board in a corner, and returns their figures; each has to be as promised.

@@ -1,5 +1,4 @@
-//! The bootloader and the foot's program, as they are flashed: starts, updates over CAN, and returns to the previous
-//! program.
+//! The bootloader and the foot's program, as flashed: starts, updates over CAN, and returns to the previous program.
 
 mod attacks;
 mod journal;
@@ -55,7 +54,7 @@ fn bootloader_uses_a_crystal_that_cannot_be_measured() {
     }
 }
 
-/// Nothing has looked at the supply yet: wait states and prefetch must suit any.
+/// The supply has not been checked yet, so wait states and prefetch must suit any supply.
 #[test]
 fn bootloader_starts_at_the_lowest_supply() {
     let mut master = Master::with(Wiring::reference(), None, |options| {

@@ -10,7 +10,7 @@ use crate::common::product;
 /// Node id that is not the default of any foot.
 const NODE: u8 = 0x2A;
 
-/// Settings: object, subindex, bytes. What was learnt takes effect with its CRC.
+/// Settings: object, subindex, bytes. Learnt values take effect with their CRC.
 fn settings() -> Vec<(u16, u8, Vec<u8>)> {
     let learnt = |(subindex, word): (u8, u32)| (index::LEARNT, subindex, word.to_le_bytes().into());
     let stored = Learnt::from_array([0.5, 2.0, -5.0, 4.0, 4.0]);

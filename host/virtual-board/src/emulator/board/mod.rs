@@ -20,7 +20,7 @@ pub use injection::Injection;
 /// Options of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardOptions {
-    /// The board; `None` is the one that the ELF is built for.
+    /// The board; `None` is the one for which the ELF is built.
     pub wiring: Option<&'static Wiring>,
     /// The chip.
     pub chip: ChipOptions,

@@ -49,7 +49,7 @@ pub enum Crystal {
     Hertz(u32),
     /// One that does not start.
     Missing,
-    /// That of the board. Its divided clock does not reach the timer that measures it: RM0090 does not say whether the
+    /// That of the board. Its divided clock does not reach the timer that measures it. RM0090 does not say whether the
     /// clock runs before the RTC selects it.
     NotMeasurable,
 }
@@ -218,7 +218,7 @@ impl Chip {
         self.adc.set_supply(self.flash.supply_mv);
     }
 
-    /// A debugger halts or resumes the core: the peripherals selected in `DBGMCU` stand still meanwhile.
+    /// A debugger halts or resumes the core. The peripherals selected in `DBGMCU` stop while it is halted.
     pub(crate) fn freeze(&mut self, frozen: bool, debug: &Dbgmcu, now: u64) {
         for (index, timer) in self.timers.iter_mut().enumerate() {
             timer.freeze(frozen && debug.freezes_timer(index), now);

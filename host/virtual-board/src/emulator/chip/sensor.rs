@@ -119,7 +119,8 @@ impl Chip {
         }
     }
 
-    /// Sets the level of the pin for port, interrupt and timer capture; where it is high for a `width` alone.
+    /// Sets the level of the pin for port, interrupt and timer capture. `width` is the duration of a high level that is
+    /// a glitch.
     fn set_pin(&mut self, high: bool, width: u64, now: u64) {
         self.pin_high = high;
         if high {

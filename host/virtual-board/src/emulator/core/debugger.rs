@@ -2,8 +2,8 @@
 
 use crate::emulator::memory::Memory;
 
-/// The debug block of the chip: its identification, and the peripherals that stand still while a debugger halts the core.
-/// Only power-up resets it (RM0090, 38.16).
+/// The debug block of the chip: its identification, and the peripherals that stop while a debugger halts the core. Only
+/// power-up resets it (RM0090, 38.16).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Dbgmcu {
     control: u32,

@@ -36,7 +36,7 @@ pub const VECTTBL: u32 = 1 << 1;
 /// The registers. `default` is all zeros; the state after reset is [`new`](Self::new).
 #[derive(Clone, Debug, Default)]
 pub struct Scb {
-    /// Vector table; 0 stands for the start of flash.
+    /// Vector table; 0 is the start of flash.
     pub vtor: u32,
     /// Configuration and control.
     pub ccr: u32,

@@ -64,7 +64,7 @@ impl Spi {
         (self.control[0] >> 1 & 1) << 1 | self.control[0] & 1
     }
 
-    /// Takes the byte that leaves now; `None` while the frame continues.
+    /// Takes the byte whose transmission ends now; `None` while the frame continues.
     pub const fn take_frame(&mut self, now: u64) -> Option<u8> {
         if now < self.done_at {
             return None;

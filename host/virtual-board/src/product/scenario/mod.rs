@@ -41,10 +41,10 @@ use watch::Watch;
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// Time by which preparing steps are done, ms: the board has started.
+/// Time by which preparing steps are done, ms. The board has started by then.
 pub const BEFORE_MS: u64 = 300;
 
-/// Time at which the matrix injects, ms: the foot stands and says "stable" by then.
+/// Time at which the matrix injects, ms. The foot stands and reports "stable" by then.
 const AT_MS: u64 = 1000;
 
 /// Minimum time for which the board is watched after its recovery, ms: the next health message comes within it.

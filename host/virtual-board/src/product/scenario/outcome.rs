@@ -8,8 +8,8 @@ use crate::emulator::board::Board;
 use crate::emulator::part::rcc::ResetCause;
 use crate::emulator::time::{from_us, to_us};
 
-/// Outcome of a scenario. Times are in µs; "injection" is when the fault is injected, "clearance" when it is
-/// cleared or, if it ends by itself, the injection too.
+/// Outcome of a scenario. Times are in µs. "Injection" is the time at which the fault is injected. "Clearance" is the
+/// time at which it is cleared, or that of the injection if it ends without clearing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScenarioOutcome {
     /// Time from the injection to the first contact frame flagged as invalid.

@@ -82,8 +82,8 @@ impl Pair {
         }
     }
 
-    /// Requirement for both together: no frame says "stable" on invalid data, and the board recovers; any report
-    /// and any reset is allowed.
+    /// Requirement for both together: no frame reports "stable" on invalid data, and the board recovers. Any report and
+    /// any reset is allowed.
     fn scenario(&self) -> Scenario {
         let (first, second) = (self.first, self.second);
         let blind = |scenario: &Scenario, after: u32| match scenario.invalid {

@@ -1,7 +1,7 @@
-//! The slcan adapter: commands in, answers and frames out, as Lawicel's CAN232 and CANUSB, and as
-//! `slcand` and python-can expect it.
+//! The slcan adapter: commands in, responses and frames out, as in Lawicel's CAN232 and CANUSB, and as `slcand` and
+//! python-can expect.
 //!
-//! | line, ended by CR | what it does | where |
+//! | line, ended by CR | effect | state of the channel |
 //! |---|---|---|
 //! | `S0` … `S8` | the rate of the bus: 10 … 1000 kbit/s | closed |
 //! | `O`, `L`, `C` | open, open without sending, close | closed, closed, open |
@@ -9,9 +9,9 @@
 //! | `F` | status: bit 3 where frames were lost | open |
 //! | `V`, `N` | version, serial number | anywhere |
 //!
-//! Each command is answered with CR, a sent frame with `z` before it; a command that is invalid or not
-//! possible in the current state is answered with BEL. Frames are received while the channel is open, without
-//! those that the host sends.
+//! Each command is answered with CR; a sent frame with `z` before it. A command that is invalid, or not possible in the
+//! present state, is answered with BEL. Frames are received while the channel is open, except those that the host
+//! sends.
 
 use super::robot::Carried;
 use crate::emulator::part::can::BusFrame;

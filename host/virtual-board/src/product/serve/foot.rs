@@ -1,5 +1,5 @@
-//! A foot: a board in its own thread, which runs one time slice at a time, and the hands that hold the foot: they turn it to
-//! one of its sides, and tap its sole.
+//! A foot: a board in its own thread, which runs one time slice at a time, and a person's hands, which turn the foot to
+//! one of its sides and tap its sole.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;

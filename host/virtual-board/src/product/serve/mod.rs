@@ -1,15 +1,15 @@
 //! Boards at the speed of real time behind pseudo-terminals, or in lock step with programs behind sockets: a serial line
 //! for each foot, and their bus behind an slcan adapter.
 //!
-//! | step, each millisecond | where |
+//! | step, each millisecond | module |
 //! |---|---|
-//! | lines that were typed become orders | `commands` |
+//! | typed lines become orders | `commands` |
 //! | in lock step: wait until each program waits | [`lock_step`] |
-//! | bytes of programs come from the terminals or sockets | [`Port`] |
-//! | those of the adapter become frames | [`adapter`] |
+//! | bytes of programs arrive from the terminals or sockets | [`Port`] |
+//! | bytes for the adapter become frames | [`adapter`] |
 //! | frames of all nodes are put in order; the boards run | [`robot`] |
-//! | each board in its thread; feet walk, and hands hold them | `foot`, [`gait::EndlessGait`] |
-//! | bytes and frames go out | [`Port`], [`adapter`] |
+//! | each board runs in its thread; feet walk, and hands hold them | `foot`, [`gait::EndlessGait`] |
+//! | bytes and frames are sent | [`Port`], [`adapter`] |
 //! | in real time: wait until the millisecond is over | [`pace`] |
 
 pub mod adapter;

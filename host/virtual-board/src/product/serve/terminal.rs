@@ -15,7 +15,7 @@ use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcseta
 
 use super::ServeError;
 
-/// Maximum number of bytes that wait for a reader, besides those of the system: half a second of a busy bus.
+/// Maximum number of bytes that wait for a reader, in addition to those of the system: half a second of a busy bus.
 pub(super) const MOST_WAITING: usize = 64 * 1024;
 
 /// A terminal.

@@ -1,11 +1,10 @@
 //! The ART accelerator between the core and flash (RM0090, 3.5.2): the cost of a fetch from flash.
 //!
-//! Flash is read by lines of 128 bits, and each read takes one cycle and the wait states. A line
-//! is at hand at once where it is the one in use, or in a cache; the next line in order is read
-//! ahead where prefetch is on. A line that had to be waited for enters the cache, one that was
-//! read ahead does not, as the manual words it: the cache holds the targets of branches. Both
-//! caches are taken as fully associative, and the least recently used line is replaced (the manual
-//! names the policy and not the sets). A read that has begun ends before the next one begins.
+//! Flash is read by lines of 128 bits, and each read takes one cycle and the wait states. A line is available at once
+//! if it is the present one, or in a cache. With prefetch on, the next line in order is read ahead. A line that had to
+//! be waited for enters the cache, but not one that was read ahead: according to the manual the cache holds the targets
+//! of branches. Both caches are modelled as fully associative, and the least recently used line is replaced (the manual
+//! names the policy, but not the sets). A read that has begun ends before the next one begins.
 
 use crate::emulator::memory::FLASH;
 

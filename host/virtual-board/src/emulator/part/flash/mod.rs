@@ -1,6 +1,6 @@
 //! The flash interface: wait states, locks, programming and erasing, option bytes.
 //!
-//! Code and constants are fetched from the same bank, so the core stands still while it is busy.
+//! Code and constants are fetched from the same bank, so the core stops while it is busy.
 
 pub mod accelerator;
 
