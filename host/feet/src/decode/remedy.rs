@@ -81,11 +81,11 @@ impl Trouble {
                 "every probability is 0, and no frame says \"stable\", until it is cleared"
             }
             Self::Fault(_) => "the estimate goes on",
-            Self::Flag(Flag::Settling) => "the estimate goes on, with limits that fit most feet",
+            Self::Flag(Flag::Settling) => "the estimate continues, with limits that suit most feet",
             Self::Flag(Flag::TimeGap) => {
-                "up to half a window, 13 ms, is bridged without a rise; after more the probability starts from near 0"
+                "a gap of up to half a window, 13 ms, is bridged without a rise; after a longer gap the probability starts near 0"
             }
-            Self::Flag(Flag::WindowNotFull) => "the mean is over the samples there are",
+            Self::Flag(Flag::WindowNotFull) => "the mean is that of the samples so far",
             Self::Flag(Flag::Unproven) => {
                 "the probability stays at or below 0.5, and no frame says \"stable\""
             }
@@ -128,54 +128,54 @@ macro_rules! remedies {
 
 remedies! {
     fn of_fault(Fault) {
-        SensorSilent: "check the supply and the wires of the sensor: no data-ready edge comes, or nothing new is read; if it clears by itself, look for a loose contact";
-        SensorFrozen: "on wires, check those of MISO and chip select; on a board that carries its sensor, and where single axes repeat, the sensor is damaged: replace it";
-        SensorWrongId: "switch power off and on; then check the sensor's supply, the wires of its bus, and that the part is an LSM6DSOX; the detail is what was read: 0x00 or 0xFF is no supply or an open wire";
-        SensorReset: "the sensor's supply dipped: check its decoupling and the wire; it is configured again by itself";
-        SensorConfigMismatch: "check the wires of the sensor's bus for length and crosstalk; the board slows the bus down by itself after three failures";
+        SensorSilent: "check the supply and the wires of the sensor: there is no data-ready edge, or no new reading; if the fault clears without action, look for a loose contact";
+        SensorFrozen: "if the sensor is on wires, check those of MISO and chip select; if it is on the board, or if single axes repeat, it is damaged: replace it";
+        SensorWrongId: "switch power off and on; then check the sensor's supply, the wires of its bus, and that the part is an LSM6DSOX; the detail is the value read: 0x00 or 0xFF means no supply or an open wire";
+        SensorReset: "the sensor's supply dipped: check its decoupling and the wire; the board configures the sensor again";
+        SensorConfigMismatch: "check the wires of the sensor's bus for length and crosstalk; after three failures the board slows the bus down";
         SensorSaturated: "the foot is beyond ±16 g or ±2000 °/s for more than an impact: check for a loose mounting; a stuck reading at its limit is a damaged sensor";
         SensorTiming: "edges come too often or too seldom: check INT1 for crosstalk, and the sensor for its data rate after a dip of the supply";
-        SensorSelfTest: "keep the foot still while it starts and start it again; if it stays, the sensor is damaged";
+        SensorSelfTest: "keep the foot still and start it again; if the fault remains, the sensor is damaged";
         LoadSensorOpen: "check the load sensor's plug and its supply; without one, set the source of the load (0x2015:1) to none";
-        CrystalMissing: "the crystal does not start, or has another frequency than the program is built for, which the detail of the emergency and the log say in kHz: CAN is off, UART works; check the crystal and its solder joints";
-        ConfigCorrupted: "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), were not read after three watchdog resets (2), or hold learnt values of another version (3: the foot learns again); check all settings and store them again; if it comes back, the flash is worn";
-        ConfigStore: "detail 1: raise the supply above 3.0 V; detail 0: the flash does not hold what is written: replace the board";
-        Panic | HardFault: "note the program counter (0x2113:2), the version and the program's number, and report them; docs/reference/faults.md says how that address leads to its line; the board has started again by itself";
-        WatchdogReset: "the program hung and was started again; where it comes often, check the supply and report it";
+        CrystalMissing: "the crystal does not start, or its frequency is not the one that the program is built for; the detail of the emergency and the log give it in kHz. CAN is off, UART works: check the crystal and its solder joints";
+        ConfigCorrupted: "the foot runs with the defaults, and the stored settings are kept until the next store: the detail shows whether they are damaged (0), are incompatible (1), were not read after three watchdog resets (2), or hold learnt values of another version (3: the foot learns again); check all settings and store them again; if it comes back, the flash is worn";
+        ConfigStore: "detail 1: raise the supply above 3.0 V; detail 0: the flash does not read back: replace the board";
+        Panic | HardFault: "note the program counter (0x2113:2), the version and the program's number, and report them; docs/reference/faults.md describes how to find the line of that address; the board has restarted";
+        WatchdogReset: "the program hung and was restarted; if it happens often, check the supply and report it";
         LateTick: "send fewer frames (events of the PDOs, UART streams) or requests; while settings are stored in pre-operational state it is expected";
-        CanOverrun: "the bus brings frames faster than the foot takes them: send it fewer at once";
+        CanOverrun: "frames arrive faster than the foot can take them: send it fewer at once";
         CanErrorPassive: "check the bus: 120 Ω at both ends, the same bit rate everywhere, another node that acknowledges";
-        CanBusOff: "check the bus for a short circuit, swapped wires or another bit rate; the foot tries again by itself";
+        CanBusOff: "check the bus for a short circuit, swapped wires or another bit rate; the foot keeps trying to recover";
         PdoLength: "send four bytes as RPDO1: the load as REAL32";
         UartOverrun: "send requests more slowly, and check the line's rate";
         PdoTimeout: "the robot has stopped sending the load: check its program, or set the source of the load (0x2015:1) to none";
-        GyroBias: "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor";
-        Misread: "check the wires of the sensor's bus for length and crosstalk: samples are not read twice, and may be wrong";
-        DataReadyDead: "check the wire of INT1: the sensor measures, but data-ready edges are missing, some or all; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second";
+        GyroBias: "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if the fault remains, replace the sensor";
+        Misread: "check the wires of the sensor's bus for length and crosstalk: samples are read only once, and may be wrong";
+        DataReadyDead: "check the wire of INT1: the sensor measures, but some or all data-ready edges are missing; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second";
         SensorScale: "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)";
     }
     fn of_flag(Flag) {
-        WindowNotFull: "nothing: it ends after one window";
+        WindowNotFull: "none is needed: the flag ends after one window";
         AttitudeNotInitialised: "hold the foot still for a fifth of a second";
-        Saturated: "at landings it is expected for a few samples; where it is more, check the mounting or choose a wider range";
+        Saturated: "a few samples at landings are expected; if there are more, check the mounting or choose a wider range";
         Stale: "samples repeat: check the rate of the recording, and the sensor's wiring on a board";
         InvalidSample: "check units and times of the recording; on a board the sensor could not be read";
         TimeGap: "samples are missing: check the logger for drops";
-        Settling: "walk four or five steps, or start with what was learnt before (footfall calibrate, object 0x2018)";
+        Settling: "walk four or five steps, or start with values learnt before (footfall calibrate, object 0x2018)";
         Unproven: "let the foot rest for half a second, or take a step";
     }
     fn of_refusal(AbortCode) {
-        ToggleBit | Command | SequenceNumber | Crc: "two masters talk to this foot, or one was restarted in mid-transfer: ask again";
+        ToggleBit | Command | SequenceNumber | Crc: "two masters address this foot, or one was restarted during a transfer: repeat the request";
         WriteOnly | ReadOnly: "see the access of the object in wire/footfall.eds";
         NoObject | NoSubindex: "check index and sub-index; a foot of an older version lacks newer objects";
         Incompatible: "set the other value first: an upper threshold must stay above its lower one";
         Hardware: "see the fault: the flash or the supply";
-        Length | TooLong | TooShort: "send the number of bytes that the object's type has";
+        Length | TooLong | TooShort: "send as many bytes as the object's type has";
         InvalidValue | TooHigh | TooLow: "see the object's range in wire/footfall.eds";
         CannotStore: "write the signature: \"save\" to 0x1010, \"load\" to 0x1011";
         Locked: "the configuration is locked: unlock it first (0x2005)";
         TooSoon: "wait a second, and store again";
-        DeviceState: "put the foot into pre-operational state first: it stops streaming while it does this";
+        DeviceState: "put the foot into pre-operational state first: it does not stream in that state";
     }
 }
 

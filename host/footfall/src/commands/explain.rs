@@ -37,7 +37,7 @@ impl ExplainArguments {
 const fn meaning(state: Phase) -> &'static str {
     match state {
         Phase::Unknown => {
-            "there is no load signal, or the estimate rests on doubtful data; P and the decision still count"
+            "there is no load signal, or the data are in doubt; P and the decision are still valid"
         }
         Phase::Stance => "the foot is loaded and at rest: stable contact",
         Phase::Slip => "the foot is loaded and moves: unstable contact",

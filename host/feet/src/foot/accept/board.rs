@@ -141,7 +141,7 @@ pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> StepFigur
             figure::SELF_TEST.counted(axes.len()).with(names.join(", "))
         }
         SelfTestResult::Failed(None) => {
-            let detail = "which axes is said over CAN only".to_owned();
+            let detail = "the failed axes are reported only over CAN".to_owned();
             figure::SELF_TEST.measured(f64::NAN).with(detail)
         }
     };

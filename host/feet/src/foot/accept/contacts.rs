@@ -274,7 +274,7 @@ pub(super) fn unplug(client: &mut Client, person: &mut Person) -> StepFigures {
         let reason = format!("no fault within {} s", patience.as_secs());
         return Ok(AcceptStep::Unplug.failed(&reason));
     };
-    tell("the foot has noticed; leave it so for two seconds");
+    tell("the foot has detected it; wait for two seconds");
     listen(client, has_left, UNPLUGGED, |row| {
         unplugged.stable += usize::from(reports_stable(row));
         false

@@ -174,22 +174,22 @@ limits! {
         "let the board come to the temperature of the room";
     TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, EDGE_TO_MAILBOX_US as f64,
         "budget of the latency; the longest since power-up, by the board's timer; 0 without CAN",
-        "a store of settings adds to it: switch the board off and on, and repeat; then the clock or the program is another";
+        "storing settings increases it: switch the board off and on, and repeat; if it remains, the clock or the program is a different one";
     TO_END: Board, "edge to end of work", "%", 0.0, 80.0,
         "of the period of ticks, without the wait for the edge; the longest since power-up",
-        "a store of settings or a fault of the sensor adds to it: switch the board off and on, and repeat";
+        "storing settings or a fault of the sensor increases it: switch the board off and on, and repeat";
     STACK: Board, "stack used", "bytes", 0.0, 40_960.0,
-        "the least stack is 48 KiB; the deepest since power-up",
+        "the smallest stack is 48 KiB; the maximum depth since power-up",
         "report it";
     SELF_TEST: SelfTest, "axes that failed", "", 0.0, 0.0,
         "self-test of the sensor (DS12814)",
         "repeat it with the foot still; if it fails again, replace the sensor";
     CONTACT_RATE: Still, "contact rate", "%", 99.9, 100.1,
         "of the set rate, at most that of the ticks, on the foot's clock",
-        "look at late ticks and missing contacts";
+        "check late ticks and missing contacts";
     DATA_RATE: Still, "data rate of the sensor", "Hz", 6_333.0, 7_000.0,
         "6667 Hz ± 5 % after its trim, by the board's crystal",
-        "replace the sensor; where contacts are far from 1000 a second too, the crystal is another";
+        "replace the sensor; if contacts are also far from 1000 a second, the crystal is a different one";
     MISSING: Still, "missing contacts", "%", 0.0, 0.1,
         "contacts are numbered",
         "check termination and ground of the bus, the adapter, and what else this machine does";
@@ -198,10 +198,10 @@ limits! {
         "", WatchContacts;
     STABLE: Still, "stable contacts", "%", 99.0, 100.0,
         "a foot at rest",
-        "let nothing shake the table; then compare noise and bias";
+        "keep the table free of vibration; then compare noise and bias";
     FORCE: Still, "specific force at rest", "m/s²", 9.32, 10.30,
         "gravity ± 5 %: offset 20 mg, sensitivity 1 % (DS12814), and soldering",
-        "half or twice as much is another part, such as an LSM6DSO32", CalibrateRests;
+        "half or twice as much means another part, such as an LSM6DSO32", CalibrateRests;
     FORCE_NOISE: Still, "noise of the accelerometer", "m/s²", 0.002, 0.1,
         "less than half a code, which is 0.005 m/s², may be reported as frozen; 110 µg/√Hz (DS12814) is some 0.025",
         "too much: vibration or supply; too little: a filter is set wrongly";
@@ -219,13 +219,13 @@ limits! {
         "check the supply of the sensor and the wires of SPI and INT1";
     LATE: Still, "late ticks", "", 0.0, 0.0,
         "counter of the board",
-        "the clock is not that of the board, or the program is not this one";
+        "the clock is not that of the board, or the program is a different one";
     DROPPED: Still, "dropped frames", "", 0.0, 0.0,
         "counters of the board, CAN and UART",
         "too much other traffic, or no acknowledgement: check the bus";
     SIDES: Sides, "sides", "", 6.0, 6.0,
         "six sides",
-        "an axis that has no side is stuck, or wired to another";
+        "an axis without a side is stuck, or wired to another";
     SIDE_LEAST: Sides, "least force on a side", "m/s²", 9.32, 10.30,
         "as at rest",
         "", CalibrateRests;
@@ -257,7 +257,7 @@ limits! {
         "impacts of 10 ms may clip",
         "", WatchContacts;
     SETTLED: Steps, "calibration settled", "", 1.0, 1.0,
-        "1: what the foot has learnt has settled",
+        "1: the learnt values have settled",
         "take more steps; 2: learning is off";
     LOADS: Load, "loads seen", "", 3.0, ANY,
         "three loads",
@@ -267,7 +267,7 @@ limits! {
         "the robot has to send RPDO1";
     DETECTED: Unplug, "time to a fault", "ms", 0.0, 100.0,
         "fault matrix of the virtual board",
-        "the board believes a sensor that is not there: report it";
+        "the board trusts a missing sensor: report it";
     STABLE_UNPLUGGED: Unplug, "stable contacts without a sensor", "", 0.0, 0.0,
         "with doubtful data the board never says \"stable\"",
         "do not use this board: report it";
