@@ -393,9 +393,9 @@ mod tests {
             ),
             (
                 SelfTestError::StaysOn(RequestError::NoFoot).into(),
-                "no foot is heard on this line; the self-test stays on at each start until footfall foot … set self_test_at_start=0 --save",
+                "no foot was found on this line; the self-test stays on at each start until footfall foot … set self_test_at_start=0 --save",
             ),
-            (RequestError::NoFoot.into(), "no foot is heard on this line"),
+            (RequestError::NoFoot.into(), "no foot was found on this line"),
         ] {
             assert_eq!(error.to_string(), expected);
         }

@@ -168,7 +168,7 @@ impl Stream {
             if self.without_place.insert(name.to_owned()) {
                 let names = FEET.map(|[name, _]| name).join(", ");
                 warn(format!(
-                    "{name} is in no message of --compat, which has the feet {names}: --names gives it such a name"
+                    "no message of --compat includes {name}, only the feet {names}: rename it with --names"
                 ));
             }
         }
@@ -183,7 +183,7 @@ impl Stream {
         if !absent.is_empty() {
             self.warned_of_absent = true;
             warn(format!(
-                "no contact of {}: --compat sends messages of all four feet once each is heard, and bool those of the others",
+                "no contact of {}: --compat sends messages of all four feet once each has sent a contact; bool sends those of the others",
                 absent.join(", ")
             ));
         }

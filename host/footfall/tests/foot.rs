@@ -94,7 +94,7 @@ fn calibration_needs_a_walking_and_learning_foot() {
     let (_, error) = foot(&bench, "demo:speed=max calibrate --seconds 0.001");
     assert_has(&error, "has not learnt enough in 0.001 s (");
     let (forgotten, _) = foot(&bench, "demo:speed=max calibrate --forget");
-    assert_eq!(forgotten, "what was learnt is forgotten\n");
+    assert_eq!(forgotten, "the learnt values are erased\n");
 }
 
 #[cfg(target_os = "linux")]
@@ -206,7 +206,7 @@ fn images_are_checked_before_anything_is_sent() {
         let arguments = format!("demo:speed=max,{line} update foot.img --serial 0xF0070006,4");
         let (_, error) = foot(&bench, &arguments);
         let expected = format!(
-            "no foot with the serial number {number} is heard on this line; those heard: {heard}."
+            "no foot with the serial number {number} was found on this line; found: {heard}."
         );
         assert_has(&error, &expected);
     }

@@ -79,11 +79,11 @@ pub enum RequestError {
         node: NodeId,
     },
     /// No foot was found.
-    #[error("no foot is heard on this line")]
+    #[error("no foot was found on this line")]
     NoFoot,
     /// No foot has the serial number.
     #[error(
-        "no foot with the serial number 0x{wanted:08X} is heard on this line; those heard: {}. A foot without a node id needs one first",
+        "no foot with the serial number 0x{wanted:08X} was found on this line; found: {}. A foot without a node id needs one first",
         serial_numbers(heard)
     )]
     NoSerial {

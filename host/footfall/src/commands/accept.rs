@@ -293,7 +293,7 @@ impl JudgedFigure {
 /// Returns what to do about a value out of its limits: the command of a hint, then the remedy.
 fn remedy(limit: &Limit) -> String {
     let command = limit.hint.map(|hint| match hint {
-        FigureHint::ExplainFaults => "footfall explain says for each what to do",
+        FigureHint::ExplainFaults => "footfall explain has a remedy for each",
         FigureHint::ExplainCode => "footfall explain names the code",
         FigureHint::WatchContacts => "footfall monitor names the flag or fault",
         FigureHint::CalibrateRests => "footfall calibrate --rests finds bias and scale",

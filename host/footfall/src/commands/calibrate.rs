@@ -218,7 +218,7 @@ impl CalibrateArguments {
         let learnt = calibration.finish()?;
         if let Some(degrees) = rest.disagreement() {
             warn(format!(
-                "which way is up differs by {degrees:.0}° from the mean of all recordings, so no axes are found: calibrate those of one mounting together"
+                "the direction of up differs by {degrees:.0}° from the mean of all recordings, so no axes are found: calibrate recordings of one mounting together"
             ));
         }
         Ok(WithInputs {

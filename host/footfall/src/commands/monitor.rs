@@ -207,7 +207,7 @@ fn fault_text(what: &str, fault: Fault) -> String {
 fn emergency_text(emergency: Emergency) -> String {
     let (code, detail) = (emergency.code, emergency.detail);
     match emergency.fault {
-        None => format!("fault 0x{code:04X}, which is not known here"),
+        None => format!("fault 0x{code:04X}, which is unknown to this version"),
         Some(fault) if code == 0 => fault_text("cleared:", fault),
         Some(fault) => match Fault::detail(fault) {
             "" => fault_text("fault", fault),

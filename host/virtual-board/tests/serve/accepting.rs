@@ -194,5 +194,5 @@ fn defects_that_look_like_rest_or_taps_are_named() {
     let (out, said) = taps(&mut server, "fault sensor-reset");
     assert!(out.contains("sensor restarts"), "{out}: {said}");
     let (_, said) = taps(&mut server, "power-cycle");
-    assert!(said.contains("OUT: the foot has started again"), "{said}");
+    assert!(said.contains("OUT: the foot has restarted"), "{said}");
 }

@@ -163,7 +163,7 @@ pub fn run(
         });
         let has_restarted = client.starts_of_foot() != starts && *step != AcceptStep::SelfTest;
         let figures = match figures {
-            Ok(_) if has_restarted => step.failed("the foot has started again: supply, or a crash"),
+            Ok(_) if has_restarted => step.failed("the foot has restarted: supply, or a crash"),
             Ok(figures) => figures,
             Err(error @ RequestError::Link(_)) => return Err(error.into()),
             Err(error) => step.failed(&error.to_string()),

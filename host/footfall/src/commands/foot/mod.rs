@@ -203,8 +203,7 @@ impl FootArguments {
             }
             FootAction::Restore => {
                 settings::restore(client)?;
-                "stored settings forgotten; the foot has started again with its defaults\n"
-                    .to_owned()
+                "stored settings erased; the foot has restarted with its defaults\n".to_owned()
             }
             FootAction::Id { foot } => {
                 settings::set_position(client, *foot)?;
@@ -212,7 +211,7 @@ impl FootArguments {
             }
             FootAction::Calibrate { forget: true, .. } => {
                 calibration::store(client, Calibration::Forget)?;
-                "what was learnt is forgotten\n".to_owned()
+                "the learnt values are erased\n".to_owned()
             }
             FootAction::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
             FootAction::Selftest => match self_test::run(client)? {
@@ -243,7 +242,7 @@ impl FootArguments {
             }
             FootAction::Reset => {
                 client.start_again()?;
-                "the foot has started again\n".to_owned()
+                "the foot has restarted\n".to_owned()
             }
         })
     }
@@ -535,7 +534,7 @@ fn seen(learnt: &[(Named, f32)]) -> String {
         of_name.map_or(0.0, |(_, seconds)| *seconds)
     };
     format!(
-        "{:.1} s of stillness and {:.1} s of motion seen",
+        "{:.1} s of stillness and {:.1} s of motion observed",
         seconds("calibration.stillness_learnt_from"),
         seconds("calibration.motion_learnt_from")
     )
