@@ -35,7 +35,8 @@ pub enum Frequency {
 /// Starts the crystal and measures it. A crystal that starts is used even if the measurement fails. No board has yet
 /// shown that the crystal's clock reaches the timer, and a bus that stays off is worse than an unchecked frequency.
 ///
-/// # Errors The crystal's frequency, kHz, if it is not that of the board; 0 if the crystal does not start. It is
+/// # Errors
+/// The crystal's frequency, kHz, if it is not that of the board; 0 if the crystal does not start. It is
 /// switched off.
 pub fn start(expected_mhz: u32) -> Result<Frequency, u32> {
     RCC.cr().modify(|w| w.set_hseon(true));

@@ -217,7 +217,8 @@ impl State {
     /// Appends an event in the next blank record. Programs two words, or more if a bad cell does not take them. Erases
     /// nothing.
     ///
-    /// # Errors The journal is full, or the flash failed.
+    /// # Errors
+    /// The journal is full, or the flash failed.
     pub fn append(&mut self, event: Event, flash: &mut impl Flash) -> Result<(), FlashFailed> {
         let word = event.encode();
         for _ in 0..ATTEMPTS {
@@ -241,7 +242,8 @@ impl State {
 
     /// Requests the install of the program in [`Slot::New`]. Marks a confirmed program first.
     ///
-    /// # Errors The flash failed.
+    /// # Errors
+    /// The flash failed.
     pub fn install(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
         self.tidy(flash)?;
         self.mark_confirmed(flash)?;
@@ -252,7 +254,8 @@ impl State {
     /// power cut before that never makes an untried program the settled one. At worst an update is lost, or a trial
     /// begins again.
     ///
-    /// # Errors The flash failed.
+    /// # Errors
+    /// The flash failed.
     pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
         let least = if self.progress == Progress::Settled { RESERVE } else { LEAST };
         if !self.is_torn && self.free >= least {

@@ -6,7 +6,8 @@ use crate::verify::Hash;
 
 /// Reads the header of a slot.
 ///
-/// # Errors The slot has no header.
+/// # Errors
+/// The slot has no header.
 pub fn header(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     Header::decode(&header_bytes(flash, slot))
 }
@@ -34,7 +35,8 @@ fn read(flash: &impl Flash, start: u32, bytes: &mut [u8]) {
 /// A program written by a probe has neither hash nor signature, and counts as whole: a copy of it gets its header last.
 /// If it has either, it was sent, and a bit of its kind has been cleared.
 ///
-/// # Errors The reason why it is not whole.
+/// # Errors
+/// The reason why it is not whole.
 pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     let header = header(flash, slot)?;
     if header.kind == Kind::Probed {
@@ -78,7 +80,8 @@ pub fn same(flash: &impl Flash, one: Slot, other: Slot) -> bool {
 
 /// Erases a slot. The header goes first, so that an interrupted erase leaves no program.
 ///
-/// # Errors The flash failed.
+/// # Errors
+/// The flash failed.
 pub fn clear(flash: &mut impl Flash, slot: Slot) -> Result<(), FlashFailed> {
     if flash.read(slot.start()) != u32::MAX {
         flash.program(slot.start(), 0)?;
@@ -89,7 +92,8 @@ pub fn clear(flash: &mut impl Flash, slot: Slot) -> Result<(), FlashFailed> {
 /// Copies a program to another slot, after clearing that. The first word comes last, so that an interrupted copy has no
 /// header.
 ///
-/// # Errors The flash failed, or the program has no header.
+/// # Errors
+/// The flash failed, or the program has no header.
 pub fn copy(flash: &mut impl Flash, from: Slot, to: Slot) -> Result<(), FlashFailed> {
     let header = header(flash, from).map_err(|_| FlashFailed)?;
     clear(flash, to)?;

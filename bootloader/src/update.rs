@@ -39,7 +39,8 @@ pub enum ProgramState {
 
 /// Performs the steps that the journal requires. Returns what to start.
 ///
-/// # Errors The flash has failed and takes no record of that. The running slot may hold part of a program, or an
+/// # Errors
+/// The flash has failed and takes no record of that. The running slot may hold part of a program, or an
 /// untried one. The next start repeats the steps.
 /// been tried. The next start repeats the steps.
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
@@ -178,7 +179,8 @@ impl Default for Download {
 impl Download {
     /// Takes the next bytes.
     ///
-    /// # Errors The reason why the program is refused.
+    /// # Errors
+    /// The reason why the program is refused.
     pub fn append(
         &mut self,
         bytes: &[u8],
@@ -217,7 +219,8 @@ impl Download {
 
     /// Ends the download: checks length and hash, and writes the header.
     ///
-    /// # Errors The reason why the program is refused.
+    /// # Errors
+    /// The reason why the program is refused.
     pub fn end(&mut self, flash: &mut impl Flash) -> Result<(), Refusal> {
         let header = self.decoded.ok_or(Refusal::WrongLength)?;
         if self.received != HEADER as u32 + header.length {

@@ -217,7 +217,8 @@ impl Foot {
     /// Creates a foot in its place, like [`new`](Self::new). Inconsistent settings are replaced by the defaults. Moving
     /// a foot to its place would take several times its size on the stack.
     ///
-    /// # Errors The defaults are inconsistent, too.
+    /// # Errors
+    /// The defaults are inconsistent, too.
     // Not inlined: the caller never returns, and would keep the parts of the foot on the stack.
     #[inline(never)]
     pub fn new_in(

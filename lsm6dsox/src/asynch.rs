@@ -75,7 +75,8 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// Waits for the part's boot; leaves other register banks, 3-wire SPI and I3C; checks the identity and resets the
     /// part; writes the configuration and reads it back; waits for the gyroscope's turn-on.
     ///
-    /// # Errors The first register that does not hold the expected value.
+    /// # Errors
+    /// The first register that does not hold the expected value.
     pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
         self.holding = Holding::Unknown;
         delay.delay_us(BOOT_MICROS).await;

@@ -151,7 +151,8 @@ where
 
     /// Stores settings. The previous settings are the older record, and are erased later.
     ///
-    /// # Errors See [`StoreFailed`]. The previous record is unchanged.
+    /// # Errors
+    /// See [`StoreFailed`]. The previous record is unchanged.
     pub fn store(&mut self, settings: &Settings, erase: Erase) -> Result<(), StoreFailed> {
         self.pages.append(&encode(settings), erase)
     }

@@ -284,7 +284,8 @@ where
 
     /// Writes an item and reads it back. It is then the newest item.
     ///
-    /// # Errors See [`StoreFailed`]. The newest item is still the previous one.
+    /// # Errors
+    /// See [`StoreFailed`]. The newest item is still the previous one.
     pub(super) fn append(&mut self, data: &[u8], erase: Erase) -> Result<(), StoreFailed> {
         let length = u16::try_from(data.len()).map_err(|_| StoreFailed::Flash)?;
         let check = CRC.checksum(data);

@@ -37,22 +37,26 @@ pub trait Domains: Objects {
 
     /// Begins a download of `size` bytes, if the client indicates the size. Discards an unfinished download.
     ///
-    /// # Errors The reason for refusing the download.
+    /// # Errors
+    /// The reason for refusing the download.
     fn begin(&mut self, address: Address, size: Option<u32>) -> Result<(), AbortCode>;
 
     /// Takes the next bytes, at most seven.
     ///
-    /// # Errors The reason for ending the download.
+    /// # Errors
+    /// The reason for ending the download.
     fn append(&mut self, bytes: &[u8]) -> Result<(), AbortCode>;
 
     /// Stores the bytes taken.
     ///
-    /// # Errors The reason for ending the download.
+    /// # Errors
+    /// The reason for ending the download.
     fn flush(&mut self) -> Result<(), AbortCode>;
 
     /// Ends the download.
     ///
-    /// # Errors The reason for refusing its bytes.
+    /// # Errors
+    /// The reason for refusing its bytes.
     fn end(&mut self) -> Result<(), AbortCode>;
 }
 

@@ -129,7 +129,8 @@ impl Measurement {
     /// Checks the same if the stored figures belong to this program. For another program, prints the differences. With
     /// `FOOTFALL_UPDATE=1` in the environment the figures are written instead.
     ///
-    /// # Panics If figures of this program differ by more than their tolerance, or a file cannot be read or written.
+    /// # Panics
+    /// If figures of this program differ by more than their tolerance, or a file cannot be read or written.
     pub fn assert_reproduced(&self) {
         if let Err(problem) = self.compare(false) {
             panic!("{problem:#}");
@@ -451,7 +452,8 @@ impl<'a> Figures<'a> {
 
     /// A number, or `None` if it is null.
     ///
-    /// # Errors The key has neither.
+    /// # Errors
+    /// The key has neither.
     pub fn optional(&self, key: &str) -> Result<Option<f64>> {
         match self.json.get(key) {
             Some(Value::Null) => Ok(None),
@@ -503,7 +505,8 @@ impl<'a> Figures<'a> {
 /// Digest of an ELF: the first bytes of the SHA-256 of the addresses and contents that are loaded. It excludes the
 /// header in front of a program, because that contains the commit.
 ///
-/// # Errors It is not an ELF for Arm.
+/// # Errors
+/// It is not an ELF for Arm.
 pub fn digest(elf: &[u8]) -> Result<String> {
     let mut segments = segments(elf)?;
     segments.sort_unstable();

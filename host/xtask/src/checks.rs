@@ -50,7 +50,8 @@ fn require_everything(step: Step) -> Step {
 
 /// Tests every behaviour once. Installs what the tests need, compiles them, and runs them.
 ///
-/// # Errors A test fails, or a tool cannot be installed.
+/// # Errors
+/// A test fails, or a tool cannot be installed.
 pub fn test() -> Result<()> {
     install::run(Tier::Test)?;
     firmware::build_all()?;
@@ -68,7 +69,8 @@ pub fn test() -> Result<()> {
 /// Runs the gate: the tests with nothing left unchecked; then format, lints, documentation, the budgets of the boards'
 /// programs, the installed Python package, and the README's first command.
 ///
-/// # Errors A check fails.
+/// # Errors
+/// A check fails.
 pub fn gate() -> Result<()> {
     let clock = Clock::start();
     clock.heading("format");
@@ -191,7 +193,8 @@ pub fn parts() -> impl Iterator<Item = &'static str> {
 
 /// Runs the full checks, which take hours: all parts, or the named ones. A part that fails does not stop the others.
 ///
-/// # Errors A part fails, or a name is unknown.
+/// # Errors
+/// A part fails, or a name is unknown.
 pub fn full(chosen: &[String]) -> Result<()> {
     if let Some(unknown) = chosen.iter().find(|name| !parts().any(|part| part == **name)) {
         let parts: Vec<&str> = parts().collect();

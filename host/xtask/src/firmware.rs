@@ -84,7 +84,8 @@ pub fn elf_of(program: &str) -> PathBuf {
 /// Builds all programs that tests run: those of the boards, their bootloaders, the programs that measure new boards,
 /// and the one that checks an emulator.
 ///
-/// # Errors A program does not build.
+/// # Errors
+/// A program does not build.
 pub fn build_all() -> Result<()> {
     for board in Board::all()? {
         build_programs(&board, &[&board.program, &board.bring_up()], &[])?;

@@ -21,7 +21,8 @@ type Piece = (u32, Vec<u8>);
 /// Writes both files next to the ELF of the program. Without a bootloader they contain only the program, for a chip
 /// whose bootloader protects its sectors.
 ///
-/// # Errors An ELF cannot be read, segments overlap or are in the settings' pages, or a file cannot be written.
+/// # Errors
+/// An ELF cannot be read, segments overlap or are in the settings' pages, or a file cannot be written.
 pub fn run(program: &Path, bootloader: Option<&Path>) -> Result<()> {
     let settings = settings()?;
     let mut pieces = Vec::new();

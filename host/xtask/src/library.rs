@@ -142,7 +142,8 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
 /// Builds the folder of the archive in `dist`, with the library for only one target of the compiler. Returns its path.
 /// A target that the archive lacks has a folder of its own name in `src`.
 ///
-/// # Errors As [`run`].
+/// # Errors
+/// As [`run`].
 pub fn run_for(target: &str, dist: &Path) -> Result<PathBuf> {
     let folder = dist.join(format!("{NAME}-{target}"));
     let folders = [target];

@@ -53,7 +53,8 @@ impl Environment {
 
 /// Tests the package next to the library that the other tests compiled. Its bits are those of the host.
 ///
-/// # Errors A test fails, or a package cannot be installed.
+/// # Errors
+/// A test fails, or a package cannot be installed.
 pub fn core() -> Result<()> {
     let environment = Environment::open("core")?;
     environment.install(["numpy>=1.24", "pytest>=8"])?;

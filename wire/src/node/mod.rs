@@ -300,7 +300,8 @@ impl Node {
     /// Writes an object with the bytes of a value. Returns the event to handle. The application itself answers a store
     /// or a restore requested here, without [`Node::finish`].
     ///
-    /// # Errors The reason why the value was refused. Nothing has changed then.
+    /// # Errors
+    /// The reason why the value was refused. Nothing has changed then.
     pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
         let size = self.device.writable_size(address)?;
         if let Some(code) = sdo::wrong_length(bytes.len(), size) {

@@ -132,7 +132,8 @@ impl ConfigFlash {
 /// Call it at the thread level, while nothing else uses the flash. It takes as long as an erase. If it is interrupted,
 /// the erased option bytes mean readout protection, level 1 (RM0090, 3.6.3).
 ///
-/// # Errors The supply is too low, or the option bytes do not read back.
+/// # Errors
+/// The supply is too low, or the option bytes do not read back.
 pub fn protect() -> Result<(), StoreFailed> {
     if brown_out_level() == 3 && is_bootloader_protected() {
         return Ok(());

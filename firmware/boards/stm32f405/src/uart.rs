@@ -175,7 +175,8 @@ impl Parts {
 impl Sender {
     /// Sends bytes from RAM. Returns when the last one is in the transmitter.
     ///
-    /// # Errors The DMA did not transfer all bytes.
+    /// # Errors
+    /// The DMA did not transfer all bytes.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<(), NotSent> {
         // A stream without bytes to transfer reports no end.
         if bytes.is_empty() {

@@ -45,7 +45,8 @@ pub struct Image {
 impl Image {
     /// Checks header and length of an image, which do not need the key.
     ///
-    /// # Errors The reason why a foot would refuse it.
+    /// # Errors
+    /// The reason why a foot would refuse it.
     pub fn new(bytes: Vec<u8>) -> Result<Self, Refusal> {
         let header = bytes.first_chunk::<HEADER>().ok_or(Refusal::NotAnImage)?;
         let header = Header::decode(header)?;

@@ -109,7 +109,8 @@ pub struct Contacts {
 impl Contacts {
     /// Appends a contact. Returns whether it is later than the last one; otherwise it is left out.
     ///
-    /// # Errors The temporary file cannot be written.
+    /// # Errors
+    /// The temporary file cannot be written.
     pub fn push(&mut self, contact: &SentContact) -> io::Result<bool> {
         let now_us = contact.time_us;
         if self.times.newest_us.is_some_and(|last_us| last_us >= now_us) {

@@ -129,7 +129,8 @@ impl Opened {
     /// As [`Self::store_all`]. `foot` replaces the name in the file of an only foot, and selects the settings that
     /// apply.
     ///
-    /// # Errors The errors of [`Self::store_all`].
+    /// # Errors
+    /// The errors of [`Self::store_all`].
     pub fn store_as(
         self,
         input_options: &InputOptions,

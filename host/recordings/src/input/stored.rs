@@ -631,7 +631,8 @@ impl Rows {
 
     /// Leaves out the rows whose times do not advance. Returns a flag for each row: whether it is kept.
     ///
-    /// # Errors The times jitter, so that good rows would be left out.
+    /// # Errors
+    /// The times jitter, so that good rows would be left out.
     fn drop_bad(&mut self) -> Result<Vec<bool>, Problem> {
         let kept = longest_increase(&self.unordered_us);
         let (rows, of) = (jittering(&self.unordered_us, &kept), kept.len());

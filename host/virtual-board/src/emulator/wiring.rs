@@ -133,7 +133,8 @@ impl Wiring {
 
     /// Returns the board of this name.
     ///
-    /// # Errors No board has this name. The error lists all names.
+    /// # Errors
+    /// No board has this name. The error lists all names.
     pub fn named(name: &str) -> Result<&'static Self, String> {
         let found = BOARDS.iter().find(|board| board.name == name);
         let names = TABLES.map(|(name, _)| name).join(", ");

@@ -126,7 +126,8 @@ impl Person<'_> {
 /// and sensor restarts during a step are additional figures of it. A step fails if the foot stops responding or
 /// restarts; the following steps are done nevertheless. On a serial line, raw samples are switched on during the steps.
 ///
-/// # Errors The line does not work, or the foot's settings could not be restored.
+/// # Errors
+/// The line does not work, or the foot's settings could not be restored.
 pub fn run(
     client: &mut Client,
     steps: &[AcceptStep],

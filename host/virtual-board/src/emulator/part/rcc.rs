@@ -261,7 +261,8 @@ impl Rcc {
     /// oscillator (RM0090, 7.2.7). Otherwise a core that ran on the crystal stops until the watchdog resets it. Returns
     /// whether the internal oscillator took over and an NMI is due.
     ///
-    /// # Errors If flash is too slow for the internal oscillator.
+    /// # Errors
+    /// If flash is too slow for the internal oscillator.
     pub fn lose_crystal(&mut self, now: u64, wait_states: u32) -> Result<bool, String> {
         self.crystal = None;
         let ready_at = core::mem::replace(&mut self.hse_ready_at, time::NEVER);

@@ -40,7 +40,8 @@ pub enum Command {
 
 /// Parses a line; `None` if it is blank.
 ///
-/// # Errors The command or its argument is invalid. The error is a sentence with the reason.
+/// # Errors
+/// The command or its argument is invalid. The error is a sentence with the reason.
 pub fn parse(line: &str) -> Result<Option<Command>, String> {
     if let Some(planned) = line.trim_start().strip_prefix('@') {
         let (ms, order) = planned.split_once(' ').unwrap_or((planned, ""));

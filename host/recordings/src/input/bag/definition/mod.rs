@@ -101,7 +101,8 @@ impl Definition {
 
     /// Layout of a type: from `text`, its definition in the bag, or from the known definitions.
     ///
-    /// # Errors Half a sentence on the part that the definition lacks.
+    /// # Errors
+    /// Half a sentence on the part that the definition lacks.
     pub(super) fn of(message: &str, text: Option<&str>) -> Result<Self, String> {
         match text.or_else(|| known_text(message)) {
             Some(text) => Self::parse(message, text),
