@@ -948,7 +948,7 @@ impl Foot {
 }
 
 /// Lane of a frame. Process data are a stream, except the contact, which goes before them. Emergencies (0x080) and
-/// heartbeats (0x700) are no process data.
+/// heartbeats (0x700) are not process data.
 const fn lane_of(frame: &CanFrame) -> Lane {
     const CONTACT: u16 = Pdo::Contact.base();
     match frame.id() & 0x780 {

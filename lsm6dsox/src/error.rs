@@ -32,7 +32,7 @@ pub enum Error<E> {
         /// Value read.
         read: u8,
     },
-    /// A status register has bits set that no part sets. The value read is no status, and the data read with it are
+    /// A status register has bits set that no part sets. The value read is not a status, and the data read with it are
     /// invalid.
     Status {
         /// Status register.

@@ -1,4 +1,4 @@
-//! Readings of the same bytes by the drivers of others, recorded on the simulated part: `lsm6dsox` 2.1.0 of crates.io, and at
+//! Readings of the same bytes by third-party drivers, recorded on the simulated part: `lsm6dsox` 2.1.0 of crates.io, and at
 //! ±16 g, where its factor is wrong, `lsm6dso` 0.2.1, for a register-compatible sibling.
 
 use lsm6dsox::sample::SAMPLE_BYTES;

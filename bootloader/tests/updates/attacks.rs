@@ -130,7 +130,7 @@ fn random_requests_neither_run_nor_lose_a_program() {
     }
 }
 
-/// A program can write anything into the journal: what it asks for is done with whole programs alone.
+/// A program can write anything into the journal. The requests in it are executed only with whole programs.
 #[test]
 fn any_journal_starts_a_whole_program() {
     const EVENTS: [Event; 9] = [

@@ -1,4 +1,4 @@
-//! Downloads over SDO into a simulated flash: whole, damaged, refused, given up, and with losses on the bus.
+//! Downloads over SDO into a simulated flash: complete, damaged, refused, abandoned, and with losses on the bus.
 
 use crate::flash::{Chip, Cut, DEVELOPMENT, header, image, program, sign};
 use bootloader::device::Restart;

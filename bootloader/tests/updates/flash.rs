@@ -57,7 +57,7 @@ impl Chip {
         chip
     }
 
-    /// Appends an event to the journal, which has room for it; an install as a master asks for it.
+    /// Appends an event to the journal, which has room for it. An install is requested as by a master.
     pub fn log(&mut self, event: Event) {
         let mut state = State::read(self);
         let appended = match event {
@@ -92,7 +92,7 @@ impl Chip {
         *self.word(address) &= 0x0FFF_00FF;
     }
 
-    /// Clears the bit in the header of a slot by which a program that was sent differs from one of a probe.
+    /// Clears the bit in the header of a slot that distinguishes a program that was sent from one written by a probe.
     pub fn decay_kind(&mut self, slot: Slot) {
         *self.word(slot.start() + 8) &= !0x100;
     }

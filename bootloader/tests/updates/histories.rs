@@ -207,7 +207,7 @@ impl Part {
         }
     }
 
-    /// Asserts that a board whose programs are never confirmed again comes to one that works.
+    /// Asserts that a board whose programs are never confirmed again returns to one that works.
     #[track_caller]
     fn assert_comes_back(&self, context: &str) {
         let mut part = self.clone();

@@ -163,7 +163,7 @@ fn program_whose_kind_has_decayed_is_replaced() {
         chip.decay_kind(Slot::Running);
         chip.runs(&old);
         assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
-        // Nor is it taken for one that a probe has written in place of one on trial.
+        // Nor is it mistaken for a program that a probe has written in place of the one on trial.
         let mut chip = received(&old, None, &new);
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
         chip.decay_kind(Slot::Running);
@@ -245,7 +245,7 @@ fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
     let mut chip = chip.with(Slot::New, &image(4, 4));
     chip.log(Event::Install);
     chip.runs(&image(4, 4));
-    // It fails, too: the first one, which has never worked, does not come back.
+    // It fails as well. The first one has never worked, so it is not restored.
     for _ in 1..MOST_STARTS {
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     }

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// Sources of a program: this package, and those that it is built from.
+/// Sources of a program: this package, and the packages that it is built from.
 const SOURCES: [&str; 11] = [
     ".",
     "../../Cargo.toml",

@@ -126,7 +126,7 @@ impl fmt::Display for Summaries {
     }
 }
 
-/// A report, and in JSON what there is to say about the files that were read.
+/// A report. In JSON it includes the remarks on the files that were read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WithInputs<R> {
     /// The report.

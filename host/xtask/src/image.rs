@@ -29,7 +29,7 @@ pub fn run(
 /// Writes the image of an ELF.
 ///
 /// # Errors
-/// A file cannot be read or written, or the ELF is no program.
+/// A file cannot be read or written, or the ELF is not a program.
 pub fn write(elf: &Path, key: Option<&Path>, sequence: Option<u32>, output: &Path) -> Result<()> {
     let read = |path: &Path| fs::read(path).with_context(|| path.display().to_string());
     let key = match key {

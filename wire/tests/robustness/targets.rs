@@ -110,7 +110,7 @@ pub fn settings(data: &[u8]) {
     }
 }
 
-/// Stream of any bytes: decoded frames are valid, and a complete frame after it is found.
+/// Decodes a stream of any bytes. Decoded frames are valid, and a complete frame after the stream is found.
 pub fn uart(data: &[u8]) {
     let mut decoder = Decoder::new();
     for byte in data {

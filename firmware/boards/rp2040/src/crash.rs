@@ -37,7 +37,7 @@ fn note_and_reset(reason: CrashReason, program_counter: u32) -> ! {
 /// Bits of everything the watchdog can reset, without those of both oscillators.
 const ALL_BUT_OSCILLATORS: u32 = 0x1_FFFC;
 
-/// Restarts the chip, with all peripherals, also before the watchdog runs: its reset does only what is selected.
+/// Restarts the chip with all peripherals, even before the watchdog runs. The watchdog resets only selected parts.
 pub fn reset() -> ! {
     pac::PSM.wdsel().write(|selected| selected.0 = ALL_BUT_OSCILLATORS);
     pac::WATCHDOG.ctrl().modify(|w| w.set_trigger(true));

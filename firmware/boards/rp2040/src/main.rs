@@ -3,7 +3,7 @@
 //! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This file
 //! has the chip and the levels:
 //!
-//! | level | what runs there |
+//! | level | content |
 //! |---|---|
 //! | interrupts, priority 0 | timer, I²C, the pin of INT1, and USB, whose frames are timed |
 //! | sampling, an executor at priority 1 | [`sample`] |

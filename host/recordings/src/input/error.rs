@@ -86,7 +86,7 @@ impl Display for Place {
     }
 }
 
-/// What is wrong with a file. Lines and columns count from 1.
+/// Problem of a file. Lines and columns count from 1.
 #[derive(Debug)]
 pub enum Problem {
     /// The file cannot be opened or read.
@@ -278,7 +278,7 @@ pub enum Problem {
     ImuFields {
         /// Type of its messages.
         message: String,
-        /// What is missing.
+        /// Problem with its fields.
         problem: FieldsProblem,
     },
     /// A topic has no message.

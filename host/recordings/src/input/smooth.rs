@@ -144,7 +144,7 @@ fn parts(displacements: &mut [f64], period_us: f64, gap_us: f64) -> Vec<Range<us
         let newest = &displacements[start.max(row.saturating_sub(NEIGHBOURS))..row];
         let before = median(&sorted(newest));
         let late_us = displacements[row] - before;
-        // Rows that came at once are as many as there are periods in the pause.
+        // The number of rows that arrived at once equals the number of periods in the pause.
         let waiting = 2.0 * late_us.abs().min(LONGEST_STALL_US) / period_us;
         let end = displacements.len().min(row + waiting as usize);
         let is_back = |now: &f64| late_us.signum() * (now - before) <= gap_us / 2.0;

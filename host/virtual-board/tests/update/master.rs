@@ -301,7 +301,7 @@ impl Master {
         assert_eq!(answer[0], 0xA2);
     }
 
-    /// Sends segments of which none is the last of all.
+    /// Sends segments, none of which is the last one.
     pub fn push_segments(&mut self, segments: &[&[u8]]) {
         self.take();
         for (number, bytes) in (1..).zip(segments) {

@@ -39,7 +39,7 @@ const fn row(
     Row { name, disturbance, version, status, run }
 }
 
-/// What the rows share.
+/// Data shared by the rows.
 struct Run<'a> {
     wiring: &'static Wiring,
     corner: Corner,

@@ -168,7 +168,7 @@ impl Foot {
     }
 }
 
-/// What moves a foot.
+/// Cause of a foot's motion.
 struct Moved {
     walk: EndlessGait,
     hands: Hands,
