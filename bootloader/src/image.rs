@@ -191,7 +191,7 @@ impl Refusal {
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
-            Self::NotAnImage => "the file is no image of a foot's program",
+            Self::NotAnImage => "the file is not an image of a foot's program",
             Self::UnknownFormat => "the image has a newer format than the bootloader knows",
             Self::OtherBoard => "the image is for another board",
             Self::WrongLength => "the image is shorter or longer than its header says",

@@ -21,7 +21,7 @@ macro_rules! by_name {
         fn set(of: &mut Constants, name: &str, value: f32) -> PyResult<()> {
             match name {
                 $(stringify!($name) => of.$name = value,)+
-                _ => return Err(value_error(format!("{name} is no constant"))),
+                _ => return Err(value_error(format!("{name} is not a constant"))),
             }
             Ok(())
         }

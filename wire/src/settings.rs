@@ -591,7 +591,7 @@ mod tests {
                 (Value::U32(low), Value::U32(high)) => {
                     [Value::U32(low.wrapping_sub(600)), Value::U32(high + 600)]
                 }
-                _ => panic!("{address:?} is no number"),
+                _ => panic!("{address:?} is not a number"),
             };
             for value in outside {
                 let params = with_raw(&base, address, value).params();

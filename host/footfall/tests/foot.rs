@@ -162,8 +162,8 @@ fn images_are_checked_before_anything_is_sent() {
     let mut unsigned = image.clone();
     unsigned[9] = 0;
     for (name, bytes, expected) in [
-        ("empty.img", &image[..0], "the file is no image"),
-        ("elf.img", &[0x7F; 2000], "the file is no image"),
+        ("empty.img", &image[..0], "the file is not an image"),
+        ("elf.img", &[0x7F; 2000], "the file is not an image"),
         ("unsigned.img", &unsigned, "the image is not signed"),
         ("short.img", &image[..600], "the image is shorter"),
     ] {

@@ -445,7 +445,7 @@ impl<'a> Figures<'a> {
     /// A number.
     ///
     /// # Errors
-    /// There is no number under this key.
+    /// There is not a number under this key.
     pub fn number(&self, key: &str) -> Result<f64> {
         self.json[key].as_f64().with_context(|| format!("{} has no number `{key}`", self.place))
     }

@@ -134,7 +134,7 @@ impl DecodeNotice {
                 );
             }
             Self::MoreMalformedLines(count, form) => {
-                format!("{count} more lines are none of {}", form.name())
+                format!("{count} more lines are not lines of {}", form.name())
             }
             Self::UnknownFoot { known, node } => format!(
                 "no foot of the ids {known} has sent a contact, but node {node} may be one"

@@ -15,7 +15,7 @@ recordings::named! {
         Typical = "typical",
         /// Oscillators at the lower limit, times at the upper.
         Slow = "slow",
-    } or |name| format!("{name} is none of fast, typical, slow")
+    } or |name| format!("{name} is not one of fast, typical, slow")
 }
 
 impl Corner {

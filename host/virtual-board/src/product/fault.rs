@@ -20,13 +20,13 @@ impl FromStr for SelectedFault {
         let (name, variant) = match text.split_once(':') {
             Some((name, variant)) => {
                 let number = variant.parse::<u64>();
-                let number = number.map_err(|_| format!("{variant} is no number"))?;
+                let number = number.map_err(|_| format!("{variant} is not a number"))?;
                 (name, Some(number))
             }
             None => (text, None),
         };
         let scenario = all().find(|scenario| scenario.name == name);
-        let scenario = scenario.ok_or_else(|| format!("{name} is none of {}", names()))?;
+        let scenario = scenario.ok_or_else(|| format!("{name} is not one of {}", names()))?;
         Ok(Self { scenario, variant: variant.unwrap_or(scenario.variants.0) })
     }
 }

@@ -42,7 +42,7 @@ fn wrong_orders_are_errors_and_the_robot_runs_on() {
     server.say("RR: gait trot");
     server.wait_for("error: the robot has no foot RR");
     server.say("RR gait trot");
-    server.wait_for("is no command; help lists them");
+    server.wait_for("is not a command; help lists them");
     server.order("FL: power-cycle");
     server.say("fault no-crystal");
     server.wait_for("all feet: fault no-crystal");

@@ -101,7 +101,7 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     assert!(!last.contains("sensor"), "{last}");
 
     server.say("fault thawed");
-    server.wait_for("error: thawed is none of");
+    server.wait_for("error: thawed is not one of");
     server.say("FL: gait trot");
     server.wait_for("FL: gait trot");
     server.end();

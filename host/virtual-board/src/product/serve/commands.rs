@@ -63,7 +63,7 @@ pub fn parse(line: &str) -> Result<Option<Command>, String> {
         ["faults"] if foot.is_none() => Command::Faults,
         ["help"] if foot.is_none() => Command::Help,
         ["quit"] if foot.is_none() => Command::Quit,
-        _ => return Err(format!("{:?} is no command; help lists them", line.trim())),
+        _ => return Err(format!("{:?} is not a command; help lists them", line.trim())),
     };
     Ok(Some(command))
 }
@@ -151,7 +151,7 @@ mod tests {
             ("gait hop", "known are stand, walk, trot, run"),
             ("gait", "help lists them"),
             ("hold up", "up is no side: x, -x, y"),
-            ("fault thawed", "thawed is none of miso-low"),
+            ("fault thawed", "thawed is not one of miso-low"),
             ("fault store-erases", "FOOTFALL_ROWS=store-erases"),
             ("XX: gait walk", "feet are FL, FR"),
             ("FL: quit", "help lists them"),

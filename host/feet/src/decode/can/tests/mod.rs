@@ -278,7 +278,7 @@ fn malformed_line_is_reported_and_skipped() {
     let decoded = decode(&log, "can.log", &[]);
     assert_eq!(decoded.report.problems["malformed_lines"], 1000);
     assert_eq!(decoded.notices.len(), 11);
-    assert_eq!(sentences(&decoded)[10], "can.log: 990 more lines are none of candump -l");
+    assert_eq!(sentences(&decoded)[10], "can.log: 990 more lines are not lines of candump -l");
 }
 
 #[test]
