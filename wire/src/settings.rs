@@ -499,10 +499,11 @@ fn find(address: Address) -> Result<(&'static Entry, usize), AbortCode> {
     }
 }
 
-/// Maximum length of a data frame of N bytes on the bus, bits. 34 bits before the data are subject to stuffing, with
-/// one more bit for every four after the first; then follow delimiter, acknowledgement, end of frame and the space
-/// between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN) schedulability analysis*, 2007,
-/// equation 1.)
+/// Maximum length of a data frame of N bytes on the bus, bits.
+///
+/// The data and 34 other bits are subject to stuffing, which adds one bit for every four after the first. The 13 bits
+/// of delimiters, acknowledgement, end of frame and the space between frames are not. (Davis, Burns, Bril, Lukkien:
+/// *Controller Area Network (CAN) schedulability analysis*, 2007, equation 1.)
 #[must_use]
 pub const fn longest_frame(bytes: u32) -> u32 {
     8 * bytes + 13 + 34 + (34 + 8 * bytes - 1) / 4
