@@ -62,13 +62,13 @@ class Decoded:
     gyro_bias: npt.NDArray[np.float32]
     """Bias of the gyroscope in the frame of the foot, rad/s, shape (N, 3)."""
     temperature: npt.NDArray[np.float32]
-    """The sensor's, °C, shape (N,)."""
+    """Temperature of the sensor, °C, shape (N,)."""
     state: npt.NDArray[np.uint8]
     """Index into :data:`footfall.STATES`, shape (N,)."""
     decision: npt.NDArray[np.bool_]
     """The debounced decision: stable or not. Shape (N,)."""
     flags: npt.NDArray[np.uint16]
-    """Reasons to doubt: bit k stands for :data:`footfall.SENT_FLAGS` k. Shape (N,)."""
+    """Reasons to doubt: bit k is flag k of :data:`footfall.SENT_FLAGS`. Shape (N,)."""
     report: dict[str, Any]
     """Counts of frames, missing frames and problems, as in ``footfall decode --json``; ``docs/reference/formats.md``
     describes the fields."""

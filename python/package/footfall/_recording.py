@@ -184,7 +184,7 @@ def read(
     decimal : {".", ","}, optional
         Decimal mark of a table's numbers.
     time_unit : {"s", "ms", "us", "ns"}, optional
-        Unit of the times, if it is neither in the column's name nor s.
+        Unit of the times, if the column's name does not give it and it is not s.
     times : {"keep", "drop-bad", "smooth", "rate"}, optional
         Treatment of times that do not increase: an error, omit those rows, space rows evenly between gaps, or space all
         rows by the rate.
@@ -197,7 +197,7 @@ def read(
     Raises
     ------
     ValueError
-        The file is not understood; the message names the place and what to do.
+        The file is not understood; the message names the position and the remedy.
     OSError
         The file cannot be read.
     """

@@ -75,7 +75,7 @@ class Result:
     decision: npt.NDArray[np.bool_]
     """The debounced decision: stable or not. Shape (N,)."""
     flags: npt.NDArray[np.uint8]
-    """Reasons to doubt: bit k stands for ``FLAGS[k]``. Shape (N,)."""
+    """Reasons to doubt: bit k is ``FLAGS[k]``. Shape (N,)."""
     rate: float
     """Sample rate, Hz."""
     findings: tuple[Finding, ...]

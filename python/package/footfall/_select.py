@@ -76,7 +76,7 @@ def select(
     are the best of the others are scored on it. If the mean is much better than that of the recordings left out, the
     parameters fit these recordings only.
 
-    The figures are those of `p_stable`: keys that change the decision, the state or `sigma_v` alone have no effect on
+    The figures are those of `p_stable`: keys that change only the decision, the state or `sigma_v` have no effect on
     them.
 
     Parameters
@@ -163,7 +163,7 @@ def _figure(of: Score, by: Figure, recording: Recording) -> float:
     """The figure that selects."""
     figure: float | None = getattr(of, by)
     if figure is None:
-        raise ValueError(f"{recording.name!r} has one label alone, and by is {by!r}")
+        raise ValueError(f"{recording.name!r} has only one label, and by is {by!r}")
     return figure
 
 

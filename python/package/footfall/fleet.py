@@ -5,7 +5,7 @@
 ...                                pattern="{robot}/{day}/{foot}.mcap")  # doctest: +SKIP
 
 :func:`estimate` gives each recording to :func:`footfall.estimate_file` in a task of Ray Data, and writes one row for
-each foot. :data:`COLUMNS` describes the row; ``docs/guide/fleet.md`` says what is kept where, and how long it takes.
+each foot. :data:`COLUMNS` describes the row. ``docs/guide/fleet.md`` describes the stored files and the time required.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ COLUMNS: dict[str, tuple[Any, str]] = {
     "recording": (_TEXT, "Path or URL of the recording."),
     "robot": (_TEXT, "From the pattern; else the first folder below the source, or the name of the source."),
     "foot": (_TEXT, "The foot's name in the recording; else from the pattern, else the name of the file."),
-    "day": (_TEXT, "From the pattern; else of the first sample in UTC, where its clock has a date."),
+    "day": (_TEXT, "From the pattern; else that of the first sample in UTC, if its clock has a date."),
     "status": (_TEXT, "`done`; `refused`: not understood; `failed`: not read; `lost`: its worker died each time."),
     "error": (_TEXT, "Why it is not done."),
     "key": (_TEXT, "Hash of all that the row depends on: size and time or ETag, settings, names, version."),
@@ -69,7 +69,7 @@ COLUMNS: dict[str, tuple[Any, str]] = {
     "stable_s": (_NUMBER, "Time in which the decision is stable, s."),
     "steps": (_COUNT, "Touch-downs."),
     "slips": (_COUNT, "Slips that began."),
-    "slip_distance_m": (_NUMBER, "Distance of all slips of which it is known, along the ground, m."),
+    "slip_distance_m": (_NUMBER, "Sum of the known distances of slips along the ground, m."),
     "unstable_stances": (_COUNT, "Stances in which the foot was loaded and never stable."),
     **{f"{flag}_samples": (_COUNT, f"Samples with the flag `{flag}`.") for flag in FLAGS},
     "edge_m_s2": (_FLOAT, "Acceleration below which the foot is still at the end, learnt, m/s²."),
@@ -78,7 +78,7 @@ COLUMNS: dict[str, tuple[Any, str]] = {
         for end, when in (("start", "at its first rest"), ("end", "at the end"))
         for axis in ("wx", "wy", "wz")
     },
-    "findings": (_TEXTS, "Names of what is not plausible."),
+    "findings": (_TEXTS, "Names of the findings: implausible values."),
     "notices": (_TEXTS, "A sentence on each finding, and on each thing that was left out or reinterpreted."),
 }
 """Columns of a row: type of Arrow and meaning. Those from `start_s` on are null where `status` is not ``done``."""
@@ -122,10 +122,11 @@ def estimate(
     memory: int | None = None,
     **options: Any,
 ) -> pyarrow.Table:
-    """Estimates the recordings of a tree whose rows are missing or of something else.
+    """Estimates the recordings of a tree whose rows are missing or out of date.
 
-    Ray is the one that is connected (``ray.init``); else Ray connects to one that runs on this machine, or starts
-    it. A call that finds nothing to do needs none. One call at a time works on a destination.
+    The estimates run on the connected Ray (``ray.init``). Without a connection, Ray connects to an instance on this
+    machine, or starts one. A call without recordings to estimate needs no Ray. Only one call at a time may work on a
+    destination.
 
     Parameters
     ----------
@@ -134,15 +135,15 @@ def estimate(
     destination : path or URL
         A folder, on a file system that all workers share.
     pattern : str, optional
-        Which files are recordings, and what their paths below `source` say: ``"{robot}/{day}/*_{foot}.csv"``. ``*`` is
-        any text in a part, ``**`` any number of parts. Without it, files with the ending of a recording.
+        Pattern of the paths of recordings below `source`, such as ``"{robot}/{day}/*_{foot}.csv"``. ``*`` matches any
+        text in a part, ``**`` any number of parts. By default recordings are recognised by their extension.
     samples : bool
-        Whether the estimates of all samples are written, too, with the columns of :meth:`footfall.Result.to_arrow`.
+        Whether to write the estimates of all samples as well, with the columns of :meth:`footfall.Result.to_arrow`.
     memory : int, bytes, optional
-        What a task may need: Ray starts no more of them on a machine than fit.
+        Memory that a task may need. Ray starts only as many tasks on a machine as fit.
     **options
         Further arguments of :func:`footfall.estimate_file`, such as `preset`, `config`, `units` or `topic`. Those
-        about topics apply to bags alone, and `time_unit` to tables.
+        about topics apply only to bags, and `time_unit` only to tables.
 
     Returns
     -------
@@ -202,7 +203,7 @@ class _Recording:
 
 @dataclass(frozen=True)
 class _Call:
-    """What workers need to know."""
+    """Arguments of a call that workers need."""
 
     fs: Any
     root: str
@@ -221,7 +222,7 @@ def _pattern(text: str) -> re.Pattern[str]:
     parts = re.split(r"(\*\*/|\*\*|\*|\{.*?\})", text)
     for part in parts:
         if part.startswith("{") and part not in meanings:
-            raise ValueError(f"pattern has {part}, but only {{robot}}, {{foot}} and {{day}} stand in braces")
+            raise ValueError(f"pattern has {part}, but only {{robot}}, {{foot}} and {{day}} are allowed in braces")
     try:
         return re.compile("".join(meanings.get(part, re.escape(part)) for part in parts))
     except re.error as error:
@@ -266,13 +267,13 @@ def _find(source: str, pattern: str | None, settings: Any, destination: tuple[An
 
 
 def _stamps(about: Row) -> list[str]:
-    """What changes with a file, as its listing has it; without that it counts as changed each time."""
+    """Values in a listing that change with a file. Without them a file counts as changed each time."""
     stamps = [str(about[name]) for name in _STAMPS if about.get(name) is not None]
     return stamps or [str(datetime.datetime.now())]
 
 
 def _run(recordings: list[_Recording], call: _Call, memory: int | None) -> list[Row]:
-    """Has all recordings estimated, and returns the rows of those that are lost: each was alone in its task at last."""
+    """Estimates all recordings. Returns rows for those that are lost, each of which failed in a task of its own."""
     import ray.data
 
     for most in (min(GROUP, len(recordings) // TASKS), 1):
@@ -284,7 +285,7 @@ def _run(recordings: list[_Recording], call: _Call, memory: int | None) -> list[
             groups[-1].append(recording)
         items = [{"group": pickle.dumps(group)} for group in groups]
         dataset = ray.data.from_items(items, override_num_blocks=len(items))
-        # A task that dies again and again costs its own recordings, not the call.
+        # A task that fails repeatedly loses its own recordings, but does not fail the call.
         dataset.context.max_errored_blocks = -1
         # Those of both steps are the same, so that Ray does both in one task.
         remote = {"max_retries": RETRIES} | ({} if memory is None else {"memory": memory})
@@ -298,7 +299,7 @@ def _run(recordings: list[_Recording], call: _Call, memory: int | None) -> list[
         recordings = [recording for recording in recordings if recording.name not in done]
         if not recordings:
             break
-    why = f"its worker died, or could not write below {call.root}: the log of Ray says why"
+    why = f"its worker died, or could not write below {call.root}: the log of Ray has the reason"
     return [_row_of(recording, "lost", why) for recording in recordings]
 
 
@@ -340,7 +341,7 @@ def _local(recording: _Recording) -> Iterator[str]:
 
 
 def _row_of(recording: _Recording, status: str, error: str | None = None) -> Row:
-    """What is known of a recording before it is estimated."""
+    """Row of a recording before its estimate."""
     foot = recording.foot or _RECORDING.sub("", posixpath.basename(recording.path))
     row = dict(recording=recording.name, robot=recording.robot, foot=foot, day=recording.day, key=recording.key)
     return row | {"status": status, "error": error, "version": __version__}
@@ -416,7 +417,7 @@ def _read_new(fs: Any, root: str) -> pyarrow.Table:
 
 
 def _collect(fs: Any, root: str, lost: Sequence[Row] = ()) -> pyarrow.Table:
-    """All rows. New ones, and those of what was `lost`, take the place of earlier ones in the one file."""
+    """Returns all rows. New rows, and those of `lost` recordings, replace earlier ones in the file."""
     rows = _read(fs, f"{root}/{ROWS}")
     new = pyarrow.concat_tables([_read_new(fs, root), pyarrow.Table.from_pylist(list(lost), schema=SCHEMA)])
     if new.num_rows:
