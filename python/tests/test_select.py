@@ -95,7 +95,7 @@ def test_unusable_arguments_are_refused_by_name(walks: list[footfall.Simulation]
         (walks, {"window": []}, "rmse", "grid has no value of window"),
         (walks, {}, "auc", "by is 'auc', but one of rmse, roc_auc, calibration_error"),
         ([walks[0], unlabelled], {}, "rmse", r"recordings\[1\], '.*', has no label"),
-        ([one_label], {}, "roc_auc", "has one label alone, and by is 'roc_auc'"),
+        ([one_label], {}, "roc_auc", "has only one label, and by is 'roc_auc'"),
         (walks, {"windw": ["1ms"]}, "rmse", "windw"),
     ]
     for recordings, grid, by, message in refused:
