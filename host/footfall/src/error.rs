@@ -136,7 +136,9 @@ pub enum Error {
         feet: Vec<String>,
     },
     /// A foot is calibrated where there are settings of single feet, and it is not named.
-    #[error("there are settings of the foot {0} alone: --foot names the one that is calibrated")]
+    #[error(
+        "the configuration has settings only of the foot {0}: name the foot to calibrate with --foot"
+    )]
     WhichFoot(String),
     /// One of several feet cannot be calibrated.
     #[error("foot {foot}: {source}")]

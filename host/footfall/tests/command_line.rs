@@ -161,7 +161,7 @@ fn configuration_errors_give_the_place_of_each() {
         \n[decision]\n threshold = 2\n => line 3, column 2, key decision.threshold is 2, allowed
         a = [\n => c.toml, line
         window = '20ms'\n => line 1, column 1, key window has an effect
-        window = '50'\n => line 1, column 10, key window: "50" is no window: write a duration such as 50ms
+        window = '50'\n => line 1, column 10, key window: "50" is not a window: write a duration such as 50ms
         [learnt]\nstill = -1\nmoving = -2\nspeed = -5\nstill_seconds = 2\nmoving_seconds = 3\nversion = 1\n => line 3, column 1, key learnt.moving is -2, allowed is -1 to 6
         [accelerometer]\nscale = { az = 9 }\n => line 2, column 16, key accelerometer.scale: az is 9
         "#,
@@ -219,7 +219,7 @@ fn wrong_option_error_suggests_what_to_write() {
         r#"
         --window=50 => write a duration such as 50ms or a count such as 50samples
         --sample-rate=-5 => write a number of Hz above 0
-        --units=mph => "mph" is no unit: write m/s2 or g, and rad/s or dps
+        --units=mph => "mph" is not a unit: write m/s2 or g, and rad/s or dps
         --time-unit=min => possible values: s, ms, us, ns
         --map=ax => write OURS=THEIRS
         "#,

@@ -54,7 +54,7 @@ fn invalid_setting_error_gives_name_and_range() {
         set decision.threshold=2 => decision.threshold is "2", but 0
         set threshold=0.5 => no object has the name "threshold"
         set decision.threshold => write NAME=VALUE
-        set stage=1 => stage is no setting
+        set stage=1 => stage is not a setting
         get nothing => no object has the name "nothing"
         import none.txt => none.txt:
         export settings.csv => .txt

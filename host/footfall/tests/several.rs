@@ -82,9 +82,9 @@ fn impossible_spans_are_rejected() {
         "
         --from 2 => x.csv: --from 2 is after its end; the recording lasts 0.999 s
         --from 2 --to 1.5 => --to 1.5 is not after --from 2
-        --from=-1 => is no time since the first sample
-        --to soon => is no time since the first sample
-        --from nan => is no time since the first sample
+        --from=-1 => is not a time since the first sample
+        --to soon => is not a time since the first sample
+        --from nan => is not a time since the first sample
         ",
     ) {
         bench.refuses(&format!("replay x.csv {span} --output p.csv"), expected);

@@ -128,7 +128,7 @@ impl DecodeNotice {
         let said = match self {
             Self::MalformedLine { number, start, form } => {
                 return format!(
-                    "{file}, line {number}: {start:?} is no line of {}, which are like {}",
+                    "{file}, line {number}: {start:?} is not a line of {}, which look like {}",
                     form.name(),
                     form.example()
                 );

@@ -154,7 +154,7 @@ fn sample_rate_is_checked_like_the_option() {
     }
     assert_eq!(
         message("sample_rate_hz = -5\n"),
-        "x.toml, line 1, column 18, key sample_rate_hz: -5 is no sample rate: write a number of Hz above 0"
+        "x.toml, line 1, column 18, key sample_rate_hz: -5 is not a sample rate: write a number of Hz above 0"
     );
 }
 

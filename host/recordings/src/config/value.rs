@@ -65,7 +65,9 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
         None => duration(text).map(WindowLength::Duration),
     };
     window.ok_or_else(|| {
-        format!("{text:?} is no window: write a duration such as 50ms or a count such as 50samples")
+        format!(
+            "{text:?} is not a window: write a duration such as 50ms or a count such as 50samples"
+        )
     })
 }
 
@@ -76,7 +78,7 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
     seconds.filter(|seconds: &f64| (0.0..=1.0e9).contains(seconds)).ok_or_else(|| {
-        format!("{text:?} is no time since the first sample: write seconds, such as 2.5")
+        format!("{text:?} is not a time since the first sample: write seconds, such as 2.5")
     })
 }
 
@@ -94,7 +96,7 @@ pub(super) fn checked_sample_rate(rate: f32) -> Result<f32, String> {
 }
 
 fn no_sample_rate(text: &str) -> String {
-    format!("{text} is no sample rate: write a number of Hz above 0")
+    format!("{text} is not a sample rate: write a number of Hz above 0")
 }
 
 /// Parses whether gravity is `included` or `removed`.
@@ -130,7 +132,7 @@ pub fn parse_gyro_timing(text: &str) -> Result<GyroTiming, String> {
         return Ok(GyroTiming::PeriodMean);
     }
     duration(text).map(GyroTiming::Delay).ok_or_else(|| {
-        format!("{text:?} is no timing: write \"period_mean\" or a delay such as \"1.5ms\"")
+        format!("{text:?} is not a timing: write \"period_mean\" or a delay such as \"1.5ms\"")
     })
 }
 

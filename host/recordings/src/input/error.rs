@@ -592,7 +592,7 @@ impl Problem {
             ),
             Self::Time { text, unit } => write!(
                 f,
-                ": {} is no time in {unit}: -{most:e} to {most:e} is expected",
+                ": {} is not a time in {unit}: -{most:e} to {most:e} is expected",
                 excerpt(text),
                 most = MAX_TIME_S * unit.per_second()
             ),
@@ -653,7 +653,7 @@ impl Problem {
                 write!(f, ": there are loads for {loads} of {} feet", feet.len())
             }
             Self::LoadField { load, message, what } => {
-                write!(f, ": {load} is no load: {message} {what}")
+                write!(f, ": {load} is not a load: {message} {what}")
             }
             Self::TwoFeet(name) => write!(f, ": two feet would be {name}"),
             Self::NoFootToRename { name, feet } => {

@@ -149,7 +149,7 @@ impl FromStr for Rename {
             Some((old, new)) if !old.is_empty() && !new.is_empty() => {
                 Ok(Self { old: old.to_owned(), new: new.to_owned() })
             }
-            _ => Err(format!("{text:?} is no name: write OLD=NEW, such as leg_1=FL")),
+            _ => Err(format!("{text:?} is not a name: write OLD=NEW, such as leg_1=FL")),
         }
     }
 }
@@ -235,7 +235,7 @@ impl FromStr for LoadTopic {
         };
         if topic.is_empty() || field == Some("") {
             return Err(format!(
-                "{text:?} is no topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z or /lowstate:foot_force[0]"
+                "{text:?} is not a topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z or /lowstate:foot_force[0]"
             ));
         }
         Ok(Self { topic: absolute(topic), field: field.map(str::to_owned) })

@@ -927,7 +927,7 @@ mod tests {
         let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(
         said.ends_with(
-            "10000029000 is no time in s: -4e9 to 4e9 is expected; time unit gives the unit: s, ms, us or ns"
+            "10000029000 is not a time in s: -4e9 to 4e9 is expected; time unit gives the unit: s, ms, us or ns"
         ),
         "{said}"
     );

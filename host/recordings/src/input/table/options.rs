@@ -216,7 +216,7 @@ impl FromStr for Units {
                 (None, Some(unit)) => rate.replace(unit).is_some(),
                 (None, None) => {
                     return Err(format!(
-                        "{unit:?} is no unit: write m/s2 or g, and rad/s or dps, such as g,dps"
+                        "{unit:?} is not a unit: write m/s2 or g, and rad/s or dps, such as g,dps"
                     ));
                 }
             };
@@ -243,7 +243,7 @@ crate::named! {
         Microseconds = "us",
         /// ns.
         Nanoseconds = "ns",
-    } or |name| format!("{name:?} is no unit of time: write s, ms, us or ns")
+    } or |name| format!("{name:?} is not a unit of time: write s, ms, us or ns")
 }
 
 impl TimeUnit {
@@ -435,7 +435,7 @@ mod tests {
         assert_eq!("us".parse(), Ok(TimeUnit::Microseconds));
         assert_eq!(
             "min".parse::<TimeUnit>(),
-            Err("\"min\" is no unit of time: write s, ms, us or ns".to_owned())
+            Err("\"min\" is not a unit of time: write s, ms, us or ns".to_owned())
         );
         assert_eq!("drop-bad".parse(), Ok(Times::DropBad));
         assert!("drop".parse::<Times>().is_err());

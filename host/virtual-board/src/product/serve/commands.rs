@@ -45,7 +45,7 @@ pub enum Command {
 pub fn parse(line: &str) -> Result<Option<Command>, String> {
     if let Some(planned) = line.trim_start().strip_prefix('@') {
         let (ms, order) = planned.split_once(' ').unwrap_or((planned, ""));
-        let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;
+        let ms = ms.parse().map_err(|_| format!("{ms} is not a time in ms"))?;
         return match parse(order)? {
             Some(Command::Order(foot, order)) => Ok(Some(Command::Planned(ms, foot, order))),
             _ => Err(format!("{:?} is not an order to a foot", order.trim())),
@@ -90,7 +90,7 @@ fn split(line: &str) -> Result<(Option<Foot>, &str), String> {
 }
 
 fn side(name: &str) -> Result<Side, String> {
-    Side::find(name).ok_or_else(|| format!("{name} is no side: {}", Side::NAMES.join(", ")))
+    Side::find(name).ok_or_else(|| format!("{name} is not a side: {}", Side::NAMES.join(", ")))
 }
 
 fn gait(name: &str) -> Result<GaitName, String> {
@@ -150,7 +150,7 @@ mod tests {
         for (line, expected) in [
             ("gait hop", "known are stand, walk, trot, run"),
             ("gait", "help lists them"),
-            ("hold up", "up is no side: x, -x, y"),
+            ("hold up", "up is not a side: x, -x, y"),
             ("fault thawed", "thawed is not one of miso-low"),
             ("fault store-erases", "FOOTFALL_ROWS=store-erases"),
             ("XX: gait walk", "feet are FL, FR"),
@@ -159,7 +159,7 @@ mod tests {
             ("jump", "help lists them"),
             ("@5 quit", "is not an order"),
             ("@5", "is not an order"),
-            ("@x tap", "x is no time in ms"),
+            ("@x tap", "x is not a time in ms"),
         ] {
             match parse(line) {
                 Err(error) => assert!(error.contains(expected), "{line}: {error}"),

@@ -271,7 +271,7 @@ fn malformed_line_is_reported_and_skipped() {
     assert_eq!(
         sentences(&decoded),
         [
-            "can.log, line 2: \"(1.2) x\" is no line of candump -l, which are like (1609459200.000111) can0 191#FFFF80800C0007D8"
+            "can.log, line 2: \"(1.2) x\" is not a line of candump -l, which look like (1609459200.000111) can0 191#FFFF80800C0007D8"
         ]
     );
     let log = contact("can0", 1, 0, 0) + &"x\n".repeat(1000);

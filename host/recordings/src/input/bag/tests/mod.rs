@@ -602,10 +602,10 @@ fn loads_without_stamps_use_log_times_in_order_of_feet() {
     let one = |load| open(&bytes, &with_loads(topics(&["/imu/fl"]), &[load]));
     assert_eq!(
         why(one("/load/a:force.z")),
-        ": /load/a:force.z is no load: std_msgs/msg/Float64 has data"
+        ": /load/a:force.z is not a load: std_msgs/msg/Float64 has data"
     );
     assert!(why(one("/imu/fr")).ends_with(
-        ": /imu/fr is no load: sensor_msgs/msg/Imu cannot be read: its definition has a line \
+        ": /imu/fr is not a load: sensor_msgs/msg/Imu cannot be read: its definition has a line \
          that is not a field: \"fields\""
     ));
     assert!(why(one("/load/c")).starts_with(" has no topic /load/c of numbers; there is /imu/fl"));

@@ -249,7 +249,9 @@ fn errors_name_the_row_and_the_column() {
          such as map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
     );
     let far = TimestampSecondArray::from_iter_values(wholes(i64::MAX / 100));
-    assert!(why(with(vec![("t", Arc::new(far) as ArrayRef)], axes())).contains("is no time in us"));
+    assert!(
+        why(with(vec![("t", Arc::new(far) as ArrayRef)], axes())).contains("is not a time in us")
+    );
 }
 
 #[test]
