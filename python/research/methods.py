@@ -21,6 +21,8 @@ OTHERS, FAMILY = "tuned on other families", "tuned on its family"
 DEFAULT, WARM, FROZEN = "footfall, default preset", "footfall, warm start", "footfall, nothing learnt"
 PAPER, AUTHORS = "footfall, paper preset", "authors' script (looks ahead)"
 SHOE, ARED = "SHOE / GLRT, as published", "ARED, as published"
+HMM = "hidden Markov model of the amplitude"
+ADAPTIVE = f"SHOE, adaptive threshold, {OTHERS}"
 TRIGGER, FUZZY = "force Schmitt trigger 10/5 %", "fuzzy c-means, force and IMU"
 
 RATES = (100.0, 390.0, 500.0, 1000.0, 1660.0)
@@ -48,6 +50,10 @@ def run(files: list[Labelled]) -> dict[str, Runs]:
     for teachers in (OTHERS, FAMILY):
         for detector, of_files in scores.items():
             methods[f"{detector}, {teachers}"] = _tuned(files, of_files, teachers)
+    methods[ADAPTIVE] = _adaptive(files)
+    methods[HMM] = [
+        _probability(file, peers.hidden_markov(files[_unlabelled(files, k)], file)) for k, file in enumerate(files)
+    ]
     shares = [file.load_share for file in files]
     methods[TRIGGER] = [
         _probability(file, None if share is None else peers.schmitt_trigger(share))
@@ -99,6 +105,28 @@ def _tuned(files: list[Labelled], scores: list[Array | None], teachers: str) -> 
         if from_files not in thresholds:
             thresholds[from_files] = peers.threshold(_by_family(files, scores, from_files))
         runs.append(Answers.of(file.label, (ranking > thresholds[from_files]).astype(np.float64), ranking))
+    return runs
+
+
+def _adaptive(files: list[Labelled]) -> Runs:
+    """SHOE with an adaptive threshold, whose two constants have the fewest wrong answers on all other families."""
+    mistakes = [peers.adaptive_mistakes(file) for file in files]
+    runs: Runs = []
+    for k, file in enumerate(files):
+        families: dict[str, list[int]] = {}
+        for other in _teachers(files, k, OTHERS):
+            families.setdefault(files[other].family, []).append(other)
+        by_family = [
+            np.average([mistakes[k] for k in of], axis=0, weights=[len(files[k].label) for k in of])
+            for of in families.values()
+        ]
+        wrong = np.sum(by_family, axis=0)
+        best, growth = np.unravel_index(int(np.argmin(wrong)), wrong.shape)
+        constants = peers.ADAPTIVE_THRESHOLDS[[best]], peers.ADAPTIVE_GROWTHS[[growth]]
+        statistic = peers.shoe(file, file.samples_in(peers.PAPER_WINDOW), peers.PAPER_BANDWIDTH)
+        stable, limits = peers.adaptive_shoe(statistic, 1.0 / file.recording.rate, *constants)
+        ranking = -np.log(statistic + 1.0e-9) + np.log(limits[:, 0])
+        runs.append(Answers.of(file.label, stable[:, 0].astype(np.float64), ranking))
     return runs
 
 

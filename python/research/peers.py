@@ -14,6 +14,10 @@ Sources:
   the Atlas humanoid robot*, Autonomous Robots 40, 2016.
 * Fuzzy c-means: N. Rotella, S. Schaal, L. Righetti, *Unsupervised Contact Learning for Humanoid Estimation and
   Control*, ICRA 2018.
+* SHOE with an adaptive threshold: J. Wahlström, I. Skog, F. Gustafsson, A. Markham, N. Trigoni, *Zero-Velocity
+  Detection — A Bayesian Approach to Adaptive Thresholding*, IEEE Sensors Letters 3(6), 2019 (arXiv 1903.07929).
+* Hidden Markov model: L. R. Rabiner, *A Tutorial on Hidden Markov Models and Selected Applications in Speech
+  Recognition*, Proceedings of the IEEE 77(2), 1989; learnt by hmmlearn.
 * Authors' script: `offline/src` of github.com/MichaelMarav/ProbabilisticContactEstimation.
 """
 
@@ -23,6 +27,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
+from hmmlearn.hmm import GaussianHMM
 
 from .sets import Array, Labelled
 
@@ -144,6 +149,84 @@ def threshold(groups: Sequence[tuple[Array, npt.NDArray[np.int8]]]) -> float:
     value = ranked[best]
     below = ranked[best + 1] if best + 1 < len(ranked) else value - 2.0 * max(1.0, abs(value))
     return float(0.5 * (value + below))
+
+
+ADAPTIVE_GROWTHS = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0])
+"""Growths of the adaptive threshold that are tried, 1/s. With 0 it is SHOE with a fixed threshold."""
+
+ADAPTIVE_THRESHOLDS = np.geomspace(1.0, 1.0e7, 36)
+"""Thresholds of SHOE right after a stance that are tried."""
+
+
+def adaptive_shoe(statistic: Array, period: float, threshold: Array, growth: Array) -> tuple[npt.NDArray[np.bool_], Array]:
+    """Answers of SHOE with an adaptive threshold, and the threshold at each sample; a column for each pair of
+    constants.
+
+    The cost of a missed stance grows exponentially with the time since the last one, Δt. So the logarithm of the
+    likelihood ratio that is required falls linearly, and the threshold of the statistic is γ (1 + growth Δt). The
+    original has a prior from the velocity of a navigation filter as well, which none of the recordings' feet has."""
+    stable = np.empty((len(statistic), len(threshold)), np.bool_)
+    limits = np.empty(stable.shape)
+    since = np.zeros(len(threshold))
+    for k, value in enumerate(statistic):
+        limits[k] = threshold * (1.0 + growth * since)
+        stable[k] = value < limits[k]
+        since = np.where(stable[k], 0.0, since + period)
+    return stable, limits
+
+
+def adaptive_mistakes(file: Labelled) -> Array:
+    """Share of wrong answers of SHOE with each pair of `ADAPTIVE_THRESHOLDS` and `ADAPTIVE_GROWTHS`."""
+    statistic = shoe(file, file.samples_in(PAPER_WINDOW), PAPER_BANDWIDTH)
+    pairs = np.meshgrid(ADAPTIVE_THRESHOLDS, ADAPTIVE_GROWTHS, indexing="ij")
+    stable, _ = adaptive_shoe(statistic, 1.0 / file.recording.rate, *(of.ravel() for of in pairs))
+    known = file.label >= 0
+    wrong = stable[known] != (file.label[known] == 1)[:, None]
+    return np.asarray(wrong.mean(axis=0).reshape(pairs[0].shape))
+
+
+HMM_FLOOR = 0.17
+"""Acceleration that is added to each amplitude, m/s²: that of the default preset."""
+
+
+def hidden_markov(learnt_on: Labelled, file: Labelled) -> Array:
+    """Probability of the quieter of two hidden states, given the samples so far.
+
+    Each state has a normal distribution of the logarithm of the amplitude. The distributions and the odds of a change
+    are learnt without labels, by expectation maximisation."""
+    amplitudes = log_amplitude(learnt_on)
+    quiet, loud = np.quantile(amplitudes, [0.25, 0.75])
+    model = GaussianHMM(2, "diag", init_params="", n_iter=30, random_state=1)
+    model.startprob_ = np.array([0.5, 0.5])
+    model.transmat_ = np.array([[0.99, 0.01], [0.01, 0.99]])
+    model.means_ = np.array([[quiet], [loud]])
+    model.covars_ = np.full((2, 1), max(0.25 * (loud - quiet) ** 2, 0.01))
+    model.fit(amplitudes[:, None])
+    means, variances = model.means_[:, 0], model.covars_[:, 0, 0]
+    u = log_amplitude(file)[:, None]
+    likelihoods = np.exp(-0.5 * (u - means) ** 2 / variances) / np.sqrt(variances)
+    return filtered(likelihoods + 1.0e-12, model.startprob_, model.transmat_)[:, int(np.argmin(means))]
+
+
+def log_amplitude(file: Labelled) -> Array:
+    """½ ln(‖a − g ā/‖ā‖‖² + floor²), with the mean ā over a trailing window; g is 0 if gravity is removed."""
+    a = file.acc
+    if file.recording.gravity == "included":
+        mean = moving_mean(a, file.samples_in(PAPER_WINDOW))
+        a = a - GRAVITY * mean / np.linalg.norm(mean, axis=1, keepdims=True)
+    return np.asarray(0.5 * np.log(np.sum(a**2, axis=1) + HMM_FLOOR**2))
+
+
+def filtered(likelihoods: Array, start: Array, transitions: Array) -> Array:
+    """Probability of each hidden state, given the samples so far."""
+    states = np.empty(likelihoods.shape)
+    state = start
+    for k, likelihood in enumerate(likelihoods):
+        state = state * likelihood
+        state = state / state.sum()
+        states[k] = state
+        state = state @ transitions
+    return states
 
 
 def schmitt_trigger(share: Array, on: float = 0.10, off: float = 0.05) -> Array:

@@ -54,6 +54,21 @@ SETS: dict[str, tuple[str, list[str]]] = {
 }
 """Family and recordings of each set: files in the folder of datasets, and gaits of the simulated foot."""
 
+FURTHER: dict[str, tuple[str, list[str]]] = {
+    "TALOS in Gazebo": (
+        "robots", ["more/gazebo_talos/talos_training_l.csv", "more/gazebo_talos/talos_training_r.csv"],
+    ),
+    "ATLAS 500 Hz, 0.2": ("ATLAS", ["more/atlas500_02/atlas_500hz_02ground.csv"]),
+    "GO1 on WD-40": ("robots", ["more/go1_wd40/wd40_extra.csv"]),
+    "NAO in place": ("robots", ["more/nao_walk_in_place/walkInPlaceLong_nao_r.csv"]),
+}  # fmt: skip
+"""Sets that no constant was chosen on."""
+
+WALKERS: dict[str, tuple[str, list[str]]] = {
+    "walkers with motion capture": ("walkers", ["walkers/mocap/left.csv", "walkers/mocap/right.csv"]),
+}
+"""The same, of a person's feet."""
+
 AVERAGED = ["ground", "3 steps", "slip", "ATLAS 7k", "NAO", "shoe", "demo"]
 """Sets in the mean. More gaits of the simulated foot would outweigh all other recordings."""
 

@@ -8,7 +8,7 @@ import footfall
 import numpy as np
 import pytest
 
-from . import odometry, peers
+from . import ablate, odometry, peers
 from .resample import resample
 from .results import ROOT, Result
 from .score import Answers, Figures, bins
@@ -59,6 +59,27 @@ def test_threshold_weights_groups_equally() -> None:
     assert peers.threshold([(np.array([-3.0, 2.0]), np.array([0, 0], np.int8))]) >= 2.0
 
 
+def test_adaptive_threshold_grows_from_the_last_stance() -> None:
+    statistic = np.array([1.0, 9.0, 9.0, 9.0, 9.0])
+    stable, limits = peers.adaptive_shoe(statistic, 0.5, np.array([4.0, 4.0]), np.array([0.0, 1.0]))
+    assert stable[:, 0].tolist() == [True, False, False, False, False]
+    # γ (1 + Δt): 4 + 2 per sample.
+    assert limits[:, 1].tolist() == [4.0, 4.0, 6.0, 8.0, 10.0]
+    assert stable[:, 1].tolist() == [True, False, False, False, True]
+
+
+def test_hidden_markov_model_finds_the_quiet_state() -> None:
+    random = np.random.default_rng(1)
+    moves = np.arange(4000) // 200 % 2 == 1
+    acc = random.normal(size=(4000, 3)) * np.where(moves, 8.0, 0.4)[:, None]
+    file = labelled(acc, np.zeros((4000, 3)), gravity="removed")
+    p = peers.hidden_markov(file, file)
+    assert np.mean((p > 0.5) == ~moves) > 0.98
+    # A sample does not change the answers before it.
+    start = labelled(acc[:1100], np.zeros((1100, 3)), gravity="removed")
+    assert peers.hidden_markov(file, start) == pytest.approx(p[:1100])
+
+
 def test_schmitt_trigger_keeps_its_state_between_levels() -> None:
     shares = np.array([0.0, 0.07, 0.1, 0.07, 0.05, 0.049, 0.07])
     assert peers.schmitt_trigger(shares).tolist() == [0, 0, 1, 1, 1, 0, 0]
@@ -69,6 +90,12 @@ def test_authors_script_sees_motion_before_it_begins() -> None:
     p = peers.authors_script(labelled(step, step, 1000.0, "removed"))
     assert p is not None and len(p) == 250
     assert p[150] > 0.9 and p[175] < 0.1
+
+
+def test_each_part_can_be_switched_off() -> None:
+    for part in ablate.PARTS:
+        source = (ROOT / ablate.SOURCES / part.file).read_text(encoding="utf-8")
+        assert part.off(source) != source
 
 
 def test_resampling_keeps_slow_motion_and_removes_aliases() -> None:
