@@ -68,8 +68,6 @@ pub struct Constants {
     ///
     /// With 0 the acceleration decides alone. Default: 1.5; `docs/design/choosing.md` has what it gains and costs.
     pub turn_weight: f32,
-    /// Largest weight of the turn beside the acceleration. Default: 3.
-    pub turn_most: f32,
     /// Largest distance of acceleration and turn from their edges that counts, as a part of the distance of their
     /// classes.
     ///
@@ -148,7 +146,6 @@ impl Constants {
         turn_moving: 2.0,
         turn_part: 0.66,
         turn_weight: 1.5,
-        turn_most: 3.0,
         turn_clip: 0.5,
         turn_settled: 0.9,
         slide_acceleration: 0.48,

@@ -164,7 +164,7 @@ impl SelfCalibrating {
 
     /// Returns whether the lack of evidence alone keeps the probability at or below a threshold.
     pub fn is_unproven(&self, threshold: f32) -> bool {
-        !self.evidence.is_given && self.probabilities.stable > threshold * self.evidence.factor
+        !self.evidence.is_given && self.probabilities.stable > threshold * UNPROVEN
     }
 
     /// Returns whether the means cover a whole window.
@@ -257,7 +257,7 @@ impl SelfCalibrating {
     /// Combines the masses, the slide and the evidence. Where turns are not judged, the probability about an axis is
     /// that of the evidence.
     fn combine(&self, no_slide: f32) -> Probabilities {
-        let evidence = self.evidence.factor;
+        let evidence = self.evidence.factor();
         let [_, tangential, vertical, x, y, z] = self.masses;
         let [about_x, about_y, about_z] =
             if self.turns.are_judged(&self.constants) { self.turn_masses } else { [1.0; 3] };
@@ -317,7 +317,7 @@ impl SelfCalibrating {
                 );
             }
         }
-        if is_swing_or_begins && walks {
+        if is_swing_or_begins {
             // Slides teach the usual speed as stances do. Otherwise a foot whose stances all count as slides could
             // never correct it.
             self.slide.learn(&self.constants, whole * self.period);
@@ -538,7 +538,7 @@ impl Classes {
 /// moving_v += (v − moving_v) · (1 − A) dt/(seconds of motion + prior)
 /// D, D_v   = moving − still, and that of the turn, at least 0
 /// σ², σ_v² = mean squares of u and v about their classes, stillness where A > ½
-/// r        = min(weight · t/(t + stance) · (D_v/σ_v²)/(D/σ²), most)      t: seconds, the fewer of both classes
+/// r        = weight · (D_v/σ_v²)/(D/σ²)
 /// z        = limited(edge − u, clip · D) + r · limited(edge_v − v, clip · D_v)
 /// ```
 ///
@@ -615,10 +615,8 @@ impl Turns {
         let separation = self.separation();
         let acceleration_variance = self.acceleration_variance.greater(Self::LEAST_VARIANCE);
         let variance = self.variance.greater(Self::LEAST_VARIANCE);
-        let observed = self.still_seconds.lesser(self.moving_seconds);
-        let weight = constants.turn_weight * (observed * separation * acceleration_variance)
-            / ((observed + constants.stance) * acceleration_separation * variance);
-        let weight = weight.lesser(constants.turn_most);
+        let weight = constants.turn_weight * (separation * acceleration_variance)
+            / (acceleration_separation * variance);
         let below =
             limited(classes.edge(constants) - u, constants.turn_clip * acceleration_separation);
         let turn_below = limited(self.edge(constants) - v, constants.turn_clip * separation);
@@ -802,8 +800,6 @@ struct Evidence {
     has_landed: bool,
     /// Whether it has landed with this sample, from a swing that counted as motion.
     has_just_landed: bool,
-    /// Factor of the probability: tends to 1 while there is evidence, [`UNPROVEN`] without.
-    factor: f32,
 }
 
 impl Evidence {
@@ -819,7 +815,6 @@ impl Evidence {
             is_given: false,
             has_landed: false,
             has_just_landed: false,
-            factor: UNPROVEN,
         }
     }
 
@@ -841,18 +836,15 @@ impl Evidence {
         self.has_just_landed = fall.begins && has_moved;
         let lands = fall.lands && has_moved;
         self.has_landed |= lands;
-        // After a swing that was too weak to count as motion, a landing does not count as evidence. But the foot walks,
-        // and learns.
-        let lands_weakly = fall.lands && fall.begins && !has_moved;
-        self.since_landing = since(lands || lands_weakly, self.since_landing);
+        self.since_landing = since(lands, self.since_landing);
 
         self.since_evidence = since(lands || has_rested, self.since_evidence);
         self.is_given = self.since_evidence < constants.evidence;
-        self.factor = if self.is_given {
-            self.factor + (1.0 - self.factor) * reading.share
-        } else {
-            UNPROVEN
-        };
+    }
+
+    /// Factor of the probability: 1 while there is evidence, [`UNPROVEN`] without.
+    const fn factor(&self) -> f32 {
+        if self.is_given { 1.0 } else { UNPROVEN }
     }
 
     /// Lets a time in s pass without a reliable sample.

@@ -30,7 +30,7 @@ macro_rules! by_name {
 
 by_name! {
     noise still moving part_of_the_way bandwidth window prior memory stance lesson turn_noise
-    turn_still turn_moving turn_part turn_weight turn_most turn_clip turn_settled
+    turn_still turn_moving turn_part turn_weight turn_clip turn_settled
     slide_acceleration slide_speed slide_factor slide_lever rest_acceleration
     rest_acceleration_change rest_rate rest_rate_change landing leftover evidence
 }
