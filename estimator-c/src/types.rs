@@ -1,8 +1,10 @@
 //! Structs of the header, in its order of fields, and their conversion. Every bit pattern is a value of each.
 
+use estimator_core::params::{DecisionParams, LoadParams};
+use estimator_core::velocity::VelocityParams;
 use estimator_core::{
-    AngularRate, ContactEstimate, DecisionParams, Gravity, ImuSample, Learning, Learnt, LoadParams,
-    Params, Phase, Saturation, SpecificForce, Timestamp, Validity, Vec3, VelocityParams,
+    AngularRate, ContactEstimate, Gravity, ImuSample, Learning, Learnt, Params, Phase, Saturation,
+    SpecificForce, Timestamp, Validity, Vec3,
 };
 
 use crate::error::Error;

@@ -8,9 +8,9 @@ mod walk;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use estimator_core::{
-    AttitudeFilter, ContactEstimator, DensityEstimator, Params, WindowLength, math,
-};
+use estimator_core::internals::{AttitudeFilter, DensityEstimator, erf};
+use estimator_core::params::WindowLength;
+use estimator_core::{ContactEstimator, Params};
 
 /// Time for which the passes of a case are repeated.
 const MEASURED: Duration = Duration::from_secs(2);
@@ -83,7 +83,7 @@ fn main() {
         kde("kde/paper_4000", 4000),
         filter(),
         pipeline(),
-        error_function("erf/table", math::erf),
+        error_function("erf/table", erf),
         error_function("erf/libm", libm::erff),
     ];
     let arguments: Vec<String> = std::env::args().collect();

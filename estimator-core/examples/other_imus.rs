@@ -17,9 +17,10 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::digital::Wait;
 use embedded_hal_async::spi::{Operation, SpiDevice};
 use estimator_core::params::STANDARD_GRAVITY;
+use estimator_core::params::WindowLength;
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, ImuSample, Params, ParamsError, Saturation,
-    SpecificForce, Timestamp, Validity, Vec3, WindowLength,
+    SpecificForce, Timestamp, Validity, Vec3,
 };
 use icm20948_async::{AccRange, AccUnit, GyrRange, GyrUnit, IcmBuilder, SetupError};
 

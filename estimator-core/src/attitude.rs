@@ -920,7 +920,7 @@ mod tests {
     fn few_periods_at_a_low_rate_are_not_a_gap() {
         let params = Params {
             sample_rate: 20.0,
-            window: crate::WindowLength::Samples(2),
+            window: crate::params::WindowLength::Samples(2),
             ..Params::DEFAULT
         };
         let mut filter = AttitudeFilter::new(&params.validate_for::<64>().expect("valid"));

@@ -208,7 +208,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, rad/s, frame of the
     /// foot; `None` if there is no such rate, and with [`Gravity::Removed`].
     ///
-    /// Either the gyroscope is beyond its data sheet, or the ground turns. See [`gyro_bias`](crate::gyro_bias).
+    /// Either the gyroscope is beyond its data sheet, or the ground turns.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.attitude.excess_bias()

@@ -152,9 +152,8 @@ impl Mass {
     }
 
     /// Returns the mass as a number in [0, 1]; exact.
-    #[inline]
-    #[must_use]
-    pub fn to_f32(self) -> f32 {
+    #[cfg(test)]
+    fn to_f32(self) -> f32 {
         self.0 as f32 / Self::ONE.0 as f32
     }
 

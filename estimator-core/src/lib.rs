@@ -1,62 +1,5 @@
 //! Stable-contact probability of a robot's foot, from the IMU on it alone.
 //!
-//! # What firmware needs
-//!
-//! | item | use |
-//! |---|---|
-//! | [`Params`], with [`DecisionParams`], [`LoadParams`], [`VelocityParams`], [`Gravity`], [`Learning`] | set the sample rate; the rest has defaults |
-//! | [`Params::validate`], [`ParamsError`] | check them, and get a [`Config`] |
-//! | [`ContactEstimator`] | one for each foot, in less than 1 KiB |
-//! | [`ImuSample`], with [`Timestamp`], [`SpecificForce`], [`AngularRate`], [`Validity`], [`Saturation`], [`Vec3`]; [`Load`] | what goes in |
-//! | [`ContactEstimate`], with [`Probabilities`], [`PerAxis`], [`Decision`], [`Phase`], [`Flags`], [`Flag`], [`VelocitySigma`], [`Quaternion`], [`LinearAcceleration`] | what comes out |
-//! | [`Learnt`], [`LearntError`] | store what the foot has learnt, for a warm start |
-//! | [`Mounting`], [`AccelerometerCorrection`] | before the estimator, if the sensor needs them |
-//!
-//! The paper's method, [`Method::HalfWidths`], needs room for its window: [`Params::validate_for`].
-//!
-//! | feature | effect |
-//! |---|---|
-//! | none, the default | all of the above |
-//! | `defmt` | samples, estimates and errors can be logged by `defmt` |
-//! | `self-check` | a program for another machine can compare its bits with those of this one |
-//!
-//! No feature changes a result. The oldest Rust that compiles the library is 1.88.
-//!
-//! # How it works
-//!
-//! A reader follows [`ContactEstimator::update`] through these modules, in this order:
-//!
-//! | step | module |
-//! |---|---|
-//! | six numbers in SI units, with their time and quality | [`sample`] |
-//! | the whole estimator behind one `update`: time, gravity, stillness, decision | [`contact`] |
-//! | orientation, for the removal of gravity | [`attitude`] |
-//! | rest detection: how still the IMU is, for the three steps that ask | [`rest`] |
-//! | gyroscope bias, learnt at rest | [`gyro_bias`] |
-//! | probability of stillness, with limits learnt from the foot | [`self_calibrating`] |
-//! | or, with configured half-widths, the paper's | [`kde`] |
-//! | rolling: a foot that turns about a point on the ground | [`roll`] |
-//! | debounced decision, and the phase if the load is known | [`phase`] |
-//! | standard deviation of a zero-velocity measurement | [`velocity`] |
-//!
-//! These modules serve them:
-//!
-//! | module | content |
-//! |---|---|
-//! | [`correction`], [`mounting`] | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's |
-//! | [`params`], [`parameter`], [`config`] | parameters, their ranges, and the derived configuration |
-//! | [`constants`], [`learnt`] | constants of the self-calibrating estimate, and its state to be stored |
-//! | [`probability`], [`flag`] | results: probability per axis, tangential, vertical and in total; reasons to doubt them |
-//! | [`vector`] | vectors and quaternions, by functions with the same bits on every machine |
-//!
-//! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
-//! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023
-//! (arXiv:2303.00538), made causal.
-//!
-//! No allocation, no `unsafe`, no panic on any input. All arithmetic is f32 addition,
-//! multiplication, division and square root, never fused, and integers: the results have the
-//! same bits on every machine that follows IEEE 754.
-//!
 //! ```
 //! use estimator_core::{ContactEstimator, Gravity, ImuSample, Params, Timestamp};
 //!
@@ -70,6 +13,73 @@
 //! }
 //! # Ok::<(), estimator_core::ParamsError>(())
 //! ```
+//!
+//! # What firmware needs
+//!
+//! | item | use |
+//! |---|---|
+//! | [`Params`], with [`Gravity`], [`Learning`] | set the sample rate; the rest has defaults |
+//! | [`Params::validate`], [`ParamsError`] | check them, and get a [`Config`] |
+//! | [`ContactEstimator`] | one for each foot, in less than 1 KiB |
+//! | [`ImuSample`], with [`Timestamp`], [`SpecificForce`], [`AngularRate`], [`Validity`], [`Saturation`], [`Vec3`]; [`Load`] | what goes in |
+//! | [`ContactEstimate`], with [`Probabilities`], [`PerAxis`] by [`Axis`], [`Decision`], [`Phase`], [`Flags`], [`Flag`], [`VelocitySigma`], [`Quaternion`], [`LinearAcceleration`] | what comes out |
+//! | [`Learnt`], [`LearntError`] | store what the foot has learnt, for a warm start |
+//!
+//! The modules have the rest:
+//!
+//! | module | content |
+//! |---|---|
+//! | [`params`] | the parts of [`Params`], and the paper's presets; [`params::Method::HalfWidths`] needs room for its window: [`Params::validate_for`] |
+//! | [`parameter`] | table of all parameters with names, units, ranges and defaults, for a program that edits them |
+//! | [`correction`], [`mounting`] | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's |
+//! | [`velocity`] | zero-velocity measurement for a state estimator |
+//!
+//! | feature | effect |
+//! |---|---|
+//! | none, the default | all of the above; no dependency |
+//! | `defmt` | samples, estimates and errors can be logged by `defmt` |
+//! | `self-check` | a program for another machine can compare its bits with those of this one |
+//!
+//! No feature changes a result. The oldest Rust that compiles the library is 1.88.
+//!
+//! Later versions may add variants to errors, which are `#[non_exhaustive]`, and fields to samples, parameters and
+//! estimates. Those are not, since firmware, decoders and tests build them: end yours with `..Params::DEFAULT` or
+//! `..Default::default()`, and a new field changes nothing for you. Nor is [`Flag`]: a match without a wildcard tells
+//! you of a new reason for doubt, which needs an action of yours.
+//!
+//! # How it works
+//!
+//! No allocation, no `unsafe`, no panic on any input. All arithmetic is f32 addition,
+//! multiplication, division and square root, never fused, and integers: the results have the
+//! same bits on every machine that follows IEEE 754.
+//!
+//! [`ContactEstimator::update`] is the whole estimator. Its steps are these files of the source, in this order:
+//!
+//! | step | file |
+//! |---|---|
+//! | six numbers in SI units, with their time and quality | `sample.rs` |
+//! | the whole estimator behind one `update`: time, gravity, stillness, decision | `contact.rs` |
+//! | orientation, for the removal of gravity | `attitude.rs` |
+//! | rest detection: how still the IMU is, for the three steps that ask | `rest.rs` |
+//! | gyroscope bias, learnt at rest | `gyro_bias.rs` |
+//! | probability of stillness, with limits learnt from the foot | `self_calibrating.rs` |
+//! | or, with configured half-widths, the paper's | `kde.rs` |
+//! | rolling: a foot that turns about a point on the ground | `roll.rs` |
+//! | debounced decision, and the phase if the load is known | `phase.rs` |
+//! | standard deviation of a zero-velocity measurement | `velocity.rs` |
+//!
+//! These files serve them:
+//!
+//! | file | content |
+//! |---|---|
+//! | `params.rs`, `parameter.rs`, `config.rs` | parameters, their ranges, and the derived configuration |
+//! | `constants.rs`, `learnt.rs` | constants of the self-calibrating estimate, and its state to be stored |
+//! | `probability.rs`, `flag.rs` | results: probability per axis, tangential, vertical and in total; reasons to doubt them |
+//! | `vector.rs`, `math.rs` | vectors, quaternions and functions with the same bits on every machine |
+//!
+//! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
+//! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023
+//! (arXiv:2303.00538), made causal.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -87,56 +97,57 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod attitude;
-pub mod axis;
-pub mod config;
-pub mod constants;
-pub mod contact;
+mod attitude;
+mod axis;
+mod config;
+mod constants;
+mod contact;
 pub mod correction;
-pub mod flag;
-pub mod gyro_bias;
-pub mod kde;
-pub mod learnt;
-#[doc(hidden)] // For the benchmark alone.
-pub mod math;
+mod flag;
+mod gyro_bias;
+mod kde;
+mod learnt;
+mod math;
 pub mod mounting;
 pub mod parameter;
 pub mod params;
-pub mod phase;
-pub mod probability;
-pub mod range;
-pub mod rest;
-pub mod roll;
-pub mod sample;
-pub mod self_calibrating;
+mod phase;
+mod probability;
+mod range;
+mod rest;
+mod roll;
+mod sample;
+mod self_calibrating;
 #[cfg(any(test, feature = "self-check"))]
 pub mod self_check;
-pub mod units;
-pub mod vector;
+mod units;
+mod vector;
 pub mod velocity;
 
-pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
+/// Parts of the estimator that benchmarks, checks and tools of this repository use. They may change in any version.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::attitude::{Alignment, AttitudeFilter};
+    pub use crate::kde::DensityEstimator;
+    pub use crate::learnt::{AMPLITUDE, SETTLED_AFTER, SPEED};
+    pub use crate::math::erf;
+    pub use crate::rest::{LARGEST_SWAY, SENSOR_NOISE, SensorNoise};
+}
+
 pub use axis::{Axis, PerAxis};
 pub use config::Config;
-pub use constants::Constants;
 pub use contact::{ContactEstimate, ContactEstimator};
-pub use correction::AccelerometerCorrection;
 pub use flag::{Flag, Flags};
-pub use kde::DensityEstimator;
-pub use learnt::{Learning, Learnt, LearntError};
-pub use mounting::{Mounting, MountingError, MountingParams, SensorAxis};
-pub use parameter::Parameter;
-pub use params::{DecisionParams, Gravity, LoadParams, Method, Params, WindowLength};
+pub use learnt::{Learnt, LearntError};
+pub use params::{Gravity, Learning, Params};
 pub use phase::{Decision, Load, Phase};
 pub use probability::Probabilities;
-pub use range::{ParamsError, Row};
-pub use rest::RestParams;
+pub use range::ParamsError;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
 };
-pub use units::Unit;
 pub use vector::{Quaternion, Vec3};
-pub use velocity::{VelocityCoefficients, VelocityParams, VelocitySigma};
+pub use velocity::VelocitySigma;
 
 /// Compiles the README's example.
 #[cfg(doctest)]

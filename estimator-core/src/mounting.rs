@@ -216,6 +216,7 @@ impl Mounting {
 
 /// Reason for which a mounting is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum MountingError {
     /// An axis of the sensor is used for two axes of the foot.
     AxisTwice {

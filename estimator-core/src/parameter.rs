@@ -9,9 +9,9 @@ use crate::attitude::GyroTiming;
 use crate::learnt::Learnt;
 use crate::params::{Params, WindowLength};
 use crate::range::{ParamsError, in_range, name, ranges};
-use crate::units::Unit;
 
 pub use crate::range::Row;
+pub use crate::units::Unit;
 
 /// Generates the enumeration and the functions below, from one row per parameter.
 macro_rules! parameters {

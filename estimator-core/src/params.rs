@@ -3,14 +3,16 @@
 //! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`](crate::Config)
 //! from which an estimator is made, or reports the invalid field and its range.
 
-use crate::attitude::AttitudeParams;
 use crate::axis::PerAxis;
-use crate::constants::Constants;
-use crate::learnt::{Learning, Learnt};
+use crate::learnt::Learnt;
 use crate::units::DEGREE;
-use crate::velocity::VelocityParams;
 
+pub use crate::attitude::{AttitudeParams, GyroTiming};
+pub use crate::constants::Constants;
+pub use crate::learnt::Learning;
+pub use crate::rest::RestParams;
 pub use crate::units::STANDARD_GRAVITY;
+pub use crate::velocity::VelocityParams;
 
 /// Whether the accelerometer's samples still contain gravity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,11 +28,10 @@ pub enum Gravity {
 /// Source of the limits of stillness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The foot learns them while it walks: see [`self_calibrating`](crate::self_calibrating).
+    /// The foot learns them while it walks.
     #[default]
     SelfCalibrating,
-    /// Configured half-widths per axis, between which a density is integrated over a window: the paper's method, see
-    /// [`kde`](crate::kde).
+    /// Configured half-widths per axis, between which a density is integrated over a window: the paper's method.
     HalfWidths,
 }
 

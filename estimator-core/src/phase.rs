@@ -21,7 +21,7 @@ use crate::sample::Timestamp;
 pub struct Load(pub f32);
 
 /// Debounced decision whether the robot may lean on this foot. It may not lean on a foot that
-/// [rolls](crate::roll).
+/// rolls: one that turns about a point on the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Decision {

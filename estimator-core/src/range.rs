@@ -45,6 +45,7 @@ pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
 /// Reason for which parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ParamsError {
     /// A number is outside its range, or not a number.
     OutOfRange {

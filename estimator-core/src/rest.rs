@@ -66,7 +66,7 @@ pub const SENSOR_NOISE: SensorNoise = SensorNoise { force: 0.02, rate: 0.0012 };
 /// rest. Far above the noise of the mean.
 pub const LARGEST_SWAY: f32 = 0.03;
 
-/// Parameters of `LongRest` and of the [bias estimation](crate::gyro_bias) that follows from it.
+/// Parameters of `LongRest` and of the bias estimation that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParams {
     /// Duration of stillness that counts as rest, s; half a second is enough for a sensor that has not moved since its

@@ -127,17 +127,15 @@ pub struct ImuSample {
     pub validity: Validity,
 }
 
-/// Largest plausible specific force, m/s²: ten times the range of any
-/// IMU that fits a foot. A larger number is a broken reading, and it would overflow f32 squares.
-pub const SPECIFIC_FORCE_LIMIT: f32 = 1.0e4;
+/// Largest plausible specific force, m/s². A larger number is a broken reading, and it would overflow f32 squares.
+const SPECIFIC_FORCE_LIMIT: f32 = 1.0e4;
 
-/// Largest plausible angular rate, rad/s: ten times the range of any
-/// IMU that fits a foot.
-pub const ANGULAR_RATE_LIMIT: f32 = 1.0e3;
+/// Largest plausible angular rate, rad/s.
+const ANGULAR_RATE_LIMIT: f32 = 1.0e3;
 
 impl ImuSample {
     /// Returns the quality of the sample after a check of its values: a value that is not
-    /// finite, or beyond [`SPECIFIC_FORCE_LIMIT`] or [`ANGULAR_RATE_LIMIT`], makes it
+    /// finite, or beyond 10⁴ m/s² or 10³ rad/s, ten times the range of any IMU that fits a foot, makes it
     /// [`Validity::Invalid`] whatever the source reported.
     #[must_use]
     #[inline(always)]

@@ -264,7 +264,9 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    use crate::{Flag, Learning, Method, Phase};
+    use crate::params::Learning;
+    use crate::params::Method;
+    use crate::{Flag, Phase};
 
     #[test]
     fn the_stimulus_covers_all_flags_phases_and_learning() {

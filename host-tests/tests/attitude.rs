@@ -1,9 +1,9 @@
 //! The attitude filter against the truth, which only a simulated foot knows.
 
-use estimator_core::attitude::Alignment;
+use estimator_core::internals::{Alignment, AttitudeFilter};
+use estimator_core::params::{AttitudeParams, GyroTiming};
 use estimator_core::{
-    AngularRate, AttitudeFilter, AttitudeParams, GyroTiming, ImuSample, Params, Quaternion,
-    SpecificForce, Timestamp, Validity, Vec3,
+    AngularRate, ImuSample, Params, Quaternion, SpecificForce, Timestamp, Validity, Vec3,
 };
 use gait::plan::{GaitName, Ground, Plan};
 use gait::sensor::{self, AxisErrors};

@@ -3,7 +3,8 @@
 
 use std::fs;
 
-use estimator_core::{AttitudeParams, GyroTiming, Params};
+use estimator_core::Params;
+use estimator_core::params::{AttitudeParams, GyroTiming};
 use host_tests::datasets::recorded;
 use recordings::estimate::estimates_of;
 use recordings::input::{self, Format, InputOptions};

@@ -1,7 +1,8 @@
 //! The attitude filter on a foot over a long time: impacts, clipping, a sensor that warms up. The truth is the
 //! simulator's.
 
-use estimator_core::{AttitudeFilter, Params, Validity};
+use estimator_core::internals::AttitudeFilter;
+use estimator_core::{Params, Validity};
 use gait::plan::PlannedStep;
 use gait::sensor::{AxisErrors, GRAVITY, Temperature};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};

@@ -1,10 +1,9 @@
 //! The estimate is independent of the sensor's orientation in the foot: the same motion, recorded by a sensor with
 //! other axes and read with its mounting.
 
-use estimator_core::{
-    AngularRate, ContactEstimate, Method, Mounting, MountingParams, Params, SensorAxis,
-    SpecificForce, Vec3,
-};
+use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
+use estimator_core::params::Method;
+use estimator_core::{AngularRate, ContactEstimate, Params, SpecificForce, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use host_tests::datasets::recorded;
 use recordings::estimate::estimates_of;

@@ -1,12 +1,15 @@
 //! Properties of the estimator for arbitrary input.
 
-use estimator_core::learnt::{AMPLITUDE, SPEED};
+use estimator_core::internals::DensityEstimator;
+use estimator_core::internals::{AMPLITUDE, SPEED};
+use estimator_core::parameter::Parameter;
 use estimator_core::parameter::Row;
+use estimator_core::params::{GyroTiming, LoadParams, Method, WindowLength};
+use estimator_core::velocity::VelocityParams;
 use estimator_core::{
-    AngularRate, ContactEstimate, ContactEstimator, Decision, DensityEstimator, Gravity,
-    GyroTiming, ImuSample, Learning, Learnt, LinearAcceleration, Load, LoadParams, Method,
-    Parameter, Params, PerAxis, Saturation, SpecificForce, Timestamp, Validity, Vec3,
-    VelocityParams, VelocitySigma, WindowLength,
+    AngularRate, ContactEstimate, ContactEstimator, Decision, Gravity, ImuSample, Learning, Learnt,
+    LinearAcceleration, Load, Params, PerAxis, Saturation, SpecificForce, Timestamp, Validity,
+    Vec3, VelocitySigma,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;

@@ -1,7 +1,9 @@
 //! Settings: the defaults are those of the sensor, and no setting that a member of the bus can write to a walking foot hides
 //! its swings.
 
-use estimator_core::{Axis, Decision, Method, Parameter, Params, PerAxis};
+use estimator_core::parameter::Parameter;
+use estimator_core::params::Method;
+use estimator_core::{Axis, Decision, Params, PerAxis};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
 use lsm6dsox::Config;
 use recordings::config::default_params;

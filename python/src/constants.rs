@@ -1,8 +1,7 @@
 //! Default method with other constants, for the research that selects them.
 
-use estimator_core::{
-    AngularRate, Constants, Gravity, ImuSample, Params, SpecificForce, Timestamp, Vec3,
-};
+use estimator_core::params::Constants;
+use estimator_core::{AngularRate, Gravity, ImuSample, Params, SpecificForce, Timestamp, Vec3};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use recordings::estimate::Estimator;

@@ -2,9 +2,9 @@
 
 use std::io;
 
+use estimator_core::params::Method;
 use estimator_core::{
-    AngularRate, ContactEstimate, Decision, Method, Params, ParamsError, PerAxis, Phase,
-    Quaternion, Vec3,
+    AngularRate, ContactEstimate, Decision, Params, ParamsError, PerAxis, Phase, Quaternion, Vec3,
 };
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};

@@ -1,9 +1,10 @@
 //! Values of all settings: the configuration, in the form in which it is stored.
 
-use estimator_core::{
-    AccelerometerCorrection, Learning, Learnt, Method, Mounting, MountingParams, Parameter, Params,
-    Quaternion, SensorAxis, Vec3, WindowLength,
-};
+use estimator_core::correction::AccelerometerCorrection;
+use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
+use estimator_core::parameter::Parameter;
+use estimator_core::params::{Method, WindowLength};
+use estimator_core::{Learning, Learnt, Params, Quaternion, Vec3};
 
 use crate::abort::AbortCode;
 use crate::dictionary::{self, Address, Concern, Entry, OBJECTS, PDO_OFF, Place, SETTINGS, index};

@@ -173,7 +173,8 @@ pub struct Foot {
 impl Foot {
     pub fn new(params: &Params) -> Self {
         // Window of the paper's method, which is not used here.
-        let params = Params { window: estimator_core::WindowLength::Samples(50), ..*params };
+        let params =
+            Params { window: estimator_core::params::WindowLength::Samples(50), ..*params };
         Self {
             estimator: Box::new(ContactEstimator::new(&params.validate_for().expect("in range"))),
             period: (1.0e6 / f64::from(params.sample_rate)).round() as u64,

@@ -4,7 +4,7 @@ mod foot;
 
 use std::f64::consts::TAU;
 
-use estimator_core::learnt::{AMPLITUDE, SPEED};
+use estimator_core::internals::{AMPLITUDE, SPEED};
 use estimator_core::{
     ContactEstimate, Decision, Flag, Gravity, Learnt, Params, Probabilities, Saturation, Validity,
 };

@@ -4,7 +4,8 @@ use std::fs;
 
 use crate::common::feet::{csv, lying};
 use crate::common::{AXES, Bench, assert_has, cases, read};
-use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
+use estimator_core::correction::AccelerometerCorrection;
+use estimator_core::{Learning, Learnt, Params};
 use gait::GaitName;
 use recordings::config::Overrides;
 use recordings::estimate::estimates_and_learnt;
@@ -118,7 +119,7 @@ fn results_replace_keys_and_other_settings_are_kept() {
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml");
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
-    let on = overrides.all.get(estimator_core::Parameter::LoadOnThreshold);
+    let on = overrides.all.get(estimator_core::parameter::Parameter::LoadOnThreshold);
     assert_eq!(on, Some(20.0));
     let learnt = learnt(&bench, "robot.toml");
     assert!(learnt.is_settled());

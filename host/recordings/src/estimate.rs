@@ -79,7 +79,8 @@ pub fn estimates_and_learnt(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{Flag, ImuSample, Method, Timestamp};
+    use estimator_core::params::Method;
+    use estimator_core::{Flag, ImuSample, Timestamp};
 
     fn still_foot(sample_rate: f32) -> Recording {
         let period_us = (1.0e6 / sample_rate) as u64;

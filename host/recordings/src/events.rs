@@ -49,7 +49,8 @@
 use std::collections::VecDeque;
 use std::io::{self, Write};
 
-use estimator_core::{ContactEstimate, Decision, Flag, Phase, Timestamp, VelocityParams};
+use estimator_core::velocity::VelocityParams;
+use estimator_core::{ContactEstimate, Decision, Flag, Phase, Timestamp};
 
 use crate::output::write_start;
 use crate::space::{Rotation, Vector};

@@ -7,7 +7,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use estimator_core::{Gravity, Mounting};
+use estimator_core::Gravity;
+use estimator_core::mounting::Mounting;
 
 use crate::config::{GRAVITIES, word_of};
 use crate::input::{AccelerationUnit, Mapping, RateUnit, TimeUnit, Units};

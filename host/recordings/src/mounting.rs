@@ -7,7 +7,8 @@
 
 use std::fmt;
 
-use estimator_core::{Mounting, MountingParams, Quaternion, SensorAxis, Vec3};
+use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
+use estimator_core::{Quaternion, Vec3};
 use serde::{Serialize, Serializer};
 use wire::dictionary::{code_of_axes, index};
 

@@ -6,8 +6,9 @@
 
 use std::fmt::{self, Formatter};
 
+use estimator_core::mounting::Mounting;
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::{Gravity, Mounting, Timestamp, Validity, Vec3};
+use estimator_core::{Gravity, Timestamp, Validity, Vec3};
 
 use crate::display_in_plain_words;
 use crate::hint::{Hint, InWords, Vocabulary};

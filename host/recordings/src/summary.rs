@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use estimator_core::{
-    ContactEstimate, Flag, GyroTiming, Learnt, Parameter, Params, Phase, Timestamp, WindowLength,
-};
+use estimator_core::parameter::Parameter;
+use estimator_core::params::{GyroTiming, WindowLength};
+use estimator_core::{ContactEstimate, Flag, Learnt, Params, Phase, Timestamp};
 use serde::Serialize;
 
 use crate::config::preset::Preset;

@@ -1,6 +1,6 @@
 //! Description of an object: its values with their roles, access, limits and texts.
 
-use estimator_core::{Parameter, Row, Unit};
+use estimator_core::parameter::{Parameter, Row, Unit};
 
 use crate::abort::AbortCode;
 use crate::value::{DataType, Value};

@@ -1,9 +1,10 @@
 //! 0x2000 to 0x20FF: the configuration of the foot.
 
+use estimator_core::correction::AccelerometerCorrection;
+use estimator_core::mounting::SensorAxis;
 use estimator_core::mounting::handedness;
-use estimator_core::{
-    AccelerometerCorrection, Learning, Learnt, Parameter, Params, Row, SensorAxis, parameter,
-};
+use estimator_core::parameter::{self, Parameter, Row};
+use estimator_core::{Learning, Learnt, Params};
 
 use super::object::{Concern, Entry, Object, Shape, Text};
 use crate::address::index;
@@ -81,7 +82,7 @@ const fn per_axis([ax, ay, az, wx, wy, wz]: [Parameter; 6]) -> [Entry; 6] {
     ]
 }
 
-/// Settings of the attitude filter: those of `estimator_core::AttitudeParams` and its `RestParams`, except the
+/// Settings of the attitude filter: those of `estimator_core::params::AttitudeParams` and its `RestParams`, except the
 /// gyroscope's timing. That belongs to the board's sensor.
 const ATTITUDE_FILTER: &[Entry] = &[
     Entry::parameter(1, "Motion time constant", Parameter::MotionTimeConstant),

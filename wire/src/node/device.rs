@@ -2,7 +2,8 @@
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
-use estimator_core::{ContactEstimate, Learning, Learnt, Method, Timestamp, VelocitySigma};
+use estimator_core::params::Method;
+use estimator_core::{ContactEstimate, Learning, Learnt, Timestamp, VelocitySigma};
 use heapless::Deque;
 
 use super::event::{Calibration, CalibrationState, Crash, Event, Program};

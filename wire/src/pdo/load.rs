@@ -4,7 +4,7 @@
 //! |---|---|
 //! | 0 to 3 | load as REAL32, in the unit of the load thresholds (N) |
 
-use estimator_core::phase;
+use estimator_core::Load as EstimatorLoad;
 
 /// The contents of RPDO1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,7 +29,7 @@ impl Load {
     }
 }
 
-impl From<Load> for phase::Load {
+impl From<Load> for EstimatorLoad {
     fn from(load: Load) -> Self {
         Self(load.0)
     }

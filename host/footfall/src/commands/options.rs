@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use estimator_core::{Gravity, Mounting, Params, WindowLength};
+use estimator_core::mounting::Mounting;
+use estimator_core::params::WindowLength;
+use estimator_core::{Gravity, Params};
 use feet::Playback;
 use feet::decode::Feet;
 use feet::decode::feet::{Name, NamedTwice};

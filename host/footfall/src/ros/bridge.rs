@@ -18,9 +18,10 @@
 
 use std::collections::BTreeMap;
 
+use estimator_core::velocity::{VelocityCoefficients, VelocityParams};
 use estimator_core::{
     Decision, Flags, ImuSample, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity,
-    Vec3, VelocityCoefficients, VelocityParams, VelocitySigma,
+    Vec3, VelocitySigma,
 };
 use feet::decode::ContactRow;
 use feet::decode::live::{FootMessage, MessageBody};

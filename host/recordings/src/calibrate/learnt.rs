@@ -5,8 +5,9 @@
 
 use std::fmt;
 
-use estimator_core::learnt::SETTLED_AFTER;
-use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError};
+use estimator_core::internals::SETTLED_AFTER;
+use estimator_core::params::Method;
+use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Params, ParamsError};
 use serde::Serialize;
 use wire::dictionary::index;
 

@@ -1,6 +1,7 @@
 //! Configuration file written by a calibration, in the form that [`config`](crate::config) reads.
 
-use estimator_core::{Learnt, Mounting};
+use estimator_core::Learnt;
+use estimator_core::mounting::Mounting;
 use toml::{Table, Value};
 
 use crate::calibrate::learnt::LearntFoot;

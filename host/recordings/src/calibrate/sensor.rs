@@ -9,8 +9,9 @@
 
 use std::fmt;
 
-use estimator_core::rest::{LARGEST_SWAY, SENSOR_NOISE};
-use estimator_core::{Gravity, RestParams, Validity};
+use estimator_core::internals::{LARGEST_SWAY, SENSOR_NOISE};
+use estimator_core::params::RestParams;
+use estimator_core::{Gravity, Validity};
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use serde::Serialize;
 use thiserror::Error;

@@ -1,7 +1,10 @@
 //! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot; and the file that lists
 //! all of them. Numbers come from the estimator's table of limits.
 
-use estimator_core::{Axis, Learnt, Method, Mounting, Parameter, Params, Row, Vec3, parameter};
+use estimator_core::mounting::Mounting;
+use estimator_core::parameter::{self, Parameter, Row};
+use estimator_core::params::Method;
+use estimator_core::{Axis, Learnt, Params, Vec3};
 use wire::dictionary::{self, Address};
 
 use crate::config::preset::Preset;

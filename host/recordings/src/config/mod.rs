@@ -82,7 +82,7 @@
 //! before `axes` turns the readings. Half-widths and bandwidths are along the axes of the foot.
 //!
 //! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]`, `[load]` and `[velocity]` are the
-//! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,
+//! names in the estimator's table of limits ([`estimator_core::parameter::Parameter`]), with the unit at the end: `_s`,
 //! `_m`, `_m_s`, `_m_s2` or `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
 
 mod file;

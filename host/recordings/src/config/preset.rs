@@ -1,6 +1,7 @@
 //! Presets of the parameters.
 
-use estimator_core::{Params, PerAxis, WindowLength};
+use estimator_core::params::WindowLength;
+use estimator_core::{Params, PerAxis};
 use lsm6dsox::{Config, Noise};
 
 use crate::hint::{Hint, Notice};

@@ -2,7 +2,8 @@
 
 use std::fmt::{self, Formatter};
 
-use estimator_core::{Method, Params, ParamsError, WindowLength};
+use estimator_core::params::{Method, WindowLength};
+use estimator_core::{Params, ParamsError};
 
 use crate::config::file::{Overrides, Position};
 use crate::config::keys::split_axis;
@@ -60,6 +61,8 @@ pub enum Reason {
     },
     /// The parameter has an effect with half-widths only.
     WithoutEffect,
+    /// Another error of the estimator, in its own words.
+    Other(ParamsError),
 }
 
 /// Sample rate up to which times in s are suspected to be in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
@@ -150,6 +153,7 @@ impl InWords for Refusal {
             Reason::WithoutEffect => f.write_str(
                 " has an effect with method = \"half_widths\" only: leave it out, or set this method in the configuration",
             ),
+            Reason::Other(error) => write!(f, ": {error}"),
         }
     }
 }
@@ -204,6 +208,10 @@ impl Origins<'_> {
                     _ => out_of_range(Subject::Key(self.key_name(field)), field, numbers, None),
                 }
             }
+            _ => ParameterRefusal::of(
+                Subject::Key("the parameters".to_owned()),
+                Reason::Other(*error),
+            ),
         }
     }
 

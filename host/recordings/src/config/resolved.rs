@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Formatter};
 use std::str::FromStr;
 
-use estimator_core::{Gravity, Mounting, Parameter, Params, ParamsError, WindowLength};
+use estimator_core::mounting::Mounting;
+use estimator_core::parameter::Parameter;
+use estimator_core::params::WindowLength;
+use estimator_core::{Gravity, Params, ParamsError};
 
 use crate::config::file::{ConfigError, Overrides};
 use crate::config::preset::Preset;

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use estimator_core::{
-    Gravity, GyroTiming, Learning, Learnt, LearntError, Method, Mounting, Parameter, Params,
-    WindowLength,
-};
+use estimator_core::mounting::Mounting;
+use estimator_core::parameter::Parameter;
+use estimator_core::params::{GyroTiming, Method, WindowLength};
+use estimator_core::{Gravity, Learning, Learnt, LearntError, Params};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};

@@ -3,10 +3,11 @@
 use crate::input::Format;
 
 use super::*;
-use estimator_core::{
-    AttitudeParams, DecisionParams, Gravity, GyroTiming, Learning, Learnt, LoadParams, Method,
-    Params, PerAxis, RestParams, VelocityParams, WindowLength,
+use estimator_core::params::{
+    AttitudeParams, DecisionParams, GyroTiming, LoadParams, Method, RestParams, WindowLength,
 };
+use estimator_core::velocity::VelocityParams;
+use estimator_core::{Gravity, Learning, Learnt, Params, PerAxis};
 
 fn applied(text: &str) -> Params {
     let mut params = Params::DEFAULT;

@@ -1,8 +1,8 @@
 //! Values as text, in files and on the command line: words, lengths of windows, delays, rates, numbers with their unit.
 
-use estimator_core::{
-    Gravity, GyroTiming, Learning, Method, Parameter, Unit, WindowLength, parameter,
-};
+use estimator_core::parameter::{self, Parameter, Unit};
+use estimator_core::params::{GyroTiming, Method, WindowLength};
+use estimator_core::{Gravity, Learning};
 
 use crate::number::shown;
 

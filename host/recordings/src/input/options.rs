@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
-use estimator_core::{
-    AccelerometerCorrection, AngularRate, Gravity, ImuSample, Mounting, SpecificForce, Vec3,
-};
+use estimator_core::correction::AccelerometerCorrection;
+use estimator_core::mounting::Mounting;
+use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Vec3};
 
 use crate::hint::{Hint, Notice};
 use crate::input::table::options::TableOptions;

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use estimator_core::rest::SENSOR_NOISE;
+use estimator_core::internals::SENSOR_NOISE;
 use estimator_core::{Quaternion, Timestamp, Vec3};
 use recordings::space::{Rotation, Vector};
 use wire::{Emergency, Faults};

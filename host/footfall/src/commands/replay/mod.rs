@@ -10,7 +10,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::Args;
-use estimator_core::{ContactEstimate, Params, WindowLength};
+use estimator_core::params::WindowLength;
+use estimator_core::{ContactEstimate, Params};
 use indicatif::ProgressBar;
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::events::{ContactEvent, HEADER};
