@@ -228,6 +228,10 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
     if let Some((cpu, feature)) = library.fpu {
         flags.extend([format!("-Ctarget-cpu={cpu}"), format!("-Ctarget-feature=+{feature}")]);
     }
+    if target.starts_with("riscv") {
+        // Lets the program's linker shorten each call from 8 bytes to 4 or 2. Floating point is some 1,400 calls.
+        flags.push("-Ctarget-feature=+relax".to_owned());
+    }
     Step::cargo(&["rustc", "--locked", "--profile", "firmware", "--lib", "--target", target])
         .with(["--package", "estimator-c", "--crate-type", "staticlib", "--features", "alone"])
         .with(["--config", "profile.firmware.panic='abort'", "--config", &level])
