@@ -10,7 +10,7 @@
 
 static_assert(sizeof(float) == 4, "REAL32 is the float of IEEE 754");
 
-/* Little-endian numbers, wherever they stand and whatever the machine's order is. */
+/* Little-endian numbers at any address, whatever the byte order of the machine. */
 
 static uint16_t u16_at(const uint8_t *data)
 {
@@ -521,11 +521,11 @@ const char *footfall_fault_detail(enum footfall_fault fault)
 {
     switch (fault) {
     case FOOTFALL_FAULT_SENSOR_SILENT:
-        return "how long, us";
+        return "duration, us";
     case FOOTFALL_FAULT_SENSOR_FROZEN:
         return "bit i: axis i repeats, in the order ax ay az wx wy wz";
     case FOOTFALL_FAULT_SENSOR_WRONG_ID:
-        return "the WHO_AM_I read";
+        return "value of WHO_AM_I";
     case FOOTFALL_FAULT_SENSOR_RESET:
         return "samples affected";
     case FOOTFALL_FAULT_SENSOR_CONFIG_MISMATCH:
@@ -541,9 +541,9 @@ const char *footfall_fault_detail(enum footfall_fault fault)
     case FOOTFALL_FAULT_CRYSTAL_MISSING:
         return "frequency of the crystal, kHz; 0 if it does not start";
     case FOOTFALL_FAULT_CONFIG_CORRUPTED:
-        return "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row, 3 learnt values of another version or damaged";
+        return "0 damaged, 1 incompatible values, 2 not read after three consecutive watchdog resets, 3 learnt values of another version or damaged";
     case FOOTFALL_FAULT_CONFIG_STORE:
-        return "0 the flash did not hold it, 1 the supply is too low for it";
+        return "0 the flash does not read back, 1 the supply is too low";
     case FOOTFALL_FAULT_PANIC:
         return "program counter";
     case FOOTFALL_FAULT_HARD_FAULT:
@@ -551,17 +551,17 @@ const char *footfall_fault_detail(enum footfall_fault fault)
     case FOOTFALL_FAULT_WATCHDOG_RESET:
         return "0";
     case FOOTFALL_FAULT_LATE_TICK:
-        return "how long, us";
+        return "duration, us";
     case FOOTFALL_FAULT_CAN_OVERRUN:
-        return "frames or bytes lost so far, at least";
+        return "minimum number of frames or bytes lost so far";
     case FOOTFALL_FAULT_CAN_ERROR_PASSIVE:
         return "receive and transmit error counter, from the lowest byte";
     case FOOTFALL_FAULT_CAN_BUS_OFF:
-        return "how often so far";
+        return "number so far";
     case FOOTFALL_FAULT_PDO_LENGTH:
         return "bytes received";
     case FOOTFALL_FAULT_UART_OVERRUN:
-        return "frames or bytes lost so far, at least";
+        return "minimum number of frames or bytes lost so far";
     case FOOTFALL_FAULT_PDO_TIMEOUT:
         return "event timer, ms";
     case FOOTFALL_FAULT_GYRO_BIAS:
@@ -578,10 +578,10 @@ const char *footfall_fault_detail(enum footfall_fault fault)
     return "unknown";
 }
 
-/* Every fault that is known here. */
+/* All known faults. */
 static const uint32_t FAULTS_KNOWN = UINT32_C(0x03FFFFFF);
 
-/* The error register while these faults last. */
+/* Returns the error register while these faults are active. */
 static uint32_t register_of(uint32_t faults)
 {
     uint32_t bits = faults != 0u ? 0x01u : 0u;
@@ -594,8 +594,8 @@ static uint32_t register_of(uint32_t faults)
     return bits;
 }
 
-/* An error register that contradicts the faults is of another version of this format; faults that
- * are not known here set bits of their own. */
+/* If the error register contradicts the faults, the message has another version of this format.
+ * Unknown faults set bits of their own. */
 static bool is_register_of(uint32_t faults, uint32_t found)
 {
     const uint32_t known = faults & FAULTS_KNOWN;
@@ -630,8 +630,8 @@ static struct footfall_flags flags_bits(uint32_t bits)
     return flags;
 }
 
-/* A status that is not valid never says "stable", whatever bits came in: neither as decision nor as
- * a state that rests on one. With a fault the state is unknown. */
+/* A status that is not valid never reports "stable", whatever its bits: neither as decision nor as a
+ * state that implies it. With a fault the state is unknown. */
 static struct footfall_status status_of(uint32_t bits)
 {
     struct footfall_status status = status_bits(bits);
@@ -914,15 +914,14 @@ static uint32_t check_of(const uint8_t *data, size_t length)
     return check ^ UINT32_C(0xFFFFFFFF);
 }
 
-/* Whether the bytes are UTF-8: no character longer than it must be, no surrogate, none above
- * U+10FFFF. */
+/* Returns whether the bytes are UTF-8: no overlong character, no surrogate, none above U+10FFFF. */
 static bool is_utf8(const uint8_t *text, size_t length)
 {
     size_t i = 0;
     while (i < length) {
         const uint8_t first = text[i];
         size_t more = 0;
-        /* The range of the second byte, which is what excludes the above. */
+        /* The range of the second byte excludes these. */
         uint8_t low = 0x80;
         uint8_t high = 0xBF;
         if (first >= 0xC2 && first <= 0xDF) {
@@ -1085,7 +1084,7 @@ static void push_plain(struct footfall_stream *stream, uint8_t byte)
 }
 
 /* Consistent Overhead Byte Stuffing: each zero is replaced by the distance to the next, and the
- * first distance stands in front. */
+ * first distance goes in front. */
 static void push_coded(struct footfall_stream *stream, uint8_t coded)
 {
     if (stream->left > 0u) {
@@ -1113,7 +1112,7 @@ enum footfall_result footfall_stream_push(struct footfall_stream *stream, uint8_
     } else if (stream->left > 0u) {
         result = FOOTFALL_WRONG_CODING;
     } else if (stream->length == 0u) {
-        /* Zeros between frames mean nothing. */
+        /* Zeros between frames are ignored. */
         result = FOOTFALL_INCOMPLETE;
     } else {
         result = parse(stream->plain, stream->length, out);

@@ -1,6 +1,6 @@
 /*
- * What a foot of footfall sends on CAN and on its serial line, decoded: C11 and C++17, without
- * allocation and without state of its own.
+ * Decoder of the messages that a foot of footfall sends on CAN and on its serial line: C11 and C++17,
+ * without allocation and global state.
  *
  *     struct footfall_frame frame;
  *     if (footfall_decode(can_id, data, length, &frame) == FOOTFALL_OK
@@ -25,16 +25,16 @@
 extern "C" {
 #endif
 
-/* What came of decoding. */
+/* Result of decoding. */
 enum footfall_result {
     FOOTFALL_OK = 0,
-    /* CAN: the identifier is none of a foot's frames. */
+    /* CAN: no frame of a foot has this identifier. */
     FOOTFALL_UNKNOWN_ID,
     /* CAN: the frame has the wrong length. */
     FOOTFALL_WRONG_LENGTH,
-    /* CAN: a value that stands for nothing: a state that is none, a load that is no number. */
+    /* CAN: a value is invalid, such as an unknown state or a load that is NaN. */
     FOOTFALL_WRONG_VALUE,
-    /* Serial line: the byte ends no frame. */
+    /* Serial line: the byte does not end a frame. */
     FOOTFALL_INCOMPLETE,
     /* Serial line: the frame ended too early: bytes were lost, or it is garbage. */
     FOOTFALL_WRONG_CODING,
@@ -42,13 +42,13 @@ enum footfall_result {
     FOOTFALL_TOO_LONG,
     /* Serial line: too few bytes for a frame. */
     FOOTFALL_TOO_SHORT,
-    /* Serial line: the CRC does not fit. */
+    /* Serial line: the CRC does not match. */
     FOOTFALL_WRONG_CHECK,
-    /* Serial line: a version of the format that is not known here. */
+    /* Serial line: unknown version of the format. */
     FOOTFALL_UNKNOWN_VERSION,
-    /* Serial line: a type of message that is not known here. */
+    /* Serial line: unknown type of message. */
     FOOTFALL_UNKNOWN_TYPE,
-    /* Serial line: a payload that is not one of its type. */
+    /* Serial line: invalid payload of a known type. */
     FOOTFALL_WRONG_PAYLOAD
 };
 
@@ -61,19 +61,19 @@ enum footfall_state {
     FOOTFALL_STATE_QUIET_SWING = 4
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_state_name(enum footfall_state state);
 
-/* The debounced answer; stable only where the status is valid. */
+/* Debounced decision; stable only if the status is valid. */
 enum footfall_decision {
     FOOTFALL_DECISION_NOT_STABLE = 0,
     FOOTFALL_DECISION_STABLE = 1
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_decision_name(enum footfall_decision decision);
 
-/* State of the node (NMT), as in the heartbeat; a boot-up is the first of them. */
+/* State of the node (NMT), as in the heartbeat; a boot-up is the first of these states. */
 enum footfall_node_state {
     FOOTFALL_NODE_STATE_BOOT_UP = 0,
     FOOTFALL_NODE_STATE_STOPPED = 4,
@@ -81,10 +81,10 @@ enum footfall_node_state {
     FOOTFALL_NODE_STATE_PRE_OPERATIONAL = 127
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_node_state_name(enum footfall_node_state node_state);
 
-/* What the board is doing. */
+/* Stage of the board. */
 enum footfall_stage {
     FOOTFALL_STAGE_STARTING = 0,
     FOOTFALL_STAGE_SELF_TEST = 1,
@@ -93,10 +93,10 @@ enum footfall_stage {
     FOOTFALL_STAGE_RECOVERING = 4
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_stage_name(enum footfall_stage stage);
 
-/* Something is wrong with the board: bit i of a set of faults is the fault of number i. */
+/* Fault of the board. Bit i of a set of faults is the fault of number i. */
 enum footfall_fault {
     FOOTFALL_FAULT_SENSOR_SILENT = 0,
     FOOTFALL_FAULT_SENSOR_FROZEN = 1,
@@ -127,10 +127,10 @@ enum footfall_fault {
     FOOTFALL_FAULT_UNKNOWN = 255
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_fault_name(enum footfall_fault fault);
 
-/* What the sensor's driver says about a sample. */
+/* Validity of a sample, reported by the sensor's driver. */
 enum footfall_validity {
     FOOTFALL_VALIDITY_VALID = 0,
     FOOTFALL_VALIDITY_ACCELEROMETER_SATURATED = 1,
@@ -140,10 +140,10 @@ enum footfall_validity {
     FOOTFALL_VALIDITY_INVALID = 5
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_validity_name(enum footfall_validity validity);
 
-/* Why a request was refused (CiA 301). */
+/* Reason why a request was refused (CiA 301). */
 enum footfall_abort {
     FOOTFALL_ABORT_TOGGLE_BIT = 0x05030000,
     FOOTFALL_ABORT_COMMAND = 0x05040001,
@@ -167,7 +167,7 @@ enum footfall_abort {
     FOOTFALL_ABORT_TOO_SOON = 0x08000000
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_abort_name(enum footfall_abort abort);
 
 /* A change of the node's state (NMT). */
@@ -179,10 +179,10 @@ enum footfall_command {
     FOOTFALL_COMMAND_RESET_COMMUNICATION = 130
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_command_name(enum footfall_command command);
 
-/* What a CAN frame says. */
+/* Kind of a CAN frame. */
 enum footfall_frame_kind {
     FOOTFALL_FRAME_KIND_CONTACT = 0,
     FOOTFALL_FRAME_KIND_AXES = 1,
@@ -196,10 +196,10 @@ enum footfall_frame_kind {
     FOOTFALL_FRAME_KIND_LOAD = 9
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_frame_kind_name(enum footfall_frame_kind frame_kind);
 
-/* What a message of the serial line says: its type's byte. */
+/* Kind of a message of the serial line: the byte of its type. */
 enum footfall_message_kind {
     FOOTFALL_MESSAGE_KIND_CONTACT = 1,
     FOOTFALL_MESSAGE_KIND_RAW = 2,
@@ -211,32 +211,32 @@ enum footfall_message_kind {
     FOOTFALL_MESSAGE_KIND_NMT = 19
 };
 
-/* Its name; "unknown" for a number that is none. */
+/* Returns its name; "unknown" for any other number. */
 const char *footfall_message_kind_name(enum footfall_message_kind message_kind);
 
-/* What `fault` is called in emergency messages; 0 for FOOTFALL_FAULT_UNKNOWN. */
+/* Returns the code of `fault` in emergency messages; 0 for FOOTFALL_FAULT_UNKNOWN. */
 uint16_t footfall_fault_code(enum footfall_fault fault);
 
-/* What the detail of its emergency message is. */
+/* Returns the meaning of the detail of its emergency message. */
 const char *footfall_fault_detail(enum footfall_fault fault);
 
-/* What the probability rests on. */
+/* Phase, decision and their validity. */
 struct footfall_status {
     /* Phase of the gait; unknown without a load signal or in doubt. */
     enum footfall_state state;
-    /* Debounced decision; stable only where Valid is yes. */
+    /* Debounced decision; stable only if Valid is yes. */
     enum footfall_decision decision;
     /* No fault, and no flag other than a time gap or settling. */
     bool valid;
     /* The newest sample is at the end of the sensor's range. */
     bool saturated;
-    /* The sensor cannot be believed; the EMCY message says why. */
+    /* The sensor cannot be trusted; the EMCY message has the reason. */
     bool fault;
     /* The window is not full, or up is not yet known. */
     bool starting;
 };
 
-/* Reasons of the estimator to doubt. */
+/* Reasons to doubt the estimate. */
 struct footfall_flags {
     /* Fewer samples than the window holds. */
     bool window_not_full;
@@ -248,11 +248,11 @@ struct footfall_flags {
     bool stale;
     /* The newest sample cannot be used. */
     bool invalid_sample;
-    /* More than one and a half periods since the sample before. */
+    /* More than one and a half periods since the previous sample. */
     bool time_gap;
-    /* The foot has not learnt enough of its stillness and motion yet; a few steps end that. */
+    /* The foot has not yet learnt enough of its stillness and motion; a few steps suffice. */
     bool settling;
-    /* The foot has neither rested nor landed since the start. */
+    /* The foot hardly moves, but has neither rested nor landed for a stride. */
     bool unproven;
 };
 
@@ -264,11 +264,11 @@ struct footfall_contact {
     float tangential_probability;
     /* Probability of no lifting and no tilting. 0 with a fault. */
     float vertical_probability;
-    /* When the sample was acquired, on the foot's clock; wraps every 655.36 ms. */
+    /* Acquisition time of the sample on the foot's clock; wraps every 655.36 ms. */
     uint32_t timestamp_us;
-    /* One more with each frame, sent or dropped; wraps after 255. */
+    /* Incremented with each frame, sent or dropped; wraps after 255. */
     uint8_t sequence;
-    /* What the probability rests on. */
+    /* Phase, decision and their validity. */
     struct footfall_status status;
 };
 
@@ -286,23 +286,23 @@ struct footfall_axes {
     float probability_wy;
     /* Probability that the axis rests. 0 with a fault. */
     float probability_wz;
-    /* When the sample was acquired, on the foot's clock; wraps every 655.36 ms. */
+    /* Acquisition time of the sample on the foot's clock; wraps every 655.36 ms. */
     uint32_t timestamp_us;
 };
 
 /* TPDO3: orientation. */
 struct footfall_attitude {
-    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
-     * of the Contact message before it. */
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the same
+     * sample as the previous Contact message. */
     float quaternion_w;
-    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
-     * of the Contact message before it. */
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the same
+     * sample as the previous Contact message. */
     float quaternion_x;
-    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
-     * of the Contact message before it. */
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the same
+     * sample as the previous Contact message. */
     float quaternion_y;
-    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
-     * of the Contact message before it. */
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the same
+     * sample as the previous Contact message. */
     float quaternion_z;
 };
 
@@ -314,7 +314,7 @@ struct footfall_acceleration {
     float acceleration_y_m_s2;
     /* Acceleration without gravity, frame of the foot. */
     float acceleration_z_m_s2;
-    /* When the sample was acquired, on the foot's clock; wraps every 655.36 ms. */
+    /* Acquisition time of the sample on the foot's clock; wraps every 655.36 ms. */
     uint32_t timestamp_us;
 };
 
@@ -326,7 +326,7 @@ struct footfall_rate {
     float rate_y_rad_s;
     /* Angular rate without bias, frame of the foot. */
     float rate_z_rad_s;
-    /* When the sample was acquired, on the foot's clock; wraps every 655.36 ms. */
+    /* Acquisition time of the sample on the foot's clock; wraps every 655.36 ms. */
     uint32_t timestamp_us;
 };
 
@@ -344,22 +344,22 @@ struct footfall_bias {
 
 /* TPDO7: flags, errors, drops and the clock. */
 struct footfall_health {
-    /* Reasons of the estimator to doubt. */
+    /* Reasons to doubt the estimate. */
     struct footfall_flags flags;
     /* Object 0x1001 of CiA 301. */
     uint8_t error_register;
-    /* Frames replaced by newer ones before they got onto CAN or UART; wraps after 255. */
+    /* Frames replaced by newer ones before they were sent on CAN or UART; wraps after 255. */
     uint8_t dropped;
-    /* The moment of Clock: the SYNC with this counter, at most 200 ms ago; 0 is the sample of
-     * the contact before. */
+    /* Moment of Clock: the SYNC with this counter, at most 200 ms ago; 0: the sample of the
+     * previous contact. */
     uint8_t sync_counter;
-    /* The foot's clock at the moment that SyncCounter names. Modulo 655.36 ms it is a Timestamp. */
+    /* The foot's clock at the moment given by SyncCounter. Modulo 655.36 ms it is a Timestamp. */
     uint64_t clock_us;
 };
 
 /* The contact, at full resolution, each tick. */
 struct footfall_serial_contact {
-    /* When the sample was acquired, on the foot's clock. */
+    /* Acquisition time of the sample on the foot's clock. */
     uint64_t timestamp_us;
     /* Probability that the foot is in stable contact. 0 with a fault. */
     float stable_contact_probability;
@@ -385,35 +385,35 @@ struct footfall_serial_contact {
     struct footfall_flags flags;
 };
 
-/* What the sensor measured. */
+/* Measurement of the sensor. */
 struct footfall_serial_raw {
-    /* When the sample was acquired, on the foot's clock. */
+    /* Acquisition time of the sample on the foot's clock. */
     uint64_t timestamp_us;
-    /* What the driver says about it. */
+    /* Validity reported by the driver. */
     enum footfall_validity validity;
     /* Temperature of the sensor. */
     float temperature_deg_c;
-    /* As the sensor gave it. */
+    /* Code of the sensor. */
     int16_t accelerometer_x_code;
     /* Code times scale, frame of the sensor. */
     float specific_force_x_m_s2;
-    /* As the sensor gave it. */
+    /* Code of the sensor. */
     int16_t accelerometer_y_code;
     /* Code times scale, frame of the sensor. */
     float specific_force_y_m_s2;
-    /* As the sensor gave it. */
+    /* Code of the sensor. */
     int16_t accelerometer_z_code;
     /* Code times scale, frame of the sensor. */
     float specific_force_z_m_s2;
-    /* As the sensor gave it. */
+    /* Code of the sensor. */
     int16_t gyroscope_x_code;
     /* Code times scale, frame of the sensor. */
     float angular_rate_x_rad_s;
-    /* As the sensor gave it. */
+    /* Code of the sensor. */
     int16_t gyroscope_y_code;
     /* Code times scale, frame of the sensor. */
     float angular_rate_y_rad_s;
-    /* As the sensor gave it. */
+    /* Code of the sensor. */
     int16_t gyroscope_z_code;
     /* Code times scale, frame of the sensor. */
     float angular_rate_z_rad_s;
@@ -421,17 +421,17 @@ struct footfall_serial_raw {
     float gyroscope_rad_s_per_code;
 };
 
-/* How the board is; counters since power-up. */
+/* State of the board; counters since power-up. */
 struct footfall_serial_health {
     /* The board's clock. */
     uint64_t timestamp_us;
-    /* What the board is doing. */
+    /* Stage of the board. */
     enum footfall_stage stage;
     /* State of the node. */
     enum footfall_node_state node_state;
-    /* 1 to 127; 0: it has none yet. */
+    /* 1 to 127; 0: none yet. */
     uint8_t node;
-    /* Active faults: bit i is the fault of number i; one that is not known here is of a newer
+    /* Active faults: bit i is the fault of number i; an unknown one belongs to a newer
      * version. */
     uint32_t faults;
     /* Temperature of the sensor. */
@@ -449,19 +449,19 @@ struct footfall_serial_health {
     uint32_t late_ticks;
 };
 
-/* A fault has come or gone. */
+/* A fault was raised or cleared. */
 struct footfall_emergency {
-    /* The emergency code; 0 where the fault has gone. */
+    /* Emergency code; 0 if the fault was cleared. */
     uint16_t code;
     /* Object 0x1001 of CiA 301 after the change. */
     uint8_t error_register;
-    /* FOOTFALL_FAULT_UNKNOWN: a number without a fault, or one that does not go with the code. */
+    /* FOOTFALL_FAULT_UNKNOWN: no fault has this number, or its code differs. */
     enum footfall_fault fault;
-    /* What footfall_fault_detail says. */
+    /* Detail, with the meaning given by footfall_fault_detail. */
     uint32_t detail;
 };
 
-/* The node is there. */
+/* Boot-up or heartbeat of the node. */
 struct footfall_heartbeat {
     enum footfall_node_state state;
 };
@@ -472,7 +472,7 @@ struct footfall_load {
     float load;
 };
 
-/* A CAN frame: `kind` says which member of `content` to read. */
+/* A CAN frame: `kind` selects the member of `content`. */
 struct footfall_frame {
     /* 1 to 127. */
     uint8_t node;
@@ -492,14 +492,14 @@ struct footfall_frame {
 };
 
 /*
- * Decodes a CAN frame: identifier of 11 bits, data, number of bytes. `out` is to be read only
- * after FOOTFALL_OK. Identifiers with more bits, as SocketCAN marks extended, remote and error
- * frames, are FOOTFALL_UNKNOWN_ID. `data` may be NULL where `length` is 0.
+ * Decodes a CAN frame: identifier of 11 bits, data, number of bytes. Read `out` only after
+ * FOOTFALL_OK. Identifiers with more bits, by which SocketCAN marks extended, remote and error
+ * frames, give FOOTFALL_UNKNOWN_ID. `data` may be NULL if `length` is 0.
  */
 enum footfall_result footfall_decode(uint32_t cob_id, const uint8_t *data, size_t length,
                                      struct footfall_frame *out);
 
-/* Object of the dictionary, as CiA 301 addresses it. */
+/* Address of an object of the dictionary (CiA 301). */
 struct footfall_address {
     uint16_t index;
     uint8_t subindex;
@@ -507,31 +507,31 @@ struct footfall_address {
 
 /* The longest value of an object, bytes. */
 #define FOOTFALL_MAX_VALUE 32
-/* The bytes of a value of an object, as long as its type is. */
+/* Bytes of a value of an object, as many as its type has. */
 struct footfall_value {
     uint8_t bytes[FOOTFALL_MAX_VALUE];
     uint8_t length;
 };
 
-/* A question for an object's value. */
+/* Request for an object's value. */
 struct footfall_serial_get {
     struct footfall_address address;
 };
 
-/* A new value for an object. */
+/* Request to change an object's value. */
 struct footfall_serial_set {
     struct footfall_address address;
     struct footfall_value value;
 };
 
-/* What came of a request. */
+/* Result of a request. */
 enum footfall_answer {
     FOOTFALL_ANSWER_DONE = 0,
     FOOTFALL_ANSWER_VALUE = 1,
     FOOTFALL_ANSWER_REFUSED = 2
 };
 
-/* The answer to a question or a new value. */
+/* Response to either request. */
 struct footfall_serial_response {
     struct footfall_address address;
     enum footfall_answer answer;
@@ -541,7 +541,7 @@ struct footfall_serial_response {
     enum footfall_abort reason;
 };
 
-/* A change of the NMT state. */
+/* Request to change the NMT state. */
 struct footfall_serial_nmt {
     enum footfall_command command;
 };
@@ -558,9 +558,9 @@ struct footfall_serial_log {
     char text[FOOTFALL_MAX_LOG + 1];
 };
 
-/* A message of the serial line: `kind` says which member of `content` to read. */
+/* A message of the serial line: `kind` selects the member of `content`. */
 struct footfall_message {
-    /* One more with each frame, sent or dropped; wraps after 65535. A contact overtakes others. */
+    /* Incremented with each frame, sent or dropped; wraps after 65535. A contact overtakes others. */
     uint16_t sequence;
     enum footfall_message_kind kind;
     union {
@@ -575,9 +575,9 @@ struct footfall_message {
     } content;
 };
 
-/* The longest frame before it is coded, bytes. */
+/* Maximum length of a frame before coding, bytes. */
 #define FOOTFALL_MAX_DECODED 136
-/* What has come of a frame of the serial line. For this file only; begins with all bytes zero. */
+/* State of the decoder of the serial line. Its members are private. Start with all bytes zero. */
 struct footfall_stream {
     uint8_t plain[FOOTFALL_MAX_DECODED];
     size_t length;
@@ -586,12 +586,12 @@ struct footfall_stream {
     bool overflowed;
 };
 
-/* Forgets what has come. */
+/* Resets the decoder to its initial state. */
 void footfall_stream_init(struct footfall_stream *stream);
 
 /*
- * Takes the next byte of the serial line. `out` is to be read only after FOOTFALL_OK, which the
- * last byte of a frame gives. After whatever else, the next whole frame is found.
+ * Takes the next byte of the serial line. Read `out` only after FOOTFALL_OK, which the last
+ * byte of a frame gives. After any other bytes the next complete frame is found.
  */
 enum footfall_result footfall_stream_push(struct footfall_stream *stream, uint8_t byte,
                                           struct footfall_message *out);

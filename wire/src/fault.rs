@@ -81,11 +81,11 @@ macro_rules! voids {
 
 faults! {
     /// The sensor gives no data-ready edge.
-    SensorSilent = 0, 0x7001, "sensor silent", MANUFACTURER, void, "how long, µs";
+    SensorSilent = 0, 0x7001, "sensor silent", MANUFACTURER, void, "duration, µs";
     /// The sensor repeats its readings, on every axis or on some.
     SensorFrozen = 1, 0x7002, "sensor frozen", MANUFACTURER, void, "bit i: axis i repeats, in the order ax ay az wx wy wz";
     /// The sensor's `WHO_AM_I` does not match the part.
-    SensorWrongId = 2, 0x7003, "sensor has a wrong WHO_AM_I", MANUFACTURER, void, "the WHO_AM_I read";
+    SensorWrongId = 2, 0x7003, "sensor has a wrong WHO_AM_I", MANUFACTURER, void, "value of WHO_AM_I";
     /// The sensor has lost its configuration: it was reset.
     SensorReset = 3, 0x7004, "sensor was reset", MANUFACTURER, void, "samples affected";
     /// A register did not read back what was written.
@@ -101,9 +101,9 @@ faults! {
     /// The crystal does not start, or has another frequency. The board runs on its internal oscillator, with CAN off.
     CrystalMissing = 9, 0x5001, "crystal missing", MANUFACTURER, unaffected, "frequency of the crystal, kHz; 0 if it does not start";
     /// The stored configuration could not be read, or only in part. An older one or defaults are in use.
-    ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row, 3 learnt values of another version or damaged";
+    ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0 damaged, 1 incompatible values, 2 not read after three consecutive watchdog resets, 3 learnt values of another version or damaged";
     /// The configuration could not be stored.
-    ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is too low for it";
+    ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash does not read back, 1 the supply is too low";
     /// The program panicked and was restarted.
     Panic = 12, 0x6101, "program panicked", MANUFACTURER, unaffected, "program counter";
     /// The processor took a fault exception and was restarted.
@@ -111,17 +111,17 @@ faults! {
     /// The watchdog restarted the board.
     WatchdogReset = 14, 0x6103, "watchdog reset", MANUFACTURER, unaffected, "0";
     /// A tick's work took longer than a tick.
-    LateTick = 15, 0x6104, "tick too long", MANUFACTURER, unaffected, "how long, µs";
+    LateTick = 15, 0x6104, "tick too long", MANUFACTURER, unaffected, "duration, µs";
     /// Received CAN frames were lost.
-    CanOverrun = 16, 0x8110, "CAN overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
+    CanOverrun = 16, 0x8110, "CAN overrun", COMMUNICATION, unaffected, "minimum number of frames or bytes lost so far";
     /// The CAN controller is error-passive.
     CanErrorPassive = 17, 0x8120, "CAN error-passive", COMMUNICATION, unaffected, "receive and transmit error counter, from the lowest byte";
     /// The CAN controller is bus-off, or was until recently. The emergency message is sent after the recovery.
-    CanBusOff = 18, 0x8140, "CAN bus-off", COMMUNICATION, unaffected, "how often so far";
+    CanBusOff = 18, 0x8140, "CAN bus-off", COMMUNICATION, unaffected, "number so far";
     /// A received PDO has the wrong length.
     PdoLength = 19, 0x8210, "received PDO has a wrong length", COMMUNICATION, unaffected, "bytes received";
     /// Received UART bytes were lost.
-    UartOverrun = 20, 0x81F0, "UART overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
+    UartOverrun = 20, 0x81F0, "UART overrun", COMMUNICATION, unaffected, "minimum number of frames or bytes lost so far";
     /// No load was received over RPDO1 within its event timer.
     PdoTimeout = 21, 0x8250, "received PDO timed out", COMMUNICATION, unaffected, "event timer, ms";
     /// The gyroscope's bias at rest is larger than can be learnt.
