@@ -104,16 +104,22 @@ fn recordings_made_apart_merge_into_one_robot() {
     // In either order of the recordings the messages are in order of their times.
     let turned = "replay rear.mcap front.mcap --topic all --estimate-again --output turned.mcap";
     bench.stdout(turned);
-    for name in ["both.mcap", "turned.mcap"] {
+    let steps_back = |name: &str| {
         let bag = bytes(name);
         let times: Vec<u64> = mcap::MessageStream::new(&bag)
             .expect("a bag")
             .map(|message| message.expect("a message").log_time)
             .collect();
-        // A contact is written with its sample, whose time is rounded to µs.
-        let is_late = |two: &[u64]| two[1] + 1_000 < two[0];
-        assert_eq!(times.windows(2).filter(|two| is_late(two)).count(), 0, "{name}");
         assert!(times.len() > 16_000, "{}", times.len());
+        // A contact is written with its sample, whose time is rounded to µs.
+        let is_back = |two: &&[u64]| two[1] + 1_000 < two[0];
+        times.windows(2).filter(is_back).count()
+    };
+    // A recording may step back where a foot's first contacts waited for its name.
+    let in_recordings = steps_back("front.mcap") + steps_back("rear.mcap");
+    assert!(in_recordings <= 2, "{in_recordings}");
+    for name in ["both.mcap", "turned.mcap"] {
+        assert_eq!(steps_back(name), in_recordings, "{name}");
     }
     for command in [
         "convert front.mcap robot.mcap -o twice.mcap",
