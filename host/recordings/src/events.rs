@@ -438,9 +438,10 @@ impl Unstable {
         times.flatten().min_by_key(|time| time.as_micros())
     }
 
-    /// Returns whether its turn explains how far the foot moved. The distance is unknown if samples are missing.
+    /// Returns whether its turn explains how far the foot moved. The distance is unknown if samples are missing, or the
+    /// acceleration, as of recorded contacts.
     fn only_turned(&self) -> bool {
-        self.reckoning.is_some_and(|reckoning| reckoning.is_sound)
+        self.reckoning.is_some_and(|reckoning| reckoning.distance().is_some())
             && self.moved_m < LEVER_M * self.inclination
     }
 
@@ -620,6 +621,7 @@ mod tests {
     /// | `a`, `b`, `+`, `-`, `L` | slides with 1, 2, 2.5 or −1.5 m/s², with 1 m/s² and a load |
     /// | `c` | slides with −2 m/s² |
     /// | `w` | sways: the sensor moves along the ground with 1 m/s², and the foot is inclined by 0.5° |
+    /// | `u` | the same, with an unknown acceleration |
     /// | `r` | rolls about its toe: the sensor moves along the ground, and the foot is inclined by 5° |
     /// | `v` | moves up and down on the spot |
     /// | `h`, `H` | moves unseen: the samples are unusable; with a load |
@@ -629,6 +631,7 @@ mod tests {
             'f' => (Phase::Unknown, [0.0; 3], 5.0),
             'F' => (Phase::Swing, [0.0; 3], 5.0),
             'a' | 'r' | 'w' => (Phase::Unknown, [0.1, 0.1, 0.9], 1.0),
+            'u' => (Phase::Unknown, [0.1, 0.1, 0.9], f32::NAN),
             'b' => (Phase::Unknown, [0.1, 0.1, 0.9], 2.0),
             'c' => (Phase::Unknown, [0.1, 0.1, 0.9], -2.0),
             '+' => (Phase::Unknown, [0.1, 0.1, 0.9], 2.5),
@@ -658,7 +661,7 @@ mod tests {
             },
             orientation: match does {
                 'r' => Quaternion { w: 0.99905, x: 0.0, y: 0.04362, z: 0.0 },
-                'w' => Quaternion { w: 0.99999, x: 0.0, y: 0.00436, z: 0.0 },
+                'u' | 'w' => Quaternion { w: 0.99999, x: 0.0, y: 0.00436, z: 0.0 },
                 _ => Quaternion::IDENTITY,
             },
             linear_acceleration: LinearAcceleration(Vec3::new(0.6 * along, 0.8 * along, 0.3)),
@@ -725,6 +728,7 @@ mod tests {
             ("a short one is the lift-off", "100s 60L 300F 50s", "lift_off 100, touch_down 460"),
             ("a short slide", "100s 40a 100s", "slip_start 100 40, slip_end 140 40"),
             ("it sways on the spot", "100s 40w 100s", ""),
+            ("it moves an unknown distance", "100s 40u 100s", "slip_start 100 40, slip_end 140 40"),
             ("it slides and sways", "100s 80w 100s", "slip_start 100 80, slip_end 180 80"),
             ("it rocks about its toe", "100s 30a 120r 100s", ""),
             (
