@@ -1,11 +1,12 @@
 /* Stable-contact probability of a robot's foot, from the IMU on it. C99 and C++.
  *
- * The method is the self-calibrating one, which learns its limits while the foot walks. There is no window, so that an
- * estimator takes at most 1 KiB; the paper's method with configured half-widths is in the Rust library alone.
+ * The method is self-calibrating: it learns its limits while the foot walks. It has no window, so an estimator takes at
+ * most 1 KiB. The paper's method with configured half-widths is only in the Rust library.
  *
- * No allocation, no global state, no locks, no input or output: an estimator is used by one thread or interrupt at a
- * time, several are independent. Additions, multiplications, divisions and square roots in binary32: the same
- * bits on every machine whose FPU or soft-float library follows IEEE 754 without flush-to-zero.
+ * The library has no allocation, no global state, no locks, no input or output. Use an estimator in one thread or
+ * interrupt at a time; several estimators are independent. The computation is additions, multiplications, divisions and
+ * square roots in binary32, with the same bits on every machine whose FPU or soft-float library follows IEEE 754 without
+ * flush-to-zero.
  *
  * NULL and misaligned pointers, too little memory and numbers out of range are errors. Other pointers must point to an
  * object of their type, and objects of one call must not overlap. */
@@ -19,7 +20,7 @@
 extern "C" {
 #endif
 
-/* Version of this header; before 1.0 the minor version is that of incompatible changes. */
+/* Version of this header. Before 1.0 an incompatible change raises the minor version. */
 #define FOOTFALL_VERSION_MAJOR 0
 #define FOOTFALL_VERSION_MINOR 1
 #define FOOTFALL_VERSION_PATCH 0
@@ -32,8 +33,8 @@ enum {
     FOOTFALL_ERROR_MISALIGNED = 2,      /* a pointer is not aligned to its type */
     FOOTFALL_ERROR_TOO_SMALL = 3,       /* less memory than footfall_estimator_size() */
     FOOTFALL_ERROR_NOT_INITIALISED = 4, /* memory without an estimator */
-    FOOTFALL_ERROR_CHOICE = 5,          /* a field holds none of its constants */
-    FOOTFALL_ERROR_SAMPLE_RATE = 6,     /* out of range, also NaN: here and below */
+    FOOTFALL_ERROR_CHOICE = 5,          /* a field has a value other than its constants */
+    FOOTFALL_ERROR_SAMPLE_RATE = 6,     /* out of range, or NaN; the same below */
     FOOTFALL_ERROR_DECISION = 7,
     FOOTFALL_ERROR_LOAD = 8,
     FOOTFALL_ERROR_VELOCITY = 9,
@@ -43,7 +44,7 @@ enum {
 };
 typedef int32_t footfall_error;
 
-/* Memory of one estimator; any memory of footfall_estimator_size() bytes with footfall_estimator_align() does as well. */
+/* Memory of one estimator. Other memory needs footfall_estimator_size() bytes, aligned to footfall_estimator_align(). */
 #define FOOTFALL_ESTIMATOR_SIZE 1024
 typedef union {
     uint64_t align;
@@ -53,10 +54,10 @@ typedef union {
 /* An estimator in the caller's memory. */
 typedef struct footfall_estimator footfall_estimator;
 
-/* State learnt from a foot, to be stored as it is: 28 bytes. A state with a flipped bit or of another version is an error
- * of footfall_estimator_init(), and zeros are as well; the foot then learns again. */
+/* State learnt from a foot. Store its 28 bytes unchanged. footfall_estimator_init() returns an error for a state with a
+ * flipped bit, of another version, or of zeros. Without a state the foot learns again. */
 typedef struct {
-    uint32_t version; /* of the meaning of the values */
+    uint32_t version; /* changes with the meaning of a value */
     float values[5];
     uint32_t crc; /* CRC-32 (ISO-HDLC) of the bytes before */
 } footfall_learnt;
@@ -77,11 +78,11 @@ typedef struct {
     float velocity_floor_m_s;   /* least standard deviation; 0.0001 to 1 */
     footfall_learnt learnt;     /* of footfall_estimator_learnt(), for a warm start */
     uint8_t has_learnt;         /* 1: `learnt` is used, 0: it is ignored */
-    uint8_t gravity;            /* FOOTFALL_GRAVITY_... : included as an accelerometer measures it, or removed */
+    uint8_t gravity;            /* FOOTFALL_GRAVITY_... : included, as measured by an accelerometer, or removed */
     uint8_t learning;           /* FOOTFALL_LEARNING_... */
 } footfall_params;
 
-/* Quality of a sample as its source knows it. */
+/* Quality of a sample, as reported by its source. */
 enum {
     FOOTFALL_SAMPLE_VALID = 0,
     FOOTFALL_SAMPLE_ACCELEROMETER_SATURATED = 1,
@@ -107,7 +108,7 @@ enum {
     FOOTFALL_FLAG_STALE = 8,
     FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, or not later than the one before */
     FOOTFALL_FLAG_TIME_GAP = 32,
-    FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot; for ever if the unit is wrong */
+    FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot; permanent if the unit is wrong */
     FOOTFALL_FLAG_UNPROVEN = 128 /* neither rested nor landed for longer than a stride: the probability is at most 0.5 */
 };
 
@@ -137,7 +138,7 @@ typedef struct {
     uint8_t flags;            /* FOOTFALL_FLAG_... */
 } footfall_estimate;
 
-/* Version of the library, equal to FOOTFALL_VERSION where the header and the library are of one archive. */
+/* Version of the library; equal to FOOTFALL_VERSION if header and library come from the same archive. */
 const char *footfall_version(void);
 
 /* English text of an error; never NULL. */
@@ -150,31 +151,31 @@ size_t footfall_estimator_align(void);
 /* Writes the default parameters. */
 footfall_error footfall_default_params(footfall_params *params);
 
-/* Makes an estimator without samples in `memory`, which must outlive it; there is nothing to free. An error sets
+/* Creates an estimator without samples in `memory`, which must outlive it. Nothing needs to be freed. An error sets
  * `*estimator` to NULL. */
 footfall_error footfall_estimator_init(void *memory, size_t size, const footfall_params *params,
                                        footfall_estimator **estimator);
 
-/* Processes the next sample. `load` is the load on the foot, or NULL if it is unknown; one that is not finite counts as
- * unknown. A sample that is not finite is no error: it lowers the probability and sets FOOTFALL_FLAG_INVALID_SAMPLE. An
- * error leaves the estimator unchanged, and the doubtful estimate in `*estimate`: not stable, probability 0, sigma 100 m/s,
- * no turn, FOOTFALL_FLAG_INVALID_SAMPLE. */
+/* Processes the next sample. `load` is the load on the foot, or NULL if it is unknown; an infinite or NaN load counts as
+ * unknown. An infinite or NaN sample is not an error: it lowers the probability and sets FOOTFALL_FLAG_INVALID_SAMPLE.
+ * An error leaves the estimator unchanged and writes the doubtful estimate to `*estimate`: not stable, probability 0,
+ * sigma 100 m/s, no turn, FOOTFALL_FLAG_INVALID_SAMPLE. */
 footfall_error footfall_estimator_update(footfall_estimator *estimator, const footfall_sample *sample,
                                          const float *load, footfall_estimate *estimate);
 
-/* Spreads the times of the samples of one read, such as from a sensor's FIFO: oldest first, the last with the time of the
- * newest; those of the others are written. Then update with each. Samples that share a time are invalid but for one.
- * The times lie evenly between the newest sample before and this one, or one period apart in the first read and after a
- * gap. `count` is 0 to FOOTFALL_MOST_SAMPLES. */
+/* Spreads the timestamps of samples that were read at once, such as from a sensor's FIFO. The oldest sample comes first.
+ * Set the timestamp of the last one; the function writes the others. Then update with each. Of samples with the
+ * same timestamp all but one are invalid. The timestamps are evenly spaced between the previous newest sample and this
+ * one, or one period apart in the first read and after a gap. `count` is 0 to FOOTFALL_MOST_SAMPLES. */
 #define FOOTFALL_MOST_SAMPLES 4096
 footfall_error footfall_estimator_spread_timestamps(const footfall_estimator *estimator, footfall_sample *samples,
                                                     size_t count);
 
-/* FOOTFALL_ERROR_UNIT if no foot has forces as those of the last half second: in g or mg, or of another full scale. Call it
- * where the flags do not clear. FOOTFALL_OK if the force is plausible, or not known yet. */
+/* Returns FOOTFALL_ERROR_UNIT if no foot can have the forces of the last half second, because they are in g or mg, or of
+ * another full scale. Call it if the flags do not clear. Returns FOOTFALL_OK if the force is plausible, or not known yet. */
 footfall_error footfall_estimator_check_unit(const footfall_estimator *estimator);
 
-/* Writes the state learnt so far, for `learnt` of the parameters at the next start; an error leaves zeros. */
+/* Writes the state learnt so far, for `learnt` of the parameters at the next start. An error writes zeros. */
 footfall_error footfall_estimator_learnt(const footfall_estimator *estimator, footfall_learnt *learnt);
 
 #ifdef __cplusplus
