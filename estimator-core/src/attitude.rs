@@ -287,8 +287,7 @@ impl AttitudeFilter {
                 self.correcting += step.seconds;
             }
         }
-        // A clipped force counts here as well: the end of the range is nearer to the force of an impact than nothing
-        // is.
+        // A clipped force counts here as well: the end of the range is closer to the force of an impact than 0 is.
         if self.alignment == Alignment::Aligned && step.continuity == Continuity::Continuous {
             self.gravity.observe_motion(force_world.z, step.seconds);
         }
@@ -427,9 +426,9 @@ struct Increment {
 /// Strapdown integration of the angular rate to a small rotation.
 #[derive(Clone, Debug)]
 struct Strapdown {
-    /// s.
+    /// Delay of the gyroscope, s.
     gyro_delay: f32,
-    /// rad/s.
+    /// Rate of the previous sample, rad/s.
     previous_rate: Vec3,
 }
 
@@ -611,9 +610,9 @@ impl Inclination {
 /// Small rotation of the world frame about a horizontal axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Correction {
-    /// rad about world x.
+    /// Angle about world x, rad.
     x: f32,
-    /// rad about world y.
+    /// Angle about world y, rad.
     y: f32,
 }
 

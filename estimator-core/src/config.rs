@@ -15,8 +15,8 @@ impl Params {
     /// Checks every field and computes the configuration of the estimator, for [`Method::SelfCalibrating`].
     ///
     /// # Errors
-    /// The first field that is out of its range, with its value and the range; a value that is
-    /// not a number is out of every range. With [`Method::HalfWidths`] the window has to fit one sample: use
+    /// The first field that is out of its range, with its value and the range; NaN is out of every
+    /// range. With [`Method::HalfWidths`] the window has to fit one sample: use
     /// [`Self::validate_for`].
     pub fn validate(&self) -> Result<Config, ParamsError> {
         self.validate_for()
@@ -47,7 +47,7 @@ impl Params {
         }
     }
 
-    /// Length of the window in samples; without half-widths the nearest that fits.
+    /// Length of the window in samples; without half-widths the nearest length that fits.
     fn window_samples<const CAPACITY: usize>(&self) -> Result<usize, ParamsError> {
         const { assert!(CAPACITY > 0) };
         let is_used = self.method == Method::HalfWidths;
@@ -69,10 +69,10 @@ impl Params {
 }
 
 /// Validated parameters in the form used by the estimator. Only
-/// [`Params::validate`] and [`Params::validate_for`] make one.
+/// [`Params::validate`] and [`Params::validate_for`] create it.
 #[derive(Clone, Debug)]
 pub struct Config<const CAPACITY: usize = 1> {
-    /// The parameters, checked. What follows from them is computed where it is kept, so that a start needs little stack.
+    /// The checked parameters. Derived values are computed where they are kept, so that a start needs little stack.
     params: Params,
     /// Length of the window in samples, 1 to the capacity.
     window_length: usize,
@@ -135,7 +135,7 @@ impl<const CAPACITY: usize> Config<CAPACITY> {
 }
 
 impl AttitudeFilter {
-    /// An attitude filter alone, without samples.
+    /// Creates an attitude filter without samples, for use without an estimator.
     #[must_use]
     #[inline(never)] // Its temporary values leave the stack.
     pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
@@ -144,7 +144,7 @@ impl AttitudeFilter {
 }
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
-    /// A kernel density estimate alone, without samples: the half-widths, bandwidths and window of `config`.
+    /// Creates a kernel density estimate without samples, with the half-widths, bandwidths and window of `config`.
     #[must_use]
     pub fn new(config: &Config<CAPACITY>) -> Self {
         Self::with_config(&config.kde())

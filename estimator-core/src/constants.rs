@@ -1,6 +1,6 @@
 //! Constants of the self-calibrating estimate: the same for all feet, sensors and rates.
 
-/// Constants of the self-calibrating estimate. Values other than [`Self::DEFAULT`] are for research alone.
+/// Constants of the self-calibrating estimate. Values other than [`Self::DEFAULT`] are only for research.
 ///
 /// `docs/design/method.md` has the equations. `docs/design/choosing.md` says how the values were
 /// chosen: by the mean RMSE of P over robots, with terms for stances lost and for moving feet that are called stable. Half or twice most of them changes
@@ -36,7 +36,7 @@ pub struct Constants {
     ///
     /// Default: 0.06, so that a tenth of a step outweighs it. With 0.2 a slide follows the first stance unseen.
     pub prior: f32,
-    /// Longest time that learnt values rest on, s of stance or swing.
+    /// Longest time that learnt values are based on, s of stance or swing.
     ///
     /// A longer one forgets another robot, gait or stuck axis more slowly. Default: 1.5, which forgets the walk of a
     /// stuck axis within ten steps; flat up to 5.
@@ -64,9 +64,9 @@ pub struct Constants {
     pub turn_moving: f32,
     /// Height of the edge of the turn, as a part of the way from that of stances to that of swings. Default: 0.66.
     pub turn_part: f32,
-    /// Weight of the turn beside the acceleration, if both separate stances from swings equally well.
+    /// Weight of the turn relative to the acceleration, if both separate stances from swings equally well.
     ///
-    /// With 0 the acceleration decides alone. Default: 1.5; `docs/design/choosing.md` has what it gains and costs.
+    /// With 0 only the acceleration decides. Default: 1.5; `docs/design/choosing.md` has its gain and its cost.
     pub turn_weight: f32,
     /// Largest distance of acceleration and turn from their edges that counts, as a part of the distance of their
     /// classes.

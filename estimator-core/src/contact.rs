@@ -236,7 +236,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         newest: Timestamp,
         count: usize,
     ) -> impl ExactSizeIterator<Item = Timestamp> + DoubleEndedIterator + use<CAPACITY> {
-        // In 32 bits, which a microcontroller divides: a longer batch than an hour is one with a gap.
+        // In 32 bits, which a microcontroller can divide. A batch longer than an hour counts as one with a gap.
         let count = u32::try_from(count).unwrap_or(u32::MAX);
         let divisor = count.max(1);
         let period = u32::try_from(self.period_us).unwrap_or(u32::MAX);
@@ -260,8 +260,8 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// with [`Gravity::Removed`].
     ///
     /// A value shows that the readings have another unit, such as 1 in g or 1,000 in mg, or that the full scale is not
-    /// the assumed one. It is one outside of 7 to 12.6 m/s² at rest, or a mean of half a second outside of 1.5 to 60 m/s²:
-    /// a foot would have to fall for 0.9 s, or to become 25 m/s faster.
+    /// the assumed one. It is given for a mean outside of 7 to 12.6 m/s² at rest, or outside of 1.5 to 60 m/s² over half a
+    /// second. For the latter a foot would have to fall for 0.9 s, or to become 25 m/s faster.
     #[must_use]
     pub fn implausible_force(&self) -> Option<f32> {
         self.attitude.implausible_force()
@@ -303,11 +303,11 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
     }
 
-    /// Number of samples missing in between. Jitter of up to three quarters of a period is no missing sample.
+    /// Number of samples missing in between. Jitter of up to three quarters of a period does not count as one.
     fn missing_samples(&self, elapsed: Elapsed) -> u64 {
         match elapsed {
             Elapsed::Micros(elapsed) if elapsed >= self.gap_us => {
-                // In 32 bits, since a time beyond their 71 minutes makes no difference.
+                // In 32 bits, because a time beyond their 71 minutes makes no difference.
                 let short = |micros: u64| u32::try_from(micros).unwrap_or(u32::MAX);
                 let elapsed = short(elapsed.saturating_add(self.period_us / 4));
                 u64::from((elapsed / short(self.period_us).max(1)).saturating_sub(1))

@@ -220,7 +220,7 @@ impl Kernel {
 /// The length *n* is chosen at run time, 1 ≤ n ≤ the ring's capacity. Masses are integers, so the running sums are
 /// exact for any history: they do not drift after a billion samples.
 ///
-/// Made as a `Window<Ring<N>>` and used as a `Window<AnyRing>`, to which a reference to it coerces: the ring comes last
+/// It is created as a `Window<Ring<N>>`, and a reference to it coerces to a `Window<AnyRing>`. The ring is the last field
 /// and is seen as a slice, so that rings of all sizes share one machine code.
 #[derive(Clone, Debug)]
 pub struct Window<R: ?Sized> {

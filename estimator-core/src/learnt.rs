@@ -60,7 +60,7 @@ pub struct Learnt {
     pub moving_seconds: f32,
 }
 
-/// Reason for which a stored state cannot be used.
+/// Reason why a stored state cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

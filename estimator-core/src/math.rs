@@ -1,5 +1,5 @@
 //! Functions of f32 with the same bits on every machine: minimum and maximum, square root, logarithm, exponential and
-//! error function, from additions, multiplications and divisions alone.
+//! error function, computed only by additions, multiplications and divisions.
 //!
 //! `libm` is slower here: its square root takes 70 instructions and a table, its logarithm a hundred, and its error
 //! function an exponential and a division. A Cortex-M4 has an instruction for the square root, but no stable Rust

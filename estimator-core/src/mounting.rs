@@ -1,13 +1,11 @@
 //! The mounting: orientation of the sensor's axes in the foot.
 //!
-//! The foot's frame has z up where the foot stands; x to the front is the convention. A mounting turns
-//! readings from the sensor's frame to that of the foot, after the accelerometer's
-//! [correction](crate::correction), which belongs to the sensor's own axes, and before the estimator: so
-//! all axes of an estimate are in the frame of the foot. Foot and host both apply it here, so
-//! that the same readings give the same bits.
+//! The foot's frame has z up while the foot stands. By convention x points to the front. A mounting turns readings from
+//! the sensor's frame to that of the foot. It is applied after the accelerometer's [correction](crate::correction), which
+//! belongs to the sensor's own axes, and before the estimator. So all axes of an estimate are in the frame of the foot.
+//! Foot and host both apply it here, so that the same readings give the same bits.
 //!
-//! Saturation applies to a sensor as a whole, whichever axis is affected:
-//! [`Validity`](crate::Validity) is unchanged.
+//! Saturation applies to a sensor as a whole, whichever axis is affected, so [`Validity`](crate::Validity) is unchanged.
 
 use core::fmt::{self, Display, Formatter};
 
@@ -158,7 +156,7 @@ pub const fn handedness([x, y, z]: [SensorAxis; 3]) -> i8 {
     order * along_x * along_y * along_z
 }
 
-/// A validated mounting. Only [`MountingParams::validate`] makes one.
+/// A validated mounting. Only [`MountingParams::validate`] creates it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mounting(Turn);
 
@@ -185,8 +183,8 @@ impl Mounting {
         }
     }
 
-    /// Returns the components in the foot's frame of a vector given in the sensor's. If axes lie along
-    /// axes, components keep their bits except for the sign.
+    /// Returns the components in the foot's frame of a vector given in the sensor's. If the sensor's axes
+    /// lie along those of the foot, components keep their bits except for the sign.
     #[must_use]
     pub fn turn(&self, vector: Vec3) -> Vec3 {
         match self.0 {
@@ -214,7 +212,7 @@ impl Mounting {
     }
 }
 
-/// Reason for which a mounting is rejected.
+/// Reason why a mounting is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MountingError {

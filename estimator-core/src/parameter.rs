@@ -1,6 +1,6 @@
 //! Table of all parameters, with their names, units, ranges and defaults.
 //!
-//! [`Params::validate`], the object dictionary and the configuration file check by it. A new
+//! [`Params::validate`], the object dictionary and the configuration file use it for their checks. A new
 //! parameter needs a row here, its field in [`Params`], and an entry in the object dictionary: see
 //! `docs/design/architecture.md`. The numbers of a warm start have their rows in [`Learnt::ROWS`]. The constants of
 //! self-calibration cannot be set, and are checked by the compiler.

@@ -105,10 +105,10 @@ const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::Unproven,
 ];
 
-/// Whether the decision says anything yet.
+/// Whether the decision is meaningful yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Deliberation {
-    /// The on-delay is still running since the motion became known. The decision is "not stable" meanwhile, and a
+    /// The on-delay since the motion became known is still running. Until it has passed the decision is "not stable", but a
     /// standing foot must not be reported as slipping.
     #[default]
     Undecided,

@@ -29,8 +29,8 @@ impl Row {
     }
 }
 
-/// The ranges alone, as stored in the foot's flash: without names, units and defaults. Evaluated by
-/// the compiler only, which would report an index out of range.
+/// Ranges as stored in the foot's flash, without names, units and defaults. Only the compiler evaluates this function,
+/// and it would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
     let mut ranges = [(0.0, 0.0); N];
@@ -42,7 +42,7 @@ pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
     ranges
 }
 
-/// Reason for which parameters were rejected.
+/// Reason why parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

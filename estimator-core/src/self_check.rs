@@ -1,6 +1,6 @@
 //! Check that the estimator computes the same bits here as elsewhere.
 //!
-//! A stimulus from integers alone drives the estimator through rest, motion, impacts, saturation,
+//! A stimulus computed only from integers drives the estimator through rest, motion, impacts, saturation,
 //! readings that are not numbers, stale samples and gaps in time; a digest covers every bit of
 //! every estimate, and at intervals the learnt values. Two machines that print the same digests
 //! agree on all of these.
@@ -55,7 +55,7 @@ enum Stretch {
     Hops,
     /// Large jumps, many of them to the end of the range.
     Impacts,
-    /// Readings that are not numbers, or beyond the range of any sensor.
+    /// NaN readings, or readings beyond the range of any sensor.
     Garbage,
     /// Stale samples, gaps and steps back in time.
     BrokenTime,

@@ -1,7 +1,7 @@
 //! Three-vectors and unit quaternions, as required by the attitude filter.
 //!
-//! Only additions, multiplications, divisions and square roots, which IEEE 754 rounds the same
-//! way everywhere, and never a fused multiply-add: so the bits agree on every machine.
+//! The module uses only additions, multiplications, divisions and square roots, which IEEE 754 rounds the same way
+//! everywhere, and never a fused multiply-add. So the bits agree on every machine.
 
 use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
