@@ -331,16 +331,27 @@ async fn receive_can(mut can: can::Receiver) {
 async fn send_uart(mut uart: uart::Sender) {
     let mut batch = UartBatch::default();
     loop {
-        let rate = match PORTS.take_uart(&mut batch) {
-            bytes @ [_, ..] => {
-                if uart.send(bytes).await.is_err() {
-                    // Each frame ends with a zero, the only one in it.
-                    let frames = bytes.iter().filter(|byte| **byte == 0).count();
-                    PORTS.put(Input::UartDropped(frames as u32)).await;
+        let sent = {
+            // No tick comes between the choice of the frames and the start of their transfer. It would delay the transfer
+            // by its own duration, and the next contact but one could find the next one still queued.
+            let (line, frames) = (&mut uart, &mut batch);
+            let transfer = critical_section::with(move |_| match PORTS.take_uart(frames) {
+                [] => None,
+                bytes => Some(line.start(bytes)),
+            });
+            match transfer {
+                Some(transfer) => Some(transfer.end().await),
+                None => None,
+            }
+        };
+        let rate = match sent {
+            Some(sent) => {
+                if let Err(uart::NotSent(frames)) = sent {
+                    PORTS.put(Input::UartDropped(frames)).await;
                 }
                 UART_RATE.try_take()
             }
-            [] => match select(PORTS.uart_ready(), UART_RATE.wait()).await {
+            None => match select(PORTS.uart_ready(), UART_RATE.wait()).await {
                 Either::First(()) => None,
                 Either::Second(rate) => Some(rate),
             },

@@ -119,8 +119,8 @@ pub struct Parts {
 /// Sending half.
 pub struct Sender(UartTx<'static, Async>);
 
-/// Error of a transfer that did not send all bytes.
-pub struct NotSent;
+/// Error of a transfer that did not send all bytes. Holds the number of its frames.
+pub struct NotSent(pub u32);
 
 /// Receiving half.
 pub struct Receiver {
@@ -173,20 +173,12 @@ impl Parts {
 }
 
 impl Sender {
-    /// Sends bytes from RAM. Returns when the last one is in the transmitter.
-    ///
-    /// # Errors
-    /// The DMA did not transfer all bytes.
-    pub async fn send(&mut self, bytes: &[u8]) -> Result<(), NotSent> {
-        // A stream without bytes to transfer reports no end.
-        if bytes.is_empty() {
-            return Ok(());
-        }
-        let _stop = Stop;
+    /// Starts to send bytes from RAM.
+    pub fn start<'a>(&'a mut self, bytes: &'a [u8]) -> Transfer<'a> {
         let stream = DMA2.st(TRANSMIT);
         DMA2.ifcr(TRANSMIT / 4).write_value(Ixr(EVENTS));
         pac::USART1.cr3().modify(|w| w.set_dmat(true));
-        // The bytes belong to the DMA until `Stop` has stopped it.
+        // The bytes belong to the DMA until the transfer is dropped.
         compiler_fence(Ordering::Release);
         stream.par().write_value(pac::USART1.dr().as_ptr() as u32);
         stream.m0ar().write_value(bytes.as_ptr() as u32);
@@ -195,14 +187,11 @@ impl Sender {
         // and 30.6.1). Writing ones leaves the other flags unchanged. Both writes are next to each other, because an
         // earlier byte that ended between them would set the flag again.
         pac::USART1.sr().write_value(Sr(!TC));
-        stream.cr().write_value(Cr(TRANSMITTING));
-        poll_fn(|context| {
-            DONE.register(context.waker());
-            // The stream stops at its end or with an error.
-            if stream.cr().read().en() { Poll::Pending } else { Poll::Ready(()) }
-        })
-        .await;
-        if stream.ndtr().read().ndt() == 0 { Ok(()) } else { Err(NotSent) }
+        // A stream without bytes to transfer reports no end.
+        if !bytes.is_empty() {
+            stream.cr().write_value(Cr(TRANSMITTING));
+        }
+        Transfer(bytes)
     }
 
     /// Changes the rate of both directions after pending bytes are sent. A rate that the peripheral
@@ -213,10 +202,31 @@ impl Sender {
     }
 }
 
-/// Stops the stream, also if a future is dropped before its end.
-struct Stop;
+/// A transfer of bytes to the line. Dropped before its end, it stops.
+pub struct Transfer<'a>(&'a [u8]);
 
-impl Drop for Stop {
+impl Transfer<'_> {
+    /// Waits until the last byte is in the transmitter.
+    ///
+    /// # Errors
+    /// The DMA did not transfer all bytes: the number of frames among them.
+    pub async fn end(self) -> Result<(), NotSent> {
+        let stream = DMA2.st(TRANSMIT);
+        poll_fn(|context| {
+            DONE.register(context.waker());
+            // The stream stops at its end or with an error.
+            if stream.cr().read().en() { Poll::Pending } else { Poll::Ready(()) }
+        })
+        .await;
+        if stream.ndtr().read().ndt() == 0 {
+            return Ok(());
+        }
+        // Each frame ends with its only zero.
+        Err(NotSent(self.0.iter().filter(|byte| **byte == 0).count() as u32))
+    }
+}
+
+impl Drop for Transfer<'_> {
     fn drop(&mut self) {
         let control = DMA2.st(TRANSMIT).cr();
         if control.read().en() {

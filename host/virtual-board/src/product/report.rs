@@ -64,6 +64,8 @@ struct Log {
     flash_waits: Spread,
     to_can: Spread,
     to_uart: Spread,
+    /// Offset of the board's clock behind virtual time, µs.
+    clock_offset: Option<f64>,
     decoder: Decoder,
     frame_began: Option<u64>,
     health: Option<HealthMessage>,
@@ -135,10 +137,11 @@ impl Log {
     }
 
     fn contact(&mut self, began: u64, message: ContactMessage) {
-        if began > self.settled
-            && let Some(edge) = self.edge_before(began)
-        {
-            self.to_uart.push(to_ns(began - edge));
+        if let Some(edge) = self.edge_before(began) {
+            let delay = to_us(began - edge) + self.edges_after(edge, &message);
+            if began > self.settled {
+                self.to_uart.push((delay * 1.0e3) as u64);
+            }
         }
         if let Some(comparison) = &mut self.comparison {
             comparison.contact(began, message);
@@ -152,6 +155,19 @@ impl Log {
         self.recent.extend(transactions);
         let old = self.recent.len().saturating_sub(RECENT);
         self.recent.drain(..old);
+    }
+
+    /// Time from the data-ready edge of a contact's own sample to the newest edge when it was sent, µs: 0 unless the contact
+    /// waited for longer than a tick.
+    fn edges_after(&mut self, newest: u64, message: &ContactMessage) -> f64 {
+        const PERIOD_US: f64 = 1.0e3;
+        let offset = to_us(newest) - message.timestamp.as_micros() as f64;
+        // The first contact finds the line idle.
+        let own = *self.clock_offset.get_or_insert(offset);
+        let later = ((offset - own) / PERIOD_US).round() * PERIOD_US;
+        // The board's clock may drift.
+        self.clock_offset = Some(offset - later);
+        later
     }
 
     /// Data-ready edge of the last sample read before a time.

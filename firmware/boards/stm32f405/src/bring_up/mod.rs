@@ -67,7 +67,7 @@ impl Out {
     async fn write(&mut self, line: &Line) {
         defmt::println!("{=str}", line.trim_end());
         // The serial line may be absent. RTT has the line.
-        let _ = self.uart.send(line.as_bytes()).await;
+        let _ = self.uart.start(line.as_bytes()).end().await;
     }
 
     pub(super) async fn line(
