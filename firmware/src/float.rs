@@ -134,7 +134,8 @@ pub fn multiply(a: u32, b: u32) -> u32 {
     /// Offset of the sum of two exponents: the bias, plus one for the leading bit of the result.
     const LEAST: u32 = 128;
     let (ea, eb) = (a << 1 >> 24, b << 1 >> 24);
-    if ea == 0 || eb == 0 || ea == 0xFF || eb == 0xFF {
+    // Neither 0 nor 0xFF.
+    if ea.wrapping_sub(1) >= 0xFE || eb.wrapping_sub(1) >= 0xFE {
         return multiply_others(a, b);
     }
     let (ah, al) = ((a | HIDDEN) << 8 >> 16, a & 0xFF);
