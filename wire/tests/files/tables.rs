@@ -57,10 +57,12 @@ fn objects() -> String {
     for object in OBJECTS.iter().filter(|object| is_written(object)) {
         let Object { index, name, .. } = object;
         let (default, meaning) = match (object.shape, object.entries) {
-            (Shape::Var, [entry]) => (default(entry), variable_meaning(object, entry)),
+            (Shape::Var, [entry]) => {
+                (default(entry), vec![object.doc.to_string(), entry.doc.to_string()])
+            }
             _ => (String::new(), record_meaning(object)),
         };
-        let meaning = meaning.replace('|', "\\|");
+        let meaning = sentences(&meaning).replace('|', "\\|");
         let _ = writeln!(table, "| {index:04X} | {name} | {default} | {meaning} |");
     }
     table
@@ -93,18 +95,24 @@ pub fn variable_meaning(object: &Object, entry: &Entry) -> String {
 }
 
 /// Meaning of an object with sub-indices, and of those that take a code or a count.
-fn record_meaning(object: &Object) -> String {
+fn record_meaning(object: &Object) -> Vec<String> {
     let entries = object.entries.iter();
     let explained = entries
         .filter(|entry| accepts(entry) && entry.data_type() != DataType::Real32)
         .filter(|entry| !entry.doc.is_empty())
         .map(|entry| format!("`:{}` {}", entry.subindex, entry.doc));
-    [object.doc.to_string()]
-        .into_iter()
-        .filter(|text| !text.is_empty())
-        .chain(explained)
-        .collect::<Vec<_>>()
-        .join("; ")
+    [object.doc.to_string()].into_iter().chain(explained).collect()
+}
+
+/// Sentences with a capital and a full stop. Parts that begin with a digit or a sub-index keep their first letter.
+fn sentences(parts: &[String]) -> String {
+    let parts = parts.iter().filter(|part| !part.is_empty());
+    let sentence = |part: &String| {
+        let mut letters = part.chars();
+        let first = letters.next().map(|letter| letter.to_ascii_uppercase().to_string());
+        format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+    };
+    parts.map(sentence).collect::<Vec<_>>().join(" ")
 }
 
 fn number(value: Value) -> String {
