@@ -116,6 +116,28 @@ fn held_readings_are_found_on_the_go1_alone() {
     }
 }
 
+/// One axis with the wrong sign in both sensors makes a mirror image of each recording.
+#[test]
+fn mirrored_recordings_are_left_handed_and_no_others() {
+    let is_mirrored = |finding: &Finding| matches!(finding, Finding::LeftHanded { .. });
+    let mut found = Vec::new();
+    for mut file in of_sets(&Set::ALL).into_iter().flatten() {
+        let name = file.recording.name.clone();
+        let findings = check(&file.recording);
+        assert!(!findings.iter().any(is_mirrored), "{name}: {findings:?}");
+        for sample in &mut file.recording.samples {
+            let imu = &mut sample.imu;
+            imu.specific_force.0.x *= -1.0;
+            imu.angular_rate.0.x *= -1.0;
+        }
+        if check(&file.recording).iter().any(is_mirrored) {
+            found.push(file.set);
+        }
+    }
+    // Walks whose swings turn the foot, and end within the range of the sensor.
+    assert!(found.contains(&Set::Demo) && found.contains(&Set::Shoe), "{found:?}");
+}
+
 fn is_held(finding: &Finding) -> bool {
     matches!(finding, Finding::HeldReadings { .. })
 }

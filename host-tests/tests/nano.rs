@@ -281,13 +281,19 @@ fn nano_walks_over_usb_with_the_bits_of_the_host() {
 #[test]
 #[ignore = "full: an emulator of the chip"]
 fn nano_survives_its_sensor_its_line_and_a_deaf_host() {
-    for (option, fault) in [
-        ("--unplug-ms", Some(Fault::SensorSilent)),
-        ("--stuck-ms", Some(Fault::SensorSilent)),
-        ("--deaf-ms", None),
+    for (options, fault) in [
+        (&["--unplug-ms", "4000-5000"][..], Some(Fault::SensorSilent)),
+        (&["--stuck-ms", "4000-5000"], Some(Fault::SensorSilent)),
+        // The bus answers with the same reading again and again, marked as new.
+        (
+            &["--fault-at-ms", "4000:frozen", "--fault-at-ms", "5000:clear"],
+            Some(Fault::SensorFrozen),
+        ),
+        (&["--deaf-ms", "4000-5000"], None),
     ] {
+        let option = options[0];
         let folder = TempDir::new().expect("a folder");
-        let run = board(&folder, 9, &["--motion", "stand", option, "4000-5000"]);
+        let run = board(&folder, 9, &[&["--motion", "stand"], options].concat());
         assert_eq!(run.summary["resets"], Json::Array(vec![]), "{option}");
         // Stable before, and again; without a sensor not for longer than three ticks.
         assert!(run.last_stable_before(4.0) > 3.9, "{option}");

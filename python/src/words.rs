@@ -22,6 +22,8 @@ impl Vocabulary for Arguments {
         match setting {
             // A number.
             Setting::SampleRate => format!("{}={value}", argument(setting)),
+            // A pair of numbers.
+            Setting::Scale => format!("{}=({value})", argument(setting)),
             other => format!("{}=\"{value}\"", argument(other)),
         }
     }

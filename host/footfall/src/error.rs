@@ -60,12 +60,18 @@ pub enum Error {
     /// The recordings do not contain the data a calibration needs.
     #[error("{}", in_words(.0))]
     Calibration(#[from] CalibrationError),
+    /// Files and walking feet are to be calibrated at once.
+    #[error("files and walking feet are calibrated separately: name one kind")]
+    FilesAndFeet,
     /// A source has no line.
     #[error(transparent)]
     Find(#[from] FindError),
     /// Two boards are one foot.
     #[error(transparent)]
     SameName(#[from] SameName),
+    /// No foot has sent anything that could be recorded.
+    #[error("nothing was recorded, and no file is written")]
+    NothingHeard,
     /// A recording is implausible and `--strict` is given.
     #[error("{file}: --strict rejects {count} of the findings above")]
     Implausible {
@@ -284,6 +290,12 @@ pub enum FootError {
         "demo feet have no bootloader and cannot be updated: name a line such as can:can0 or uart:/dev/ttyACM0"
     )]
     NoBootloader,
+    /// A configuration cannot be used.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The command was interrupted.
+    #[error("interrupted: nothing was written")]
+    Interrupted,
     /// Learning is disabled by the settings of the foot.
     #[error("the settings of the foot disable learning: set method=self_calibrating learning=on")]
     LearnsNothing,

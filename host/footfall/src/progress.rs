@@ -1,8 +1,13 @@
-//! Progress bar for long recordings and updates, on stderr if that is a terminal.
+//! Progress bar of recordings and updates that take longer than a second, on stderr if that is a terminal.
 
+use std::fmt;
 use std::path::Path;
+use std::thread;
+use std::time::Duration;
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{
+    HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle,
+};
 use recordings::input::{Format, InputError, Opened};
 
 use crate::files::STANDARD;
@@ -10,27 +15,42 @@ use crate::files::STANDARD;
 /// Path of standard input on Unix.
 const STDIN: &str = "/dev/stdin";
 
-/// Number of samples from which a bar is shown; fewer take less than a second.
-const LONG_RECORDING: u64 = 200_000;
+/// Time after which bars are shown: what ends before needs none.
+const SHOWN_AFTER: Duration = Duration::from_secs(1);
 
-/// File size from which a bar is shown, bytes; a row has about a hundred.
-const LONG_FILE: u64 = 100 * LONG_RECORDING;
+/// Time from which the rate of a bar shows how long the rest takes.
+const RATE_KNOWN_AFTER: Duration = Duration::from_secs(5);
 
 /// Progress bars of recordings processed concurrently.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Bars(MultiProgress);
+
+impl Default for Bars {
+    /// Creates bars that appear on stderr after a second, if it is a terminal.
+    fn default() -> Self {
+        let bars = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
+        let shown = bars.clone();
+        // The command may end before.
+        thread::spawn(move || {
+            thread::sleep(SHOWN_AFTER);
+            // A stderr target is hidden unless stderr is a terminal.
+            shown.set_draw_target(ProgressDrawTarget::stderr());
+        });
+        Self(bars)
+    }
+}
 
 impl Bars {
     /// Returns a bar over the samples to be estimated.
     #[must_use]
     pub fn estimating(&self, samples: u64) -> ProgressBar {
-        self.0.add(bar("estimating", samples, LONG_RECORDING))
+        self.0.add(bar("estimating", samples))
     }
 
     /// Returns a bar over the bytes that are sent to a foot, from 0 to 100 %.
     #[must_use]
     pub fn sending(&self) -> ProgressBar {
-        self.0.add(bar("sending", 100, 0))
+        self.0.add(bar("sending", 100))
     }
 }
 
@@ -41,22 +61,41 @@ impl Bars {
 pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, InputError> {
     let path = if path == Path::new(STANDARD) { Path::new(STDIN) } else { path };
     Opened::through(path, format, |file, bytes| {
-        let bar = bars.0.add(bar("reading", bytes, LONG_FILE));
+        let bar = bars.0.add(bar("reading", bytes));
         Box::new(bar.wrap_read(file))
     })
 }
 
-/// Returns a bar over `length`, hidden if it is below `shown_from`.
-fn bar(activity: &'static str, length: u64, shown_from: u64) -> ProgressBar {
-    // A stderr target is hidden unless stderr is a terminal.
-    let target = if length >= shown_from {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let style = ProgressStyle::with_template("{msg:>10} {wide_bar} {percent:>3} %, {eta} left")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::with_draw_target(Some(length), target).with_style(style);
+/// Returns a bar over `length`.
+fn bar(activity: &'static str, length: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:>10} {wide_bar} {percent:>3} %{left}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key("left", |state: &ProgressState, to: &mut dyn fmt::Write| {
+            // Writing to memory does not fail.
+            let _ = to.write_str(&left_text(state.elapsed(), state.eta()));
+        });
+    let hidden = ProgressDrawTarget::hidden();
+    let bar = ProgressBar::with_draw_target(Some(length), hidden).with_style(style);
     bar.set_message(activity);
     bar
+}
+
+/// Text of the time that is left.
+fn left_text(elapsed: Duration, left: Duration) -> String {
+    if elapsed < RATE_KNOWN_AFTER {
+        return String::new();
+    }
+    format!(", {} left", HumanDuration(left))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_left_is_shown_after_five_seconds() {
+        let left = |elapsed| left_text(Duration::from_secs(elapsed), Duration::from_secs(90));
+        assert_eq!(left(4), "");
+        assert_eq!(left(5), ", 90 seconds left");
+    }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::common::feet::{csv, lying};
-use crate::common::{AXES, Bench, assert_has, cases, read};
+use crate::common::{AXES, Bench, assert_has, cases, read, text};
 use estimator_core::correction::AccelerometerCorrection;
 use estimator_core::{Learning, Learnt, Params};
 use gait::GaitName;
@@ -31,11 +31,13 @@ fn learnt_values_are_reported_and_replayed() {
     // The file, the object values in the report, the JSON and the estimator agree to the bit.
     let found = learnt(&bench, "robot.toml");
     let numbers = found.to_array().map(|number| number.to_string()).into_iter();
-    let values: Vec<String> = (1..)
+    let names =
+        Learnt::ROWS.map(|row| row.name).into_iter().chain(["learnt.version", "learnt.crc"]);
+    let values: Vec<String> = names
         .zip(numbers.chain([Learnt::VERSION, found.crc()].map(|word| word.to_string())))
-        .map(|(subindex, value)| format!("{subindex} = {value}"))
+        .map(|(name, value)| format!("{name}={value}"))
         .collect();
-    let object = format!("\non the foot, 0x2018: {}\n", values.join(", "));
+    let object = format!("\non the foot: set {}\n", values.join(" "));
     assert!(report.contains(&object), "{report}");
     let json = bench.json("calibrate walk.csv");
     assert_eq!(json["settled"], true);
@@ -132,6 +134,54 @@ fn results_replace_keys_and_other_settings_are_kept() {
 }
 
 #[test]
+fn walking_foot_is_calibrated_and_keeps_it_if_told() {
+    let bench = Bench::new();
+    for line in ["can", "uart"] {
+        let source = format!("demo:speed=max,line={line}");
+        let output = bench.run(&format!("calibrate {source} --output robot.toml"));
+        let said = text(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        for expected in ["FL: let the foot stand still\n", "FL: let the foot walk: ", "--write"] {
+            assert_has(&said, expected);
+        }
+        let file = read(&bench.path("robot.toml"));
+        assert_has(&file, "# learnt by the foot FL while it walked\n");
+        assert_has(&file, "[feet.FL.learnt]\n");
+        Overrides::parse(&file, "robot.toml").expect("a configuration");
+        let report = bench.json(&format!("calibrate {source} --write"));
+        assert_eq!(report["written"], true, "{report}");
+        assert!(report["feet"]["FL"]["learnt"]["still_seconds"].as_f64() > Some(0.0), "{report}");
+    }
+    bench.refuses("calibrate demo:speed=max walk.csv", "footfall: files and walking feet are");
+}
+
+#[test]
+fn load_thresholds_are_proposed_and_then_crossed() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    // In kN.
+    let walk = read(&bench.path("walk.csv"));
+    let header: Vec<&str> = walk.lines().next().expect("a header").split(',').collect();
+    let at = header.iter().position(|name| *name == "force").expect("a load");
+    let row = |(k, line): (usize, &str)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let (1.., Ok(load)) = (k, cells[at].parse::<f64>()) {
+            cells[at] = (load / 1000.0).to_string();
+        }
+        cells.join(",") + "\n"
+    };
+    let in_kilonewtons: String = walk.lines().enumerate().map(row).collect();
+    fs::write(bench.path("kn.csv"), in_kilonewtons).expect("a file");
+    bench.refuses(
+        "replay kn.csv --strict",
+        "does not cross both of its thresholds: on_threshold = ",
+    );
+    assert_has(&bench.stdout("calibrate kn.csv --output robot.toml"), "\nload: on_threshold 0.");
+    assert_has(&read(&bench.path("robot.toml")), "\n[load]\n");
+    let output = bench.run("replay kn.csv --strict --config robot.toml");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+#[test]
 fn replay_corrects_the_readings() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     let report = bench.stdout("calibrate --rests rests.csv --output robot.toml");
@@ -142,7 +192,9 @@ fn replay_corrects_the_readings() {
     let accelerometer = overrides.correction();
     let AccelerometerCorrection { bias, scale } = accelerometer.accelerometer;
     let object = format!(
-        "on the foot, 0x2017: 1 = {}, 2 = {}, 3 = {}, 4 = {}, 5 = {}, 6 = {}\n",
+        "on the foot: set accelerometer.bias_m_s2.ax={} accelerometer.bias_m_s2.ay={} \
+         accelerometer.bias_m_s2.az={} accelerometer.scale.ax={} accelerometer.scale.ay={} \
+         accelerometer.scale.az={}\n",
         bias.x, bias.y, bias.z, scale.x, scale.y, scale.z
     );
     assert!(report.contains(&object), "{report}");

@@ -1,6 +1,8 @@
 //! Tests of `footfall foot` and `footfall accept` as a program, on a simulated foot that runs the board's firmware.
 
-use crate::common::feet::image;
+use gait::GaitName;
+
+use crate::common::feet::{csv, image};
 use crate::common::{Bench, assert_has, cases, kill, text, wait_until};
 
 /// Returns stdout and stderr of a command.
@@ -125,6 +127,81 @@ fn interrupted_id_change_is_completed() {
         assert!(info.starts_with("foot     FR, node 18\n"), "{info}");
         is_interrupted
     });
+}
+
+/// A simulated foot stands for the board on USB.
+#[test]
+fn each_command_of_the_first_page_can_be_typed() {
+    let page = include_str!("../../../docs/start/ten-minutes.md");
+    let commands = page.lines().filter_map(|line| line.strip_prefix("footfall "));
+    let mut typed = Vec::new();
+    let bench = Bench::new();
+    for line in commands {
+        let command = line.split('#').next().unwrap_or(line).trim();
+        let source = match command.split(' ').next() {
+            Some("monitor" | "record") => "demo:seconds=2,speed=max,line=uart",
+            _ => "demo:speed=max,line=uart",
+        };
+        let arguments = if command == "monitor" {
+            format!("monitor {source}")
+        } else {
+            command.replacen("usb", source, 1)
+        };
+        let output = bench.run(&arguments);
+        let said = text(&output.stderr);
+        let is_not_built = command.starts_with("record") && !cfg!(feature = "bags");
+        assert_eq!(output.status.success(), !is_not_built, "{arguments}: {said}");
+        typed.push(command);
+    }
+    for expected in ["monitor", "calibrate usb --write", "foot usb id RR"] {
+        assert!(typed.contains(&expected), "{typed:?}");
+    }
+}
+
+#[test]
+fn calibrated_file_is_imported_with_axes_and_learnt_values() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    // As if y of the sensor were up.
+    let walk = std::fs::read_to_string(bench.path("walk.csv")).expect("a table");
+    let turned = walk.lines().enumerate().map(|(k, line)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if k > 0 {
+            for at in [1, 4] {
+                let (y, z) = (cells[at + 1].clone(), cells[at + 2].clone());
+                cells[at + 1] = z;
+                let negated = -y.parse::<f64>().expect("a number");
+                cells[at + 2] = negated.to_string();
+            }
+        }
+        cells.join(",") + "\n"
+    });
+    let turned: String = turned.collect();
+    std::fs::write(bench.path("turned.csv"), turned).expect("a file");
+    bench.stdout("calibrate turned.csv --output robot.toml");
+    let (said, error) = foot(&bench, "demo:speed=max import robot.toml");
+    for expected in ["axes: x,y,z → x,-z,y\n", "learnt.crc: 0 → ", "stored\n"] {
+        assert_has(&said, expected);
+    }
+    assert_eq!(error, "");
+    // What the report prints can be typed.
+    let report = bench.stdout("calibrate turned.csv");
+    let mut typed = Vec::new();
+    for line in report.lines().filter_map(|line| line.strip_prefix("on the foot: ")) {
+        typed.push(foot(&bench, &format!("demo:speed=max {line}")).0);
+    }
+    assert_has(&typed[0], "learnt.crc: 0 → ");
+    assert_eq!(typed[1], "axes: x,y,z → x,-z,y\n");
+    // A foot finds the bias of its gyroscope itself, and takes its own table.
+    let text = "[gyroscope.bias_rad_s]\nwx = 0.01\n[feet.fl]\naxes = '0.8,0.6,0,0'\n[feet.fr]\naxes = '-x,-y,z'\n";
+    std::fs::write(bench.path("feet.toml"), text).expect("a file");
+    let (said, error) = foot(&bench, "demo:speed=max import feet.toml");
+    for expected in ["axes: x,y,z → quaternion\n", "mounting.rotation_w: 1 → 0.8\n"] {
+        assert_has(&said, expected);
+    }
+    assert_has(&error, "feet.toml: a foot has no setting gyroscope.bias_rad_s.wx; left out");
+    std::fs::write(bench.path("feet.toml"), "axes = 'x,z,y'\n").expect("a file");
+    let (_, error) = foot(&bench, "demo:speed=max import feet.toml");
+    assert_has(&error, "feet.toml, line 1");
 }
 
 #[test]

@@ -190,6 +190,19 @@ pub enum Hint {
     MapExample(Mapping),
     /// Mapping of each of several sensors.
     ChooseSensor(Vec<Mapping>),
+    /// These thresholds of the load, in its unit, are crossed.
+    LoadThresholds {
+        /// Upper threshold.
+        on: f32,
+        /// Lower threshold.
+        off: f32,
+    },
+    /// This topic can be left out.
+    LeaveOut(String),
+    /// Columns are exchanged by this mapping.
+    ExchangeColumns(&'static str),
+    /// The sign of the angular rates is to be changed.
+    TurnRatesAround,
     /// The six axes of a message are to be named.
     MapFields,
     /// The part of a message is the IMU of the trunk; this is its address.
@@ -305,6 +318,20 @@ impl InWords for Hint {
                 let each = mappings.iter().map(|mapping| words.set(Setting::Map, mapping));
                 write!(f, "choose one, {}", each.collect::<Vec<_>>().join(" or "))
             }
+            Self::LoadThresholds { on, off } => write!(
+                f,
+                "on_threshold = {on} and off_threshold = {off} in the table [load] of {}",
+                name(Setting::Config)
+            ),
+            Self::LeaveOut(topic) => {
+                write!(f, "{} leaves it out", words.set(Setting::NotTopic, topic))
+            }
+            Self::ExchangeColumns(mapping) => f.write_str(&words.set(Setting::Map, mapping)),
+            Self::TurnRatesAround => write!(
+                f,
+                "one axis has the wrong sign, or two are exchanged; {} repairs it",
+                words.set(Setting::Scale, &"1,-1")
+            ),
             Self::MapFields => write!(
                 f,
                 "{} names the six axes, such as ax=imu.accelerometer[0]",

@@ -10,7 +10,7 @@ use std::fmt;
 use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
 use estimator_core::{Quaternion, Vec3};
 use serde::{Serialize, Serializer};
-use wire::dictionary::{code_of_axes, index};
+use wire::dictionary::code_of_axes;
 
 use crate::space::{Rotation, Vector};
 
@@ -258,15 +258,27 @@ impl fmt::Display for MountingReport {
             )?,
             _ => writeln!(f, "{}", self.remark())?,
         }
-        let (code, [w, x, y, z]) = self.object;
-        write!(f, "on the foot, 0x{:04X}: ", index::MOUNTING)?;
-        match self.axes.params() {
-            MountingParams::Axes(_) => write!(f, "1 = {code}"),
-            // The selector comes last, so that all four values take effect together.
-            MountingParams::Rotation(_) => {
-                write!(f, "2 = {w}, 3 = {x}, 4 = {y}, 5 = {z}, 1 = {code}")
-            }
+        f.write_str("on the foot: set")?;
+        for (name, value) in settings_of(&self.axes) {
+            write!(f, " {name}={value}")?;
         }
+        Ok(())
+    }
+}
+
+/// Names and values of the foot's settings for a mounting.
+#[must_use]
+pub fn settings_of(axes: &Mounting) -> Vec<(&'static str, String)> {
+    match axes.params() {
+        MountingParams::Axes(_) => vec![("axes", axes_text(axes))],
+        MountingParams::Rotation(Quaternion { w, x, y, z }) => vec![
+            ("mounting.rotation_w", w.to_string()),
+            ("mounting.rotation_x", x.to_string()),
+            ("mounting.rotation_y", y.to_string()),
+            ("mounting.rotation_z", z.to_string()),
+            // The selector comes last, so that all four values take effect together.
+            ("axes", "quaternion".to_owned()),
+        ],
     }
 }
 
@@ -448,12 +460,15 @@ mod tests {
         let report = |ups: [f32; 3]| report(&[ups], "x,y,z").expect("z is not up");
         let level = report([0.0, 9.8, 0.5]);
         assert_eq!(level.object, (162, [1.0, 0.0, 0.0, 0.0]));
-        assert!(level.to_string().ends_with("on the foot, 0x2019: 1 = 162"));
+        assert!(level.to_string().ends_with("on the foot: set axes=x,-z,y"));
         let slanted = report([0.0, 6.0, 8.0]);
         let (code, [w, x, y, z]) = slanted.object;
         assert_eq!(code, 0);
         assert_eq!(axes_text(&slanted.axes), format!("{w},{x},{y},{z}"));
-        let values = format!("0x2019: 2 = {w}, 3 = {x}, 4 = {y}, 5 = {z}, 1 = 0");
+        let values = format!(
+            "set mounting.rotation_w={w} mounting.rotation_x={x} mounting.rotation_y={y} \
+             mounting.rotation_z={z} axes=quaternion"
+        );
         assert!(slanted.to_string().ends_with(&values), "{slanted}");
     }
 }

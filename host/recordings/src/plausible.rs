@@ -1,12 +1,16 @@
 //! Plausibility checks of a recording's values: wrong units, gravity included or removed, a sensor on its side,
-//! clock jumps, too few samples. [`FINDINGS`] lists the findings.
+//! a frozen sensor, mirrored or exchanged axes, clock jumps, too few samples. [`FINDINGS`] lists the findings.
 //!
 //! Rest is the tenth of the recording with the quietest accelerations, in pieces of 0.1 s. The findings about a
 //! foot that never rests may be wrong, and no finding is an error by itself.
 
+mod handedness;
+mod loads;
+
 use std::fmt::{self, Formatter};
 
 use estimator_core::mounting::Mounting;
+use estimator_core::params::LoadParams;
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Gravity, Timestamp, Validity, Vec3};
 
@@ -17,6 +21,8 @@ use crate::input::{AccelerationUnit, RateUnit};
 use crate::mounting;
 use crate::samples::{RecordedSample, Recording};
 use crate::space::components;
+use handedness::HandednessCheck;
+use loads::LoadCheck;
 
 /// Value of |a| at rest from which it cannot be gravity, whatever the motion of a foot at its quietest, m/s².
 pub const LARGEST_REST: f32 = 3.0 * STANDARD_GRAVITY;
@@ -66,6 +72,23 @@ pub enum Finding {
         /// Longest such time, s.
         longest_s: f64,
     },
+    /// All six axes stay the same.
+    FrozenSensor {
+        /// Longest such time, s.
+        longest_s: f64,
+        /// Its end, s before the end of the recording.
+        before_end_s: f64,
+    },
+    /// The columns of the accelerometer contain angular rates, and those of the gyroscope accelerations.
+    ExchangedSensors {
+        /// Angular rate at rest as read, rad/s: in truth gravity.
+        at_rest: f32,
+    },
+    /// The axes are a mirror image: gravity turns against the angular rate.
+    LeftHanded {
+        /// The axis of the sensor that is up at rest, such as `y`.
+        up: &'static str,
+    },
     /// Gravity is declared removed, but is included.
     GravityIncluded {
         /// |a| at rest, m/s².
@@ -82,6 +105,22 @@ pub enum Finding {
         up: &'static str,
         /// The mounting that would make z up.
         axes: Mounting,
+    },
+    /// The load crosses none of its thresholds, or one alone.
+    LoadNeverCrosses {
+        /// Load in swings, in the unit of the signal.
+        low: f32,
+        /// Load in stances.
+        high: f32,
+        /// Upper threshold that it would cross.
+        on: f32,
+        /// Lower threshold that it would cross.
+        off: f32,
+    },
+    /// The load is negative in stances.
+    LoadNegative {
+        /// Load in stances, in the unit of the signal.
+        lowest: f32,
     },
     /// The clock jumps.
     ClockJumps {
@@ -127,7 +166,7 @@ impl InWords for Finding {
 }
 
 /// Names of all findings, with their conditions.
-pub const FINDINGS: [(&str, &str); 12] = [
+pub const FINDINGS: [(&str, &str); 17] = [
     ("acceleration_in_g", "the acceleration at rest is 1 m/s², within a fifth"),
     (
         "acceleration_in_other_unit",
@@ -139,9 +178,23 @@ pub const FINDINGS: [(&str, &str); 12] = [
         "dead_gyroscope",
         "the angular rate stays the same for a second, though the acceleration changes",
     ),
+    (
+        "frozen_sensor",
+        "all six axes stay the same for two seconds, or for ten if the angular rate is exactly 0",
+    ),
+    (
+        "exchanged_sensors",
+        "the angular rate at rest is steady and as large as gravity, and the acceleration is near 0",
+    ),
+    ("left_handed", "swings end at rest only if the angular rate is taken with the opposite sign"),
     ("gravity_included", "gravity is declared removed, but the acceleration at rest has it"),
     ("gravity_removed", "gravity is declared included, but the acceleration at rest is near 0"),
     ("gravity_not_along_z", "z is more than 45° from up at rest"),
+    (
+        "load_never_crosses",
+        "the load has two levels, which are both above or both below its thresholds",
+    ),
+    ("load_negative", "the load has two levels, and that of stances is negative"),
     ("clock_jumps", "steps of more than a second that are unusual in the recording"),
     ("batches", "a third of the steps are shorter than a quarter of the mean"),
     ("held_readings", "one reading in four repeats the one before it, to the last bit"),
@@ -158,9 +211,14 @@ impl Finding {
             Self::NotNumbers { .. } => "not_numbers",
             Self::RateInDegrees { .. } => "rate_in_degrees",
             Self::DeadGyroscope { .. } => "dead_gyroscope",
+            Self::FrozenSensor { .. } => "frozen_sensor",
+            Self::ExchangedSensors { .. } => "exchanged_sensors",
+            Self::LeftHanded { .. } => "left_handed",
             Self::GravityIncluded { .. } => "gravity_included",
             Self::GravityRemoved { .. } => "gravity_removed",
             Self::GravityNotAlongZ { .. } => "gravity_not_along_z",
+            Self::LoadNeverCrosses { .. } => "load_never_crosses",
+            Self::LoadNegative { .. } => "load_negative",
             Self::ClockJumps { .. } => "clock_jumps",
             Self::Batches { .. } => "batches",
             Self::HeldReadings { .. } => "held_readings",
@@ -170,7 +228,7 @@ impl Finding {
 
     /// Returns what to do about the finding, where the values show it.
     #[must_use]
-    pub const fn hint(&self) -> Option<Hint> {
+    pub fn hint(&self) -> Option<Hint> {
         Some(match self {
             Self::AccelerationInG { .. } => {
                 Hint::AccelerationUnit(AccelerationUnit::StandardGravity)
@@ -180,9 +238,20 @@ impl Finding {
             Self::GravityIncluded { .. } => Hint::Gravity(Gravity::Included),
             Self::GravityRemoved { .. } => Hint::Gravity(Gravity::Removed),
             Self::GravityNotAlongZ { axes, .. } => Hint::Axes(*axes),
+            Self::LoadNeverCrosses { on, off, .. } => Hint::LoadThresholds { on: *on, off: *off },
             Self::ClockJumps { .. } => Hint::MissingSamples,
             Self::Batches { .. } => Hint::SpaceRows,
+            Self::ExchangedSensors { .. } => {
+                Hint::ExchangeColumns("ax=wx,ay=wy,az=wz,wx=ax,wy=ay,wz=az")
+            }
+            Self::LeftHanded { up } => match *up {
+                "y" => Hint::ExchangeColumns("ay=az,az=ay,wy=wz,wz=wy"),
+                "x" => Hint::ExchangeColumns("ax=az,az=ax,wx=wz,wz=wx"),
+                _ => Hint::TurnRatesAround,
+            },
             Self::NotNumbers { .. }
+            | Self::LoadNegative { .. }
+            | Self::FrozenSensor { .. }
             | Self::DeadGyroscope { .. }
             | Self::HeldReadings { .. }
             | Self::LowRate { .. } => return None,
@@ -216,6 +285,29 @@ impl Finding {
                 "the angular rate is the same in each sample for {longest_s:.1} s, though the acceleration changes: the \
                  gyroscope is off, dead, or not recorded"
             ),
+            Self::FrozenSensor { longest_s, before_end_s } => {
+                write!(f, "all six axes stay the same for {longest_s:.1} s, ")?;
+                if *before_end_s < 0.5 {
+                    f.write_str("up to the end")?;
+                } else {
+                    write!(f, "until {before_end_s:.1} s before the end")?;
+                }
+                f.write_str(
+                    ": the sensor or its bus is stuck, and the probability there means nothing",
+                )
+            }
+            Self::ExchangedSensors { at_rest } => write!(
+                f,
+                "the angular rate is {at_rest:.2} rad/s at rest and the acceleration about 0, as if the columns of \
+                 accelerometer and gyroscope were exchanged"
+            ),
+            Self::LeftHanded { up } => {
+                f.write_str("the axes are left-handed: gravity turns against the angular rate")?;
+                match *up {
+                    "x" | "y" => write!(f, ", and {up} is up, as where {up} and z are exchanged"),
+                    _ => Ok(()),
+                }
+            }
             Self::GravityIncluded { at_rest } => write!(
                 f,
                 "gravity is declared removed, but the acceleration is {at_rest:.2} m/s² at rest"
@@ -227,6 +319,15 @@ impl Finding {
             Self::GravityNotAlongZ { up, .. } => {
                 write!(f, "{up} is up at rest, where the foot has z")
             }
+            Self::LoadNeverCrosses { low, high, .. } => write!(
+                f,
+                "the load is about {low} in swings and {high} in stances, and does not cross both of its thresholds"
+            ),
+            Self::LoadNegative { lowest } => write!(
+                f,
+                "the load is {lowest} where it is largest: record it with the opposite sign (on a foot, set \
+                 load_input.scale), as a negative load is no load"
+            ),
             Self::ClockJumps { count, longest_s } => {
                 write!(f, "the clock jumps {}, by up to {longest_s:.1} s", times(*count))
             }
@@ -255,6 +356,10 @@ impl Finding {
             Self::GravityNotAlongZ { up, axes } => {
                 Self::GravityNotAlongZ { up, axes: mounting::then(mounting, &axes) }
             }
+            // The columns are those of the sensor.
+            Self::LeftHanded { .. } if *mounting != Mounting::default() => {
+                Self::LeftHanded { up: "z" }
+            }
             other => other,
         }
     }
@@ -270,7 +375,17 @@ fn times(count: usize) -> String {
 /// Returns the findings about a recording in SI units.
 #[must_use]
 pub fn check(recording: &Recording) -> Vec<Finding> {
-    let mut check = Check::new(recording.sample_rate, recording.gravity);
+    check_with(recording, Check::new(recording.sample_rate, recording.gravity))
+}
+
+/// Returns the findings about a recording in SI units, and about its loads with these thresholds.
+#[must_use]
+pub fn check_with_load(recording: &Recording, thresholds: LoadParams) -> Vec<Finding> {
+    let check = Check::new(recording.sample_rate, recording.gravity);
+    check_with(recording, check.with_thresholds(thresholds))
+}
+
+fn check_with(recording: &Recording, mut check: Check) -> Vec<Finding> {
     for sample in &recording.samples {
         check.add(sample);
     }
@@ -284,10 +399,17 @@ pub struct Check {
     samples: u64,
     not_numbers: u64,
     rest: RestSearch,
+    /// The same with the angular rates in the place of the accelerations.
+    exchanged: RestSearch,
+    handedness: HandednessCheck,
     rates: RateCheck,
     dead: DeadCheck,
+    frozen: FrozenCheck,
     clock: ClockCheck,
     held: HeldCheck,
+    loads: LoadCheck,
+    /// Thresholds of the load, if they are checked.
+    thresholds: Option<LoadParams>,
 }
 
 impl Check {
@@ -300,43 +422,87 @@ impl Check {
             samples: 0,
             not_numbers: 0,
             rest: RestSearch::new(sample_rate),
+            exchanged: RestSearch::new(sample_rate),
+            handedness: HandednessCheck::new(sample_rate),
             rates: RateCheck::default(),
             dead: DeadCheck::default(),
+            frozen: FrozenCheck::default(),
             clock: ClockCheck::default(),
             held: HeldCheck::default(),
+            loads: LoadCheck::default(),
+            thresholds: None,
         }
+    }
+
+    /// Checks the loads against these thresholds, too.
+    #[must_use]
+    pub fn with_thresholds(self, thresholds: LoadParams) -> Self {
+        Self { thresholds: Some(thresholds), ..self }
     }
 
     /// Processes the next sample.
     pub fn add(&mut self, sample: &RecordedSample) {
         self.rest.add(sample);
+        self.exchanged.add(&with_exchanged_sensors(sample));
+        self.handedness.add(sample);
         self.samples += 1;
         let vectors = [sample.imu.specific_force.0, sample.imu.angular_rate.0];
         self.not_numbers += u64::from(!vectors.into_iter().all(is_number));
         self.rates.add(sample);
         self.dead.add(sample);
+        self.frozen.add(sample);
         self.clock.add(sample.imu.timestamp);
         self.held.add(sample);
+        self.loads.add(sample);
     }
 
     /// Returns the findings about all samples.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let rest = self.rest.rest();
-        let gravity = rest.and_then(|rest| check_gravity(&rest, self.gravity));
-        let mut findings = Vec::from_iter(gravity);
+        let mut findings = Vec::from_iter(rest.and_then(|rest| self.check_axes(&rest)));
         if self.not_numbers as f64 > NOT_NUMBERS_SHARE * self.samples as f64 {
             findings.push(Finding::NotNumbers { samples: self.not_numbers, of: self.samples });
         }
         findings.extend(self.rates.finding());
         findings.extend(self.dead.finding());
+        findings.extend(self.frozen.finding());
         findings.extend(self.clock.findings());
         findings.extend(self.held.finding(self.sample_rate));
+        findings.extend(self.thresholds.and_then(|thresholds| self.loads.finding(&thresholds)));
         if self.sample_rate < LOWEST_RATE * (1.0 - RATE_TOLERANCE) {
             findings.push(Finding::LowRate { rate: self.sample_rate });
         }
         findings
     }
+}
+
+impl Check {
+    /// Finding about gravity and the axes.
+    fn check_axes(&self, rest: &Rest) -> Option<Finding> {
+        if let Some(exchanged) = self.exchanged.rest()
+            && self.gravity == Gravity::Included
+            && rest.size < NO_GRAVITY
+            && exchanged.is_steady
+            && has_gravity(&exchanged)
+        {
+            return Some(Finding::ExchangedSensors { at_rest: exchanged.size });
+        }
+        let found = check_gravity(rest, self.gravity);
+        let is_of_axes = matches!(found, None | Some(Finding::GravityNotAlongZ { .. }));
+        if is_of_axes && self.gravity == Gravity::Included && self.handedness.is_left_handed() {
+            let up = check_up(rest.mean).unwrap_or("z");
+            return Some(Finding::LeftHanded { up });
+        }
+        found
+    }
+}
+
+fn with_exchanged_sensors(sample: &RecordedSample) -> RecordedSample {
+    let mut sample = *sample;
+    let imu = &mut sample.imu;
+    (imu.specific_force.0, imu.angular_rate.0) = (imu.angular_rate.0, imu.specific_force.0);
+    sample
 }
 
 /// Gravity as read by the accelerometer at rest, m/s²; it points up. `None` if it was removed or if the reading
@@ -624,6 +790,51 @@ impl DeadCheck {
     }
 }
 
+/// Time with the same six readings from which a sensor is frozen, s, …
+const FROZEN_S: f64 = 2.0;
+
+/// … and from which it is frozen where it reads no angular rate at all, s: a foot that is simulated without noise may
+/// stand for some seconds.
+const FROZEN_WITHOUT_RATE_S: f64 = 10.0;
+
+/// Looks for the longest time in which all six axes stay the same.
+#[derive(Default)]
+struct FrozenCheck {
+    /// Reading of the current run, and the time of its first sample.
+    run: Option<([Vec3; 2], Timestamp)>,
+    newest: Option<Timestamp>,
+    /// Duration in s and end of the longest run.
+    longest: Option<(f64, Timestamp)>,
+}
+
+impl FrozenCheck {
+    fn add(&mut self, sample: &RecordedSample) {
+        let now = sample.imu.timestamp;
+        let reading = [sample.imu.specific_force.0, sample.imu.angular_rate.0];
+        self.newest = Some(now);
+        match self.run {
+            Some((held, since)) if held == reading => {
+                let lasts_s = now.micros_since(since).unwrap_or(0) as f64 / 1.0e6;
+                let [force, rate] = reading;
+                let least_s = if rate == Vec3::ZERO { FROZEN_WITHOUT_RATE_S } else { FROZEN_S };
+                let is_longest = self.longest.is_none_or(|(longest_s, _)| lasts_s > longest_s);
+                // A simulated foot without gravity reads zeros at perfect rest.
+                if lasts_s >= least_s && is_longest && force != Vec3::ZERO {
+                    self.longest = Some((lasts_s, now));
+                }
+            }
+            _ => self.run = Some((reading, now)),
+        }
+    }
+
+    /// Finding about the sensor.
+    fn finding(&self) -> Option<Finding> {
+        let ((longest_s, end), newest) = (self.longest?, self.newest?);
+        let before_end_s = newest.micros_since(end).unwrap_or(0) as f64 / 1.0e6;
+        Some(Finding::FrozenSensor { longest_s, before_end_s })
+    }
+}
+
 /// Step from which the clock jumps, s, if it is also [`UNUSUAL`].
 const JUMP_S: f64 = 1.0;
 
@@ -842,6 +1053,191 @@ mod tests {
             sample.imu.angular_rate.0 = Vec3::ZERO;
         }
         assert!(!found(&removed).contains(&"held_readings"));
+    }
+
+    /// A foot that rests for 0.5 s and then swings for 0.5 s with a pitch of up to 1 rad, for 20 s at 500 Hz: each swing
+    /// goes 0.4 m forth and 0.1 m up and down.
+    fn pitching() -> Recording {
+        use std::f64::consts::TAU;
+        let sample = |k: u64| {
+            let time = k as f64 / 500.0;
+            // From 0 to 1 in the swing, with smooth ends.
+            let phase = ((time % 1.0) * 2.0 - 1.0).max(0.0);
+            let bump = libm::sin(0.5 * TAU * phase).powi(4);
+            let slope = |f: fn(f64) -> f64| {
+                let step = 1.0e-4;
+                (f(phase + step) - 2.0 * f(phase) + f(phase - step)) / (step * step) * 4.0
+            };
+            let swings = phase > 0.0;
+            let forward = |p: f64| 0.4 * (p - libm::sin(TAU * p) / TAU);
+            let upward = |p: f64| 0.1 * libm::sin(0.5 * TAU * p).powi(4);
+            let (x, z) = if swings { (slope(forward), slope(upward)) } else { (0.0, 0.0) };
+            let cosine = libm::cos(0.5 * TAU * phase);
+            let rate = 2.0 * 4.0 * 0.5 * TAU * libm::sin(0.5 * TAU * phase).powi(3) * cosine;
+            let rate = if swings { rate } else { 0.0 };
+            let (sine, cosine) = (libm::sin(bump), libm::cos(bump));
+            let gravity = 9.81 + z;
+            let noise = 1.0e-3 * (k % 7) as f32;
+            let force = Vec3::new(
+                (cosine * x - sine * gravity) as f32 + noise,
+                noise,
+                (sine * x + cosine * gravity) as f32,
+            );
+            RecordedSample {
+                imu: ImuSample {
+                    timestamp: Timestamp::from_micros(2_000 * k),
+                    specific_force: SpecificForce(force),
+                    angular_rate: AngularRate(Vec3::new(0.0, rate as f32, 0.01)),
+                    validity: Validity::Valid,
+                },
+                load: None,
+                label: None,
+            }
+        };
+        Recording { sample_rate: 500.0, samples: (0..10_000).map(sample).collect(), ..walk() }
+    }
+
+    fn with_both(mut recording: Recording, change: impl Fn(Vec3) -> Vec3) -> Recording {
+        for sample in &mut recording.samples {
+            let imu = &mut sample.imu;
+            imu.specific_force.0 = change(imu.specific_force.0);
+            imu.angular_rate.0 = change(imu.angular_rate.0);
+        }
+        recording
+    }
+
+    #[test]
+    fn mirrored_axes_are_left_handed_and_turned_ones_are_not() {
+        type Change = fn(Vec3) -> Vec3;
+        let right: [Change; 3] =
+            [|v| v, |v| Vec3::new(v.y, -v.x, v.z), |v| Vec3::new(-v.x, -v.y, v.z)];
+        for change in right {
+            assert_eq!(found(&with_both(pitching(), change)), [""; 0]);
+        }
+        let left: [(Change, &str); 4] = [
+            (|v| Vec3::new(-v.x, v.y, v.z), "z"),
+            (|v| Vec3::new(v.y, v.x, v.z), "z"),
+            (|v| Vec3::new(v.x, v.z, v.y), "y"),
+            (|v| Vec3::new(v.z, v.y, v.x), "x"),
+        ];
+        for (change, up) in left {
+            let findings = check(&with_both(pitching(), change));
+            assert_eq!(findings, [Finding::LeftHanded { up }]);
+        }
+    }
+
+    #[test]
+    fn advice_for_left_handed_axes_repairs_them() {
+        let exchanged = with_both(pitching(), |v| Vec3::new(v.x, v.z, v.y));
+        assert_eq!(
+            check(&exchanged)[0].to_string(),
+            "the axes are left-handed: gravity turns against the angular rate, and y is up, as where y and z are \
+             exchanged: map ay=az,az=ay,wy=wz,wz=wy"
+        );
+        assert_eq!(found(&with_both(exchanged, |v| Vec3::new(v.x, v.z, v.y))), [""; 0]);
+        let mut mirrored = with_both(pitching(), |v| Vec3::new(v.x, -v.y, v.z));
+        assert_eq!(
+            check(&mirrored)[0].to_string(),
+            "the axes are left-handed: gravity turns against the angular rate: one axis has the wrong sign, or two are \
+             exchanged; scale 1,-1 repairs it"
+        );
+        for sample in &mut mirrored.samples {
+            sample.imu.angular_rate.0 = sample.imu.angular_rate.0 * -1.0;
+        }
+        assert_eq!(found(&mirrored), [""; 0]);
+        // Of a foot that is read with a mounting, the columns to exchange are not known.
+        let mounting = parse_axes("x,-z,y").expect("axes");
+        let finding = Finding::LeftHanded { up: "y" }.with_mounting(&mounting);
+        assert_eq!(finding, Finding::LeftHanded { up: "z" });
+    }
+
+    #[test]
+    fn exchanged_sensors_are_found_with_their_mapping() {
+        let mut recording = pitching();
+        for sample in &mut recording.samples {
+            *sample = with_exchanged_sensors(sample);
+        }
+        assert_eq!(found(&recording), ["exchanged_sensors"]);
+        let said = check(&recording)[0].to_string();
+        assert!(
+            said.ends_with("were exchanged: map ax=wx,ay=wy,az=wz,wx=ax,wy=ay,wz=az"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn frozen_sensor_is_found_with_its_place() {
+        let frozen = |range: std::ops::Range<usize>| {
+            let mut recording = pitching();
+            let held = recording.samples[range.start].imu;
+            for sample in &mut recording.samples[range] {
+                let imu = &mut sample.imu;
+                (imu.specific_force, imu.angular_rate) = (held.specific_force, held.angular_rate);
+            }
+            check(&recording)
+        };
+        let all = frozen(0..10_000);
+        let at_end = frozen(5_000..10_000);
+        let within = frozen(4_000..6_000);
+        let finding = |findings: &[Finding]| match findings {
+            [Finding::FrozenSensor { longest_s, before_end_s }] => {
+                (longest_s.round(), before_end_s.round())
+            }
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(finding(&all), (20.0, 0.0));
+        assert_eq!(finding(&at_end), (10.0, 0.0));
+        assert_eq!(finding(&within), (4.0, 8.0));
+        assert!(all[0].to_string().contains("for 20.0 s, up to the end"), "{}", all[0]);
+        assert_eq!(frozen(4_000..4_900), []);
+    }
+
+    #[test]
+    fn perfect_rest_is_frozen_after_ten_seconds_alone() {
+        for (seconds, is_found) in [(9, false), (11, true)] {
+            let mut recording = walk();
+            recording.samples.truncate(200 * seconds);
+            for sample in &mut recording.samples {
+                sample.imu.specific_force.0 = Vec3::new(0.0, 0.0, 9.81);
+                sample.imu.angular_rate.0 = Vec3::ZERO;
+            }
+            let mut last = *recording.samples.last().expect("samples");
+            last.imu.timestamp = Timestamp::from_micros(1_000_000 * seconds as u64);
+            recording.samples.push(last);
+            assert_eq!(found(&recording).contains(&"frozen_sensor"), is_found);
+        }
+    }
+
+    fn with_loads(stance: f32, swing: f32) -> Vec<Finding> {
+        let mut recording = walk();
+        for (k, sample) in recording.samples.iter_mut().enumerate() {
+            let level = if k % 200 < 100 { stance } else { swing };
+            let noise = (k % 7) as f32 / 100.0 * (stance - swing);
+            sample.load = Some(estimator_core::Load(level + noise));
+        }
+        check_with_load(&recording, LoadParams { on_threshold: 12.0, off_threshold: 6.0 })
+    }
+
+    #[test]
+    fn load_that_never_crosses_is_found_with_thresholds() {
+        assert_eq!(with_loads(40.0, 0.0), []);
+        for (stance, swing) in [(1.0, 0.0), (300.0, 80.0)] {
+            let findings = with_loads(stance, swing);
+            let [Finding::LoadNeverCrosses { on, off, .. }] = findings[..] else {
+                panic!("{findings:?}");
+            };
+            assert!(swing < off && off < on && on < stance, "{off}, {on}");
+        }
+        let said = with_loads(300.0, 80.0)[0].to_string();
+        assert!(said.contains(": on_threshold = 15"), "{said}");
+        // A foot that only stands or only swings shows no levels.
+        assert_eq!(with_loads(3.0, 3.0), []);
+    }
+
+    #[test]
+    fn negative_load_is_found() {
+        let names: Vec<_> = with_loads(-40.0, 0.0).iter().map(Finding::name).collect();
+        assert_eq!(names, ["load_negative"]);
     }
 
     #[test]

@@ -124,7 +124,7 @@ fn estimated<O: Observer>(
 ) -> Result<Replayed, ReplayError> {
     let about = &stored.about;
     let mut estimator = Estimator::new(about.sample_rate, about.gravity, params)?;
-    let mut check = Check::new(about.sample_rate, about.gravity);
+    let mut check = Check::new(about.sample_rate, about.gravity).with_thresholds(params.load);
     for sample in stored.samples()? {
         let sample = sample?;
         if results.span.is_before(sample.imu.timestamp) {

@@ -135,15 +135,33 @@ pub struct WithInputs<R> {
     /// The mounting, where it is not that of the foot's own axes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mounting: Option<MountingReport>,
+    /// Thresholds that the load crosses, where it does not cross those in use.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<LoadThresholds>,
     /// By the name of the file.
     pub inputs: BTreeMap<String, InputReport>,
+}
+
+/// Thresholds of a load, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LoadThresholds {
+    /// Load from which the foot counts as loaded.
+    pub on_threshold: f32,
+    /// Load below which it counts as unloaded.
+    pub off_threshold: f32,
 }
 
 impl<R: fmt::Display> fmt::Display for WithInputs<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.report.fmt(f)?;
         match &self.mounting {
-            Some(mounting) => write!(f, "\n{mounting}"),
+            Some(mounting) => write!(f, "\n{mounting}")?,
+            None => {}
+        }
+        match &self.load {
+            Some(LoadThresholds { on_threshold, off_threshold }) => {
+                write!(f, "\nload: on_threshold {on_threshold}, off_threshold {off_threshold}")
+            }
             None => Ok(()),
         }
     }

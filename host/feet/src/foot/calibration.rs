@@ -1,5 +1,7 @@
 //! Calibration that the foot has learnt while walking: read, stored and erased.
 
+use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
+use estimator_core::{Learnt, Quaternion};
 use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState};
 use wire::pdo::{BIAS_STEP, Quantity};
@@ -22,6 +24,39 @@ pub fn state(client: &mut Client) -> Result<CalibrationState, RequestError> {
     let state = u8::try_from(code).ok();
     let state = state.and_then(CalibrationState::from_code);
     state.ok_or(RequestError::Unknown { what: "the state of the calibration", code })
+}
+
+/// Reads what the foot has learnt so far.
+///
+/// # Errors
+/// A request has failed.
+pub fn learnt(client: &mut Client) -> Result<Learnt, RequestError> {
+    let mut learnt = [0.0; Learnt::NUMBERS];
+    for (number, (_, read)) in learnt.iter_mut().zip(numbers(client, index::CALIBRATION)?) {
+        *number = read;
+    }
+    Ok(Learnt::from_array(learnt))
+}
+
+/// Reads the mounting of the foot's sensor.
+///
+/// # Errors
+/// A request has failed, or the values are no mounting.
+pub fn mounting(client: &mut Client) -> Result<Mounting, RequestError> {
+    let code = client.read_number(index::MOUNTING, 1)?;
+    let axis = |digit: u32| SensorAxis::ALL.get((digit as usize).wrapping_sub(1)).copied();
+    let params = match [axis(code / 100), axis(code / 10 % 10), axis(code % 10)] {
+        [Some(x), Some(y), Some(z)] => MountingParams::Axes([x, y, z]),
+        _ => {
+            let mut parts = [0.0; 4];
+            for (part, (_, read)) in parts.iter_mut().zip(numbers(client, index::MOUNTING)?) {
+                *part = read;
+            }
+            let [w, x, y, z] = parts;
+            MountingParams::Rotation(Quaternion { w, x, y, z })
+        }
+    };
+    params.validate().map_err(|_| RequestError::Unknown { what: "the mounting", code })
 }
 
 /// Reads the bias of the gyroscope along each axis, rad/s; `None` if it is not finite.

@@ -169,6 +169,35 @@ pub fn from_text(text: &str, node: Option<NodeId>) -> Result<SettingValues, Sett
     Ok(values)
 }
 
+/// Settings of a configuration file that a foot has, and the names of the others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OfConfiguration {
+    /// Settings of the foot.
+    pub values: SettingValues,
+    /// Names of the settings that only hosts have, such as the bias of the gyroscope, which a foot finds itself.
+    pub left_out: Vec<String>,
+}
+
+/// Takes the settings of a configuration file, by name and value, for a foot with this id.
+///
+/// # Errors
+/// A value is not one of the foot's setting.
+pub fn from_configuration(
+    settings: impl IntoIterator<Item = (String, String)>,
+    node: Option<NodeId>,
+) -> Result<OfConfiguration, NameError> {
+    let mut taken = OfConfiguration::default();
+    for (name, value) in settings {
+        match Named::find(&name) {
+            Ok(named) if named.entry.is_setting() => {
+                taken.values.insert(named.address, named.parse(&value, node)?);
+            }
+            _ => taken.left_out.push(name),
+        }
+    }
+    Ok(taken)
+}
+
 /// Parses a line without its comment.
 fn parse_line(line: &str, node: Option<NodeId>) -> Result<(Named, Value), LineError> {
     let (name, value) = line.split_once('=').ok_or_else(|| LineError::Syntax(line.to_owned()))?;

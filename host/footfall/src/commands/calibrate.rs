@@ -1,5 +1,7 @@
 //! `footfall calibrate`.
 
+mod live;
+
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 use std::io;
@@ -16,10 +18,11 @@ use recordings::config::{ConfigError, Resolved};
 use recordings::input::{Correction, Format, InputError, InputOptions, Loaded, Opened};
 use recordings::mounting::{MountingReport, RestingUp};
 use recordings::plausible::{self, Finding};
-use recordings::summary::{InputReport, WithInputs};
+use recordings::summary::{InputReport, LoadThresholds, WithInputs};
 use serde::Serialize;
+use wire::NodeId;
 
-use super::options::{self, ESTIMATOR, OUTPUT, RecordingArguments, check};
+use super::options::{self, ESTIMATOR, INPUT, OUTPUT, RecordingArguments, check, parse_node};
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, Target, write_file};
 use crate::messages::{detail, warn};
@@ -30,6 +33,7 @@ use crate::report::{Described, SummaryStyle, print};
 pub const EXAMPLES: &str = "\
 Examples:
   footfall calibrate walk.csv --output robot.toml
+  footfall calibrate usb --write
   footfall calibrate --rests sides.csv --config robot.toml --output robot.toml
   footfall replay walk.csv --config robot.toml";
 
@@ -38,8 +42,8 @@ Examples:
 pub struct CalibrateArguments {
     /// Recordings of one walking foot; or, with --rests, of one sensor lying still on each of its six sides.
     /// Labels and load are not used. Several feet of a bag (--topic all) are calibrated separately, each with
-    /// a table [feet.NAME] in the output
-    #[arg(required = true)]
+    /// a table [feet.NAME] in the output. Or feet as they walk: usb, usb:FR, uart:PORT, can:INTERFACE or demo
+    #[arg(required = true, value_name = "FILE|SOURCE")]
     pub inputs: Vec<PathBuf>,
     /// Find the bias and scale of the accelerometer and the bias of the gyroscope instead
     #[arg(long, conflicts_with = "axes", help_heading = ESTIMATOR)]
@@ -51,8 +55,17 @@ pub struct CalibrateArguments {
     #[command(flatten)]
     pub recording: RecordingArguments,
     /// Write a file for --config: the settings of the given --config, updated with the result
-    #[arg(long, value_name = "OUT.toml", help_heading = OUTPUT)]
+    #[arg(long, short, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
+    /// Write what walking feet have learnt, and their axes, to them without asking
+    #[arg(long, help_heading = OUTPUT)]
+    pub write: bool,
+    /// Longest wait for each step of a walking foot, s
+    #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(1..=3600), help_heading = INPUT)]
+    pub seconds: u16,
+    /// Node id of a walking foot on a CAN bus, 1 to 127; not needed if there is only one foot
+    #[arg(long, value_name = "ID", value_parser = parse_node, help_heading = INPUT)]
+    pub node: Option<NodeId>,
     /// Print the report as one JSON object
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
@@ -67,11 +80,19 @@ struct Input {
 
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if let Some(sources) = live::sources(&self.inputs)? {
+            return live::calibrate(self, &sources);
+        }
         files::check_inputs(&self.inputs)?;
-        let configuration = self.output.as_deref().map(Target::Configuration);
-        files::check(&self.inputs, configuration.as_slice())?;
+        self.check_output(&self.inputs)?;
         let resolved = self.recording.resolved(None)?;
         if self.rests { self.calibrate_sensor(&resolved) } else { self.learn(&resolved) }
+    }
+
+    /// Checks that the configuration file can be written.
+    fn check_output(&self, inputs: &[PathBuf]) -> Result<(), Error> {
+        let configuration = self.output.as_deref().map(Target::Configuration);
+        Ok(files::check(inputs, configuration.as_slice())?)
     }
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
@@ -186,6 +207,7 @@ impl CalibrateArguments {
         let mut inputs = BTreeMap::new();
         let mut rest = RestingUp::default();
         let mut calibration = None;
+        let mut load = None;
         for input in recordings {
             let input = input?;
             let (file, loaded, format) = (&input.file, &input.loaded, input.format);
@@ -204,7 +226,9 @@ impl CalibrateArguments {
                 loaded.recording.sample_rate,
                 self.recording.parameters_text(&params, format)
             ));
-            let findings = check(&loaded.recording, &loaded.recording.name, input_options);
+            let findings =
+                check(&loaded.recording, &loaded.recording.name, input_options, Some(params.load));
+            load = load.or_else(|| findings.iter().find_map(crossed_thresholds));
             inputs.insert(file.clone(), self.report(&input, foot, &findings)?);
             rest.add(plausible::gravity_at_rest(&loaded.recording));
             let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
@@ -224,6 +248,7 @@ impl CalibrateArguments {
         Ok(WithInputs {
             report: learnt,
             mounting: MountingReport::of(&rest, &input_options.correction.mounting),
+            load,
             inputs,
         })
     }
@@ -239,7 +264,7 @@ impl CalibrateArguments {
         let mut inputs = BTreeMap::new();
         for input in &recordings {
             let recording = &input.loaded.recording;
-            let mut findings = check(recording, &recording.name, &input_options);
+            let mut findings = check(recording, &recording.name, &input_options, None);
             // In this calibration the sensor lies on each of its sides in turn.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
             let report = self.report(input, self.foot.as_deref(), &findings)?;
@@ -247,7 +272,7 @@ impl CalibrateArguments {
         }
         let recordings = recordings.iter().map(|input| &input.loaded.recording);
         let sensor = SensorCalibration::of(recordings).map_err(CalibrationError::from)?;
-        let report = WithInputs { report: sensor, mounting: None, inputs };
+        let report = WithInputs { report: sensor, mounting: None, load: None, inputs };
         self.write_outputs(resolved, &report, |file| {
             let mut file = file.of_foot(self.foot.clone());
             file.set_sensor(&report.report);
@@ -300,5 +325,18 @@ impl Display for FeetReport {
 fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile {
     file.set_learnt(&report.report);
     file.set_mounting(report.mounting.as_ref());
+    if let Some(load) = &report.load {
+        file.set_load(load);
+    }
     file
+}
+
+/// Thresholds that the load crosses, where it does not cross those in use.
+fn crossed_thresholds(finding: &Finding) -> Option<LoadThresholds> {
+    match finding {
+        Finding::LoadNeverCrosses { on, off, .. } => {
+            Some(LoadThresholds { on_threshold: *on, off_threshold: *off })
+        }
+        _ => None,
+    }
 }

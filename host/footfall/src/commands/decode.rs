@@ -24,7 +24,7 @@ pub struct DecodeArguments {
     pub feet: FeetArguments,
     /// Write the rows, one per contact frame, as CSV; - writes them to standard output, and the report to
     /// standard error
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, short, value_name = "OUT.csv")]
     pub output: Option<PathBuf>,
     /// Print the report as one JSON object
     #[arg(long)]

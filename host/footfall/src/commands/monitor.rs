@@ -1,10 +1,12 @@
 //! `footfall monitor`: shows the current state of streaming feet, and events.
 
 use std::borrow::Cow;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::mem;
 use std::time::Duration;
 
+use anstream::{AutoStream, ColorChoice};
+use anstyle::AnsiColor;
 use clap::Args;
 use estimator_core::Decision;
 use feet::decode::live::MessageBody;
@@ -12,6 +14,7 @@ use feet::decode::{ContactRow, Feet};
 use feet::feed::Fed;
 use feet::session::SEVERAL_BOARDS;
 use feet::{Feed, LinkError, LiveFoot, Session, Update};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
@@ -66,31 +69,93 @@ fn watch(
     end: Option<Duration>,
     json: bool,
 ) -> io::Result<()> {
-    let mut to = io::stdout().lock();
     let clock = feed.clock();
+    let mut screen = (!json && io::stdout().is_terminal()).then(Screen::new);
+    let mut to = io::stdout().lock();
     loop {
         let due = next(clock, LINE, end);
         // Events are printed on arrival.
         while clock.now() < due && !robot.has_ended() {
             robot.listen(feed, due.min(clock.now() + EVENT_DELAY));
             for event in robot.take_events() {
-                if json {
-                    write_event_json(&event, &mut to)?;
-                } else {
-                    write_event(&event, &mut to)?;
+                match &screen {
+                    _ if json => write_event_json(&event, &mut to)?,
+                    Some(screen) => screen.show_event(&event)?,
+                    None => write_event(&event, &mut to)?,
                 }
             }
             to.flush()?;
         }
-        if json {
-            write_json(robot, &mut to)?;
-        } else {
-            write_text(robot, &mut to)?;
+        match &mut screen {
+            _ if json => write_json(robot, &mut to)?,
+            Some(screen) => screen.show(robot),
+            None => write_text(robot, &mut to)?,
         }
         if robot.has_ended() || is_over(clock, end) {
             return Ok(());
         }
     }
+}
+
+/// Terminal on which each foot has a line that changes in place. Events scroll above.
+struct Screen {
+    lines: MultiProgress,
+    feet: Vec<ProgressBar>,
+    has_colour: bool,
+}
+
+impl Screen {
+    fn new() -> Self {
+        Self {
+            lines: MultiProgress::with_draw_target(ProgressDrawTarget::stdout()),
+            feet: Vec::new(),
+            has_colour: AutoStream::choice(&io::stdout()) != ColorChoice::Never,
+        }
+    }
+
+    /// Shows the lines of all feet.
+    fn show(&mut self, robot: &MonitorState) {
+        for (place, foot) in robot.feet().into_iter().enumerate() {
+            let line = foot_line(robot, foot);
+            let text = foot_text(&line);
+            let text = if self.has_colour { coloured(&line, &text) } else { text };
+            if place == self.feet.len() {
+                let style = ProgressStyle::with_template("{msg}");
+                let bar = ProgressBar::new_spinner()
+                    .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+                self.feet.push(self.lines.add(bar));
+            }
+            self.feet[place].set_message(text);
+            self.feet[place].tick();
+        }
+    }
+
+    /// Shows an event above the feet.
+    fn show_event(&self, event: &MonitorEvent) -> io::Result<()> {
+        self.lines.println(event_line(event))
+    }
+}
+
+impl Drop for Screen {
+    /// Leaves the last lines on the terminal.
+    fn drop(&mut self) {
+        self.feet.iter().for_each(ProgressBar::abandon);
+    }
+}
+
+/// Text of a foot in green where it is stable, in red where it has a fault, in yellow where nothing is known of it.
+fn coloured(line: &FootLine<'_>, text: &str) -> String {
+    let colour = if !line.faults.is_empty() || line.several_boards {
+        AnsiColor::Red
+    } else if line.silent || line.p_stable.is_none() {
+        AnsiColor::Yellow
+    } else if line.decision == Some(1) {
+        AnsiColor::Green
+    } else {
+        return text.to_owned();
+    };
+    let style = colour.on_default();
+    format!("{style}{text}{style:#}")
 }
 
 /// State of all feet on all lines.
@@ -333,41 +398,48 @@ fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> 
 /// Writes each foot as a line of text.
 fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
-        let line = foot_line(robot, foot);
-        write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
-        if line.several_boards {
-            write!(to, "  {SEVERAL_BOARDS}")?;
-        } else if line.silent {
-            write!(to, "  silent")?;
-        } else if let Some(p) = line.p_stable {
-            let state = line.state.unwrap_or_default();
-            let not = if line.decision == Some(1) { "" } else { "not " };
-            write!(to, "  P {p:.3}  {state:<7}  {not}stable")?;
-        } else {
-            write!(to, "  no contact yet")?;
-        }
-        if let (Some(rate), Some(jitter)) = (line.rate_hz, line.jitter_ms) {
-            write!(to, "  {rate:.0} Hz, jitter {jitter:.1} ms")?;
-        }
-        write!(to, ", missing {}, dropped {}", line.missing, line.dropped)?;
-        if let Some(load) = line.load_n {
-            write!(to, ", load {load:.0} N")?;
-        }
-        for names in [&line.flags, &line.faults] {
-            if !names.is_empty() {
-                write!(to, ", {}", names.join(", "))?;
-            }
-        }
-        writeln!(to)?;
+        writeln!(to, "{}", foot_text(&foot_line(robot, foot)))?;
     }
     to.flush()
 }
 
+/// Line of text about a foot.
+fn foot_text(line: &FootLine<'_>) -> String {
+    let mut text = format!("{:9.3} s  {:<4}", line.t, line.foot);
+    if line.several_boards {
+        text += &format!("  {SEVERAL_BOARDS}");
+    } else if line.silent {
+        text += "  silent";
+    } else if let Some(p) = line.p_stable {
+        let state = line.state.unwrap_or_default();
+        let not = if line.decision == Some(1) { "" } else { "not " };
+        text += &format!("  P {p:.3}  {state:<7}  {not}stable");
+    } else {
+        text += "  no contact yet";
+    }
+    if let (Some(rate), Some(jitter)) = (line.rate_hz, line.jitter_ms) {
+        text += &format!("  {rate:.0} Hz, jitter {jitter:.1} ms");
+    }
+    text += &format!(", missing {}, dropped {}", line.missing, line.dropped);
+    if let Some(load) = line.load_n {
+        text += &format!(", load {load:.0} N");
+    }
+    for names in [&line.flags, &line.faults] {
+        if !names.is_empty() {
+            text += &format!(", {}", names.join(", "));
+        }
+    }
+    text
+}
+
 /// Writes an event as a line of text.
 fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
-    let MonitorEvent { t, foot, text } = event;
+    writeln!(to, "{}", event_line(event))
+}
+
+fn event_line(MonitorEvent { t, foot, text }: &MonitorEvent) -> String {
     let foot = foot.as_deref().unwrap_or("");
-    writeln!(to, "{t:9.3} s  {foot:<4}  {text}")
+    format!("{t:9.3} s  {foot:<4}  {text}")
 }
 
 #[cfg(test)]
@@ -393,6 +465,21 @@ mod tests {
             self.session.idle(since);
             self.process_updates();
         }
+    }
+
+    #[test]
+    fn line_of_a_foot_has_the_colour_of_its_state() {
+        let robot = watched("demo:seconds=1,speed=max");
+        let colour = |change: &dyn Fn(&mut FootLine<'_>)| {
+            let mut line = foot_line(&robot, robot.feet()[0]);
+            (line.silent, line.p_stable, line.decision) = (false, Some(0.9), Some(1));
+            change(&mut line);
+            coloured(&line, "FL")
+        };
+        assert_eq!(colour(&|_| ()), "\u{1b}[32mFL\u{1b}[0m");
+        assert_eq!(colour(&|line| line.silent = true), "\u{1b}[33mFL\u{1b}[0m");
+        assert_eq!(colour(&|line| line.faults = vec!["sensor silent"]), "\u{1b}[31mFL\u{1b}[0m");
+        assert_eq!(colour(&|line| line.decision = Some(0)), "FL");
     }
 
     /// Plays a source to its end.

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::mounting::Mounting;
-use estimator_core::params::WindowLength;
+use estimator_core::params::{LoadParams, WindowLength};
 use estimator_core::{Gravity, Params};
 use feet::Playback;
 use feet::decode::Feet;
@@ -223,6 +223,7 @@ pub struct BagArguments {
     #[arg(
         long,
         value_name = "TOPIC|all",
+        value_delimiter = ',',
         help_heading = INPUT,
         help = "Topic of a foot, of sensor_msgs/msg/Imu; repeat it for several feet, or write all. Not \
                 needed if topics and frames show only one foot"
@@ -232,6 +233,7 @@ pub struct BagArguments {
     #[arg(
         long,
         value_name = "TOPIC",
+        value_delimiter = ',',
         help_heading = INPUT,
         help = "Topic to omit, such as /trunk/imu with --topic all; * matches any text"
     )]
@@ -240,6 +242,7 @@ pub struct BagArguments {
     #[arg(
         long,
         value_name = "FRAME",
+        value_delimiter = ',',
         help_heading = INPUT,
         help = "Frame (header.frame_id) of a foot, if one topic has several; may be repeated. By \
                 default each frame is a foot"
@@ -249,6 +252,7 @@ pub struct BagArguments {
     #[arg(
         long,
         value_name = "TOPIC[:FIELD]",
+        value_delimiter = ',',
         help_heading = INPUT,
         help = "Load of a foot: Float32, Float64, one of their MultiArrays, Wrench or WrenchStamped, \
                 such as /foot/wrench:force.z, or a number in any message, such as \
@@ -260,6 +264,7 @@ pub struct BagArguments {
     #[arg(
         long,
         value_name = "OLD=NEW",
+        value_delimiter = ',',
         help_heading = INPUT,
         help = "Rename a foot of a bag, such as leg_1=FL; OLD is its name, its topic or a part of its \
                 topic"
@@ -297,8 +302,12 @@ pub(crate) fn check(
     recording: &Recording,
     foot: &str,
     input_options: &InputOptions,
+    thresholds: Option<LoadParams>,
 ) -> Vec<Finding> {
-    let findings = plausible::check(recording);
+    let findings = match thresholds {
+        Some(thresholds) => plausible::check_with_load(recording, thresholds),
+        None => plausible::check(recording),
+    };
     with_mounting(findings, &input_options.correction_of(&[foot]).mounting)
 }
 

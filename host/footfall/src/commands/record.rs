@@ -18,7 +18,7 @@ use {
     crate::stream::{Sink, Stream, deadline, unless_ended},
     feet::source::Speed,
     std::fmt::Write as _,
-    std::fs::File,
+    std::fs::{self, File},
     std::io,
 };
 
@@ -71,6 +71,10 @@ impl RecordArguments {
             ended => unless_ended(ended?),
         };
         stream.report();
+        if recording.is_empty() && ended.is_ok() {
+            recording.remove()?;
+            return Err(Error::NothingHeard);
+        }
         print_text(&recording.finish()?).map_err(Error::Print)?;
         ended
     }
@@ -99,6 +103,20 @@ impl McapRecording {
         })?;
         let file = McapFile::new(file).map_err(OutputError::unwritable(path))?;
         Ok(Self { path: path.to_owned(), file })
+    }
+
+    /// Returns whether no message was recorded.
+    fn is_empty(&self) -> bool {
+        self.file.counts().is_empty()
+    }
+
+    /// Removes the file, in which there is nothing.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    fn remove(self) -> Result<(), OutputError> {
+        drop(self.file);
+        fs::remove_file(&self.path).map_err(OutputError::unwritable(&self.path))
     }
 
     /// Writes pending messages and returns the message counts by topic and the name of the file.

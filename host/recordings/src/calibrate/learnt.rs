@@ -9,7 +9,6 @@ use estimator_core::internals::SETTLED_AFTER;
 use estimator_core::params::Method;
 use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Params, ParamsError};
 use serde::Serialize;
-use wire::dictionary::index;
 
 use crate::calibrate::CalibrationError;
 use crate::display_in_plain_words;
@@ -231,13 +230,11 @@ impl fmt::Display for LearntFoot {
             f,
             "acceleration at rest {at_rest:.3}, edge of stillness {edge:.3}, in motion {in_motion:.2} m/s²"
         )?;
-        let values = self.object.into_iter().map(|value| value.to_string());
-        let values =
-            values.chain([self.object_version, self.object_crc].map(|word| word.to_string()));
-        let values = (1..).zip(values);
-        let values: Vec<String> =
-            values.map(|(subindex, value)| format!("{subindex} = {value}")).collect();
-        write!(f, "on the foot, 0x{:04X}: {}", index::LEARNT, values.join(", "))
+        f.write_str("on the foot: set")?;
+        for (row, value) in Learnt::ROWS.iter().zip(self.object) {
+            write!(f, " {}={value}", row.name)?;
+        }
+        write!(f, " learnt.version={} learnt.crc={}", self.object_version, self.object_crc)
     }
 }
 

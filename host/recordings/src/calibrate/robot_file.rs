@@ -1,12 +1,15 @@
 //! Configuration file written by a calibration, in the form that [`config`](crate::config) reads.
 
+use std::collections::BTreeMap;
+
 use estimator_core::Learnt;
 use estimator_core::mounting::Mounting;
 use toml::{Table, Value};
 
 use crate::calibrate::learnt::LearntFoot;
 use crate::calibrate::sensor::SensorCalibration;
-use crate::mounting::{MountingReport, axes_text};
+use crate::mounting::{MountingReport, axes_text, parse_axes, settings_of};
+use crate::summary::LoadThresholds;
 
 /// Configuration file with calibrated values.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,13 +56,23 @@ impl RobotFile {
             foot.swing_s,
             recordings.join(", ")
         ));
+        self.set_learnt_values(&foot.learnt);
+    }
+
+    /// Sets the values that a foot has learnt by itself.
+    pub fn set_learnt_by_foot(&mut self, foot: &str, learnt: &Learnt) {
+        self.remarks.push(format!("learnt by the foot {foot} while it walked"));
+        self.set_learnt_values(learnt);
+    }
+
+    fn set_learnt_values(&mut self, learnt: &Learnt) {
         // Earlier learnt values are replaced as a whole.
         self.table().remove("learnt");
-        for (row, value) in Learnt::ROWS.iter().zip(foot.object) {
+        for (row, value) in Learnt::ROWS.iter().zip(learnt.to_array()) {
             self.set(row.name, value);
         }
         let table = sub_table(self.table(), "learnt");
-        for (key, value) in [("version", Learnt::VERSION), ("crc", foot.learnt.crc())] {
+        for (key, value) in [("version", Learnt::VERSION), ("crc", learnt.crc())] {
             table.insert(key.to_owned(), Value::Integer(value.into()));
         }
     }
@@ -82,6 +95,13 @@ impl RobotFile {
                 self.table().remove(KEY);
             }
         }
+    }
+
+    /// Sets the thresholds of the load.
+    pub fn set_load(&mut self, load: &LoadThresholds) {
+        self.remarks.push("thresholds of the load from its levels in swing and stance".to_owned());
+        self.set("load.on_threshold", load.on_threshold);
+        self.set("load.off_threshold", load.off_threshold);
     }
 
     /// Sets the correction of the sensor.
@@ -111,11 +131,54 @@ impl RobotFile {
         table.insert(key.to_owned(), Value::Float(shortest(value)));
     }
 
+    /// Names and values of the settings of a foot: those of all feet, and those of its own table, which win. A mounting
+    /// has the names of the foot's settings.
+    #[must_use]
+    pub fn settings_of_foot(&self, foot: &str) -> Vec<(String, String)> {
+        let mut found = BTreeMap::new();
+        let mut general = self.tables.clone();
+        let feet = general.remove("feet");
+        let own = feet.as_ref().and_then(Value::as_table).and_then(|feet| {
+            let mut named = feet.iter();
+            named
+                .find(|(name, _)| name.eq_ignore_ascii_case(foot))
+                .and_then(|(_, of)| of.as_table())
+        });
+        // What was learnt belongs together.
+        if own.is_some_and(|own| own.contains_key("learnt")) {
+            general.remove("learnt");
+        }
+        for table in [Some(&general), own].into_iter().flatten() {
+            flatten("", table, &mut found);
+        }
+        let mounting = found.get("axes").and_then(|axes| parse_axes(axes).ok());
+        let mounting = mounting.iter().flat_map(settings_of);
+        let mounting: Vec<_> = mounting.map(|(name, value)| (name.to_owned(), value)).collect();
+        found.extend(mounting);
+        found.into_iter().collect()
+    }
+
     /// Returns the text of the file.
     #[must_use]
     pub fn text(&self) -> String {
         let remarks: String = self.remarks.iter().map(|r| format!("# {r}\n")).collect();
         format!("{remarks}\n{}", self.tables)
+    }
+}
+
+/// Adds the values of a table by their names with those of the tables around them.
+fn flatten(within: &str, table: &Table, found: &mut BTreeMap<String, String>) {
+    for (key, value) in table {
+        let name = format!("{within}{key}");
+        match value {
+            Value::Table(table) => flatten(&format!("{name}."), table, found),
+            Value::String(text) => {
+                found.insert(name, text.clone());
+            }
+            value => {
+                found.insert(name, value.to_string());
+            }
+        }
     }
 }
 

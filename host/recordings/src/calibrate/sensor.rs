@@ -15,7 +15,6 @@ use estimator_core::{Gravity, Validity};
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use serde::Serialize;
 use thiserror::Error;
-use wire::dictionary::index;
 
 use crate::samples::{RecordedSample, Recording};
 use crate::space::Vector;
@@ -322,10 +321,11 @@ impl fmt::Display for SensorCalibration {
             "off gravity by {:.4} m/s² RMS before, {:.4} after",
             self.residual_before, self.residual_after
         )?;
-        write!(f, "on the foot, 0x{:04X}:", index::ACCELEROMETER)?;
-        for (subindex, value) in (1..).zip(self.object()) {
-            write!(f, " {subindex} = {value}")?;
-            f.write_str(if subindex < 6 { "," } else { "" })?;
+        f.write_str("on the foot: set")?;
+        let names =
+            ["bias_m_s2.ax", "bias_m_s2.ay", "bias_m_s2.az", "scale.ax", "scale.ay", "scale.az"];
+        for (name, value) in names.into_iter().zip(self.object()) {
+            write!(f, " accelerometer.{name}={value}")?;
         }
         Ok(())
     }

@@ -18,6 +18,8 @@ mod turns;
 
 use std::time::Duration;
 
+use estimator_core::Vec3;
+use estimator_core::mounting::Mounting;
 use thiserror::Error;
 use wire::dictionary::index;
 use wire::{Address, Value};
@@ -27,6 +29,7 @@ use super::settings::{self, Lasting, SettingValues, SettingsError};
 use super::{Client, RequestError};
 use crate::hint::FootHint;
 pub use figure::{Figure, FigureHint, FigureOutcome, Limit, Verdict};
+use motion::{Moment, MotionSource, RestDetector, watch};
 
 /// Error that ends the acceptance.
 #[derive(Debug, Error)]
@@ -178,6 +181,39 @@ pub fn run(
         settings::write(client, &before, Lasting::UntilReset)?;
     }
     Ok(())
+}
+
+/// Waits until the foot stands still, and returns the specific force that its sensor reads then, m/s², along the axes of
+/// the foot with this mounting; it points up. `None` if the foot has not stood still in the person's patience. On a serial
+/// line, raw samples are switched on meanwhile.
+///
+/// # Errors
+/// The line does not work, or the foot's settings could not be put back.
+pub fn force_at_rest(
+    client: &mut Client,
+    mounting: &Mounting,
+    person: &mut Person,
+) -> Result<Option<Vec3>, AcceptError> {
+    let (patience, tell, has_left) = person.parts();
+    let streams = switch_on_streams(client)?;
+    tell("let the foot stand still");
+    let mut rest = RestDetector::default();
+    let found = watch(client, has_left, patience, |moment| {
+        let Moment::Motion(motion) = moment else {
+            return None;
+        };
+        Some((rest.take(motion)?.force, motion.source))
+    });
+    if !streams.is_empty() {
+        settings::write(client, &streams, Lasting::UntilReset)?;
+    }
+    Ok(found?.map(|(force, source)| {
+        let [x, y, z] = force.to_array().map(|part| part as f32);
+        match source {
+            MotionSource::Raw => mounting.turn(Vec3::new(x, y, z)),
+            MotionSource::Frames => Vec3::new(x, y, z),
+        }
+    }))
 }
 
 /// Returns figures of the faults that are not yet `known`, and of restarts of the sensor.

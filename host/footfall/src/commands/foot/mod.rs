@@ -17,6 +17,8 @@ use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::update::programs;
 use feet::foot::{Client, Named, RequestError, calibration, scan};
 use feet::{LineSource, Link, usb};
+use recordings::calibrate::robot_file::RobotFile;
+use recordings::config::{ConfigFile, Resolved};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
@@ -89,7 +91,8 @@ pub enum FootAction {
     },
     /// Write the settings of a file to the foot, all or none, read them back, and store them
     Import {
-        /// The file, or - for standard input
+        /// The file: settings as `export` writes them, or a configuration, .toml, as `footfall calibrate --output`
+        /// writes it, with what was learnt and the axes; - is standard input
         file: PathBuf,
     },
     /// Assign the board to a foot, such as FL, with that foot's node id, and store the assignment. Connect
@@ -222,7 +225,7 @@ impl FootArguments {
                 let own = settings::read(client)?;
                 let other = match file {
                     None => settings::defaults(node),
-                    Some(file) => read_file(file, node)?,
+                    Some(file) => read_file(file, client)?,
                 };
                 self.changes(&settings::differences(&other, &own))
             }
@@ -237,7 +240,7 @@ impl FootArguments {
                 String::new()
             }
             FootAction::Import { file } => {
-                let values = read_file(file, node)?;
+                let values = read_file(file, client)?;
                 self.write(client, &values, Lasting::Stored)?
             }
             FootAction::Reset => {
@@ -374,26 +377,7 @@ impl FootArguments {
 
     /// Waits at most `seconds` until the foot has learnt enough, then stores the calibration.
     fn calibrate(&self, client: &mut Client, seconds: f64) -> Result<String, FootError> {
-        let clock = client.clock();
-        let end = clock.now() + Duration::from_secs_f64(seconds);
-        let mut next_line = clock.now();
-        loop {
-            match calibration::state(client)? {
-                CalibrationState::Frozen => return Err(FootError::LearnsNothing),
-                CalibrationState::Settled => break,
-                CalibrationState::Settling => {}
-            }
-            let is_over = clock.now() >= end;
-            if is_over || clock.now() >= next_line {
-                let seen = seen(&calibration::numbers(client, index::CALIBRATION)?);
-                if is_over {
-                    return Err(FootError::NotSettled { seconds, seen });
-                }
-                messages::aside(format!("let the foot walk: {seen}\n"));
-                next_line = clock.now() + PROGRESS;
-            }
-            client.wait(POLL)?;
-        }
+        wait_until_settled(client, seconds, "let the foot walk")?;
         // An interruption while storing would leave the foot not streaming.
         finish_when_interrupted();
         calibration::store(client, Calibration::Keep)?;
@@ -411,6 +395,35 @@ impl FootArguments {
             calibration_text(&learnt, gyroscope_bias_rad_s, &correction)
         })
     }
+}
+
+/// Waits at most `seconds` until the foot has learnt enough; `words` ask the person to let it walk.
+pub(super) fn wait_until_settled(
+    client: &mut Client,
+    seconds: f64,
+    words: &str,
+) -> Result<(), FootError> {
+    let clock = client.clock();
+    let end = clock.now() + Duration::from_secs_f64(seconds);
+    let mut next_line = clock.now();
+    loop {
+        match calibration::state(client)? {
+            CalibrationState::Frozen => return Err(FootError::LearnsNothing),
+            CalibrationState::Settled => break,
+            CalibrationState::Settling => {}
+        }
+        let is_over = clock.now() >= end;
+        if is_over || clock.now() >= next_line {
+            let seen = seen(&calibration::numbers(client, index::CALIBRATION)?);
+            if is_over {
+                return Err(FootError::NotSettled { seconds, seen });
+            }
+            messages::aside(format!("{words}: {seen}"));
+            next_line = clock.now() + PROGRESS;
+        }
+        client.wait(POLL)?;
+    }
+    Ok(())
 }
 
 /// Identity, program, stage and faults of a foot.
@@ -610,7 +623,8 @@ fn parse_settings(settings: &[String], node: Option<NodeId>) -> Result<SettingVa
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads the settings of a file or of standard input.
-fn read_file(path: &Path, node: Option<NodeId>) -> Result<SettingValues, FootError> {
+fn read_file(path: &Path, client: &mut Client) -> Result<SettingValues, FootError> {
+    let node = client.node();
     let error = |message: String| FootError::File { file: path.display().to_string(), message };
     // Up to one byte beyond the maximum size.
     let text = if path == Path::new(STANDARD) {
@@ -622,12 +636,47 @@ fn read_file(path: &Path, node: Option<NodeId>) -> Result<SettingValues, FootErr
     if text.len() as u64 > MOST_BYTES {
         return Err(error(format!("settings are {MOST_BYTES} bytes at most")));
     }
-    let values = settings::from_text(&text, node);
-    let values = values.map_err(|e| error(with_hint(&e, e.hint())))?;
+    let is_configuration = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
+    let values = if is_configuration {
+        let foot = name_of(client)?;
+        of_configuration(path, text, foot, node)?
+    } else {
+        let values = settings::from_text(&text, node);
+        values.map_err(|e| error(with_hint(&e, e.hint())))?
+    };
     if values.is_empty() {
         return Err(error("it holds no setting".to_owned()));
     }
     Ok(values)
+}
+
+/// Reads the settings of this foot in a configuration.
+fn of_configuration(
+    path: &Path,
+    text: String,
+    foot: &str,
+    node: Option<NodeId>,
+) -> Result<SettingValues, FootError> {
+    let error = |message: String| FootError::File { file: path.display().to_string(), message };
+    let file = RobotFile::keeping(&text).map_err(|e| error(e.to_string()))?;
+    // Names and values are checked as for a replay.
+    Resolved::of_file(ConfigFile { name: path.display().to_string(), text })?;
+    let taken = settings::from_configuration(file.settings_of_foot(foot), node);
+    let taken = taken.map_err(|e| error(with_hint(&e, e.hint())))?;
+    if !taken.left_out.is_empty() {
+        messages::warn(format!(
+            "{}: a foot has no setting {}; left out",
+            path.display(),
+            taken.left_out.join(", ")
+        ));
+    }
+    Ok(taken.values)
+}
+
+/// Reads the name of the foot, such as FL.
+pub(super) fn name_of(client: &mut Client) -> Result<&'static str, FootError> {
+    let code = client.read_number(index::FOOT, 0)? as u8;
+    Ok(wire::Foot::from_code(code).map_or("?", wire::Foot::name))
 }
 
 /// Longest accepted timeout, s: one hour.

@@ -75,7 +75,7 @@ pub struct ReplayArguments {
     pub to: Option<f64>,
     /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output. As .mcap, write a
     /// copy of the replayed bags with the contacts of their feet
-    #[arg(long, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
+    #[arg(long, short, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
     /// Messages of all feet in a copy of a bag.
     #[command(flatten)]

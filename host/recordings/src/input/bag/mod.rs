@@ -29,7 +29,7 @@ use contact_feed::ContactFeeds;
 use feed::Feed;
 use loads::loads;
 use reader::Reader;
-use selection::{names_of, renamed};
+use selection::{may_be_trunk, names_of, renamed};
 use visit::visit;
 
 use crate::hint::{Hint, Notice};
@@ -58,6 +58,7 @@ pub(super) fn read(
     let mut contacts = std::mem::take(&mut reader.contacts);
     let has_parts = !reader.parts.is_empty();
     let all = reader.all_imus();
+    let empty = reader.empty_imus();
     let chosen = match reader.chosen() {
         Err(error) if is_without_samples(&error) && are_chosen(&contacts, &input_options.bag) => {
             let name = container.name;
@@ -102,6 +103,9 @@ pub(super) fn read(
     let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
     if let Some(first) = recordings.first_mut() {
         let notices = endings.into_iter().map(Notice::from).chain(contacts);
+        let takes_all = input_options.bag.topics == Topics::All;
+        let of_all = takes_all.then(|| selection_notices(&file, &topics, &empty));
+        let notices = notices.chain(of_all.into_iter().flatten());
         first.about.notices.splice(0..0, notices);
     }
     Ok(recordings)
@@ -166,6 +170,17 @@ fn of_contacts_alone(
         recordings.extend(stored);
     }
     Ok(recordings)
+}
+
+/// Sentences on topics where all are feet: one that may be the robot's trunk, and those without a message.
+fn selection_notices(file: &str, topics: &[String], empty: &[String]) -> Vec<Notice> {
+    let trunks = topics.iter().filter(|topic| topics.len() > 1 && may_be_trunk(topic));
+    let trunks = trunks.map(|topic| {
+        let text = format!("{file} is read with {topic} as a foot; if it is the robot's trunk");
+        Notice::with_hint(text, Hint::LeaveOut(topic.clone()))
+    });
+    let empty = empty.iter().map(|topic| Notice::from(format!("{file}, topic {topic} is empty")));
+    trunks.chain(empty).collect()
 }
 
 /// Sentences on the contacts in a bag of `feet` feet: on the topics `used`, and on the others if a foot has none.

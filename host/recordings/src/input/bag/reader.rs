@@ -244,6 +244,12 @@ impl<'a> Reader<'a> {
         filled.map(Feed::address).chain(hidden).collect()
     }
 
+    /// Topics of IMUs without a message.
+    pub(super) fn empty_imus(&self) -> Vec<String> {
+        let empty = self.feeds.iter().filter(|feed| feed.messages == 0);
+        empty.map(|feed| feed.topic.clone()).collect()
+    }
+
     /// Topics that are feet, in order.
     pub(super) fn chosen(mut self) -> Result<Vec<Feed>, InputError> {
         let file = self.file.to_owned();

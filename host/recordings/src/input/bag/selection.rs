@@ -134,6 +134,15 @@ fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
     distinct.filter(is_word).or_else(|| last_word(only))
 }
 
+/// Words for a robot's trunk in topics.
+const TRUNKS: [&str; 5] = ["trunk", "base", "body", "torso", "pelvis"];
+
+/// Returns whether an address names the trunk of a robot.
+pub(super) fn may_be_trunk(address: &str) -> bool {
+    let parts = address.split(['/', '.', '_']);
+    parts.map(str::to_lowercase).any(|part| TRUNKS.contains(&part.as_str()))
+}
+
 /// Last part of an address that does not name a sensor.
 pub(super) fn last_word(address: &str) -> Option<String> {
     let mut parts = address.split('/').filter(|part| !part.is_empty());
@@ -173,6 +182,16 @@ mod tests {
 
     fn named(topics: &[&str]) -> Vec<String> {
         names(&topics.iter().map(|topic| (*topic).to_owned()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn trunk_is_known_by_a_word_of_its_topic() {
+        for topic in ["/trunk/imu", "/imu/base_link", "/Body_imu"] {
+            assert!(may_be_trunk(topic), "{topic}");
+        }
+        for topic in ["/imu/fl", "/database/imu", "/imu"] {
+            assert!(!may_be_trunk(topic), "{topic}");
+        }
     }
 
     #[test]

@@ -1,0 +1,90 @@
+//! Whether a load signal crosses its thresholds, and thresholds that it would cross.
+
+use estimator_core::params::LoadParams;
+
+use super::Finding;
+use crate::samples::RecordedSample;
+
+/// Number of loads that are kept; of a longer recording, every second, fourth, … one.
+const MOST: usize = 1 << 16;
+
+/// Fewest loads that show both levels.
+const FEWEST: usize = 200;
+
+/// Shares of the loads below the level of a swing, and below that of a stance.
+const LOW: f64 = 0.05;
+const HIGH: f64 = 0.95;
+
+/// Share of the loads that may lie in the middle half between both levels. Of noise about one level more do: 0.6.
+const MIDDLE: f64 = 0.45;
+
+/// Proposed thresholds between both levels, as fractions of their distance.
+const ON: f32 = 0.3;
+const OFF: f32 = 0.15;
+
+/// Collects the loads of a recording.
+#[derive(Default)]
+pub(super) struct LoadCheck {
+    kept: Vec<f32>,
+    /// One load in this many is kept, less one.
+    skipped: usize,
+    left: usize,
+}
+
+impl LoadCheck {
+    pub(super) fn add(&mut self, sample: &RecordedSample) {
+        let Some(load) = sample.load.filter(|load| load.0.is_finite()) else {
+            return;
+        };
+        if self.left > 0 {
+            self.left -= 1;
+            return;
+        }
+        self.left = self.skipped;
+        self.kept.push(load.0);
+        if self.kept.len() == MOST {
+            let mut place = 0_usize;
+            self.kept.retain(|_| {
+                place += 1;
+                place % 2 == 1
+            });
+            self.skipped = 2 * self.skipped + 1;
+        }
+    }
+
+    /// Loads in a swing and in a stance, if both are seen.
+    fn levels(&self) -> Option<(f32, f32)> {
+        let mut sorted = self.kept.clone();
+        sorted.sort_by(f32::total_cmp);
+        let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).copied();
+        let (low, high) = (at(LOW)?, at(HIGH)?);
+        let quarter = 0.25 * (high - low);
+        let middle = low + quarter..high - quarter;
+        let between = sorted.iter().filter(|load| middle.contains(load)).count();
+        let are_apart = (between as f64) < MIDDLE * sorted.len() as f64;
+        (sorted.len() >= FEWEST && high > low && are_apart).then_some((low, high))
+    }
+
+    /// Finding about the thresholds.
+    pub(super) fn finding(&self, thresholds: &LoadParams) -> Option<Finding> {
+        let (low, high) = self.levels()?;
+        if low < 0.0 && high < 0.1 * -low {
+            return Some(Finding::LoadNegative { lowest: low });
+        }
+        let crosses = high >= thresholds.on_threshold && low < thresholds.off_threshold;
+        let distance = high - low;
+        (!crosses).then(|| Finding::LoadNeverCrosses {
+            low,
+            high,
+            on: rounded(low + ON * distance, distance),
+            off: rounded(low + OFF * distance, distance),
+        })
+    }
+}
+
+/// Rounds a threshold to a hundredth of the power of ten below the distance of the levels.
+fn rounded(value: f32, distance: f32) -> f32 {
+    let digits = (2.0 - f64::from(distance).log10().floor()) as i32;
+    let step = 10.0_f64.powi(digits);
+    ((f64::from(value) * step).round() / step) as f32
+}
