@@ -5,6 +5,7 @@
 pub mod changed;
 pub mod committed;
 pub mod datasets;
+pub mod drawing;
 pub mod oracle;
 pub mod qemu;
 pub mod requirements;

@@ -42,6 +42,7 @@ mod mounting;
 mod nano;
 #[cfg(feature = "full")]
 mod page;
+mod pictures;
 mod properties;
 mod rates;
 #[cfg(feature = "full")]

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use crate::command::{Step, cpu_s_of_children, remove_folder, root};
 use crate::firmware::{self, Board};
 use crate::install::{self, Tier};
-use crate::{crates, hex, panics, python, release, socketcan};
+use crate::{book, crates, hex, panics, python, release, socketcan};
 
 /// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of shared
 /// dependencies are those of all packages together.
@@ -173,7 +173,7 @@ fn first_command() -> Result<()> {
 type Part = (&'static str, fn() -> Result<()>);
 
 /// The parts, in the order in which they run.
-const PARTS: [Part; 10] = [
+const PARTS: [Part; 11] = [
     ("features", features),
     ("hosts", hosts),
     ("boards", boards),
@@ -182,6 +182,7 @@ const PARTS: [Part; 10] = [
     ("socketcan", socketcan::run),
     ("fuzz", fuzz),
     ("benches", benches),
+    ("book", || book::run().map(drop)),
     ("crates", crates::run),
     ("release", || release::run(None)),
 ];

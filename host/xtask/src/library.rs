@@ -191,7 +191,7 @@ fn with_links_inside(page: &str) -> String {
     let mut rest = page;
     while let Some((before, after)) = rest.split_once("](") {
         let (target, after) = after.split_once(')').unwrap_or((after, ""));
-        let mut files = FILES.iter().map(|(file, inside)| (format!("../{file}"), *inside));
+        let mut files = FILES.iter().map(|(file, inside)| (format!("../../{file}"), *inside));
         let inside = files.find(|(file, _)| file == target).map(|(_, inside)| inside);
         let is_kept = target.starts_with("http") || target.starts_with('#');
         if let Some(target) = inside.or(is_kept.then_some(target)) {
@@ -351,7 +351,7 @@ mod tests {
 
     #[test]
     fn links_that_leave_the_archive_become_text() {
-        let page = "[`a`](../estimator-c/examples/walk.c) [b](choosing.md) [c](https://rustup.rs) (d) [e](#f)";
+        let page = "[`a`](../../estimator-c/examples/walk.c) [b](choosing.md) [c](https://rustup.rs) (d) [e](#f)";
         let expected = "[`a`](examples/walk.c) b [c](https://rustup.rs) (d) [e](#f)";
         assert_eq!(with_links_inside(page), expected);
     }

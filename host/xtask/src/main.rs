@@ -4,9 +4,11 @@
 //! |---|---|
 //! | `quick`, `test`, `gate`, `full` | [`quick`], [`checks`]: the tiers of checks, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
 //! | `results`, `measure` | [`results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
+//! | `pictures`, `book` | the pictures of the documents; [`book`]: the documents with search |
 //! | `programs`, `bootloader`, `hex`, `image`, `uf2` | [`firmware`], [`hex`], [`image`], [`uf2`]: files to be flashed |
 //! | `library`, `release` | [`library`], [`release`]: files for users |
 
+mod book;
 mod checks;
 mod command;
 mod crates;
@@ -30,6 +32,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 
+use crate::command::Step;
 use crate::firmware::Board;
 use crate::install::Tier;
 
@@ -81,6 +84,10 @@ enum Task {
     },
     /// Measures the gate in a fresh clone, and writes its figures.
     Measure,
+    /// Draws the pictures of the documents again, in `docs/pictures`.
+    Pictures,
+    /// Renders the documents as a book with search, in `target/book`, and checks its links.
+    Book,
     /// Builds all programs for the boards that tests run.
     Programs,
     /// Builds the bootloader of a board, and prints the path of its ELF.
@@ -169,6 +176,14 @@ fn run(task: Task) -> Result<()> {
             results::print_older()
         }
         Task::Measure => measure::run(),
+        Task::Pictures => Step::cargo(&["test", "--locked", "--package", "host-tests"])
+            .with(["--test", "host", "--", "pictures::", "demo::"])
+            .env("FOOTFALL_UPDATE", "1")
+            .run(),
+        Task::Book => {
+            println!("{}", book::run()?.display());
+            Ok(())
+        }
         Task::Programs => firmware::build_all(),
         Task::Bootloader { board } => {
             let elf = firmware::build_bootloader(&Board::named(&board)?, &[])?;
