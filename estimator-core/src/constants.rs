@@ -2,9 +2,9 @@
 
 /// Constants of the self-calibrating estimate. Values other than [`Self::DEFAULT`] are only for research.
 ///
-/// `docs/design/method.md` has the equations. `docs/design/choosing.md` says how the values were
-/// chosen: by the mean RMSE of P over robots, with terms for stances lost and for moving feet that are called stable. Half or twice most of them changes
-/// the mean by less than 0.005.
+/// `docs/design/method.md` has the equations. `docs/design/choosing.md` describes how the values were chosen: by the mean
+/// RMSE of P over robots, with terms for stances lost and for moving feet that are called stable. Halving or doubling
+/// most of them changes the mean by less than 0.005.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constants {
     /// Amplitude that is added to every acceleration, m/s²: u = ½ ln(|a|² + noise²).
