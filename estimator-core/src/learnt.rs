@@ -229,19 +229,19 @@ impl Learnt {
             ),
             row(
                 "learnt.speed",
-                "logarithm of the speed that accelerations along the ground add up to in stances",
+                "logarithm of the speed to which accelerations along the ground add up in stances",
                 Unit::LogMetrePerSecond,
                 SPEED,
             ),
             row(
                 "learnt.still_seconds",
-                "stances that were learnt from",
+                "duration of the stances that were learnt from",
                 Unit::Second,
                 (0.0, MOST_SECONDS),
             ),
             row(
                 "learnt.moving_seconds",
-                "swings that were learnt from",
+                "duration of the swings that were learnt from",
                 Unit::Second,
                 (0.0, MOST_SECONDS),
             ),

@@ -83,7 +83,7 @@ const HALF_WIDTH: &str = "half-width δ: motion within ±δ counts as rest; it b
 
 parameters! {
     SampleRate = sample_rate, Hertz, 20.0 to 10_000.0, "sample_rate_hz":
-        "how many samples there are in a second";
+        "rate at which samples arrive";
     BandwidthAx = bandwidth.ax, MetrePerSecondSquared, 1.0e-6 to 1.0e3, "bandwidth.acceleration_m_s2.ax": BANDWIDTH;
     BandwidthAy = bandwidth.ay, MetrePerSecondSquared, 1.0e-6 to 1.0e3, "bandwidth.acceleration_m_s2.ay": BANDWIDTH;
     BandwidthAz = bandwidth.az, MetrePerSecondSquared, 1.0e-6 to 1.0e3, "bandwidth.acceleration_m_s2.az": BANDWIDTH;
@@ -97,31 +97,31 @@ parameters! {
     HalfWidthWy = half_width.wy, RadianPerSecond, 1.0e-6 to 3.0, "half_width.angular_rate_rad_s.wy": HALF_WIDTH;
     HalfWidthWz = half_width.wz, RadianPerSecond, 1.0e-6 to 3.0, "half_width.angular_rate_rad_s.wz": HALF_WIDTH;
     DecisionThreshold = decision.threshold, One, 0.01 to 0.99, "decision.threshold":
-        "the probability above which contact counts as stable";
+        "probability above which contact counts as stable";
     DecisionOnDelay = decision.on_delay, Second, 0.0 to 10.0, "decision.on_delay_s":
-        "how long the probability must be above the threshold before the decision is stable";
+        "time for which the probability must be above the threshold before the decision is stable";
     DecisionOffDelay = decision.off_delay, Second, 0.0 to 0.2, "decision.off_delay_s":
-        "how long it must be at or below the threshold before the decision is not stable";
+        "time for which it must be at or below the threshold before the decision is not stable";
     LoadOnThreshold = load.on_threshold, LoadSignal, -1.0e9 to 1.0e9, "load.on_threshold":
-        "loaded from this load on, in the unit of the load signal";
+        "load from which the foot counts as loaded, in the unit of the load signal";
     LoadOffThreshold = load.off_threshold, LoadSignal, -1.0e9 to 1.0e9, "load.off_threshold":
-        "no longer loaded below this load, in the unit of the load signal";
+        "load below which the foot counts as unloaded, in the unit of the load signal";
     MotionTimeConstant = attitude.motion_time_constant, Second, 0.1 to 100.0, "attitude.motion_time_constant_s":
         "time constant of the inclination's correction while the foot moves";
     QuietGain = attitude.quiet_gain, One, 1.0 to 1.0e4, "attitude.quiet_gain":
-        "how many times faster that correction is where the foot is perfectly quiet";
+        "factor by which that correction is faster while the foot is perfectly quiet";
     QuietAcceleration = attitude.quiet_acceleration, MetrePerSecondSquared, 1.0e-3 to 10.0, "attitude.quiet_acceleration_m_s2":
         "deviation of the acceleration from its short mean that still counts as quiet";
     QuietRate = attitude.quiet_rate, RadianPerSecond, 1.0e-4 to 1.0, "attitude.quiet_rate_rad_s":
         "angular rate that still counts as quiet";
     RestDuration = attitude.rest.duration, Second, 0.1 to 100.0, "attitude.rest.duration_s":
-        "how long the sensor must be still before it counts as rest";
+        "time for which the sensor must be still to be at rest";
     RestAcceleration = attitude.rest.acceleration, MetrePerSecondSquared, 1.0e-3 to 10.0, "attitude.rest.acceleration_m_s2":
-        "the largest deviation of the acceleration from its mean at rest";
+        "largest deviation of the acceleration from its mean at rest";
     RestRate = attitude.rest.rate, RadianPerSecond, 1.0e-4 to 1.0, "attitude.rest.rate_rad_s":
-        "the largest deviation of the angular rate from its mean at rest";
+        "largest deviation of the angular rate from its mean at rest";
     BiasLimit = attitude.rest.bias_limit, RadianPerSecond, 0.0 to 1.0, "attitude.rest.bias_limit_rad_s":
-        "the largest gyroscope bias per axis that is believed at the first rest; 0: none is estimated";
+        "largest gyroscope bias per axis that is accepted at the first rest; 0: the bias is not estimated";
     BiasTimeConstant = attitude.rest.bias_time_constant, Second, 0.1 to 1.0e3, "attitude.rest.bias_time_constant_s":
         "time constant of the bias estimate at rest";
     VelocitySpeed = velocity.speed, MetrePerSecond, 1.0e-3 to 10.0, "velocity.speed_m_s":
@@ -136,7 +136,7 @@ parameters! {
 /// than the estimator's capacity.
 pub const WINDOW: Row = Row {
     name: name("window"),
-    about: name("how far back the estimate looks"),
+    about: name("length of the estimate's window"),
     unit: Unit::Second,
     least: 1.0e-4,
     most: 1.0e3,

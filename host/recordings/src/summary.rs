@@ -319,9 +319,9 @@ pub struct ParametersReport {
     pub gravity: &'static str,
     /// Where the limits of stillness come from.
     pub method: &'static str,
-    /// With `self_calibrating`: whether the foot goes on learning.
+    /// With `self_calibrating`: whether the foot continues to learn.
     pub learning: &'static str,
-    /// With `half_widths`: how far back the estimate looks.
+    /// With `half_widths`: length of the estimate's window.
     pub window: WindowReport,
     /// When the gyroscope measured what a sample says.
     pub gyro_timing: GyroTimingReport,

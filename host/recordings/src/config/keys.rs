@@ -115,9 +115,9 @@ impl Key {
                 "how the sensor lies in the foot: its axes along the foot's x, y and z, which is up, or a \
                  quaternion from its frame to the foot's"
             }
-            Kind::Method => "where the limits of stillness come from",
-            Kind::Learning => "whether the foot goes on learning",
-            Kind::LearntVersion => "version of the learnt numbers, which determines what they mean",
+            Kind::Method => "source of the limits of stillness",
+            Kind::Learning => "whether the foot continues to learn",
+            Kind::LearntVersion => "version of the learnt numbers, which determines their meaning",
             Kind::LearntCrc => {
                 "CRC-32 of the learnt numbers and their version; without it they are not checked"
             }
@@ -286,7 +286,7 @@ pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
     least: -5.0,
     most: 5.0,
     none: 0.0,
-    meaning: "what the accelerometer that recorded reads in free fall",
+    meaning: "reading of the recording's accelerometer in free fall",
 };
 
 pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
@@ -297,7 +297,7 @@ pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
     least: 0.5,
     most: 2.0,
     none: 1.0,
-    meaning: "by what its readings, without the bias, are multiplied",
+    meaning: "factor of its readings, applied after the bias is subtracted",
 };
 
 pub(super) const GYROSCOPE_BIAS: Limits = Limits {
@@ -308,7 +308,7 @@ pub(super) const GYROSCOPE_BIAS: Limits = Limits {
     least: -1.0,
     most: 1.0,
     none: 0.0,
-    meaning: "what the gyroscope that recorded reads at rest",
+    meaning: "reading of the recording's gyroscope at rest",
 };
 
 impl PartialEq for Limits {
@@ -366,7 +366,7 @@ fn note(key: &Key, params: &Params) -> &'static str {
         "sample_rate_hz" => "default: that of the recording's times",
         "gravity" => "default: that of the recording's format",
         "feet" => {
-            "of the foot FL alone, which takes axes, decision, load, learnt, accelerometer and gyroscope"
+            "of the foot FL only; allowed are axes, decision, load, learnt, accelerometer and gyroscope"
         }
         _ => "",
     }
