@@ -153,3 +153,29 @@ pub use velocity::VelocitySigma;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    #[test]
+    fn first_page_names_every_item_and_module() {
+        let source = include_str!("lib.rs");
+        let page: Vec<&str> =
+            source.lines().take_while(|line| !line.starts_with("#![no_std]")).collect();
+        let page = page.join("\n");
+        let items = source.split("\npub use ").skip(1).flat_map(|export| {
+            let list = export.split(';').next().expect("a list");
+            let (_, list) = list.split_once("::").expect("a path");
+            list.trim_matches(['{', '}']).split(',').map(str::trim).filter(|item| !item.is_empty())
+        });
+        let modules = source.lines().filter_map(|line| line.strip_prefix("pub mod "));
+        let modules = modules.map(|module| module.trim_end_matches([';', ' ', '{']));
+        let modules = modules.filter(|module| *module != "internals" && *module != "self_check");
+        let names: Vec<&str> = items.chain(modules).collect();
+        assert!(names.contains(&"ContactEstimator") && names.contains(&"mounting"), "{names:?}");
+        for name in names {
+            assert!(page.contains(&std::format!("[`{name}`]")), "{name}");
+        }
+    }
+}
