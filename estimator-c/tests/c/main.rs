@@ -14,12 +14,15 @@ use std::sync::LazyLock;
 use estimator_c::estimator::SIZE;
 use estimator_c::types::{CEstimate, CLearnt, CParams, CSample, VALIDITIES};
 use estimator_core::{ContactEstimate, Load};
-use host_tests::datasets::simulated;
+use host_tests::datasets::{recorded, simulated};
 use host_tests::requirements::unmet;
+use host_tests::sets::Set;
 use recordings::config::default_params;
 use recordings::estimate::estimates_and_learnt;
 use recordings::input::{self, Format, InputOptions};
+use recordings::samples::Recording;
 use results::Measurement;
+use tempfile::TempDir;
 
 const C: [&str; 2] = ["cc", "-std=c99"];
 const CPP: [&str; 4] = ["c++", "-x", "c++", "-std=c++17"];
@@ -51,8 +54,9 @@ const fn riscv32(folder: &'static str, options: &'static str) -> Processor {
 const RISCV: &str = "--specs=picolibc.specs --oslib=semihost --crt0=semihost -Wl,--wrap=fgets \
     -Wl,--defsym=__flash=0x80000000,--defsym=__flash_size=0x200000,--defsym=__ram=0x80200000,--defsym=__ram_size=0x200000";
 
-/// Largest size of a library, bytes of code and constants.
-const LARGEST_LIBRARY: u32 = 32 * 1024;
+/// Largest size of a library's object, bytes of code and constants. RISC-V has the largest: a call takes 8 bytes there, and
+/// floating point is 1,400 calls. A linker that relaxes them leaves less than 30 KiB.
+const LARGEST_LIBRARY: u32 = 36 * 1024;
 
 /// Largest stack of `init` and of `update`, bytes, on any processor; a Pico's program has 2 KiB.
 const MOST_INIT_STACK: u32 = 2048;
@@ -167,8 +171,18 @@ fn walk(file: &str) -> (String, String) {
     let recording = loaded.recording;
     let (estimates, learnt) =
         estimates_and_learnt(&recording, &default_params(), || ()).expect("the preset");
-    let (mut lines, mut answer) = (format!("{}\n", recording.sample_rate), String::new());
-    for (sample, estimate) in recording.samples.iter().zip(&estimates) {
+    let mut answer = String::new();
+    for estimate in &estimates {
+        line(estimate, &mut answer);
+    }
+    writeln!(answer, "learnt{} {:08x}", bits(&learnt.to_array()), learnt.crc()).expect("memory");
+    (input_of(&recording, usize::MAX), answer)
+}
+
+/// The first samples of a recording, at most `most`, as lines for the example.
+fn input_of(recording: &Recording, most: usize) -> String {
+    let mut lines = format!("{}\n", recording.sample_rate);
+    for sample in recording.samples.iter().take(most) {
         let imu = &sample.imu;
         let ([f, w], Load(load)) =
             ([imu.specific_force.0, imu.angular_rate.0], sample.load.unwrap_or(Load(f32::NAN)));
@@ -176,11 +190,9 @@ fn walk(file: &str) -> (String, String) {
         let time = imu.timestamp.as_micros();
         writeln!(lines, "{time} {} {} {} {} {} {} {load} {validity}", f.x, f.y, f.z, w.x, w.y, w.z)
             .expect("memory");
-        line(estimate, &mut answer);
     }
     lines.push('\n');
-    writeln!(answer, "learnt{} {:08x}", bits(&learnt.to_array()), learnt.crc()).expect("memory");
-    (lines, answer)
+    lines
 }
 
 fn bits(values: &[f32]) -> String {
@@ -294,27 +306,15 @@ fn every_library_of_the_archive_has_the_bits_of_rust() {
 #[ignore = "full: compiles for each processor"]
 fn instructions_of_an_update_are_in_the_results() {
     let archive = ARCHIVE.as_path();
-    let temporary = tempfile::tempdir().expect("a temporary directory");
-    let (lines, _) = walk("walk.csv");
-    let input = temporary.path().join("input");
-    fs::write(&input, lines).expect("a file");
-    let counter = folder().join("examples/board/count.c");
-    let wrapped = "-Wl,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt";
     let mut result = Measurement::new(
         "processors",
-        "Size of the C library for each processor, and instructions of an update in QEMU over a walk at 1 kHz, to hundreds.",
+        "Size of the C library's object for each processor, stack of its calls by painting over two walks, and instructions of \
+         an update in QEMU over a walk at 1 kHz, to hundreds. The bound is 15 % above the largest count.",
     )
     .measured_by("cargo test -p estimator-c instructions_of_an_update_are_in_the_results -- --ignored");
     for processor in PROCESSORS.iter().filter(|other| other.run.contains("-machine")) {
-        let more = [counter.to_str().expect("text"), wrapped];
-        let program = temporary.path().join("walk");
-        let mut command = program_for(processor, archive, &program, &more);
-        command.args(["-icount", "shift=0"]).current_dir(temporary.path());
-        let output = run(command.stdin(File::open(&input).expect("a file")));
-        let printed = String::from_utf8(output.stdout).expect("text");
-        let counts = printed.lines().find_map(|line| line.strip_prefix("instructions "));
-        let (mean, largest) = counts.and_then(|both| both.split_once(' ')).expect("two counts");
-        let [mean, largest] = [mean, largest].map(|count| count.parse::<u32>().expect("a count"));
+        let [init, update, _] = stack(processor);
+        let counted = Counter::new(processor).count(&walk("walk.csv").0);
         let size =
             code_size(&archive.join("src").join(processor.folder).join("libfootfall_estimator.a"));
         assert!(size <= LARGEST_LIBRARY, "{}: {size} bytes", processor.folder);
@@ -322,39 +322,121 @@ fn instructions_of_an_update_are_in_the_results() {
         result.row([
             ("processor", processor.folder.into()),
             ("library_bytes", size.into()),
-            ("mean_instructions", rounded(mean).into()),
-            ("largest_instructions", rounded(largest).into()),
+            ("init_stack_bytes", init.into()),
+            ("update_stack_bytes", update.into()),
+            ("mean_instructions", rounded(counted.mean).into()),
+            ("largest_instructions", rounded(counted.largest).into()),
+            ("bound_instructions", counted.bound().into()),
         ]);
     }
     result.assert_current();
 }
 
-/// Stack of `init` and of `update` over two walks: the bytes below the caller's that a call has changed.
+/// Instructions of an update over a recording.
+struct Counted {
+    mean: u32,
+    largest: u32,
+}
+
+impl Counted {
+    /// Number of instructions that no update exceeds, from the count over the walk, in hundreds.
+    fn bound(&self) -> u32 {
+        (self.largest * 115 / 100).next_multiple_of(100)
+    }
+}
+
+/// The example for a processor, with a count of the instructions of each update.
+struct Counter {
+    temporary: TempDir,
+    command: Command,
+}
+
+impl Counter {
+    fn new(processor: &Processor) -> Self {
+        let temporary = tempfile::tempdir().expect("a temporary directory");
+        let counter = folder().join("examples/board/count.c");
+        let wrapped = "-Wl,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt";
+        let more = [counter.to_str().expect("text"), wrapped];
+        let program = temporary.path().join("walk");
+        let mut command = program_for(processor, ARCHIVE.as_path(), &program, &more);
+        command.args(["-icount", "shift=0"]).current_dir(temporary.path());
+        Self { temporary, command }
+    }
+
+    /// Runs the example over these lines.
+    fn count(&mut self, lines: &str) -> Counted {
+        let input = self.temporary.path().join("input");
+        fs::write(&input, lines).expect("a file");
+        let output = run(self.command.stdin(File::open(&input).expect("a file")));
+        let printed = String::from_utf8(output.stdout).expect("text");
+        let counts = printed.lines().find_map(|line| line.strip_prefix("instructions "));
+        let (mean, largest) = counts.and_then(|both| both.split_once(' ')).expect("two counts");
+        let [mean, largest] = [mean, largest].map(|count| count.parse().expect("a count"));
+        Counted { mean, largest }
+    }
+}
+
+/// Robots, shoes and sensors in a hand, with other motions, sensors and rates than the walk.
 #[test]
 #[ignore = "full: compiles for each processor"]
-fn stack_of_each_library_is_within_the_bounds() {
-    let archive = ARCHIVE.as_path();
+fn instructions_of_other_recordings_are_within_the_bound() {
+    // With hardware floating point each operation takes the same time; without, it depends on the numbers.
+    for (processor, most) in [("cortex-m4/fpv4-sp-d16-hard", 20_000), ("cortex-m4", 2_500)] {
+        let processor = PROCESSORS.iter().find(|other| other.folder == processor);
+        let mut counter = Counter::new(processor.expect("a processor"));
+        let bound = counter.count(&walk("walk.csv").0).bound();
+        let mut check = |name: &str, recording: &Recording| {
+            let largest = counter.count(&input_of(recording, most)).largest;
+            println!("{name}: {largest} of {bound}");
+            assert!(largest <= bound, "{name}: {largest}, bound {bound}");
+        };
+        for set in [Set::Shoe, Set::Talos, Set::RealNao, Set::Go1, Set::PushedNao] {
+            for labelled in set.read().into_iter().flatten() {
+                check(&format!("{set:?}"), &labelled.recording);
+            }
+        }
+        for file in ["walkers/strides/16-1_rf.csv", "broad/24_disturbed_tapping_A.csv"] {
+            if let Some(path) = recorded(file) {
+                let loaded = input::read(&path, Format::Csv, &InputOptions::default());
+                check(file, &loaded.expect("a recording").recording);
+            }
+        }
+    }
+}
+
+/// Stack of `init`, `update` and `learnt` over two walks, bytes: those below the caller's that a call has changed.
+fn stack(processor: &Processor) -> [u32; 3] {
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let painter = folder().join("examples/board/paint.c");
     let wrapped = "-Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt";
-    for processor in PROCESSORS.iter().filter(|other| other.run.contains("-machine")) {
-        let more = [painter.to_str().expect("text"), wrapped];
-        let program = temporary.path().join("walk");
-        for file in ["walk.csv", "slip.csv"] {
-            let input = temporary.path().join("input");
-            fs::write(&input, walk(file).0).expect("a file");
-            let mut command = program_for(processor, archive, &program, &more);
-            command.current_dir(temporary.path());
-            let output = run(command.stdin(File::open(&input).expect("a file")));
-            let printed = String::from_utf8(output.stdout).expect("text");
-            let sizes = printed.lines().find_map(|line| line.strip_prefix("stack "));
-            let sizes =
-                sizes.expect("sizes").split(' ').map(|size| size.parse().expect("a number"));
-            let sizes: Vec<u32> = sizes.collect();
-            println!("{} {file}: {sizes:?}", processor.folder);
-            assert!(sizes[0] <= MOST_INIT_STACK, "{}: init {sizes:?}", processor.folder);
-            assert!(sizes[1] <= MOST_UPDATE_STACK, "{}: update {sizes:?}", processor.folder);
+    let more = [painter.to_str().expect("text"), wrapped];
+    let program = temporary.path().join("walk");
+    let mut command = program_for(processor, ARCHIVE.as_path(), &program, &more);
+    command.current_dir(temporary.path());
+    let mut largest = [0; 3];
+    for file in ["walk.csv", "slip.csv"] {
+        let input = temporary.path().join("input");
+        fs::write(&input, walk(file).0).expect("a file");
+        let output = run(command.stdin(File::open(&input).expect("a file")));
+        let printed = String::from_utf8(output.stdout).expect("text");
+        let sizes = printed.lines().find_map(|line| line.strip_prefix("stack "));
+        let sizes = sizes.expect("sizes").split(' ');
+        let sizes = sizes.map(|size| size.parse::<u32>().expect("a number"));
+        for (most, size) in largest.iter_mut().zip(sizes) {
+            *most = size.max(*most);
         }
+    }
+    largest
+}
+
+#[test]
+#[ignore = "full: compiles for each processor"]
+fn stack_of_each_library_is_within_the_bounds() {
+    for processor in PROCESSORS.iter().filter(|other| other.run.contains("-machine")) {
+        let sizes @ [init, update, _] = stack(processor);
+        println!("{}: {sizes:?}", processor.folder);
+        assert!(init > 0 && init <= MOST_INIT_STACK, "{}: init {init}", processor.folder);
+        assert!(update > 0 && update <= MOST_UPDATE_STACK, "{}: update {update}", processor.folder);
     }
 }
 

@@ -664,14 +664,24 @@ fn bus_profiles(result: &Stored) -> Result<String> {
 }
 
 fn processors(result: &Stored) -> Result<String> {
-    let mut table =
-        Table::new(&["processor", "library, bytes", "instructions of an update, mean", "largest"]);
+    let mut table = Table::new(&[
+        "processor",
+        "library, bytes",
+        "stack of `init`",
+        "of `update`",
+        "instructions of an update, mean",
+        "largest",
+        "bound",
+    ]);
     for row in result.rows() {
         table.row([
             format!("`{}`", row.text("processor")?),
             count(&row, "library_bytes")?,
+            count(&row, "init_stack_bytes")?,
+            count(&row, "update_stack_bytes")?,
             count(&row, "mean_instructions")?,
             count(&row, "largest_instructions")?,
+            count(&row, "bound_instructions")?,
         ]);
     }
     Ok(table.0)
