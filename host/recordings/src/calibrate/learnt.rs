@@ -254,7 +254,7 @@ mod tests {
             "0.4 s of stance and 0.9 s of swing were seen; 0.5 s of each is needed: record more steps"
         );
         assert!(unsettled(3.0, 0.0, 0).ends_with("the foot never swung: record it walking"));
-        assert!(unsettled(0.0, 3.0, 0).ends_with("units and gravity are right"));
+        assert!(unsettled(0.0, 3.0, 0).ends_with("check the units and gravity"));
         assert!(unsettled(0.0, 0.0, 990).contains("990 of 1000 samples are invalid"));
     }
 
