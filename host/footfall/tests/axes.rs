@@ -213,7 +213,7 @@ fn calibration_of_a_foot_keeps_those_of_others() {
     }
     bench.refuses(
         "calibrate walk.csv --config robot.toml",
-        "--foot names the one that is calibrated",
+        "name the foot to calibrate with --foot",
     );
     bench.refuses(
         "calibrate walk.csv --axes side=x,y,z --foot walk --output robot.toml",

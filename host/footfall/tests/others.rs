@@ -112,7 +112,7 @@ fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
     assert!(count(&report, "/footfall/FL/contact/decision") > 100, "{report}");
     assert!(!report.contains("/bag"), "{report}");
     for (arguments, expected) in [
-        ("monitor demo:seconds=1 --topic all", "are for file:"),
+        ("monitor demo:seconds=1 --topic all", "apply only to file:"),
         ("replay bag --topic all --not-topic * --load-topic /ft/{foot}", "/trunk/imu"),
     ] {
         bench.refuses(arguments, expected);
