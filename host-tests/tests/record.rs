@@ -9,6 +9,8 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/record.p
 
 const CONSUMERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/compat.py");
 
+const BIPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/biped.py");
+
 fn footfall(arguments: &[&str]) {
     let arguments = Arguments::parse_from(["footfall"].iter().chain(arguments));
     arguments.run().unwrap_or_else(|error| panic!("{error}"));
@@ -33,9 +35,12 @@ fn consumers_conclude_the_decisions_of_the_feet() {
     let Some(packages) = packages::install("python-record", REQUIREMENTS) else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("rec.mcap").display().to_string();
-    let compat = "pronto,champ,inekf,drift,muse,bool,unitree";
+    let compat = "pronto,champ,inekf,drift,muse,bool,unitree,wrench,all-stand";
     let source = "demo:feet=4,seconds=4,speed=max";
-    let prefix = ["--frame-prefix", "spot/"];
+    let prefix = ["--frame-prefix", "spot/", "--wrench-force", "40"];
     footfall(&[&["record", source, "-o", &recording, "--compat", compat], &prefix[..]].concat());
     packages.run(CONSUMERS, &[&recording]);
+    let source = "demo:feet=2,seconds=4,speed=max";
+    footfall(&["record", source, "-o", &recording, "--overwrite", "--compat", "biped,bool"]);
+    packages.run(BIPED, &[&recording]);
 }

@@ -85,7 +85,7 @@ def main(path):
         seen.add(message.channel.topic)
     assert len(seen) >= 2 * len(FEET), seen
     counts, newest, said = Counter(), {}, defaultdict(list)
-    bools = {}
+    bools, forces = {}, {}
     for message in read_ros2_messages(path, topics=topics - unused):
         topic, ros, kind = message.channel.topic, message.ros_msg, message.schema.name
         foot = topic.split("/")[2] if topic.startswith("/footfall/") else ""
@@ -100,6 +100,18 @@ def main(path):
             if len(bools) == len(FEET):
                 check(bools, newest, topic)
                 bools = {}
+        elif topic.endswith("/wrench"):
+            force, torque = ros.wrench.force, ros.wrench.torque
+            assert (force.x, force.y, torque.x, torque.y, torque.z) == (0, 0, 0, 0, 0), ros
+            assert force.z in (0, 40), ros
+            forces[foot] = force.z > 20
+            counts[kind] += 1
+            if len(forces) == len(FEET):
+                check(forces, newest, topic)
+                forces = {}
+        elif topic == "/footfall/all_stand":
+            assert ros.data == all(newest.values()), (ros, newest)
+            counts["all stand"] += 1
         elif topic.endswith("/imu"):
             check_covariances(ros)
         elif topic in CONSUMERS:
@@ -109,7 +121,8 @@ def main(path):
             counts[kind] += 1
     stands = [value for of_foot in said.values() for _, value in of_foot]
     assert 0.2 < sum(stands) / len(stands) < 0.8
-    assert set(kind for kind, _ in CONSUMERS.values()) <= set(counts), counts
+    expected = {kind for kind, _ in CONSUMERS.values()} | {"geometry_msgs/msg/WrenchStamped", "all stand"}
+    assert expected <= set(counts), counts
     assert min(counts.values()) > 2500, counts
     print(sorted(counts.items()))
 

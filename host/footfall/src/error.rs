@@ -25,6 +25,7 @@ use wire::{Fault, NodeId};
 
 use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
+use crate::ros::compat::MixedBodies;
 use crate::source::FindError;
 use crate::stream::SameName;
 
@@ -167,6 +168,9 @@ pub enum Error {
         "{0} is not a recording of an IMU: --config, --topic, --load-topic, --axes, --units and similar options apply only to file:"
     )]
     NotPlayed(String),
+    /// Forms of messages are of different numbers of feet.
+    #[error(transparent)]
+    MixedBodies(#[from] MixedBodies),
     /// A bag has a topic that contacts are written to.
     #[error(
         "{file} already has the topic {topic}, from an earlier estimate or from another program; --estimate-again replaces its messages"
@@ -187,21 +191,27 @@ pub enum Error {
     },
     /// A foot has no place in messages of all feet.
     #[error(
-        "the foot {name} has no place of its own in the messages of all feet, which are those of FL, FR, RL and RR: name it, as in --rename {name}=FL, or leave its topic out with --not-topic"
+        "the foot {name} has no place of its own in the messages of all feet, which are those of {names}: name it, as in --rename {name}={first}, or leave its topic out with --not-topic"
     )]
     NoPlace {
         /// Name of the foot.
         name: String,
+        /// Names of all feet.
+        names: String,
+        /// The first of these names.
+        first: &'static str,
     },
     /// Messages of all feet are to be written, and feet are missing.
     #[error(
-        "the foot {absent} is missing: {option} writes messages of FL, FR, RL and RR, and a missing foot may be standing; --compat bool has a topic for each foot"
+        "the foot {absent} is missing: {option} writes messages of {names}, and a missing foot may be standing; --compat bool and wrench have a topic for each foot"
     )]
     AbsentFeet {
         /// Option that requests the messages.
         option: &'static str,
         /// Names of the missing feet.
         absent: String,
+        /// Names of all feet.
+        names: String,
     },
     /// Messages whose forces are to be replaced have none.
     #[error("{file}, topic {topic}: no forces of four feet to replace: {what}")]

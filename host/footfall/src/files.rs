@@ -10,6 +10,7 @@ use recordings::whole_file::WholeFile;
 use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};
+use crate::ros::compat::MixedBodies;
 
 /// Name for standard input or standard output.
 pub const STANDARD: &str = "-";
@@ -261,6 +262,9 @@ pub enum OutputError {
     /// Two options would write one topic.
     #[error("--compat unitree and --lowstate both write /footfall/lowstate: give one of them")]
     LowStateTwice,
+    /// Forms of messages are of different numbers of feet.
+    #[error(transparent)]
+    MixedBodies(#[from] MixedBodies),
     /// Contacts go into a copy of a bag, and the input is not a file on disk.
     #[error(
         "{0} becomes a copy of the recording, which is read twice: a bag on disk, not standard input or a pipe. \

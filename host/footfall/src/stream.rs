@@ -4,7 +4,6 @@ use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 use std::time::Duration;
 
-use crate::ros::compat::FEET;
 use crate::ros::topics::NODE;
 use crate::ros::{Bridge, Published};
 use feet::decode::Feet;
@@ -166,7 +165,7 @@ impl Stream {
     fn warn_of_feet_without_place(&mut self) {
         for name in self.bridge.without_place() {
             if self.without_place.insert(name.to_owned()) {
-                let names = FEET.map(|[name, _]| name).join(", ");
+                let names = self.bridge.body().names();
                 warn(format!(
                     "no message of --compat includes {name}, only the feet {names}: rename it with --names"
                 ));
@@ -183,7 +182,7 @@ impl Stream {
         if !absent.is_empty() {
             self.warned_of_absent = true;
             warn(format!(
-                "no contact of {}: --compat sends messages of all four feet once each has sent a contact; bool sends those of the others",
+                "no contact of {}: --compat sends messages of all feet once each has sent a contact; bool and wrench send those of the others",
                 absent.join(", ")
             ));
         }

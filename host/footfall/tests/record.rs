@@ -38,6 +38,29 @@ fn recording_of_four_feet_is_complete_and_replayable() {
     assert!(recordings.iter().all(|recording| recording["samples"] == 10_000));
 }
 
+#[test]
+fn forces_and_stances_of_all_feet_are_recorded() {
+    let bench = Bench::new();
+    let four = "record demo:feet=4,seconds=3 --compat wrench,all-stand --wrench-force 40";
+    let report = bench.stdout(&format!("{four} -o four.mcap"));
+    for foot in ["FL", "FR", "RL", "RR"] {
+        let wrenches = count(&report, &format!("/footfall/{foot}/wrench"));
+        assert!(wrenches > 2800, "{foot}: {wrenches}");
+    }
+    assert!(count(&report, "/footfall/all_stand") > 2800, "{report}");
+    let report = bench.stdout("record demo:feet=2,seconds=3 --compat biped,wrench -o two.mcap");
+    assert!(count(&report, "/footfall/phase") > 2000, "{report}");
+    assert!(count(&report, "/footfall/L/wrench") > 2800, "{report}");
+    bench.refuses(
+        "record demo:feet=2,seconds=3 --compat biped,champ -o mixed.mcap",
+        "--compat biped is of two feet, and champ of four: give one of them",
+    );
+    bench.refuses(
+        "record demo:feet=4 --compat wrench --wrench-force 0 -o none.mcap",
+        "write a force in N, more than 0",
+    );
+}
+
 /// Four feet on two lines: two of a bus, two on serial lines that are named by their ports.
 const TWO_LINES: &str =
     "demo:feet=2,seconds=3 demo:feet=2,line=uart,seconds=3 --names 0x15=FL,0x16=FR,L=RL,R=RR";
@@ -139,7 +162,7 @@ fn recordings_made_apart_merge_into_one_robot() {
 
 #[test]
 fn absent_feet_are_in_no_message_of_all_feet() {
-    let absent = "footfall: no contact of RL, RR: --compat sends messages of all four feet once each has sent a contact; bool sends those of the others\n";
+    let absent = "footfall: no contact of RL, RR: --compat sends messages of all feet once each has sent a contact; bool and wrench send those of the others\n";
     for (compat, topic) in [("pronto", "/footfall/stance"), ("champ", "/foot_contacts")] {
         let bench = Bench::new();
         let record = |options: &str| {
@@ -400,7 +423,7 @@ fn copy_of_a_bag_wants_a_place_for_each_foot() {
     );
     let right = "--rename R=FR";
     let said = bench.error(&format!("{copy} --compat champ {right}"));
-    assert_has(&said, "the foot RL, RR is missing: --compat writes messages of FL, FR, RL and RR");
+    assert_has(&said, "the foot RL, RR is missing: --compat writes messages of FL, FR, RL, RR,");
     let output = bench.run(&format!("{copy} --compat bool {right}"));
     let said = text(&output.stderr);
     assert!(output.status.success(), "{said}");

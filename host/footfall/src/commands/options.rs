@@ -35,9 +35,10 @@ use wire::NodeId;
 use crate::Source;
 use crate::error::{Error, in_words};
 use crate::messages::{error, warn};
-#[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
-use crate::ros::Bridge;
 use crate::ros::Compat;
+use crate::ros::compat::WRENCH_FORCE;
+#[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
+use crate::ros::{AllFeet, Bridge};
 use crate::source::{SourceArgument, find_all, text_of};
 
 /// Heading of the options for reading the input.
@@ -506,9 +507,12 @@ pub(crate) fn estimator_options(
 /// Frames of messages, and messages of other programs.
 #[derive(Clone, Debug, Args)]
 pub struct PublishedArguments {
-    /// Also publish the decisions of all four feet in messages of other programs, separated by commas
+    /// Also publish the decisions of all feet in messages of other programs, separated by commas
     #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser())]
     pub compat: Vec<Compat>,
+    /// Force of a foot that stands, N, in messages of --compat wrench
+    #[arg(long, value_name = "NEWTONS", default_value_t = WRENCH_FORCE, value_parser = parse_force)]
+    pub wrench_force: f64,
     /// Frame of the messages; {foot} is replaced by the foot's name
     #[arg(long, value_name = "FRAME", default_value = crate::ros::topics::FRAME)]
     pub frame_id: String,
@@ -525,8 +529,13 @@ impl PublishedArguments {
     }
 
     /// Returns the conversion to messages.
-    pub(crate) fn bridge(&self) -> Bridge {
-        Bridge::new(&self.frame(), &self.compat)
+    ///
+    /// # Errors
+    /// A form of messages is of two feet, and another of four.
+    pub(crate) fn bridge(&self) -> Result<Bridge, Error> {
+        let is_any = !self.compat.is_empty();
+        let all_feet = is_any.then(|| AllFeet::new(&self.compat, self.wrench_force)).transpose()?;
+        Ok(Bridge::new(&self.frame(), all_feet))
     }
 }
 
@@ -583,6 +592,12 @@ fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
     parse: fn(&str) -> Result<T, String>,
 ) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(words).try_map(move |word| parse(&word))
+}
+
+/// Parses a force, N.
+pub(crate) fn parse_force(text: &str) -> Result<f64, &'static str> {
+    let force = text.parse().ok().filter(|force: &f64| force.is_finite() && *force > 0.0);
+    force.ok_or("write a force in N, more than 0")
 }
 
 /// Parser of a program's name; the help lists its message and topic.

@@ -62,7 +62,7 @@ impl RecordArguments {
         // Recorded sources are read at full speed.
         let sources = sources.into_iter().map(|source| source.at_speed(Speed::Max)).collect();
         // An unreadable source must not replace an existing file.
-        let mut stream = Stream::open(sources, feet, self.published.bridge())?;
+        let mut stream = Stream::open(sources, feet, self.published.bridge()?)?;
         let mut recording = McapRecording::create(path, self.overwrite)?;
         let end = deadline(stream.clock(), self.seconds);
         let ended = match stream.run(end, &mut recording) {

@@ -101,7 +101,7 @@ fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
 
 impl Ros2Arguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let bridge = self.published.bridge();
+        let bridge = self.published.bridge()?;
         let options = FootNodeOptions {
             domain_id: domain(self.domain_id)?,
             networks: networks(self.network),

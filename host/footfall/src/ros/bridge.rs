@@ -31,7 +31,7 @@ use recordings::samples::phase_code;
 use wire::uart::RawMessage;
 use wire::{Counter, Fault, Faults};
 
-use crate::ros::compat::{AllFeet, Compat};
+use crate::ros::compat::{AllFeet, Body};
 use crate::ros::message::{
     ABSENT, DiagnosticArray, DiagnosticStatus, Imu, KeyValue, Level, RosContact, RosMessage,
     TwistWithCovarianceStamped, vector, zero_velocity,
@@ -77,14 +77,16 @@ pub struct Bridge {
 
 impl Bridge {
     /// Creates a bridge. `frame` is the pattern of frame names, in which `{foot}` is replaced by the foot's name;
-    /// `compats` are other programs for which there are combined messages of all feet.
+    /// `all_feet` makes messages of all feet for other programs.
     #[must_use]
-    pub fn new(frame: &str, compats: &[Compat]) -> Self {
-        Self {
-            frame: frame.to_owned(),
-            feet: BTreeMap::new(),
-            all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
-        }
+    pub fn new(frame: &str, all_feet: Option<AllFeet>) -> Self {
+        Self { frame: frame.to_owned(), feet: BTreeMap::new(), all_feet }
+    }
+
+    /// The feet that combined messages have a place for.
+    #[must_use]
+    pub fn body(&self) -> Body {
+        self.all_feet.as_ref().map_or_else(Body::default, AllFeet::body)
     }
 
     /// Names of feet that combined messages have no place for.
@@ -443,13 +445,14 @@ mod tests {
     use wire::{CanFrame, NodeId};
 
     use super::*;
+    use crate::ros::compat::Compat;
     use crate::ros::topics::FRAME;
 
     /// Messages of a robot with two feet, of which the right one has the id `right`.
     fn messages(right: NodeId) -> Vec<Published> {
         let source = "feet=2,speed=max,seconds=3".parse::<simulated_robot::Demo>();
         let feed = Feed::open(source.expect("a source"));
-        let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::new(FRAME, &[]));
+        let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::new(FRAME, None));
         let mut published = Vec::new();
         loop {
             let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");
@@ -566,7 +569,8 @@ mod tests {
     #[test]
     fn silent_foot_is_reported_once_a_second_with_probability_0() {
         let mut session = Session::new(Feet::default());
-        let mut bridge = Bridge::new(FRAME, &[Compat::Bool]);
+        let decisions = AllFeet::new(&[Compat::Bool], 1.0).expect("one body");
+        let mut bridge = Bridge::new(FRAME, Some(decisions));
         let mut next = |session: &mut Session| -> Vec<Published> {
             let updates = std::iter::from_fn(|| {
                 let update = session.next_update()?;

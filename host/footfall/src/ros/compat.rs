@@ -1,4 +1,4 @@
-//! Contacts of four feet in one message, for programs that do not accept footfall's messages.
+//! Contacts of all feet of a robot in messages of other programs, for those that do not accept footfall's messages.
 //!
 //! | name | program | topic | message | content |
 //! |---|---|---|---|---|
@@ -9,6 +9,9 @@
 //! | `muse` | [MUSE](https://github.com/iit-DLSLab/muse) | `/footfall/contact_detection` | `state_estimator_msgs/msg/ContactDetection` | the decisions |
 //! | `bool` | any, such as one that sets the contact flags of [legged_control](https://github.com/qiayuanl/legged_control) | `/footfall/FL/contact/decision` of each foot | `std_msgs/msg/Bool` | the decision |
 //! | `unitree` | any that compares the forces of a GO1 or Go2 with a threshold | `/footfall/lowstate` | `unitree_go/msg/LowState` | `foot_force` and `foot_force_est`: [`STANDS`] of a foot that stands, 0 of others, in Unitree's order, right front, left front, right hind, left hind; all else is 0 |
+//! | `wrench` | any that takes the force on a foot, with a threshold or without | `/footfall/FL/wrench` of each foot | `geometry_msgs/msg/WrenchStamped` | a force along z of the foot's frame: [`WRENCH_FORCE`], or the one given, of a foot that stands, 0 of others |
+//! | `all-stand` | one that waits for all feet on the ground, as a filter that is to be initialised | `/footfall/all_stand` | `std_msgs/msg/Bool` | whether all feet stand |
+//! | `biped` | any that reads `biped_interfaces`, such as those of [bit-bots](https://github.com/bit-bots/bitbots_main) | `/footfall/phase` | `biped_interfaces/msg/Phase` | which of both feet stand; no message while none does |
 //!
 //! Sources, each with its commit:
 //!
@@ -21,25 +24,31 @@
 //! | MUSE `32719df` | `muse_ws/src/state_estimator/src/plugins/leg_odometry_plugin.cpp` | `LegOdometryPlugin::callback` |
 //! | DRIFT `06aedd4`, `286ae5b` | `ROS/drift/src/communication/ros_subscriber.cpp`, `include/drift/kinematics/mini_cheetah_kinematics.h` | `ROSSubscriber::MiniCheetahKinCallBack`, `enum Leg` |
 //!
-//! Unless stated otherwise, the order is left front, right front, left hind, right hind. A message is created as soon
-//! as each of the four feet has a new contact. After 20 ms it is created without the silent feet, even if all are
-//! silent. Feet that are invalid or have fallen silent are reported as not standing: false, 0. No message can express
-//! "unknown", so the first message is created once each foot has sent a contact. `bool` is created only for feet that
-//! have sent one.
+//! A robot has four feet, or with `biped` two: see [`Body`]. Unless stated otherwise, the order is left front, right front,
+//! left hind, right hind. A message is created as soon as each foot has a new contact. After 20 ms it is created without
+//! the silent feet, even if all are silent. Feet that are invalid or have fallen silent are reported as not standing:
+//! false, 0. No message can express "unknown", so the first message is created once each foot has sent a contact. `bool`
+//! and `wrench` are created only for feet that have sent one.
 
+use std::array;
 use std::collections::BTreeSet;
 
 use estimator_core::Timestamp;
 use feet::session::COMPLETION_WAIT_US;
 
-use crate::ros::message::{Header, LowState, RosContact, RosMessage, Stances, Time};
+use crate::ros::message::{
+    Header, LowState, RosContact, RosMessage, Stances, SupportPhase, Time, WrenchStamped,
+};
 use crate::ros::topics::Published;
 
-/// Names of the feet, in the order of the messages.
+/// Names of four feet, in the order of the messages.
 pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
 
 /// The feet in the order right front, left front, right hind, left hind, by their places in [`FEET`].
 pub const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
+
+/// Names of two feet.
+const BIPED_FEET: [[&str; 2]; 2] = [["L", "left"], ["R", "right"]];
 
 /// Topic of the states of a Unitree robot.
 pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
@@ -48,34 +57,86 @@ pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
 const FRONT: [&str; 2] = ["front", "fore"];
 const REAR: [&str; 3] = ["rear", "hind", "back"];
 
-/// Place of a foot in [`FEET`] by its name, topic or frame. It is determined by the only word that is the name of a
-/// foot, as in `go1/FL_foot_imu`, or by words for its sides, as in `front_left`. Upper and lower case are equal. `None`
-/// without such a word, or with words of several feet.
-#[must_use]
-pub fn place(name: &str) -> Option<usize> {
-    let words: Vec<String> = name
-        .split(|letter: char| !letter.is_ascii_alphanumeric())
-        .map(str::to_ascii_lowercase)
-        .collect();
-    let is = |names: &[&str; 2]| {
-        let mut own = names.iter();
-        own.any(|own| words.iter().any(|word| own.eq_ignore_ascii_case(word)))
-    };
-    let mut named = (0..FEET.len()).filter(|at| is(&FEET[*at]));
-    match (named.next(), named.next()) {
-        (Some(at), None) => return Some(at),
-        (Some(_), Some(_)) => return None,
-        (None, _) => {}
+/// The feet that a robot has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Body {
+    /// Four feet: [`FEET`].
+    #[default]
+    FourLegged,
+    /// A left and a right foot.
+    Biped,
+}
+
+/// A form of messages has other feet than the other forms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("--compat biped is of two feet, and {0} of four: give one of them")]
+pub struct MixedBodies(pub &'static str);
+
+impl Body {
+    /// Returns the body of which these forms are.
+    ///
+    /// # Errors
+    /// One is of two feet, and another of four.
+    pub fn of(compats: &[Compat]) -> Result<Self, MixedBodies> {
+        if !compats.contains(&Compat::Biped) {
+            return Ok(Self::FourLegged);
+        }
+        match compats.iter().find(|compat| compat.is_of_four()) {
+            Some(compat) => Err(MixedBodies(compat.name())),
+            None => Ok(Self::Biped),
+        }
     }
-    let has = |all: &[&str]| all.iter().any(|one| words.iter().any(|word| word == one));
-    let one_of = |first: bool, second: bool| (first != second).then_some(usize::from(second));
-    let row = one_of(has(&FRONT), has(&REAR))?;
-    let side = one_of(has(&["left"]), has(&["right"]))?;
-    Some(2 * row + side)
+
+    /// Names of its feet, in the order of the messages.
+    #[must_use]
+    pub const fn feet(self) -> &'static [[&'static str; 2]] {
+        match self {
+            Self::FourLegged => &FEET,
+            Self::Biped => &BIPED_FEET,
+        }
+    }
+
+    /// First names of its feet, separated by commas.
+    #[must_use]
+    pub fn names(self) -> String {
+        let names: Vec<&str> = self.feet().iter().map(|[name, _]| *name).collect();
+        names.join(", ")
+    }
+
+    /// Place of a foot in [`feet`](Self::feet) by its name, topic or frame: the one word of it that is the name of a foot, such
+    /// as that of `go1/FL_foot_imu`, or, of four feet, the words for its sides, such as those of `front_left`. Letters count
+    /// alike in upper and lower case. `None` without such a word, or with those of several feet.
+    #[must_use]
+    pub fn place(self, name: &str) -> Option<usize> {
+        let words: Vec<String> = name
+            .split(|letter: char| !letter.is_ascii_alphanumeric())
+            .map(str::to_ascii_lowercase)
+            .collect();
+        let is = |names: &[&str; 2]| {
+            let mut own = names.iter();
+            own.any(|own| words.iter().any(|word| own.eq_ignore_ascii_case(word)))
+        };
+        let feet = self.feet();
+        let mut named = (0..feet.len()).filter(|at| is(&feet[*at]));
+        match (named.next(), named.next()) {
+            (Some(at), None) => return Some(at),
+            (Some(_), Some(_)) => return None,
+            (None, _) if self == Self::Biped => return None,
+            (None, _) => {}
+        }
+        let has = |all: &[&str]| all.iter().any(|one| words.iter().any(|word| word == one));
+        let one_of = |first: bool, second: bool| (first != second).then_some(usize::from(second));
+        let row = one_of(has(&FRONT), has(&REAR))?;
+        let side = one_of(has(&["left"]), has(&["right"]))?;
+        Some(2 * row + side)
+    }
 }
 
 /// `foot_force` of a standing foot: above the thresholds of programs that read it, most of which are 20 to 60.
 pub const STANDS: i16 = 100;
+
+/// Force of a foot that stands, N, unless another is given.
+pub const WRENCH_FORCE: f64 = 100.0;
 
 /// Listening time after the first contact after which feet without one are named as absent, µs.
 const ABSENT_US: u64 = 1_000_000;
@@ -98,6 +159,12 @@ recordings::named! {
         Bool = "bool",
         /// Decisions as the forces of Unitree's state.
         Unitree = "unitree",
+        /// A decision as the force on each foot.
+        Wrench = "wrench",
+        /// Whether all feet stand.
+        AllStand = "all-stand",
+        /// Which of two feet stand.
+        Biped = "biped",
     }
 }
 
@@ -119,75 +186,120 @@ impl Compat {
             Self::Unitree => {
                 "`unitree_go/msg/LowState` on /footfall/lowstate, whose forces are 100 or 0"
             }
+            Self::Wrench => {
+                "`geometry_msgs/msg/WrenchStamped` on /footfall/FL/wrench and those of the other feet, whose force is --wrench-force or 0"
+            }
+            Self::AllStand => "`std_msgs/msg/Bool` on `/footfall/all_stand`",
+            Self::Biped => {
+                "`biped_interfaces/msg/Phase` on /footfall/phase, of the feet L and R; those of the other forms are then L and R, too"
+            }
         }
     }
 
-    /// Topics of its messages.
-    #[must_use]
-    pub fn topics(self) -> Vec<String> {
-        let messages = self.messages(&Header::default(), [false; 4]);
-        messages.into_iter().map(|(topic, _)| topic).collect()
+    /// Returns whether its messages are of four feet, and of no other number.
+    const fn is_of_four(self) -> bool {
+        match self {
+            Self::Bool | Self::Wrench | Self::AllStand | Self::Biped => false,
+            Self::Pronto | Self::Champ | Self::Inekf | Self::Drift | Self::Muse | Self::Unitree => {
+                true
+            }
+        }
     }
 
-    /// Messages with their topics: whether the feet stand, in the order of [`FEET`].
-    fn messages(self, header: &Header, stands: [bool; 4]) -> Vec<(String, RosMessage)> {
-        let header = header.clone();
-        let (topic, message) = match self {
-            Self::Champ => {
-                let stances = stands.to_vec();
-                let message = RosMessage::Champ(Stances { header, stances });
-                ("/foot_contacts", message)
-            }
+    /// Returns whether each of its messages is of one foot.
+    #[must_use]
+    pub const fn is_of_one(self) -> bool {
+        matches!(self, Self::Bool | Self::Wrench)
+    }
+
+    /// Topics of its messages about a robot.
+    #[must_use]
+    pub fn topics(self, body: Body) -> Vec<String> {
+        let of_foot = |topic: &str| {
+            let names = body.feet().iter().map(|[name, _]| name);
+            names.map(|name| format!("/footfall/{name}/{topic}")).collect()
+        };
+        let topic = match self {
+            Self::Champ => "/foot_contacts",
+            Self::Pronto => "/footfall/stance",
+            Self::Inekf => "/contact",
+            Self::Drift => "/footfall/drift/contacts",
+            Self::Muse => "/footfall/contact_detection",
+            Self::Unitree => LOW_STATE_TOPIC,
+            Self::AllStand => "/footfall/all_stand",
+            Self::Biped => "/footfall/phase",
+            Self::Bool => return of_foot("contact/decision"),
+            Self::Wrench => return of_foot("wrench"),
+        };
+        vec![topic.to_owned()]
+    }
+
+    /// Messages of these stances, in the order of [`topics`](Self::topics): none where they have no form.
+    fn messages(self, robot: &RobotStances) -> Vec<RosMessage> {
+        let header = robot.header.clone();
+        let stands = |foot: usize| robot.stands.get(foot).copied().unwrap_or_default();
+        let four: [bool; FEET.len()] = array::from_fn(stands);
+        let numbered = |feet: [usize; 4]| (0..).zip(feet.map(stands)).collect();
+        let message = match self {
+            Self::Champ => RosMessage::Champ(Stances { header, stances: four.to_vec() }),
             Self::Pronto => {
-                let stances = stands.map(|stands| f32::from(u8::from(stands)));
-                let message = RosMessage::Pronto(Stances { header, stances });
-                ("/footfall/stance", message)
+                let stances = four.map(|stands| f32::from(u8::from(stands)));
+                RosMessage::Pronto(Stances { header, stances })
             }
-            Self::Inekf => {
-                let stances = (0..).zip(stands).collect();
-                let message = RosMessage::Inekf(Stances { header, stances });
-                ("/contact", message)
-            }
-            Self::Drift => {
-                let stances = (0..).zip(RIGHT_FIRST.map(|foot| stands[foot])).collect();
-                let message = RosMessage::Drift(Stances { header, stances });
-                ("/footfall/drift/contacts", message)
-            }
-            Self::Muse => {
-                let stances = stands;
-                let message = RosMessage::Muse(Stances { header, stances });
-                ("/footfall/contact_detection", message)
-            }
+            Self::Inekf => RosMessage::Inekf(Stances { header, stances: numbered([0, 1, 2, 3]) }),
+            Self::Drift => RosMessage::Drift(Stances { header, stances: numbered(RIGHT_FIRST) }),
+            Self::Muse => RosMessage::Muse(Stances { header, stances: four }),
             Self::Unitree => {
-                let forces = RIGHT_FIRST.map(|foot| if stands[foot] { STANDS } else { 0 });
-                let state = Box::new(LowState::with_forces(forces));
-                (LOW_STATE_TOPIC, RosMessage::Unitree(state))
+                let forces = RIGHT_FIRST.map(|foot| if stands(foot) { STANDS } else { 0 });
+                RosMessage::Unitree(Box::new(LowState::with_forces(forces)))
             }
-            Self::Bool => {
-                let feet = FEET.iter().zip(stands);
-                let of_foot = feet.map(|([name, _], stands)| {
-                    let topic = format!("/footfall/{name}/contact/decision");
-                    (topic, RosMessage::Bool(stands))
+            Self::AllStand => RosMessage::Bool(robot.stands.iter().all(|stands| *stands)),
+            Self::Biped => match SupportPhase::of(stands(0), stands(1)) {
+                Some(phase) => RosMessage::Phase(Stances { header, stances: phase }),
+                None => return Vec::new(),
+            },
+            Self::Bool => return robot.stands.iter().copied().map(RosMessage::Bool).collect(),
+            Self::Wrench => {
+                let feet = robot.stands.iter().zip(robot.frames);
+                let of_foot = feet.map(|(stands, frame)| {
+                    let header = Header { frame_id: frame.clone(), ..header.clone() };
+                    let force = if *stands { robot.wrench_force } else { 0.0 };
+                    RosMessage::Wrench(Box::new(WrenchStamped::along_z(header, force)))
                 });
                 return of_foot.collect();
             }
         };
-        vec![(topic.to_owned(), message)]
+        vec![message]
     }
 }
 
-/// Newest contacts of four feet.
-#[derive(Debug, Default)]
+/// Stances of all feet of a robot, in the order of its [`Body`].
+struct RobotStances<'a> {
+    /// Header with the time of the newest sample, without a frame: the feet have none in common.
+    header: Header,
+    stands: &'a [bool],
+    /// Frames of the feet.
+    frames: &'a [String],
+    /// Force of a foot that stands, N.
+    wrench_force: f64,
+}
+
+/// Newest contacts of all feet of a robot.
+#[derive(Debug)]
 pub struct AllFeet {
+    body: Body,
     compats: Vec<Compat>,
-    feet: [Option<Stance>; 4],
+    wrench_force: f64,
+    feet: Vec<Option<Stance>>,
+    /// Frames of the feet.
+    frames: Vec<String>,
     /// Listening time of the newest message, or of the first contact, µs.
     made_us: Option<u64>,
     /// Listening time of the first contact, µs.
     first_us: Option<u64>,
     /// Whether each foot has sent a contact.
-    heard: [bool; 4],
-    /// Names of feet outside [`FEET`], whose contacts are in no message.
+    heard: Vec<bool>,
+    /// Names of feet that the robot does not have, whose contacts are in no message.
     pub(crate) others: BTreeSet<String>,
 }
 
@@ -199,20 +311,40 @@ struct Stance {
 }
 
 impl AllFeet {
-    /// Creates an empty state.
-    #[must_use]
-    pub fn new(compats: &[Compat]) -> Self {
+    /// Creates an empty state. `wrench_force` is the force of a foot that stands, N, in messages of [`Compat::Wrench`].
+    ///
+    /// # Errors
+    /// One form is of two feet, and another of four.
+    pub fn new(compats: &[Compat], wrench_force: f64) -> Result<Self, MixedBodies> {
         let mut compats = compats.to_vec();
         compats.sort_unstable();
         compats.dedup();
-        Self { compats, ..Self::default() }
+        let body = Body::of(&compats)?;
+        let count = body.feet().len();
+        Ok(Self {
+            body,
+            compats,
+            wrench_force,
+            feet: vec![None; count],
+            frames: vec![String::new(); count],
+            made_us: None,
+            first_us: None,
+            heard: vec![false; count],
+            others: BTreeSet::new(),
+        })
+    }
+
+    /// The feet that the robot has.
+    #[must_use]
+    pub const fn body(&self) -> Body {
+        self.body
     }
 
     /// Names of the feet without a contact in the second after the first contact of any foot; none before.
     #[must_use]
     pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
-        let feet = FEET.iter().zip(self.heard);
-        let absent = feet.filter(|(_, heard)| self.is_late(listened_us) && !heard);
+        let feet = self.body.feet().iter().zip(&self.heard);
+        let absent = feet.filter(|(_, heard)| self.is_late(listened_us) && !**heard);
         absent.map(|([name, _], _)| *name).collect()
     }
 
@@ -230,7 +362,7 @@ impl AllFeet {
         listened_us: u64,
     ) -> Vec<Published> {
         let name = contact.foot.as_str();
-        match place(name) {
+        match self.body.place(name) {
             Some(place) => self.take_at(place, contact, at, listened_us),
             None => {
                 self.others.insert(name.to_owned());
@@ -239,7 +371,7 @@ impl AllFeet {
         }
     }
 
-    /// Does the same for the foot at a place in [`FEET`], whatever its name.
+    /// Does the same for the foot at a place of the [`Body`], whatever its name.
     pub fn take_at(
         &mut self,
         place: usize,
@@ -250,10 +382,11 @@ impl AllFeet {
         self.feet[place] =
             Some(Stance { stands: contact.valid && contact.decision, stamp: contact.header.stamp });
         self.heard[place] = true;
+        self.frames[place].clone_from(&contact.header.frame_id);
         self.first_us.get_or_insert(listened_us);
         self.made_us.get_or_insert(listened_us);
         let is_late = self.is_late(listened_us);
-        let mut feet = self.feet.iter().zip(self.heard);
+        let mut feet = self.feet.iter().zip(&self.heard);
         if feet.all(|(foot, heard)| foot.is_some() || is_late && !heard) {
             return self.make(at, listened_us);
         }
@@ -270,7 +403,7 @@ impl AllFeet {
 
     /// Ends reception; returns messages in which no foot stands, if there were contacts before.
     pub fn end(&mut self, now: Timestamp) -> Vec<Published> {
-        self.feet = [None; 4];
+        self.feet.fill(None);
         let made = self.made_us.map(|made_us| self.make(now, made_us));
         made.unwrap_or_default()
     }
@@ -278,24 +411,29 @@ impl AllFeet {
     /// Creates messages of the known contacts at `at`.
     fn make(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
         self.made_us = Some(listened_us);
-        let feet = std::mem::take(&mut self.feet);
-        let newest = feet.iter().flatten().map(|foot| foot.stamp).max();
-        let header = Header {
-            // If all feet are silent, the state applies now.
-            stamp: newest.unwrap_or_else(|| at.into()),
-            // The feet have no common frame.
-            frame_id: String::new(),
+        let newest = self.feet.iter().flatten().map(|foot| foot.stamp).max();
+        let stands = self.feet.iter().map(|foot| foot.is_some_and(|foot| foot.stands));
+        let stands: Vec<bool> = stands.collect();
+        self.feet.fill(None);
+        let robot = RobotStances {
+            header: Header {
+                // If all feet are silent, the state applies now.
+                stamp: newest.unwrap_or_else(|| at.into()),
+                frame_id: String::new(),
+            },
+            stands: &stands,
+            frames: &self.frames,
+            wrench_force: self.wrench_force,
         };
-        let stands = feet.map(|foot| foot.is_some_and(|foot| foot.stands));
         let mut published = Vec::new();
         for compat in &self.compats {
-            let messages = compat.messages(&header, stands);
+            let messages = compat.topics(self.body).into_iter().zip(compat.messages(&robot));
             // A foot that has never sent a contact may be standing, so no message includes it.
-            let is_known: &[bool] = match compat {
-                Compat::Bool => &self.heard,
-                _ => &[self.heard == [true; 4]],
+            let is_known: &[bool] = match compat.is_of_one() {
+                true => &self.heard,
+                false => &[self.heard.iter().all(|heard| *heard)],
             };
-            let known = messages.into_iter().zip(is_known).filter(|(_, is_known)| **is_known);
+            let known = messages.zip(is_known).filter(|(_, is_known)| **is_known);
             published.extend(
                 known.map(|((topic, message), _)| Published::new(&topic.into(), at, message)),
             );
@@ -309,9 +447,13 @@ mod tests {
     use super::*;
     use feet::session::Listening;
 
+    fn all_feet(compats: &[Compat]) -> AllFeet {
+        AllFeet::new(compats, 70.0).expect("one body")
+    }
+
     fn contact(foot: &str, p_stable: f32, us: u64) -> (RosContact, Timestamp) {
         let at = Timestamp::from_micros(us);
-        let header = Header { stamp: at.into(), frame_id: "ignored".to_owned() };
+        let header = Header { stamp: at.into(), frame_id: format!("frame_{foot}") };
         let contact = RosContact {
             header,
             foot: foot.to_owned(),
@@ -339,7 +481,7 @@ mod tests {
             ("front_rear_left", None),
             ("", None),
         ] {
-            assert_eq!(place(name), expected, "{name}");
+            assert_eq!(Body::FourLegged.place(name), expected, "{name}");
         }
     }
 
@@ -356,7 +498,7 @@ mod tests {
 
     impl Listened {
         fn new(compat: Compat) -> Self {
-            let (all, listening) = (AllFeet::new(&[compat]), Listening::default());
+            let (all, listening) = (all_feet(&[compat]), Listening::default());
             Self { all, listening }
         }
 
@@ -434,7 +576,7 @@ mod tests {
         let contacts: Vec<_> = (0..2000)
             .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
             .collect();
-        let of_all = Compat::ALL.into_iter().filter(|compat| *compat != Compat::Bool);
+        let of_all = Compat::ALL.into_iter().filter(|compat| !compat.is_of_one());
         for compat in of_all {
             let mut all = Listened::new(compat);
             for (foot, p, us) in &contacts {
@@ -443,7 +585,7 @@ mod tests {
             }
             assert!(all.end().is_none(), "{}", compat.name());
         }
-        let (mut all, mut listening) = (AllFeet::new(&[Compat::Bool]), Listening::default());
+        let (mut all, mut listening) = (all_feet(&[Compat::Bool]), Listening::default());
         let mut topics = BTreeSet::new();
         let mut messages = 0;
         for (foot, p, us) in &contacts {
@@ -499,7 +641,7 @@ mod tests {
 
     #[test]
     fn feet_of_other_names_are_in_no_message() {
-        let mut all = AllFeet::new(&[Compat::Bool, Compat::Bool]);
+        let mut all = all_feet(&[Compat::Bool, Compat::Bool]);
         for (k, name) in ["L", "fl", "L", "node_33"].into_iter().enumerate() {
             let (contact, at) = contact(name, 0.9, 1000 * k as u64);
             assert!(all.take(&contact, at, 1000 * k as u64).is_empty());
@@ -508,5 +650,81 @@ mod tests {
         let published = all.end(Timestamp::from_micros(5000));
         let topics: Vec<&str> = published.iter().map(|p| p.topic.as_ref()).collect();
         assert_eq!(topics, ["/footfall/FL/contact/decision"]);
+    }
+    /// Messages of one moment in which feet stand or not.
+    fn messages(compat: Compat, feet: &[(&str, bool)]) -> Vec<Published> {
+        let mut all = all_feet(&[compat]);
+        let contacts = feet.iter().flat_map(|(foot, stands)| {
+            let (contact, at) = contact(foot, if *stands { 0.9 } else { 0.1 }, 1000);
+            all.take(&contact, at, 0)
+        });
+        contacts.collect()
+    }
+
+    #[test]
+    fn wrench_has_the_set_force_in_the_frame_of_a_standing_foot() {
+        let published =
+            messages(Compat::Wrench, &[("FL", true), ("FR", false), ("RL", true), ("RR", false)]);
+        let wrenches = published.iter().map(|published| match &published.message {
+            RosMessage::Wrench(wrench) => {
+                (published.topic.as_ref(), wrench.header.frame_id.as_str(), wrench.force)
+            }
+            other => panic!("{other:?}"),
+        });
+        let expected = [
+            ("/footfall/FL/wrench", "frame_FL", [0.0, 0.0, 70.0]),
+            ("/footfall/FR/wrench", "frame_FR", [0.0; 3]),
+            ("/footfall/RL/wrench", "frame_RL", [0.0, 0.0, 70.0]),
+            ("/footfall/RR/wrench", "frame_RR", [0.0; 3]),
+        ];
+        assert!(wrenches.eq(expected));
+    }
+
+    #[test]
+    fn all_stand_is_true_only_while_each_foot_stands() {
+        for lifted in [None, Some("FL"), Some("RR")] {
+            let feet = ["FL", "FR", "RL", "RR"].map(|foot| (foot, Some(foot) != lifted));
+            let published = messages(Compat::AllStand, &feet);
+            let [Published { topic, message, .. }] = &published[..] else {
+                panic!("{published:?}");
+            };
+            assert_eq!(topic.as_ref(), "/footfall/all_stand");
+            assert_eq!(*message, RosMessage::Bool(lifted.is_none()), "{lifted:?}");
+        }
+    }
+
+    #[test]
+    fn phase_of_a_biped_has_no_value_in_flight() {
+        let phase = |left: bool, right: bool| {
+            let published = one(messages(Compat::Biped, &[("L", left), ("right_sole", right)]))?;
+            assert_eq!(published.topic.as_ref(), "/footfall/phase");
+            match published.message {
+                RosMessage::Phase(phase) => Some(phase.stances as i32),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(phase(true, false), Some(0));
+        assert_eq!(phase(false, true), Some(1));
+        assert_eq!(phase(true, true), Some(2));
+        assert_eq!(phase(false, false), None);
+    }
+
+    #[test]
+    fn biped_has_two_feet_in_all_forms() {
+        assert_eq!(Body::of(&[Compat::Biped, Compat::Wrench, Compat::Bool]), Ok(Body::Biped));
+        assert_eq!(
+            Compat::Wrench.topics(Body::Biped),
+            ["/footfall/L/wrench", "/footfall/R/wrench"]
+        );
+        let mixed = AllFeet::new(&[Compat::Biped, Compat::Champ], 1.0).expect_err("four and two");
+        assert_eq!(
+            mixed.to_string(),
+            "--compat biped is of two feet, and champ of four: give one of them"
+        );
+        for (name, expected) in
+            [("left_foot", Some(0)), ("r_sole", Some(1)), ("sole", None), ("L_R", None)]
+        {
+            assert_eq!(Body::Biped.place(name), expected, "{name}");
+        }
     }
 }

@@ -45,6 +45,10 @@ pub enum RosMessage {
     Muse(Stances<[bool; 4]>),
     /// State of a Unitree robot, with the forces of all feet.
     Unitree(Box<LowState>),
+    /// `geometry_msgs/msg/WrenchStamped`: the force on a foot.
+    Wrench(Box<WrenchStamped>),
+    /// `biped_interfaces/msg/Phase`: the feet of a biped that stand.
+    Phase(Stances<SupportPhase>),
 }
 
 impl RosMessage {
@@ -112,6 +116,55 @@ impl LowState {
     #[must_use]
     pub fn with_forces(foot_force: [i16; 4]) -> Self {
         Self { foot_force, foot_force_est: foot_force, ..Self::default() }
+    }
+}
+
+/// `geometry_msgs/msg/WrenchStamped`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct WrenchStamped {
+    /// Frame of the foot, and time of the newest sample.
+    pub header: Header,
+    /// Force, N.
+    pub force: [f64; 3],
+    /// Torque, N m: not measured, zero.
+    torque: [f64; 3],
+}
+
+impl WrenchStamped {
+    /// Creates a message with a force along z.
+    #[must_use]
+    pub fn along_z(header: Header, force: f64) -> Self {
+        Self { header, force: [0.0, 0.0, force], torque: [0.0; 3] }
+    }
+}
+
+/// Phase of a biped, by its number in `biped_interfaces/msg/Phase`, which has none for a flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SupportPhase {
+    /// The left foot stands alone.
+    LeftStance = 0,
+    /// The right foot stands alone.
+    RightStance = 1,
+    /// Both feet stand.
+    DoubleStance = 2,
+}
+
+impl SupportPhase {
+    /// Returns the phase in which the feet stand or not; `None` if neither does.
+    #[must_use]
+    pub const fn of(left: bool, right: bool) -> Option<Self> {
+        match (left, right) {
+            (true, false) => Some(Self::LeftStance),
+            (false, true) => Some(Self::RightStance),
+            (true, true) => Some(Self::DoubleStance),
+            (false, false) => None,
+        }
+    }
+}
+
+impl Serialize for SupportPhase {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_i32(*self as i32)
     }
 }
 
@@ -258,6 +311,11 @@ impl Definition {
                 "std_msgs/Header header\nbool stance_lf\nbool stance_rf\nbool stance_lh\nbool stance_rh\n",
             ),
             RosMessage::Unitree(_) => Self::new("unitree_go/msg/LowState", LOW_STATE),
+            RosMessage::Wrench(_) => Self::new(
+                "geometry_msgs/msg/WrenchStamped",
+                "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n",
+            ),
+            RosMessage::Phase(_) => Self::new("biped_interfaces/msg/Phase", PHASE),
         }
     }
 
@@ -289,13 +347,14 @@ const BETWEEN: &str =
     "\n================================================================================\nMSG: ";
 
 /// Names and fields of nested messages.
-const NESTED: [(&str, &str); 10] = [
+const NESTED: [(&str, &str); 11] = [
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     ("geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"),
     ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
     ("geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"),
     ("geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"),
+    ("geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"),
     ("diagnostic_msgs/DiagnosticStatus", STATUS),
     ("diagnostic_msgs/KeyValue", "string key\nstring value\n"),
     ("inekf_msgs/Contact", NUMBERED_CONTACT),
@@ -320,6 +379,15 @@ string hardware_id
 diagnostic_msgs/KeyValue[] values
 ";
 const NUMBERED_CONTACT: &str = "int32 id\nbool indicator\n";
+
+const PHASE: &str = "int32 LEFT_STANCE=0
+int32 RIGHT_SWING=0
+int32 RIGHT_STANCE=1
+int32 LEFT_SWING=1
+int32 DOUBLE_STANCE=2
+std_msgs/Header header
+int32 phase
+";
 
 /// `unitree_go/msg/LowState` with the types in it.
 const LOW_STATE: &str = include_str!("../../../recordings/src/input/bag/definition/low_state.msg");
@@ -422,6 +490,11 @@ mod cdr_tests {
             RosMessage::Drift(Stances::default()),
             RosMessage::Muse(Stances::default()),
             RosMessage::Unitree(Box::default()),
+            RosMessage::Wrench(Box::default()),
+            RosMessage::Phase(Stances {
+                header: Header::default(),
+                stances: SupportPhase::DoubleStance,
+            }),
         ] {
             assert!(message.cdr().len() > 8, "{message:?}");
         }

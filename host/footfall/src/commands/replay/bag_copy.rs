@@ -17,7 +17,7 @@ use recordings::input::bag::{Channel, MessageTimes, Replacement, copy_merged};
 use super::CopiedFoot;
 use crate::error::Error;
 use crate::files::write_file;
-use crate::ros::compat::{FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
+use crate::ros::compat::{Body, FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
 use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
 use crate::ros::{AllFeet, Compat, EstimateMessages, McapFile, Published, RosMessage};
@@ -27,14 +27,16 @@ use crate::ros::{AllFeet, Compat, EstimateMessages, McapFile, Published, RosMess
 pub(super) struct AllFeetOptions {
     /// Programs whose messages are written.
     pub(super) compats: Vec<Compat>,
+    /// Force of a foot that stands, N, in messages of [`Compat::Wrench`].
+    pub(super) wrench_force: f64,
     /// States of the robot that are written again with the forces of the estimates.
     pub(super) low_states: Option<LowStateSource>,
 }
 
 impl AllFeetOptions {
-    /// Topics of the messages.
-    fn topics(&self) -> impl Iterator<Item = String> {
-        let compats = self.compats.iter().flat_map(|compat| compat.topics());
+    /// Topics of the messages about a robot.
+    fn topics(&self, body: Body) -> impl Iterator<Item = String> {
+        let compats = self.compats.iter().flat_map(move |compat| compat.topics(body));
         let low_states = self.low_states.iter();
         compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
     }
@@ -49,25 +51,27 @@ impl AllFeetOptions {
     }
 
     /// Checks that each foot has its own place in the messages, and each place a foot. A missing foot may be standing.
-    fn check_places(&self, feet: &[CopiedFoot]) -> Result<(), Error> {
+    fn check_places(&self, body: Body, feet: &[CopiedFoot]) -> Result<(), Error> {
         let has_none = |(index, foot): &(usize, &CopiedFoot)| {
             let mut before = feet[..*index].iter();
             foot.place.is_none() || before.any(|other| other.place == foot.place)
         };
         if let Some((_, foot)) = feet.iter().enumerate().find(has_none) {
             let name = foot.name.clone();
-            return Err(Error::NoPlace { name });
+            return Err(Error::NoPlace { name, names: body.names(), first: body.feet()[0][0] });
         }
         let is_absent = |at: &usize| feet.iter().all(|foot| foot.place != Some(*at));
-        let absent = (0..FEET.len()).filter(is_absent).map(|at| FEET[at][0]);
+        let all = body.feet().iter().enumerate();
+        let absent = all.filter(|(at, _)| is_absent(at)).map(|(_, [name, _])| *name);
         let absent: Vec<&str> = absent.collect();
-        let is_of_one = |compat: &Compat| *compat == Compat::Bool;
-        if absent.is_empty() || self.low_states.is_none() && self.compats.iter().all(is_of_one) {
+        let are_of_one = self.compats.iter().all(|compat| compat.is_of_one());
+        if absent.is_empty() || self.low_states.is_none() && are_of_one {
             return Ok(());
         }
         Err(Error::AbsentFeet {
             option: self.option().unwrap_or_default(),
             absent: absent.join(", "),
+            names: body.names(),
         })
     }
 }
@@ -100,11 +104,12 @@ pub(super) fn write(
     let mut notices = Vec::new();
     let files: Vec<String> = inputs.iter().map(|input| input.display().to_string()).collect();
     check_names(feet)?;
+    let body = Body::of(&options.compats)?;
     if let Some(option) = options.option() {
         if feet.iter().any(|foot| foot.stored.has_estimates()) {
             return Err(Error::CopiedContacts { file: files.join(", "), option });
         }
-        options.check_places(feet)?;
+        options.check_places(body, feet)?;
     }
     write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to))?;
@@ -118,8 +123,10 @@ pub(super) fn write(
             names.push(name);
         }
         let topics = streams.iter().flat_map(EstimateStream::topics);
-        let topics = topics.chain(options.topics()).collect();
-        let compats = &options.compats;
+        let topics = topics.chain(options.topics(body)).collect();
+        let AllFeetOptions { compats, wrench_force, .. } = options;
+        let all_feet = (!compats.is_empty()).then(|| AllFeet::new(compats, *wrench_force));
+        let all_feet = all_feet.transpose().map_err(|error| wrapped(error.into()))?;
         let mut merger = Merger {
             file: "",
             bag: &mut bag,
@@ -127,7 +134,7 @@ pub(super) fn write(
             topics,
             places,
             again,
-            all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
+            all_feet,
             low_state: options.low_states.as_ref().map(LowStateForces::new),
         };
         let copied = copy_merged(inputs, &mut |index, channel, times, payload| {

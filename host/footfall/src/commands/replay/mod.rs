@@ -27,7 +27,7 @@ use recordings::summary::{Estimation, InputReport, ParametersReport, Summaries, 
 
 use super::options::{
     self, ESTIMATOR, INPUT, OUTPUT, RecordingArguments, compat_parser, estimator_options,
-    with_mounting,
+    parse_force, with_mounting,
 };
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, Drawing, OutputError, STANDARD, Target, write_file};
@@ -37,6 +37,7 @@ use crate::plot::{self, RecordingPlot};
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
 use crate::ros::Compat;
+use crate::ros::compat::{Body, MixedBodies, WRENCH_FORCE};
 #[cfg(feature = "bags")]
 use bag_copy::{AllFeetOptions, LowStateSource};
 
@@ -113,10 +114,13 @@ struct ReplayedRecording {
 /// Messages of all feet in a copy of a bag.
 #[derive(Clone, Debug, Default, Args)]
 pub struct CopiedArguments {
-    /// In a copy of a bag, also write the decisions of all four feet in messages of other programs, separated
-    /// by commas
+    /// In a copy of a bag, also write the decisions of all feet in messages of other programs, separated by
+    /// commas
     #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser(), help_heading = OUTPUT)]
     pub compat: Vec<Compat>,
+    /// Force of a foot that stands, N, in messages of --compat wrench
+    #[arg(long, value_name = "NEWTONS", default_value_t = WRENCH_FORCE, value_parser = parse_force, help_heading = OUTPUT)]
+    pub wrench_force: f64,
     /// In a copy of a bag, repeat the messages of a Unitree robot on this topic as /footfall/lowstate, with a
     /// `foot_force` of 100 for each standing foot and 0 for the others
     #[arg(long, value_name = "TOPIC", help_heading = OUTPUT)]
@@ -290,6 +294,7 @@ impl ReplayArguments {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
             self.estimate_foot(resolved, (&file, format), names, &mut stored, &requested, bars)
         });
+        let body = Body::of(&self.copied.compat)?;
         let (mut feet, mut copied, mut details) = (Vec::new(), Vec::new(), Vec::new());
         for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
             let (foot, events) = replayed?;
@@ -298,7 +303,7 @@ impl ReplayArguments {
             copied.extend(events.map(|events| CopiedFoot {
                 file: file.clone(),
                 name: names.first().cloned().unwrap_or_default(),
-                place: names.iter().find_map(|name| crate::ros::compat::place(name)),
+                place: names.iter().find_map(|name| body.place(name)),
                 stored,
                 params: params_of(resolved, names, format),
                 span,
@@ -462,8 +467,13 @@ impl CopiedArguments {
         if bag.is_none() {
             return Err(OutputError::NoCopy(option));
         }
-        if self.lowstate.is_some() && self.compat.contains(&Compat::Unitree) {
-            return Err(OutputError::LowStateTwice);
+        let body = Body::of(&self.compat)?;
+        match &self.lowstate {
+            Some(_) if body == Body::Biped => Err(MixedBodies("--lowstate"))?,
+            Some(_) if self.compat.contains(&Compat::Unitree) => {
+                return Err(OutputError::LowStateTwice);
+            }
+            _ => {}
         }
         Ok(())
     }
@@ -482,6 +492,7 @@ impl CopiedArguments {
     ) -> Result<(), Error> {
         let options = AllFeetOptions {
             compats: self.compat.clone(),
+            wrench_force: self.wrench_force,
             low_states: self
                 .lowstate
                 .clone()

@@ -86,7 +86,7 @@ impl ViewArguments {
         return server::serve(
             sources,
             (&self.host, self.port),
-            (self.nodes.feet()?, self.published.bridge()),
+            (self.nodes.feet()?, self.published.bridge()?),
             self.seconds,
         );
         #[cfg(not(feature = "foxglove"))]
