@@ -52,6 +52,7 @@ mod ringing;
 #[cfg(feature = "full")]
 mod roads;
 mod robustness;
+mod ros2_control;
 mod self_check;
 mod settings;
 mod slip;
