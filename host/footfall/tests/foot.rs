@@ -133,7 +133,10 @@ fn interrupted_id_change_is_completed() {
 #[test]
 fn each_command_of_the_first_page_can_be_typed() {
     let page = include_str!("../../../docs/start/ten-minutes.md");
-    let commands = page.lines().filter_map(|line| line.strip_prefix("footfall "));
+    let four = include_str!("../../../docs/start/four-feet.md");
+    // One board after the other gets its name; all four at once are tested elsewhere.
+    let names = four.lines().filter(|line| line.starts_with("footfall foot usb id "));
+    let commands = page.lines().chain(names).filter_map(|line| line.strip_prefix("footfall "));
     let mut typed = Vec::new();
     let bench = Bench::new();
     for line in commands {
@@ -149,11 +152,11 @@ fn each_command_of_the_first_page_can_be_typed() {
         };
         let output = bench.run(&arguments);
         let said = text(&output.stderr);
-        let is_not_built = command.starts_with("record") && !cfg!(feature = "bags");
+        let is_not_built = command.contains(".mcap") && !cfg!(feature = "bags");
         assert_eq!(output.status.success(), !is_not_built, "{arguments}: {said}");
         typed.push(command);
     }
-    for expected in ["monitor", "calibrate usb --write", "foot usb id RR"] {
+    for expected in ["monitor", "calibrate usb --write", "foot usb id FR"] {
         assert!(typed.contains(&expected), "{typed:?}");
     }
 }
@@ -190,7 +193,7 @@ fn calibrated_file_is_imported_with_axes_and_learnt_values() {
         typed.push(foot(&bench, &format!("demo:speed=max {line}")).0);
     }
     assert_has(&typed[0], "learnt.crc: 0 → ");
-    assert_eq!(typed[1], "axes: x,y,z → x,-z,y\n");
+    assert_has(&typed[1], "axes: x,y,z → x,-z,y\n");
     // A foot finds the bias of its gyroscope itself, and takes its own table.
     let text = "[gyroscope.bias_rad_s]\nwx = 0.01\n[feet.fl]\naxes = '0.8,0.6,0,0'\n[feet.fr]\naxes = '-x,-y,z'\n";
     std::fs::write(bench.path("feet.toml"), text).expect("a file");
