@@ -122,8 +122,6 @@ PARTS = [
 
 def score() -> dict[str, float]:
     """Mean RMSE of each group, as recorded and at the rate of a foot."""
-    from footfall import _footfall
-
     from .resample import resample
     from .sets import SETS, load
 
@@ -136,8 +134,7 @@ def score() -> dict[str, float]:
                 if rate == "1 kHz" and recording.rate < 0.9 * PRODUCT:
                     recording = resample(recording, PRODUCT)
                 assert recording.label is not None
-                removed = recording.gravity == "removed"
-                p = _footfall.p_stable(recording.acc, recording.gyr, recording.rate, removed, [])
+                p = recording.estimate().p_stable
                 known = recording.label >= 0
                 of = squares.setdefault((group, rate, file.set), [0.0, 0.0])
                 of[0] += float(np.sum((p[known] - recording.label[known]) ** 2))
