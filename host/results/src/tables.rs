@@ -361,7 +361,7 @@ fn updates_others(result: &Stored) -> Result<String> {
 }
 
 fn update_corners(result: &Stored) -> Result<String> {
-    let mut table = Table::new(&["board", "corner", "rows", "not as promised"]);
+    let mut table = Table::new(&["board", "corner", "rows", "failed"]);
     for row in result.rows() {
         table.row([
             row.text("board")?.to_owned(),
@@ -466,28 +466,28 @@ fn latency_to_the_robot(result: &Stored) -> Result<String> {
     let budget = f64::from(EDGE_TO_MAILBOX_US) / 1.0e3;
     let parts = [
         (
-            "filters of the sensor, of second order, far below their cut-offs of 333 and 335 Hz",
+            "delay of the sensor's filters, of second order with cut-offs of 333 and 335 Hz, for slow motion",
             2,
             [0.67, 0.67],
         ),
         (
-            "until the next sample: one each ms, at an edge at most 0.15 ms after the tick",
+            "wait for the next sample: one per ms, at an edge at most 0.15 ms after the tick",
             2,
             [0.50, 1.15],
         ),
         (
-            "reading, estimating, encoding: edge to CAN mailbox, [estimated](../host/virtual-board/README.md#latency), and \
-             its budget",
+            "read, estimate and encode, from edge to CAN mailbox: [estimated](../host/virtual-board/README.md#latency) \
+             (typical), its budget (longest)",
             3,
             [median, budget],
         ),
         (
-            "until the bus is free: nothing, or a frame under way, a SYNC and three contacts",
+            "wait for the bus: none (typical), or a frame under way, a SYNC and three contacts (longest)",
             3,
             [0.0, 4.0 * longest(8) + longest(1)],
         ),
         (
-            "the frame: no stuffing, or as much as there can be",
+            "the frame, without stuff bits (typical) or with the most possible (longest)",
             3,
             [UNSTUFFED / BIT_RATE, longest(8)],
         ),
@@ -507,7 +507,7 @@ fn latency_to_the_robot(result: &Stored) -> Result<String> {
     }
     // Filters and the wait for a sample are over when it is taken.
     for (name, parts) in
-        [("**age of the sample**: the last three", &parts[2..]), ("**sum**", &parts[..])]
+        [("**age of the sample**: sum of the last three", &parts[2..]), ("**sum**", &parts[..])]
     {
         let [typical, longest] = sum(parts);
         table.row([name.to_owned(), format!("**{typical:.2}**"), format!("**{longest:.2}**")]);
