@@ -6,6 +6,7 @@ pub mod changed;
 pub mod committed;
 pub mod datasets;
 pub mod drawing;
+pub mod one_robot;
 pub mod oracle;
 pub mod qemu;
 pub mod requirements;

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
 use estimator_core::{ContactEstimator, Decision, Params};
 use firmware::float;
+use host_tests::one_robot::{FEET, OneRobot};
 use lsm6dsox::imu::missing_sample;
 use serde_json::Value as Json;
 use tempfile::TempDir;
@@ -245,6 +247,15 @@ fn soft_floats_have_the_bits_of_the_processor() {
 
 #[test]
 #[ignore = "full: an emulator of the chip"]
+fn nano_adds_and_multiplies_with_the_bits_of_ieee_754() {
+    let Programs { uf2, .. } = programs();
+    let mut node = Command::new("node");
+    node.arg("floats.mjs").arg("--uf2").arg(uf2).arg("--elf").arg(uf2.with_extension(""));
+    run(node.current_dir(emulator()));
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
 fn nano_walks_over_usb_with_the_bits_of_the_host() {
     let folder = TempDir::new().expect("a folder");
     store_raw_stream(&folder);
@@ -444,4 +455,109 @@ fn nano_waits_for_a_command_after_a_reset_by_one() {
     let run = board(&folder, 3, &["--send-at-ms", &reset]);
     assert_eq!(run.summary["resets"][0]["reason"], "watchdog forced");
     assert_eq!(run.health().state, NmtState::PreOperational);
+}
+
+/// Boards on a hub, in lock step with programs: `nano/serve.mjs`.
+struct Boards {
+    child: Child,
+    folder: TempDir,
+}
+
+impl Boards {
+    /// Starts boards that carry the sensor through a motion, and waits for their ports.
+    fn start(feet: &[&str], options: &[&str]) -> Self {
+        let programs = programs();
+        let folder = TempDir::new().expect("a folder");
+        let mut child = Command::new("node")
+            .arg("serve.mjs")
+            .args([Path::new("--uf2"), &programs.uf2, Path::new("--part"), &programs.part])
+            .args([Path::new("--links"), folder.path()])
+            .args(["--feet", &feet.join(","), "--busy-hub"])
+            .args(options)
+            .current_dir(emulator())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("node runs");
+        let mut line = String::new();
+        let output = child.stdout.as_mut().expect("piped");
+        BufReader::new(output).read_line(&mut line).expect("a line");
+        assert_eq!(line, "ready\n");
+        Self { child, folder }
+    }
+
+    /// The port of a board, as a source.
+    fn source(&self, foot: &str) -> String {
+        format!("uart:{}", self.folder.path().join(format!("{foot}.uart")).display())
+    }
+
+    /// Ends the boards. Returns their report.
+    fn end(mut self) -> Json {
+        drop(self.child.stdin.take());
+        let mut report = String::new();
+        let mut output = self.child.stdout.take().expect("piped");
+        output.read_to_string(&mut report).expect("text");
+        assert!(self.child.wait().expect("it ends").success());
+        serde_json::from_str(&report).expect("a report")
+    }
+}
+
+/// The program with all features: the one that `FOOTFALL_PROGRAM` names, or a fresh build.
+fn footfall() -> PathBuf {
+    if let Some(path) = std::env::var_os("FOOTFALL_PROGRAM") {
+        return path.into();
+    }
+    let build = "build --locked --quiet --package footfall-program --features all --target-dir";
+    run(Command::new("cargo").args(build.split(' ')).arg("target/full").current_dir(ROOT));
+    Path::new(ROOT).join("target/full/debug/footfall")
+}
+
+/// Out of the parcel: an earlier program's filesystem is in the flash, the ROM's loader has left its marks, and all boards
+/// say that they are FL.
+#[test]
+#[ignore = "full: four emulators of the chip; written, and not run yet"]
+fn four_nanos_on_a_hub_walk_as_one_robot() {
+    let flash = tempfile::NamedTempFile::new().expect("a file");
+    let sector: Vec<u8> = b"IMPORTBOARD PY ".iter().copied().cycle().take(512).collect();
+    fs::write(flash.path(), sector.repeat((16 << 20) / 512)).expect("the flash");
+    let flash = flash.path().display().to_string();
+    let boards = Boards::start(
+        &FEET,
+        &["--motion", "walk", "--reason", "1", "--scratch-0", "64", "--flash", &flash],
+    );
+    let (program, folder) = (footfall(), TempDir::new().expect("a folder"));
+    let sources = FEET.map(|foot| boards.source(foot));
+    let robot = OneRobot {
+        program: &program,
+        folder: folder.path(),
+        sources: &sources,
+        rate: f64::from(1.0 / TICK_S),
+    };
+    for foot in &FEET[1..] {
+        let (said, _) = robot.footfall(&["foot", &boards.source(foot), "id", foot]);
+        assert!(said.contains(foot), "{said}");
+    }
+    robot.walk();
+    let report = boards.end();
+    for foot in FEET {
+        let board = &report["boards"][foot];
+        assert_eq!(board["warnings"], Json::Array(vec![]), "{foot}");
+    }
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn good_nano_is_accepted_at_the_first_try() {
+    let boards =
+        Boards::start(&["FL"], &["--motion", "stand", "--reason", "1", "--scratch-0", "64"]);
+    let (program, folder) = (footfall(), TempDir::new().expect("a folder"));
+    let source = boards.source("FL");
+    let robot = OneRobot {
+        program: &program,
+        folder: folder.path(),
+        sources: std::slice::from_ref(&source),
+        rate: f64::from(1.0 / TICK_S),
+    };
+    robot.accept(&source);
+    assert_eq!(boards.end()["boards"]["FL"]["resets"], Json::Array(vec![]));
 }

@@ -74,7 +74,8 @@ impl Feed {
     #[must_use]
     pub fn open_all(sources: Vec<Box<dyn LineSource>>) -> Self {
         if !sources.is_empty() && sources.iter().all(|source| source.is_in_lock_step()) {
-            return Self::consumed(sources.iter().map(|source| source.open()));
+            let is_alone = sources.len() == 1;
+            return Self::consumed(is_alone, sources.iter().map(|source| source.open()));
         }
         let (played, mut sources): (Vec<_>, Vec<_>) =
             sources.into_iter().partition(|source| source.speed().is_some());
@@ -97,14 +98,27 @@ impl Feed {
         Self { reader, clock: LineClock::default(), lines, open: Cell::new(lines) }
     }
 
-    /// Feed of lines that their consumer reads.
-    fn consumed(opened: impl Iterator<Item = Result<Box<dyn Link>, LinkError>>) -> Self {
-        let lines: Vec<_> = opened.map(ConsumedLine::new).collect();
+    /// Feed of lines that their consumer reads, or of one alone.
+    fn consumed(
+        is_alone: bool,
+        opened: impl Iterator<Item = Result<Box<dyn Link>, LinkError>>,
+    ) -> Self {
+        let lines = opened.map(|mut opened| {
+            // The next line cannot be opened while this one holds the boards' time.
+            if !is_alone
+                && let Ok(link) = &mut opened
+                && let Err(error) = link.park()
+            {
+                opened = Err(error);
+            }
+            ConsumedLine::new(opened)
+        });
+        let lines: Vec<_> = lines.collect();
         let clocks = lines.iter().filter_map(|line| line.link.as_ref());
         let clock = clocks.map(|link| link.clock()).next();
         let count = lines.len();
         Self {
-            reader: LineReader::Consumer(ConsumedLines { lines, next: 0 }.into()),
+            reader: LineReader::Consumer(ConsumedLines { lines, next: 0, used: None }.into()),
             clock: clock.unwrap_or_default(),
             lines: count,
             open: Cell::new(count),
@@ -175,6 +189,8 @@ struct ConsumedLines {
     lines: Vec<ConsumedLine>,
     /// Line that is read next.
     next: usize,
+    /// Line that is not parked.
+    used: Option<usize>,
 }
 
 impl ConsumedLines {
@@ -186,6 +202,7 @@ impl ConsumedLines {
             for _ in 0..self.lines.len() {
                 let index = self.next % self.lines.len();
                 self.next = index + 1;
+                self.use_line(index);
                 if let Some(fed) = self.lines[index].next(piece) {
                     return Some(fed);
                 }
@@ -200,7 +217,19 @@ impl ConsumedLines {
     }
 
     fn send(&mut self, sending: &Sending) {
-        self.lines.iter_mut().for_each(|line| line.send(sending));
+        for index in 0..self.lines.len() {
+            self.use_line(index);
+            self.lines[index].send(sending);
+        }
+    }
+
+    /// Parks the line that was used before another one.
+    fn use_line(&mut self, index: usize) {
+        if let Some(before) = self.used.replace(index)
+            && before != index
+        {
+            self.lines[before].park();
+        }
     }
 }
 
@@ -235,6 +264,15 @@ impl ConsumedLine {
                 self.link = None;
                 Some(Fed::Ended(error))
             }
+        }
+    }
+
+    fn park(&mut self) {
+        if let Some(link) = &mut self.link
+            && let Err(error) = link.park()
+        {
+            self.link = None;
+            self.events.push_back(Fed::Ended(error));
         }
     }
 

@@ -63,6 +63,22 @@ fn json_output_has_one_object_per_line() {
 }
 
 #[test]
+fn feet_of_a_bus_and_of_two_serial_lines_are_one_robot() {
+    let lines = "demo:feet=2,seconds=2.5,speed=max demo:feet=2,line=uart,seconds=2.5,speed=max";
+    let names = "--names 0x15=FL,0x16=FR,L=RL,R=RR";
+    let (lines, warnings, code) = monitor(&format!("{lines} {names}"));
+    assert_eq!((warnings.as_str(), code), ("", Some(0)));
+    for foot in ["FL", "FR", "RL", "RR"] {
+        assert!(lines_with_p(&lines, foot) > 0, "{foot}:\n{lines}");
+    }
+    let of_others = lines.lines().filter(|line| line.contains("  P "));
+    assert!(
+        of_others.filter(|line| !line.contains("missing 0, dropped 0")).count() == 0,
+        "{lines}"
+    );
+}
+
+#[test]
 fn invalid_source_is_a_command_line_error() {
     let (_, error, code) = monitor("ttyACM0");
     assert_eq!(code, Some(2));

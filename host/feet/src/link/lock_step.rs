@@ -12,6 +12,7 @@ use super::LineClock;
 /// Kinds of requests.
 const WRITE: u8 = b'W';
 const RUN: u8 = b'R';
+const PARK: u8 = b'P';
 
 /// Length of an answer without its bytes: the time and their number.
 const HEAD: usize = 12;
@@ -44,6 +45,11 @@ impl LockStepClient {
     pub(super) fn run(&mut self, longest: Duration) -> io::Result<Vec<u8>> {
         let us = u32::try_from(longest.as_micros()).unwrap_or(u32::MAX);
         self.request(RUN, us, &[])
+    }
+
+    /// Lets time pass while another line of this program waits, until the next request.
+    pub(super) fn park(&mut self) -> io::Result<()> {
+        self.request(PARK, 0, &[]).map(|_| ())
     }
 
     pub(super) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {

@@ -234,6 +234,15 @@ pub trait Link {
     /// The line has broken, or does not accept this kind of data.
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError>;
 
+    /// Lets the time of boards in lock step pass while another line of this program waits, until this one is used again.
+    /// Other lines do nothing.
+    ///
+    /// # Errors
+    /// The line has broken.
+    fn park(&mut self) -> Result<(), LinkError> {
+        Ok(())
+    }
+
     /// Returns the clock on which timeouts of the line are measured: that of this machine, unless the line is in lock
     /// step.
     fn clock(&self) -> LineClock {

@@ -64,6 +64,17 @@ impl Port {
     }
 }
 
+impl Port {
+    /// Lets the time of boards in lock step pass while another line waits, until this one is used again.
+    pub(super) fn park(&mut self) -> Result<(), LinkError> {
+        match &mut self.device {
+            PortDevice::Serial(_) => Ok(()),
+            #[cfg(unix)]
+            PortDevice::LockStep(line) => line.park().map_err(LinkError::device(&self.name)),
+        }
+    }
+}
+
 impl PortDevice {
     fn open(name: &str, baud: u32) -> io::Result<Self> {
         #[cfg(unix)]

@@ -79,6 +79,10 @@ impl Link for SerialLine {
         self.0.clock()
     }
 
+    fn park(&mut self) -> Result<(), LinkError> {
+        self.0.port.park()
+    }
+
     fn as_serial_line(&mut self) -> Option<&mut SerialLine> {
         Some(self)
     }
@@ -274,6 +278,10 @@ impl Link for SlcanAdapter {
 
     fn clock(&self) -> LineClock {
         self.port.clock.clone()
+    }
+
+    fn park(&mut self) -> Result<(), LinkError> {
+        self.port.park()
     }
 }
 

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | write: bytes to the line, at most 65536 | `W`, their number, the bytes |
 //! | run: let time pass until there is output on the line, at most for a duration in µs | `R`, the duration |
+//! | park: until the next request, time may pass while other lines wait | `P`, 0 |
 //!
 //! | answer | bytes |
 //! |---|---|
@@ -15,7 +16,8 @@
 //! The time has 8 bytes, the other numbers 4, the lowest first. Time passes in steps of a millisecond. It also passes in a
 //! write that finds more than 4096 bytes waiting, until they are fewer. A line has one program at a time; another one is
 //! disconnected. Programs are answered one after the other: each waits again, or has closed its line, before the next one
-//! is answered. With the same orders and requests, a run repeats exactly.
+//! is answered. A park is answered at once: a program that has several lines open parks all but the one that it uses. With the
+//! same orders and requests, a run repeats exactly.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -63,6 +65,8 @@ enum Request {
     Write,
     /// Ends with output, or at this time, µs.
     Run(u64),
+    /// Ends with the next request.
+    Parked,
 }
 
 /// Change of a line.
@@ -120,7 +124,8 @@ pub fn turn(
 
 fn is_turn_of_boards(lines: &[&mut LockStepLine]) -> bool {
     let programs = || lines.iter().filter_map(|line| line.program.as_ref());
-    programs().next().is_some() && programs().all(|program| program.request.is_some())
+    let is_waiting = |program: &Program| !matches!(program.request, None | Some(Request::Parked));
+    programs().any(is_waiting) && programs().all(|program| program.request.is_some())
 }
 
 /// Waits for a connection, a request or an end of a program. Returns whether there is one.
@@ -193,7 +198,7 @@ impl LockStepLine {
         let mut piece = [0; 4096];
         loop {
             match program.stream.read(&mut piece) {
-                Ok(count @ 1..) if program.request.is_none() => {
+                Ok(count @ 1..) if matches!(program.request, None | Some(Request::Parked)) => {
                     program.received.extend_from_slice(&piece[..count]);
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
@@ -207,6 +212,7 @@ impl LockStepLine {
             let (request, length) = match kind {
                 b'W' => (Request::Write, number as usize),
                 b'R' => (Request::Run(now_us + u64::from(number)), 0),
+                b'P' => (Request::Parked, 0),
                 _ => return Some(self.disconnect()),
             };
             let excess = program.received.len().checked_sub(HEAD + length);
@@ -216,6 +222,11 @@ impl LockStepLine {
             if excess.is_some() {
                 self.coming.extend(program.received.drain(..).skip(HEAD));
                 program.request = Some(request);
+                if let Request::Parked = request
+                    && program.answer(now_us, &[]).is_err()
+                {
+                    return Some(self.disconnect());
+                }
             }
         }
     }
@@ -226,6 +237,7 @@ impl LockStepLine {
         request.is_some_and(|request| match request {
             Request::Write => self.coming.len() <= MOST_COMING,
             Request::Run(end_us) => !self.waiting.is_empty() || end_us <= now_us,
+            Request::Parked => false,
         })
     }
 
@@ -235,9 +247,7 @@ impl LockStepLine {
             Some(Request::Run(_)) => std::mem::take(&mut self.waiting),
             _ => Vec::new(),
         };
-        let length = output.len() as u32;
-        let answer = [&now_us.to_le_bytes()[..], &length.to_le_bytes(), &output].concat();
-        match write_all(&mut program.stream, &answer) {
+        match program.answer(now_us, &output) {
             Ok(()) => None,
             Err(_) => Some(self.disconnect()),
         }
@@ -247,6 +257,15 @@ impl LockStepLine {
         self.program = None;
         self.waiting.clear();
         Change::Closed
+    }
+}
+
+impl Program {
+    /// Sends an answer.
+    fn answer(&mut self, now_us: u64, output: &[u8]) -> io::Result<()> {
+        let length = output.len() as u32;
+        let answer = [&now_us.to_le_bytes()[..], &length.to_le_bytes(), output].concat();
+        write_all(&mut self.stream, &answer)
     }
 }
 
@@ -344,6 +363,26 @@ mod tests {
         turn_at(&mut lines, 0);
         programs[1].set_nonblocking(false).expect("set");
         answer(&mut programs[1]);
+    }
+
+    #[test]
+    fn time_passes_for_one_of_the_lines_of_a_program() {
+        let (mut lines, mut programs) = lines("parked", 2, 1);
+        turn_at(&mut lines, 0);
+        for program in &mut programs {
+            ask(program, b'P', 0, &[]);
+        }
+        assert_eq!(turn_at(&mut lines, 0).0, Turn::Programs, "none waits");
+        assert!(programs.iter_mut().all(|program| answer(program) == (0, Vec::new())));
+        ask(&mut programs[1], b'R', 1_000, &[]);
+        assert_eq!(turn_at(&mut lines, 0).0, Turn::Boards);
+        assert_eq!(lines[0].write(b"out"), Sent::Taken);
+        assert_eq!(turn_at(&mut lines, 1_000).0, Turn::Programs);
+        assert_eq!(answer(&mut programs[1]), (1_000, Vec::new()));
+        ask(&mut programs[1], b'P', 0, &[]);
+        ask(&mut programs[0], b'R', 1_000, &[]);
+        turn_at(&mut lines, 1_000);
+        assert_eq!(answer(&mut programs[0]), (1_000, b"out".to_vec()));
     }
 
     #[test]
