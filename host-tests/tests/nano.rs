@@ -11,6 +11,7 @@ use estimator_core::{ContactEstimator, Decision, Params};
 use firmware::float;
 use host_tests::one_robot::{FEET, OneRobot};
 use lsm6dsox::imu::missing_sample;
+use results::{Measurement, rounded};
 use serde_json::Value as Json;
 use tempfile::TempDir;
 use wire::dictionary::{SIGNATURE_STORE, index};
@@ -264,6 +265,27 @@ fn nano_walks_over_usb_with_the_bits_of_the_host() {
     assert_eq!(run.summary["usb"]["product"], "footfall foot");
     let busy = run.summary["busyShare"].as_f64().expect("a share");
     assert!(busy < 0.60, "load {busy}");
+    let mut result = Measurement::new(
+        "nano",
+        "A walk of 20 s on the emulated Nano RP2040, which also sends its raw samples.",
+    )
+    .measured_by("cargo test -p host-tests --test host nano_walks -- --ignored")
+    .tolerance("value", 0.05);
+    let cycles = busy * run.number("/clockMhz") * 1.0e6 * f64::from(TICK_S);
+    let rate = run.contacts().count() as f64 / run.number("/seconds");
+    for (quantity, value, unit) in [
+        ("processor busy", rounded(100.0 * busy, 1), "%"),
+        (
+            "cycles of a sample, frames and interrupts included",
+            rounded(cycles / 1.0e3, 0),
+            "thousand",
+        ),
+        ("contacts a second, from power-up on", rounded(rate, 0), ""),
+    ] {
+        let row = [("quantity", quantity.into()), ("value", value.into()), ("unit", unit.into())];
+        result.row(row);
+    }
+    result.assert_current();
     let samples = run.messages.iter().filter_map(|message| match message {
         Message::Raw(raw) => Some((raw.timestamp, raw.to_si())),
         _ => None,

@@ -50,6 +50,7 @@ const TEMPLATES: &[Template] = &[
     ("wire/README.md", "latency", "hour", latency_to_the_robot),
     ("docs/guide/wiring.md", "profiles", "bus-profiles", bus_profiles),
     ("docs/guide/your-own-board.md", "processors", "processors", processors),
+    ("host-tests/nano/README.md", "nano", "nano", nano),
     ("python/README.md", "throughput", "throughput", throughput),
     ("docs/guide/fleet.md", "fleet", "fleet", fleet),
     ("CONTRIBUTING.md", "gate", "gate", gate),
@@ -682,6 +683,18 @@ fn processors(result: &Stored) -> Result<String> {
             count(&row, "mean_instructions")?,
             count(&row, "largest_instructions")?,
             count(&row, "bound_instructions")?,
+        ]);
+    }
+    Ok(table.0)
+}
+
+fn nano(result: &Stored) -> Result<String> {
+    let mut table = Table::new(&["", "", ""]);
+    for row in result.rows() {
+        table.row([
+            row.text("quantity")?.to_owned(),
+            row.number("value")?.to_string(),
+            row.text("unit")?.to_owned(),
         ]);
     }
     Ok(table.0)
