@@ -1,13 +1,16 @@
 //! Settings: the defaults are those of the sensor, and no setting that a member of the bus can write to a walking foot hides
 //! its swings.
 
-use estimator_core::parameter::Parameter;
+use estimator_core::parameter::{Parameter, rows};
 use estimator_core::params::Method;
 use estimator_core::{Axis, Decision, Params, PerAxis};
+use feet::foot::Named;
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
+use host_tests::committed::assert_block;
 use lsm6dsox::Config;
 use recordings::config::default_params;
 use recordings::estimate::estimates_of;
+use wire::Address;
 
 /// The bandwidths are in the estimator, the noise is in the driver: neither crate knows the other.
 #[test]
@@ -63,4 +66,26 @@ fn settings_at_their_limits_leave_swings_that_are_not_stable() {
         let seen = swings_seen(&params);
         assert!(seen >= least, "{name}: {seen}");
     }
+}
+
+/// Meaning of a setting: that of the estimator's parameter, which is about one value, else that of the object.
+fn meaning(setting: &Named) -> String {
+    let name = setting.name();
+    let about = rows().find(|row| row.name == name).map(|row| row.about.to_owned());
+    about.unwrap_or_else(|| setting.doc()).replace('|', "\\|")
+}
+
+#[test]
+fn the_document_lists_every_setting_of_a_foot() {
+    let mut table =
+        "| name | object | values | default | meaning |\n|---|---|---|---|---|\n".to_owned();
+    for setting in Named::settings() {
+        let (name, range, Address { index, subindex }) =
+            (setting.name(), setting.range(), setting.address);
+        let default = format!("{} {}", setting.text(setting.default(None)), setting.unit());
+        let (default, meaning) = (default.trim_end(), meaning(&setting));
+        table +=
+            &format!("| `{name}` | 0x{index:04X}:{subindex} | {range} | {default} | {meaning} |\n");
+    }
+    assert_block("docs/reference/settings.md", "settings", &table);
 }
