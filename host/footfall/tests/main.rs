@@ -23,6 +23,7 @@ mod foot;
 mod monitor;
 #[cfg(feature = "bags")]
 mod others;
+mod pages;
 mod plausible;
 #[cfg(all(feature = "bags", feature = "foxglove", feature = "ros2"))]
 mod played;
