@@ -1,5 +1,7 @@
 //! Communication between the program and its bootloader: the journal of updates, and a note in RAM.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use bootloader::flash::{Flash, FlashFailed, Sector, Slot};
 use bootloader::image::{Refusal, identification};
 use bootloader::journal::{Event, Progress, State};
@@ -29,13 +31,19 @@ impl Flash for Words {
     }
 }
 
-/// The running program.
+/// Whether the running program is on trial. Set at the start.
+///
+/// A read of the whole journal takes half a millisecond. Only a program on trial needs a second one, in [`confirm`].
+static IS_ON_TRIAL: AtomicBool = AtomicBool::new(false);
+
+/// The running program. Reads the journal, and is called once, at the start.
 pub fn program() -> Program {
-    let refusal = State::read(&Words).refusal;
+    let state = State::read(&Words);
+    IS_ON_TRIAL.store(matches!(state.progress, Progress::Trial(_)), Ordering::Relaxed);
     Program {
         identification: identification(&Words, Slot::Running),
         previous: identification(&Words, Slot::Previous),
-        flash_status: refusal.map_or(0, Refusal::flash_status),
+        flash_status: state.refusal.map_or(0, Refusal::flash_status),
     }
 }
 
@@ -44,15 +52,13 @@ pub fn program() -> Program {
 /// # Errors
 /// The flash failed, or the supply is too low.
 pub fn confirm() -> Result<(), StoreFailed> {
-    let mut state = State::read(&Words);
-    match state.progress {
-        Progress::Trial(_) => {
-            state.append(Event::Confirmed, &mut Words).map_err(|FlashFailed| StoreFailed::Flash)
-        }
-        Progress::Settled | Progress::Installing | Progress::Replacing | Progress::Restoring(_) => {
-            Ok(())
-        }
+    if IS_ON_TRIAL.load(Ordering::Relaxed) {
+        State::read(&Words)
+            .append(Event::Confirmed, &mut Words)
+            .map_err(|FlashFailed| StoreFailed::Flash)?;
+        IS_ON_TRIAL.store(false, Ordering::Relaxed);
     }
+    Ok(())
 }
 
 const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(note::ADDRESS);
