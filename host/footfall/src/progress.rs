@@ -94,8 +94,8 @@ mod tests {
 
     #[test]
     fn time_left_is_shown_after_five_seconds() {
-        let left = |elapsed| left_text(Duration::from_secs(elapsed), Duration::from_secs(90));
+        let left = |elapsed| left_text(Duration::from_secs(elapsed), Duration::from_secs(80));
         assert_eq!(left(4), "");
-        assert_eq!(left(5), ", 90 seconds left");
+        assert_eq!(left(5), ", 80 seconds left");
     }
 }

@@ -44,7 +44,7 @@ fn finding_has_a_line_and_a_name() {
              --units dps",
         ),
         (
-            resting(0.02, at("0,0,9.81")),
+            resting(0.02, |t| format!("{t:.4},0,0,9.81,{},0,0", 0.001 * (30.0 * t).sin())),
             "",
             "low_rate",
             "50 Hz is too low for the windows of the estimate, which was chosen with 100 Hz and \

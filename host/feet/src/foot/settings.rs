@@ -282,8 +282,10 @@ pub fn write(
         return Ok(changes);
     }
     let state = pause(client)?;
-    if let Err(error_with) = write_all(client, &changes) {
-        return Err(error_with(put_back(client, &changes, state)));
+    let axes = (before.get(&AXES).copied(), values.get(&AXES).or(before.get(&AXES)).copied());
+    let put_back = |client: &mut Client| put_back(client, &changes, axes.0, state);
+    if let Err(error_with) = write_all(client, &changes, axes.1) {
+        return Err(error_with(put_back(client)));
     }
     if lasting == Lasting::Stored {
         let mut settings = before;
@@ -297,7 +299,7 @@ pub fn write(
                     let _ = client.bring_to(state);
                     Undone::NoneStored
                 }
-                _ => put_back(client, &changes, state),
+                _ => put_back(client),
             };
             return Err(SettingsError::NotTaken { cause, undone });
         }
@@ -356,32 +358,55 @@ fn incompatible(setting: Named) -> ErrorWith {
     })
 }
 
-fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(), ErrorWith> {
-    // A setting may become compatible after another: refused ones are retried as long as any is accepted.
-    let mut left: Vec<_> = changes.iter().collect();
+/// Axes of the mounting as a code, or 0 if the quaternion of the same object gives them.
+const AXES: Address = Address::new(index::MOUNTING, 1);
+
+/// Code of axes that are those of the foot.
+const IDENTITY: Value = Value::U16(123);
+
+/// Writes `changes` in an order that the foot accepts. `axes` is the value that [`AXES`] has after it.
+fn write_all(
+    client: &mut Client,
+    changes: &[(Named, Value, Value)],
+    axes: Option<Value>,
+) -> Result<(), ErrorWith> {
+    let mut steps: Vec<(Named, Value)> =
+        changes.iter().map(|(named, _, new)| (*named, *new)).collect();
+    // While a quaternion is selected, the foot refuses each part that does not fit the others. So a code is selected
+    // before the parts are written, and what is wanted after them.
+    let is_part = |named: &Named| named.address.index == AXES.index && named.address != AXES;
+    let rotates = steps.iter().any(|(named, _)| is_part(named));
+    if let (true, Some(axes), Some(named)) = (rotates, axes, Named::at(AXES)) {
+        steps.retain(|(named, _)| named.address != AXES);
+        steps.extend([(named, IDENTITY), (named, axes)]);
+    }
     // A locked foot accepts no setting but the lock: it is unlocked first, and locked last.
-    left.sort_by_key(|(named, _, value)| match named.address.index {
-        index::LOCK if *value == Value::U8(0) => 0,
-        index::LOCK => 2,
-        _ => 1,
+    steps.sort_by_key(|(named, value)| match named.address {
+        Address { index: index::LOCK, .. } if *value == Value::U8(0) => 0,
+        AXES if rotates && *value == IDENTITY => 1,
+        AXES => 3,
+        Address { index: index::LOCK, .. } => 4,
+        _ => 2,
     });
-    while !left.is_empty() {
+    // A setting may become compatible after another: refused ones are retried as long as any is accepted.
+    while !steps.is_empty() {
         let mut refused = Vec::new();
-        let before = left.len();
-        for change in left {
-            let (named, _, value) = change;
-            match client.write(named.address, *value) {
+        let before = steps.len();
+        for (named, value) in steps {
+            match client.write(named.address, value) {
                 Ok(()) => {}
-                Err(error) if error.is_refusal(AbortCode::Incompatible) => refused.push(change),
+                Err(error) if error.is_refusal(AbortCode::Incompatible) => {
+                    refused.push((named, value));
+                }
                 Err(error) => return Err(not_taken(error)),
             }
         }
-        if let Some((first, ..)) = refused.first()
+        if let Some((first, _)) = refused.first()
             && refused.len() == before
         {
             return Err(incompatible(*first));
         }
-        left = refused;
+        steps = refused;
     }
     for (named, _, value) in changes {
         let read = client.read(named.address, named.entry.data_type());
@@ -395,10 +420,15 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
 }
 
 /// Restores the previous settings as far as possible.
-fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: NmtState) -> Undone {
+fn put_back(
+    client: &mut Client,
+    changes: &[(Named, Value, Value)],
+    axes: Option<Value>,
+    state: NmtState,
+) -> Undone {
     let backwards = changes.iter();
     let backwards = backwards.map(|(named, before, after)| (*named, *after, *before));
-    let put_back = write_all(client, &backwards.collect::<Vec<_>>());
+    let put_back = write_all(client, &backwards.collect::<Vec<_>>(), axes);
     let started = client.bring_to(state);
     match (put_back, started) {
         (Ok(()), Ok(())) => Undone::All,
