@@ -154,9 +154,8 @@ pub struct LoadThresholds {
 impl<R: fmt::Display> fmt::Display for WithInputs<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.report.fmt(f)?;
-        match &self.mounting {
-            Some(mounting) => write!(f, "\n{mounting}")?,
-            None => {}
+        if let Some(mounting) = &self.mounting {
+            write!(f, "\n{mounting}")?;
         }
         match &self.load {
             Some(LoadThresholds { on_threshold, off_threshold }) => {

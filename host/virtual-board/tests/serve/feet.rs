@@ -66,8 +66,8 @@ fn feet_on_lines_of_their_own_are_one_robot() {
     assert_eq!(said, "");
     for foot in ["L", "R"] {
         let of_foot = |line: &Json| line["foot"] == foot && line["rate_hz"].is_number();
-        let lines = lines.lines().map(|line| serde_json::from_str::<Json>(line).expect("JSON"));
-        let line = lines.filter(of_foot).last().unwrap_or_else(|| panic!("no {foot}: {said}"));
+        let mut lines = lines.lines().map(|line| serde_json::from_str::<Json>(line).expect("JSON"));
+        let line = lines.rfind(of_foot).unwrap_or_else(|| panic!("no {foot}: {said}"));
         let rate = line["rate_hz"].as_f64().expect("a number");
         assert!((990.0..=1010.0).contains(&rate), "{line}");
         assert_eq!((&line["missing"], &line["dropped"]), (&0.into(), &0.into()), "{line}");
