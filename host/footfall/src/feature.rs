@@ -52,7 +52,7 @@ impl Feature {
 #[derive(Debug, Error)]
 #[error(
     "{what} needs the feature {feature}, and this footfall is built without it; \
-     build it with: cargo run --release --features {feature}"
+     install it in its clone with: cargo install --locked --path host/footfall --features {feature}"
 )]
 pub struct NotBuilt {
     what: String,

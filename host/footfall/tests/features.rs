@@ -37,7 +37,7 @@ fn missing_feature_error_names_the_build_command() {
         let error = bench.error(arguments);
         let named = format!("needs the feature {feature}, ");
         assert!(error.contains(&named), "{arguments}: {error}");
-        let command = format!("cargo run --release --features {feature}\n");
+        let command = format!("cargo install --locked --path host/footfall --features {feature}\n");
         assert!(error.ends_with(&command), "{arguments}: {error}");
         assert_eq!(bench.files(), before, "{arguments}");
     }

@@ -39,6 +39,14 @@ fn recording_of_four_feet_is_complete_and_replayable() {
 }
 
 #[test]
+fn seconds_of_a_recording_are_those_of_its_data() {
+    let bench = Bench::new();
+    let report = bench.stdout("record demo: --seconds 1 -o walk.mcap");
+    let contacts = count(&report, "/footfall/FL/contact");
+    assert!((1..=1200).contains(&contacts), "{report}");
+}
+
+#[test]
 fn forces_and_stances_of_all_feet_are_recorded() {
     let bench = Bench::new();
     let four = "record demo:feet=4,seconds=3 --compat wrench,all-stand --wrench-force 40";

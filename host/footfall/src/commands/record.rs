@@ -59,8 +59,11 @@ impl RecordArguments {
         let path = self.output.as_path();
         finish_when_interrupted();
         let (sources, feet) = self.listen.listen()?;
-        // Recorded sources are read at full speed.
-        let sources = sources.into_iter().map(|source| source.at_speed(Speed::Max)).collect();
+        // A recorded source is read at full speed, unless a time is given: then as many seconds of data are recorded.
+        let sources = match self.seconds {
+            None => sources.into_iter().map(|source| source.at_speed(Speed::Max)).collect(),
+            Some(_) => sources,
+        };
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(sources, feet, self.published.bridge()?)?;
         let mut recording = McapRecording::create(path, self.overwrite)?;
