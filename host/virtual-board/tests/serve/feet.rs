@@ -77,7 +77,7 @@ fn feet_on_lines_of_their_own_are_one_robot() {
 
 /// On one bus: with the program that `.ci/full` builds, which can record and publish.
 #[test]
-#[ignore = "full: four boards, and a program with all features; written, and not run yet"]
+#[ignore = "full: four boards, and a program with all features"]
 fn four_boards_on_a_bus_walk_as_one_robot() {
     let Some(server) = Server::start("one-robot", &["--feet", "4"]) else {
         return;
