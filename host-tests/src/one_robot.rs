@@ -58,7 +58,8 @@ impl OneRobot<'_> {
     /// # Panics
     /// A foot is not there as it should be.
     pub fn walk(&self) {
-        let lines = self.of_all("monitor", &["--json", "--seconds", "3"]);
+        // A board that has just been named is still starting.
+        let lines = self.of_all("monitor", &["--json", "--seconds", "6"]);
         let lines: Vec<Json> =
             lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
         for foot in FEET {

@@ -537,7 +537,7 @@ fn footfall() -> PathBuf {
 /// Out of the parcel: an earlier program's filesystem is in the flash, the ROM's loader has left its marks, and all boards
 /// say that they are FL.
 #[test]
-#[ignore = "full: four emulators of the chip; written, and not run yet"]
+#[ignore = "full: four emulators of the chip; not yet seen to pass"]
 fn four_nanos_on_a_hub_walk_as_one_robot() {
     let flash = tempfile::NamedTempFile::new().expect("a file");
     let sector: Vec<u8> = b"IMPORTBOARD PY ".iter().copied().cycle().take(512).collect();
