@@ -71,6 +71,8 @@ pub fn run() -> Result<()> {
     Step::program("cargo")
         .at(&outside)
         .with(["test", "--workspace", "--quiet", "--features", FOR_TESTS])
+        // Random histories take minutes without it.
+        .env("CARGO_PROFILE_TEST_OPT_LEVEL", "2")
         .run()?;
     println!("the tests of the packed packages pass");
     for name in NAMES {
