@@ -170,7 +170,7 @@ pub fn board_on_the_foot() -> String {
 
 /// Part of a recording, with the flags of its estimates.
 pub struct Panel<'a> {
-    /// What the part shows.
+    /// Content of the part.
     pub title: &'a str,
     /// First and last time, s.
     pub span: (f64, f64),

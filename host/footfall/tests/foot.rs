@@ -186,7 +186,7 @@ fn calibrated_file_is_imported_with_axes_and_learnt_values() {
         assert_has(&said, expected);
     }
     assert_eq!(error, "");
-    // What the report prints can be typed.
+    // The commands in the report can be typed.
     let report = bench.stdout("calibrate turned.csv");
     let mut typed = Vec::new();
     for line in report.lines().filter_map(|line| line.strip_prefix("on the foot: ")) {

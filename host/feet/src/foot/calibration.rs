@@ -41,7 +41,7 @@ pub fn learnt(client: &mut Client) -> Result<Learnt, RequestError> {
 /// Reads the mounting of the foot's sensor.
 ///
 /// # Errors
-/// A request has failed, or the values are no mounting.
+/// A request has failed, or the values are not a valid mounting.
 pub fn mounting(client: &mut Client) -> Result<Mounting, RequestError> {
     let code = client.read_number(index::MOUNTING, 1)?;
     let axis = |digit: u32| SensorAxis::ALL.get((digit as usize).wrapping_sub(1)).copied();

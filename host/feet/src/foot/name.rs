@@ -237,7 +237,7 @@ impl ValueNotation {
             }
             (index::MOUNTING, 1) => Self::Axes,
             (index::WINDOW, _) => Self::Milliseconds,
-            // Version and CRC are no times.
+            // Version and CRC are not times.
             (index::LEARNT, _) => Self::Number,
             _ if is_key && entry.data_type() == DataType::Unsigned32 => Self::Seconds,
             _ => Self::Number,

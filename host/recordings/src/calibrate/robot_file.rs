@@ -144,7 +144,7 @@ impl RobotFile {
                 .find(|(name, _)| name.eq_ignore_ascii_case(foot))
                 .and_then(|(_, of)| of.as_table())
         });
-        // What was learnt belongs together.
+        // All learnt values belong together.
         if own.is_some_and(|own| own.contains_key("learnt")) {
             general.remove("learnt");
         }

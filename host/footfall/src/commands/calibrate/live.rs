@@ -26,7 +26,10 @@ use crate::messages;
 use crate::report::Described;
 use crate::source::{Source, SourceArgument, find_all};
 
-/// Returns the inputs as sources of walking feet, if they are no files.
+/// Returns the inputs as sources of walking feet, or `None` if all of them are files.
+///
+/// # Errors
+/// Some are files and some are not, or a source is not found.
 pub(super) fn sources(inputs: &[PathBuf]) -> Result<Option<Vec<Source>>, Error> {
     let source = |input: &PathBuf| {
         let text = input.to_str().filter(|_| !input.exists())?;
@@ -145,10 +148,10 @@ struct LiveReport {
     written: bool,
 }
 
-/// What was found of a foot.
+/// Result of a foot.
 #[derive(Debug, Serialize)]
 struct WalkedFoot {
-    /// What it has learnt.
+    /// Learnt values.
     #[serde(serialize_with = "serialize_learnt")]
     learnt: Learnt,
     /// Mounting of its sensor; null if the sensor's axes are those of the foot.
