@@ -1,5 +1,5 @@
-/* Reads the sample rate in Hz, and then samples, one a line: µs, m/s² three times, rad/s three times, N, validity; an
- * empty line is the end. Prints the probability of each, or with BITS the bits of all that is estimated. */
+/* Reads the sample rate in Hz, and then one sample per line: µs, m/s² three times, rad/s three times, N, validity. An empty
+ * line ends the input. Prints the probability of each sample. With BITS it prints the bits of the whole estimate. */
 #include <stdio.h>
 #include <string.h>
 

@@ -14,7 +14,7 @@ use host_tests::changed::Chance;
 #[repr(align(8))]
 struct Memory([u8; SIZE + 8]);
 
-/// A struct of random bytes, of which every bit pattern is a value.
+/// Returns a struct of random bytes. Every bit pattern must be a valid value of its type.
 fn fill<T: Copy>(chance: &mut Chance) -> T {
     let mut value = MaybeUninit::<T>::zeroed();
     let start = value.as_mut_ptr().cast::<u8>();

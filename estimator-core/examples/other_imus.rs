@@ -1,5 +1,5 @@
-//! The estimator behind drivers of others: an ICM-20948 in an asynchronous task, as embassy runs it, and a BMI270 in a
-//! loop. Each driver gives its own units, and the samples of the estimator are SI.
+//! The estimator with third-party drivers: an ICM-20948 in an asynchronous task, as embassy runs it, and a BMI270 in a
+//! loop. Each driver has its own units. The estimator takes SI units.
 //!
 //! `main` runs the task on this machine with a part that rests: `cargo run -p footfall-estimator --example other_imus`.
 

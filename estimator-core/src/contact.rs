@@ -408,8 +408,8 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
         }
     }
 
-    /// Accounts for missing samples, and returns upper limits for the probabilities of the next sample; `None` if there
-    /// are no limits.
+    /// Accounts for missing samples, and returns upper limits for the probabilities of the next sample; `None` if they
+    /// are not limited.
     ///
     /// With the self-calibrating method a short gap has no other effect than these limits, the probabilities before it.
     /// A longer gap counts like unreliable samples, at most a few windows of them; the limits are the probabilities

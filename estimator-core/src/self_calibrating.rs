@@ -527,7 +527,7 @@ impl Classes {
     }
 }
 
-/// The second witness: how fast the foot turns in its stances and in its swings, and how much that tells.
+/// The second witness: the rate at which the foot turns in its stances and in its swings, and its weight.
 ///
 /// A foot that trembles after a landing accelerates as in a swing, but does not turn. A heel that rises slowly turns,
 /// but hardly accelerates. The logarithm v of the rate has two classes as that of the acceleration, u, has. The mass A
@@ -803,7 +803,7 @@ struct Evidence {
 }
 
 impl Evidence {
-    /// A foot of which nothing is known, with samples each `period` seconds.
+    /// The state before the first sample, for samples every `period` seconds.
     fn new(constants: &Constants, period: f32) -> Self {
         Self {
             rest: BriefRest::NONE,

@@ -907,7 +907,7 @@ impl Foot {
     /// Sends a complete line if the settings allow its level.
     fn log_line(&mut self, level: Level, line: LogMessage, ports: &Ports<impl Mailboxes>) {
         if level as u8 <= self.in_use.log_level {
-            // Errors go before responses, of which there can be many.
+            // Errors go before responses, because many responses may wait.
             let lane = match level {
                 Level::Error => Lane::Notice,
                 Level::Warning | Level::Information => Lane::Answer,

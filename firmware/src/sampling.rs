@@ -221,7 +221,7 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
     }
 }
 
-/// Serves ticks until `work` is done. The tick on which `work` completes is served to its end.
+/// Serves ticks until `work` is done, and completes the tick in which that happens.
 async fn alongside<T>(
     work: impl Future<Output = T>,
     ticks: &mut impl Ticks,

@@ -51,7 +51,7 @@ class Wires {
     return (this.isConnected && this.part.read(this.board.now, 1)?.[0]) || 0;
   }
 
-  /** Passes on what was written: a stop or a restart ends it. */
+  /** Passes the written bytes on. A stop or a restart ends a write. */
   flush() {
     const written = this.written.splice(0);
     if (!written.length || !this.isConnected) return;
@@ -110,8 +110,8 @@ export class Board {
   agenda = new Map();
 
   /**
-   * `image` is a UF2 or raw flash; `flash`, if given, what the flash held before. `flashKind` names the flash chip, `reason`
-   * and `scratch` are registers of the watchdog at the first start.
+   * `image` is a UF2 or raw flash. `flash`, if given, is the previous content of the flash. `flashKind` names the flash chip.
+   * `reason` and `scratch` are registers of the watchdog at the first start.
    */
   constructor({ image, part, flash, flashKind, reason, scratch, uniqueId = [0x50, 0x44, 0x34, 0x15, 0x4b, 0x21, 0x07, 0x1c] }) {
     this.flashKind = flashKind;

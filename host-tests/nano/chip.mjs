@@ -37,7 +37,7 @@ const CHIP_RESET = { power: 1 << 8, run: 1 << 16 };
 // effect here.
 const UNSUNG = ['USB', 'I2C0', 'IO_BANK0_BASE'];
 
-/** Registers that keep what is written; some read as something else. */
+/** Registers that keep the written value. A read of some registers returns another value. */
 class Registers extends BasePeripheral {
   constructor(chip, name, initial = {}, reads = {}) {
     super(chip, name);
@@ -195,7 +195,7 @@ export class Chip extends RP2040 {
     this.stalledNs += ns;
   }
 
-  /** Returns the time after what has stalled the core at `now`. */
+  /** Returns the time at which the core continues after its stalls, which began at `now`. */
   endStall(now) {
     const end = now + this.stalledNs;
     this.stalledNs = 0;
@@ -219,7 +219,7 @@ export class Chip extends RP2040 {
     return super.readUint32(address);
   }
 
-  /** Reads through the XIP cache, which misses once a line: what is copied to RAM is read once. */
+  /** Reads through the XIP cache. Each line misses once, because code that is copied to RAM is read once. */
   readFlash(address) {
     if (!this.flashChip.isMapped) {
       if (!this.isDead) this.onWarning('the flash does not answer');

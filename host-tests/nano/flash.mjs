@@ -1,7 +1,7 @@
-// The flash chip behind the SSI: the two kinds that the board was built with, as far as the second boot stage tells them
-// apart. Erase and program are functions of the boot ROM: see rom.mjs.
+// The flash chip behind the SSI. The board was built with two kinds. They differ here only where the second boot stage sees
+// a difference. Erase and program are functions of the boot ROM: see rom.mjs.
 
-// Of the first status register of both.
+// Bit of the first status register of both kinds.
 const BUSY = 0;
 
 // By kind: the answer to each command, and the mode bits after a quad read's address that keep the chip in reads without a

@@ -96,7 +96,7 @@ class Line {
     return this.request.kind === WRITE || this.waiting.length || this.request.end <= now;
   }
 
-  /** Answers its request: the time, and what has come. */
+  /** Answers the request with the time and the received bytes. */
   answer() {
     const output = this.request.kind === RUN ? Buffer.concat(this.waiting.splice(0)) : Buffer.alloc(0);
     const head = Buffer.alloc(12);
@@ -111,7 +111,7 @@ class Line {
 let now = 0;
 let isPlanned = false;
 
-/** Goes on, once what has come from the programs is taken. */
+/** Continues once the bytes from the programs have been read. */
 function turn() {
   if (isPlanned) return;
   isPlanned = true;

@@ -39,7 +39,7 @@ const PACKET_NS = 55e3;
 
 /** rp2040js completes transfers when they are armed: a host that does not read, or has nothing to send, is not possible. */
 export class UsbHost {
-  /** `port` outlives the chip: what has been read, whether it reads, and what it still has to send. */
+  /** `port` outlives the chip. It holds the bytes that were read, whether it reads, and the bytes that are still to be sent. */
   constructor(chip, port) {
     this.chip = chip;
     this.port = port;

@@ -101,7 +101,7 @@ impl OneRobot<'_> {
         self.calibrate();
     }
 
-    /// Lets each foot keep what it has learnt. They walk, so that none shows its axes.
+    /// Makes each foot keep its learnt values. The feet walk, so no foot finds its axes.
     fn calibrate(&self) {
         for (index, foot) in FEET.into_iter().enumerate() {
             let node = (0x11 + index).to_string();
@@ -117,7 +117,7 @@ impl OneRobot<'_> {
         }
     }
 
-    /// Accepts the foot of a source that stands still, in the steps that need no hand.
+    /// Runs the steps of the acceptance that need no person, on a source whose foot stands still.
     ///
     /// # Panics
     /// It is not accepted.

@@ -71,7 +71,7 @@ impl Set {
     /// The sets of ATLAS at 1 kHz, on which the paper reports.
     pub const ATLAS: [Self; 3] = [Self::Ground, Self::ThreeSteps, Self::Slip];
 
-    /// Its files in the folder of datasets; the demo has none.
+    /// Its files in the folder of datasets; empty for the demo.
     const fn files(self) -> &'static [&'static str] {
         match self {
             Self::Ground => &["pce/ATLAS_01ground.csv"],

@@ -1,5 +1,5 @@
-//! Copies of bags with contacts keep all that a bag has of the messages of others: times, numbers, definitions and
-//! qualities of service, as third-party libraries write and read them.
+//! Copies of bags with contacts keep everything about the other messages: times, numbers, definitions and qualities of
+//! service, as third-party libraries write and read them.
 
 use std::ffi::OsStr;
 use std::fs;

@@ -2,8 +2,8 @@
 //! learnt values, after a walk, and after a walk and a minute of standing. When it walks again, its stances are found as
 //! before.
 //!
-//! These motions were not recorded on a robot: they are sums of sines with the noise of the sensor. Motions that no IMU
-//! tells from rest are in `docs/design/choosing.md`.
+//! These motions were not recorded on a robot: they are sums of sines with the noise of the sensor.
+//! `docs/design/choosing.md` lists motions that no IMU can distinguish from rest.
 
 use std::f64::consts::TAU;
 

@@ -158,8 +158,8 @@ fn read_at(ms: u32, index: u16, subindex: u8) -> String {
     at(ms, &Message::ConfigGet(ConfigGet { address: Address::new(index, subindex) }))
 }
 
-/// Asserts what the page says of the first light and the first acceptance of a good board: it runs without a fault, and
-/// without a crash before.
+/// Asserts the state that the page promises at the first light and acceptance of a good board: it runs without a fault, and
+/// has not crashed before.
 fn assert_good(run: &Run, what: &str) {
     assert_eq!(run.faults(), [], "{what}");
     assert_eq!(run.answers(), [Answer::Value(Value::U16(0).into())], "{what}: a crash");
@@ -464,7 +464,7 @@ fn nano_recovers_from_a_hung_usb_controller() {
     assert_eq!(run.number("/usb/enumerated"), 2.0);
     assert_eq!(run.summary["resets"], Json::Array(vec![]));
     assert!(run.last_stable_before(5.0) > 4.9);
-    // A packet becomes ready in the first 0.8 ms of a frame, but for the time in which it is copied.
+    // A packet becomes ready in the first 0.8 ms of a frame, plus the time in which it is copied.
     let latest = run.number("/usb/latestArmUs");
     assert!(latest < 810.0, "{latest} µs");
 }

@@ -88,7 +88,7 @@ fn any_number(parameter: Parameter) -> BoxedStrategy<(Parameter, f32)> {
 }
 
 prop_compose! {
-    /// Parameters from their whole allowed ranges, but for the constants, which cannot be set.
+    /// Parameters from their whole allowed ranges, except the constants, which cannot be set.
     fn any_params()(
         numbers in Parameter::ALL.map(any_number).to_vec(),
         gravity in prop_oneof![Just(Gravity::Included), Just(Gravity::Removed)],

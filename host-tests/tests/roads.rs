@@ -241,7 +241,7 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
                 Opened::new(&path, None).and_then(|opened| opened.store_all(input_options));
             stored.err().expect("an error").to_string()
         };
-        // A body has one IMU: which foot it is, and that it is one, the user says.
+        // The message has one IMU. Only the user knows whether it is on a foot, and on which one.
         let said = refused(&InputOptions::default());
         assert!(
             said.ends_with("; /lowstate.imu_state has six axes, of a foot or of the trunk: --topic /lowstate.imu_state"),

@@ -1,5 +1,5 @@
-//! Readings of the same bytes by third-party drivers, recorded on the simulated part: `lsm6dsox` 2.1.0 of crates.io, and at
-//! ±16 g, where its factor is wrong, `lsm6dso` 0.2.1, for a register-compatible sibling.
+//! Readings of the same bytes by third-party drivers, recorded on the simulated part: `lsm6dsox` 2.1.0 of crates.io, and
+//! `lsm6dso` 0.2.1 at ±16 g, where the former has a wrong factor. `lsm6dso` is for a register-compatible sibling.
 
 use lsm6dsox::sample::SAMPLE_BYTES;
 use lsm6dsox::scale::STANDARD_GRAVITY;

@@ -124,7 +124,7 @@ impl Can {
     }
 }
 
-/// Accepts data frames for this node only, so that those of others do not fill the FIFO while the flash is erased.
+/// Accepts only data frames for this node. Other frames would fill the FIFO while the flash is erased.
 /// Without an id, accepts all, because LSS may assign one.
 fn set_filter(id: Option<NodeId>) {
     // Two identifiers, as an element of a list of 16-bit filters (RM0090, 32.7.4).

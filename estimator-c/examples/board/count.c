@@ -1,5 +1,5 @@
-/* Counts the instructions of each update under QEMU's -icount shift=0, and prints the mean and the largest count before
- * what has been learnt. Link with -Wl,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt. */
+/* Counts the instructions of each update under QEMU's -icount shift=0. Prints the mean and the largest count, and then the
+ * learnt values. Link with -Wl,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt. */
 #include <stdio.h>
 
 #include "footfall_estimator.h"

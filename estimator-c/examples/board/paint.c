@@ -1,5 +1,5 @@
 /* Measures the stack of init, update and learnt: paints the memory below the stack pointer before each call, and looks
- * afterwards for the lowest word that has changed. Prints the largest of each before what has been learnt. Link with
+ * afterwards for the lowest word that has changed. Prints the largest of each, and then the learnt values. Link with
  * -Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt. */
 #include <stdio.h>
 

@@ -1,4 +1,4 @@
-//! The archive in the build systems of others: projects in `CMake`, `pkg-config`, Zephyr, ESP-IDF, Arduino and `PlatformIO`.
+//! The archive in other build systems: projects in `CMake`, `pkg-config`, Zephyr, ESP-IDF, Arduino and `PlatformIO`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ impl Project {
         command.output().expect("cmake starts")
     }
 
-    /// Runs `CMake`, which must be a success, and returns what it prints.
+    /// Runs `CMake`, which must succeed, and returns its output.
     fn configured(&self, prefix: &Path, options: &[&str]) -> String {
         let output = self.configure(prefix, options);
         let errors = String::from_utf8_lossy(&output.stderr);
@@ -58,7 +58,7 @@ impl Project {
     }
 }
 
-/// A program of others, which the header's constants have to be enough for.
+/// A user's program, which needs nothing but the header.
 const PROGRAM: &str = r#"#include <cstdio>
 #include <cstring>
 

@@ -170,7 +170,7 @@ impl LiveFoot {
     }
 
     /// Returns whether no contact was received in half a second of listening until `listened_us`, for other
-    /// programs: a stall of this machine does not count, nor does a foot without a first contact.
+    /// programs. A stall of this machine does not count. A foot without a first contact is not silent.
     #[must_use]
     pub fn has_fallen_silent(&self, listened_us: u64) -> bool {
         let since_us = |(_, newest_us)| listened_us.saturating_sub(newest_us);

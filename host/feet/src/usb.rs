@@ -86,7 +86,7 @@ pub fn update(port: &str, program: &[u8]) -> Result<(), CopyError> {
     wait(|| is_there(port).then_some(())).ok_or_else(|| CopyError::NotBack(port.to_owned()))
 }
 
-/// Returns whether a port exists. Ports are files, but for those of Windows.
+/// Returns whether a port exists. Ports are files, except on Windows.
 fn is_there(port: &str) -> bool {
     Path::new(port).exists() || cfg!(windows) && foot_ports().iter().any(|foot| foot.port == port)
 }
@@ -154,7 +154,7 @@ pub fn foot_ports() -> Vec<UsbPort> {
     ports_of_system()
 }
 
-/// Finds the feet by the names of their ports, or else by what the kernel knows of each port.
+/// Finds the feet by the names of their ports. Without such names, by the kernel's description of each port.
 #[cfg(target_os = "linux")]
 fn ports_of_system() -> Vec<UsbPort> {
     let named = named_ports(Path::new(BY_ID));

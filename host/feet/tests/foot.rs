@@ -289,7 +289,7 @@ fn decoded(bytes: &[u8]) -> Option<Message> {
     Some(frame.ok()?.message)
 }
 
-/// Client of a foot on a line that changes what is sent.
+/// Client of a foot on a line that changes the data sent.
 fn meddled(line: &str, sent: impl FnMut(&Sending) -> Option<Sending> + 'static) -> Client {
     let link = shared(&format!("feet=1,line={line}"));
     Client::new(Changed::new(&link, sent, || 1), None).expect("one foot")

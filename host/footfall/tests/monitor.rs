@@ -2,7 +2,7 @@
 
 use crate::common::{Bench, text};
 
-/// Returns what a command prints, what it says beside that, and its status.
+/// Returns the standard output, the standard error and the status of a command.
 fn outcome(bench: &Bench, arguments: &str) -> (String, String, Option<i32>) {
     let output = bench.run(arguments);
     (text(&output.stdout), text(&output.stderr), output.status.code())
@@ -12,7 +12,7 @@ fn monitor(arguments: &str) -> (String, String, Option<i32>) {
     outcome(&Bench::new(), &format!("monitor {arguments}"))
 }
 
-/// Returns what is printed of four feet in two and a half seconds.
+/// Returns the output about four feet in two and a half seconds.
 fn lines_of_four_feet() -> String {
     let (lines, warnings, code) = monitor("demo:feet=4,seconds=2.5");
     assert_eq!((warnings.as_str(), code), ("", Some(0)));

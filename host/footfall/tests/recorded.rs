@@ -16,7 +16,7 @@ const START_US: u64 = 1_700_000_000_000_000;
 /// Contacts of the bag, one per millisecond.
 const CONTACTS: u64 = 2000;
 
-/// Milliseconds in which the foot says that it swings, though its sensor rests.
+/// Milliseconds in which the foot reports a swing, although its sensor rests.
 const SWING: std::ops::Range<u64> = 1000..1400;
 
 /// Returns probability and standard deviation of the velocity of a contact.
@@ -26,7 +26,7 @@ fn numbers(ms: u64) -> (f32, f32) {
     (stable, 0.25 + ms as f32 * 1.0e-3)
 }
 
-/// Writes a bag of a foot whose sensor rests, with samples at 50 Hz, and contacts that say that it makes a step.
+/// Writes a bag of a foot whose sensor rests, with samples at 50 Hz, and with contacts that report a step.
 fn bag(bench: &Bench) {
     bag_of(bench, [0.0, 0.0, 9.81]);
 }

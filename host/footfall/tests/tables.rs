@@ -52,7 +52,7 @@ fn plain() -> String {
     named(&format!("t,{AXES},force"))
 }
 
-/// Returns the summary of a replay, with what is said on standard error.
+/// Returns the summary of a replay, and its standard error.
 fn summary(bench: &Bench, arguments: &str) -> (serde_json::Value, String) {
     let output = bench.run(&format!("replay {arguments} --json"));
     let summary: serde_json::Value =

@@ -258,7 +258,7 @@ impl Finding {
         })
     }
 
-    /// Writes what is not plausible.
+    /// Writes the implausible value and its likely cause.
     fn write(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::AccelerationInG { at_rest } => {
@@ -595,8 +595,8 @@ struct Rest {
     size: f32,
     /// Mean, m/s².
     mean: Vec3,
-    /// Whether |a| is the same in all of it, as while a foot stands: a foot that moves at its quietest has no such
-    /// reading.
+    /// Whether |a| is the same throughout the rest, as while a foot stands. A foot that never stops moving has no
+    /// such rest.
     is_steady: bool,
 }
 
@@ -793,8 +793,8 @@ impl DeadCheck {
 /// Time with the same six readings from which a sensor is frozen, s, …
 const FROZEN_S: f64 = 2.0;
 
-/// … and from which it is frozen where it reads no angular rate at all, s: a foot that is simulated without noise may
-/// stand for some seconds.
+/// The same time if the angular rate is exactly 0, s. A foot that is simulated without noise may stand for some
+/// seconds.
 const FROZEN_WITHOUT_RATE_S: f64 = 10.0;
 
 /// Looks for the longest time in which all six axes stay the same.

@@ -150,8 +150,8 @@ fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io
     Ok(Replayed { findings: findings_beside_contacts(&check), ..results.finish()? })
 }
 
-/// Returns the findings that matter if a foot has sent its own estimates. Its mounting is its own setting, a sample
-/// that could not be sent is blank, and nothing here depends on the rate.
+/// Returns the findings that matter if a foot has sent its own estimates. The foot has its own mounting, a sample
+/// that could not be sent is blank, and the rate has no effect.
 #[must_use]
 pub fn findings_beside_contacts(check: &Check) -> Vec<Finding> {
     let mut findings = check.findings();
@@ -217,7 +217,7 @@ impl<'a, O: Observer> Results<'a, O> {
         })
     }
 
-    /// Adds the estimate of the next sample. `moved` is the same estimate with all that is known of the foot's motion.
+    /// Adds the estimate of the next sample. `moved` is the same estimate with everything known about the foot's motion.
     fn add(
         &mut self,
         sample: &RecordedSample,

@@ -322,9 +322,9 @@ pub struct ParametersReport {
     pub learning: &'static str,
     /// With `half_widths`: length of the estimate's window.
     pub window: WindowReport,
-    /// When the gyroscope measured what a sample says.
+    /// Time within the period of a sample that the gyroscope's rate belongs to.
     pub gyro_timing: GyroTimingReport,
-    /// With `self_calibrating`: what it started with; `null` for a cold start.
+    /// With `self_calibrating`: the learnt values at the start; `null` for a cold start.
     pub learnt_before: Option<LearntValues>,
     /// The numbers, by their names in the estimator's table of limits.
     pub numbers: BTreeMap<&'static str, f32>,

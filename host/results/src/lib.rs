@@ -58,8 +58,8 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Creates a measurement without figures. `name` is that of its file without `.json`; `what` describes in a
-    /// sentence what is measured.
+    /// Creates a measurement without figures. `name` is the name of its file without `.json`. `what` describes the
+    /// measured quantity in one sentence.
     #[must_use]
     pub fn new(name: &'static str, what: &'static str) -> Self {
         Self {

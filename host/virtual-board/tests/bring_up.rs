@@ -1,4 +1,4 @@
-//! The program that measures a new board passes on a healthy board, and names the defects of others.
+//! The program that measures a new board passes on a healthy board, and names the defects of faulty boards.
 
 use std::cell::Cell;
 use std::rc::Rc;

@@ -89,7 +89,7 @@ fn a_tick_in_the_pause_of_reception_costs_no_byte() {
     const BUFFER: usize = 512;
     const MICROSECOND: u64 = MILLISECOND / 1000;
     const BYTE: u64 = 10 * MICROSECOND;
-    // Ticks and edges of the sensor repeat together.
+    // Common period of the ticks and the sensor's edges.
     const PERIOD: u64 = 3 * MILLISECOND;
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);

@@ -10,7 +10,7 @@ use virtual_board::emulator::wiring::Wiring;
 use wire::Counter;
 use wire::uart::Message;
 
-/// The tasks that send wait for the first tick, at any moment of its millisecond, and also where the bus cannot be joined.
+/// The sending tasks wait for the first tick, at any moment of its millisecond. They also wait if the foot cannot join the bus.
 #[test]
 fn no_message_is_dropped_at_the_start() {
     for (board, elf) in products() {
@@ -30,7 +30,7 @@ fn no_message_is_dropped_at_the_start() {
     }
 }
 
-/// The manual does not say that the crystal's divided clock reaches the timer that measures it.
+/// The manual does not state that the crystal's divided clock reaches the timer that measures it.
 #[test]
 fn crystal_that_cannot_be_measured_is_used_and_reported() {
     for (board, elf) in products() {

@@ -1,4 +1,4 @@
-//! The three tiers of checks: every behaviour once, the gate, and all that the gate leaves out.
+//! The three tiers of checks: every behaviour once, the gate, and everything that the gate leaves out.
 
 use std::env;
 use std::fs;
@@ -126,8 +126,8 @@ fn document(features: &[&str]) -> Result<()> {
         .run()
 }
 
-/// Measures the README's first command from a fresh clone but for the downloads, and holds it to a budget of CPU seconds and of
-/// the program's size.
+/// Measures the README's first command in a fresh clone, without the downloads. Holds it to a budget of CPU seconds and of the
+/// program's size.
 fn first_command() -> Result<()> {
     const CPU_BUDGET_S: f64 = 150.0;
     const SIZE_BUDGET_MB: f64 = 16.0;
@@ -235,7 +235,7 @@ pub fn part(name: &str) -> Result<()> {
     run()
 }
 
-/// Folder of what is built with all features.
+/// Target folder of builds with all features.
 const FULL_TARGET: [&str; 2] = ["--target-dir", "target/full"];
 
 /// Lints the program without a feature and with each alone, and the formats for a log on the target. Lints, documents and

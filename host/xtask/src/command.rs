@@ -29,7 +29,7 @@ impl Step {
         let at_root = root().join(program);
         let mut command =
             if at_root.is_file() { Command::new(at_root) } else { Command::new(program) };
-        // Everything looks for what it built in `target`.
+        // All tasks look for built files in `target`.
         command.current_dir(root()).env_remove("CARGO_TARGET_DIR");
         let name = Path::new(program).file_name();
         let text = name.map_or_else(|| program.to_owned(), |name| name.display().to_string());

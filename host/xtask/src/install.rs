@@ -48,7 +48,7 @@ pub enum Tier {
     Full,
 }
 
-/// Installs the Rust target of the firmware, and what a tier needs of Debian's packages.
+/// Installs the Rust target of the firmware, and the Debian packages that a tier needs.
 ///
 /// # Errors
 /// A package is missing that this system cannot install.
@@ -133,7 +133,7 @@ fn has_libclang() -> bool {
         || below("/usr/lib").any(|entry| holds_one(&entry.path()))
 }
 
-/// Returns whether a folder holds a file with such a name.
+/// Returns whether a folder contains a file whose name satisfies `is_one`.
 fn holds(folder: &Path, is_one: impl Fn(&str) -> bool) -> bool {
     let entries = folder.read_dir().into_iter().flatten().flatten();
     entries.map(|entry| entry.file_name().display().to_string()).any(|name| is_one(&name))

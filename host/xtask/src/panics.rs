@@ -1,8 +1,8 @@
-//! Lists the places of a program that can still panic, and fails where `panics.txt` of its package lacks one.
+//! Lists the places of a program that can still panic, and fails if `panics.txt` of its package lacks one.
 //!
-//! Each branch to a function of the core library that panics is found in the machine code. Debug information then names the
-//! function in whose source the branch stands, wherever that was inlined. `panics.txt` has each of them under the reason why it
-//! is not reached. `nm` and `addr2line` are GNU's.
+//! It finds each branch to a panicking function of the core library in the machine code. Debug information then names the
+//! function whose source contains the branch, even if it was inlined. `panics.txt` lists these functions, each under the reason
+//! why the panic is not reached. `nm` and `addr2line` are GNU's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -32,7 +32,7 @@ const ENTRIES: [(&[&str], &str); 13] = [
     (&["rust_begin_unwind"], "handler"),
 ];
 
-/// Meaning of a function that is shared by several. The frames of the branch tell which.
+/// Meaning of a function that several causes share. The frames of the branch identify the cause.
 const BORROWED_OR_ENDED: &str = "borrowed or ended";
 
 /// Checks the places of an ELF against the list, or prints them with `print`.

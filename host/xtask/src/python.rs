@@ -142,7 +142,7 @@ pub fn full() -> Result<()> {
     Ok(())
 }
 
-/// Compares footfall with the methods of others, from the recordings.
+/// Compares footfall with other methods on the recordings.
 ///
 /// # Errors
 /// A figure differs from the stored one, or a package cannot be installed.

@@ -138,7 +138,7 @@ fn build_root(work: &Path, kernel: &Path) -> Result<usize> {
 fn add_program(program: &Path, root_folder: &Path) -> Result<()> {
     let name = program.file_name().context("a program has a name")?;
     fs::copy(program, root_folder.join("bin").join(name))?;
-    // A static program has none, which ldd calls an error.
+    // For a static program `ldd` fails, because it has no libraries.
     let libraries = Step::program("ldd").with([program.display().to_string()]).output();
     for word in libraries.unwrap_or_default().split_whitespace() {
         let Some(path) = word.strip_prefix('/') else { continue };

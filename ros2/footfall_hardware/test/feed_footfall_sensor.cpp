@@ -1,6 +1,6 @@
 // Feeds bytes to the component as a robot does, and prints what it exports: a line for each read.
 //
-// Standard input has one command a line. All numbers but times are hexadecimal.
+// Standard input has one command per line. All numbers except times are hexadecimal.
 //
 //     serial FL 00ab12     bytes that come on the pseudo-terminal of FL
 //     can 191 0011223344   a frame of the bus
@@ -51,7 +51,7 @@ void require(bool holds, const std::string & what)
   }
 }
 
-/// A pseudo-terminal: what is written to it comes from its port.
+/// A pseudo-terminal. Bytes written to it can be read from its port.
 struct Terminal
 {
   File file;
@@ -128,7 +128,7 @@ void run()
   }
   Fed fed;
   require(fed.on_init(info) == CallbackReturn::SUCCESS, "the description is taken");
-  // Opens both ports. A machine without this bus says so.
+  // Opens both ports. On a machine without this bus the component logs that.
   fed.on_configure({});
   require(fed.on_activate({}) == CallbackReturn::SUCCESS, "it starts");
 

@@ -366,7 +366,7 @@ const MAILBOXES: Range<usize> = 0..3;
 impl Receiver {
     /// Returns the next frame for this foot, with the time of its end. The filters reject remote and extended frames.
     ///
-    /// If a frame arrived while the previous one was processed, its time is that at which it is taken.
+    /// A frame that arrived while the previous one was processed has the time of this call.
     pub async fn receive(&mut self) -> (CanFrame, Timestamp) {
         let mut has_waited = false;
         poll_fn(|context| {

@@ -112,7 +112,7 @@ pub enum DecodeNotice {
     NoCommonClock,
     /// The common clock of several feet is by reception, because no foot has reported a numbered SYNC.
     CommonByReception,
-    /// The common clock of several feet is by numbered SYNCs, but for this number of rows.
+    /// Numbered SYNCs give the common clock of several feet, except in this number of rows.
     CommonBySync {
         /// Rows with the time of reception.
         received: u64,

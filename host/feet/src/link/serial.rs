@@ -326,7 +326,7 @@ mod tests {
             assert_eq!(parser.push(b't'), None);
         }
         let Some(SlcanWord::Line(line)) = parser.push(CR) else {
-            panic!("the line is no frame");
+            panic!("the line is not a frame");
         };
         assert_eq!(line.len(), LONGEST_LINE);
         assert_eq!(parser.push(CR), Some(SlcanWord::Done));

@@ -30,8 +30,8 @@ pub struct ConfigArguments {
 /// First lines of a file with every key.
 const HEAD: &str = "\
 # A configuration of footfall, for --config, with the values of --preset PRESET.
-# All keys may be left out. Remove the # before those that are to differ;
-# `footfall config --check FILE` says whether they can be what they are.
+# All keys may be left out. Remove the # before the keys that you change.
+# `footfall config --check FILE` checks the values.
 ";
 
 impl ConfigArguments {

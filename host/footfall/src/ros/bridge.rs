@@ -54,7 +54,7 @@ const BESIDE_US: u64 = 25_000;
 /// Variance of an unknown value.
 const UNKNOWN: f64 = 1.0e4;
 
-/// Standard deviation of inclination, rad: 2°, within which it is in 95 % of each recording of BROAD but one
+/// Standard deviation of inclination, rad: 2°. In all recordings of BROAD but one, 95 % of the errors are smaller
 /// (docs/reference/evaluation.md).
 const INCLINATION_SIGMA: f64 = 2.0 * std::f64::consts::PI / 180.0;
 

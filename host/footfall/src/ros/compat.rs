@@ -1,4 +1,4 @@
-//! Contacts of all feet of a robot in messages of other programs, for those that do not accept footfall's messages.
+//! Contacts of all feet of a robot, in the messages of programs that do not accept footfall's messages.
 //!
 //! | name | program | topic | message | content |
 //! |---|---|---|---|---|
@@ -73,10 +73,10 @@ pub enum Body {
 pub struct MixedBodies(pub &'static str);
 
 impl Body {
-    /// Returns the body of which these forms are.
+    /// Returns the body that these forms describe.
     ///
     /// # Errors
-    /// One is of two feet, and another of four.
+    /// One form describes two feet, and another describes four.
     pub fn of(compats: &[Compat]) -> Result<Self, MixedBodies> {
         if !compats.contains(&Compat::Biped) {
             return Ok(Self::FourLegged);
@@ -196,7 +196,7 @@ impl Compat {
         }
     }
 
-    /// Returns whether its messages are of four feet, and of no other number.
+    /// Returns whether each of its messages describes exactly four feet.
     const fn is_of_four(self) -> bool {
         match self {
             Self::Bool | Self::Wrench | Self::AllStand | Self::Biped => false,

@@ -86,7 +86,7 @@ impl Bench {
             .expect("the command that was just built")
     }
 
-    /// Runs the command with this standard input, all of which it reads.
+    /// Runs the command with this standard input, which it must read to the end.
     pub fn piped(&self, arguments: &str, input: &str) -> Output {
         let mut child = self
             .command(arguments)
@@ -124,7 +124,8 @@ impl Bench {
         text(&output.stderr)
     }
 
-    /// Runs a command that must fail, and say this; at first, if it begins with the name of the program.
+    /// Runs a command that must fail with the expected text. The error must begin with a text that begins with
+    /// the name of the program.
     #[track_caller]
     pub fn refuses(&self, arguments: &str, expected: &str) {
         let error = self.error(arguments);

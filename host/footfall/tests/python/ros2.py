@@ -34,12 +34,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 PACKAGE = Path(__file__).parents[4] / "ros2/footfall_msgs"
 FEET = ["FL", "FR", "RL", "RR"]
-# The feet walk three seconds longer than what is asked of each topic: subscribers find it meanwhile.
+# The feet walk three seconds longer than each topic is read, because subscribers need time to find it.
 CONTACTS = 4000
-# A script that takes longer hangs, and ends with the place where it does.
+# A script that takes longer hangs. It then ends, and prints the place where it hangs.
 HANGS_S = 600.0
 
-# Runs of which one must not stall.
+# Number of runs. At least one of them must not stall.
 ATTEMPTS = 5
 
 # Longest lead of a stamp over the clock, ns.
@@ -56,7 +56,7 @@ LEAST = {
 }
 
 
-# The types as their definitions say; nothing of footfall's own encoding is used.
+# The types, written from their definitions without footfall's own encoding.
 @dataclass
 class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
     sec: int32
@@ -403,7 +403,7 @@ def check_messages(published, whose, reliability, footfall, _, *arguments):
     while program.poll() is None:
         time.sleep(0.2)
         for sample in nodes.take(100):
-            # The last one says that the node has gone.
+            # The last one reports that the node has gone.
             if isinstance(sample, ParticipantEntitiesInfo) and sample.node_entities_info_seq:
                 info = sample
     errors = program.stderr.read()

@@ -198,7 +198,7 @@ def plain(value):
 
 
 def same(one, other):
-    # Equal, unless a number in it is none.
+    # Equal, unless a number in it is NaN.
     if one == other:
         return True
     if isinstance(one, dict):

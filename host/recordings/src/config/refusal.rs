@@ -43,7 +43,7 @@ pub enum Subject {
 pub enum Reason {
     /// The value is out of its range.
     OutOfRange {
-        /// The value, the least and the most, as they are written in this unit.
+        /// The value, the minimum and the maximum, as they are written in this unit.
         numbers: [String; 3],
         /// Unit after the numbers, with a space before it; empty without one.
         unit: String,
@@ -384,7 +384,7 @@ mod tests {
         }
     }
 
-    /// Returns a file with all learnt values, of which one is changed.
+    /// Returns a file with all learnt values, one of them changed.
     fn with_learnt(from: &str, to: &str) -> String {
         let text = "[learnt]\nstill = -1\nmoving = 1\nspeed = -5\nstill_seconds = 2\n\
          moving_seconds = 3\nversion = 1\n";

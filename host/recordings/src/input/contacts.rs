@@ -49,7 +49,7 @@ pub struct SentContact {
 }
 
 impl SentContact {
-    /// Estimate with what the message of a contact contains, at this time. All other numbers are NaN.
+    /// Estimate at this time with the values in the message of a contact. All other numbers are NaN.
     pub(super) const fn estimate(&self, timestamp: Timestamp) -> ContactEstimate {
         ContactEstimate {
             timestamp,

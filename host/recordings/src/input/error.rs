@@ -363,7 +363,7 @@ pub enum FieldsProblem {
     OfTrunk {
         /// Part of the message.
         part: &'static str,
-        /// Address by which it is read all the same.
+        /// Address that selects it explicitly.
         address: String,
     },
     /// The mapping does not name this axis.

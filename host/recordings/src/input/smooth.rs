@@ -1,26 +1,26 @@
-//! Smooth times of rows whose stamps jitter: between gaps rows are spaced as their samples were, and gaps stay.
+//! Smooth times of rows whose stamps jitter. Between gaps the rows are spaced like their samples, and gaps stay.
 //!
-//! The displacement of a row is its stamp less its place at a constant period. Jitter changes it from row to row, the clock
-//! of the sensor slowly, a gap at once. Each row gets the median displacement of the rows around it, which follows a clock
-//! and a step, and hardly jitters. Rows on both sides of a long gap do not count for each other.
+//! The displacement of a row is its stamp minus its place at a constant period. Jitter changes the displacement from row to
+//! row, the sensor's clock changes it slowly, and a gap changes it at once. Each row gets the median displacement of the
+//! rows around it. The median follows a clock and a step, and hardly jitters. A long gap separates the rows on both sides.
 
 use std::ops::Range;
 
 use crate::input::rate::roundest;
 
-/// Rows before and after a row whose displacements decide on its own.
+/// Number of rows before and after a row whose displacements are used for it.
 const NEIGHBOURS: usize = 50;
 
-/// Share of the steps that are shorter than usual delays are long.
+/// Share of the steps that are usual, from the shortest on.
 const USUAL_SHARE: f64 = 0.99;
 
-/// Multiple of the longest usual step from which a step is a gap.
+/// A step is a gap if it is at least this multiple of the longest usual step.
 const GAP_STEPS: f64 = 2.0;
 
-/// Periods from which a step is a gap, at least.
+/// A gap has at least this number of periods.
 const LEAST_GAP_PERIODS: f64 = 4.0;
 
-/// Longest pause of a receiver after which the rows that waited may come at once, µs.
+/// Longest pause of a receiver after which the waiting rows may arrive together, µs.
 const LONGEST_STALL_US: f64 = 10.0e6;
 
 /// Result of smoothing.
@@ -129,8 +129,8 @@ impl Usual {
     }
 }
 
-/// Parts between gaps. Rows that waited for the receiver and then arrived at once are not a gap, nor is a row with a
-/// wrong stamp: they get the displacement of the rows before.
+/// Parts between gaps. Rows that waited for the receiver and then arrived together are not a gap. A row with a wrong
+/// stamp is not a gap either. Such rows get the displacement of the rows before.
 fn parts(displacements: &mut [f64], period_us: f64, gap_us: f64) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let mut start = 0;

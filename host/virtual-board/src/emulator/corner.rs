@@ -1,8 +1,8 @@
 //! Specimens of the chip: from one end to the other of the ranges in the data sheets.
 //!
-//! Times of flash are those of DS8626, tables 42 and 43: typical and maximum. It gives no minimum: the fast corner
-//! takes half of the typical time. The same holds for the start of the oscillators, where the slow corner takes
-//! double the typical time if no maximum is given.
+//! The times of flash are the typical and maximum times in DS8626, tables 42 and 43. The data sheet gives no minimum, so
+//! the fast corner takes half of the typical time. The same holds for the start of the oscillators. If no maximum is
+//! given, the slow corner takes twice the typical time.
 
 recordings::named! {
     /// Speed of the chip's internal operations and oscillators.

@@ -228,8 +228,8 @@ fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
     (codes.map(|code| code.0), message.flags)
 }
 
-/// Delay of the board's clock against virtual time, µs. A message belongs to the last edge before it was sent, unless
-/// it had to wait. Most do not wait, so the most frequent delay is used.
+/// Delay of the board's clock relative to virtual time, µs. A message belongs to the last edge before it was sent, unless
+/// it had to wait. Most messages do not wait, so the most frequent delay is used.
 fn clock_offset(bursts: &[Burst], sent: &[(u64, ContactMessage)]) -> Option<f64> {
     let offsets: Vec<f64> = sent
         .iter()

@@ -26,7 +26,7 @@ pub const LONGEST: Duration = Duration::from_secs(120);
 /// Lifetime of a server, which ends a hang of a program that waits for it.
 const LIFETIME: Duration = Duration::from_secs(1800);
 
-/// Error output of a program, read only on demand: it has all that the program had written.
+/// Error output of a program, read only on demand. A read returns everything that the program has written by then.
 pub struct Words {
     pipe: ChildStderr,
     bytes: Vec<u8>,

@@ -128,9 +128,8 @@ fn dead_foot_without_a_node_id_is_found_and_updated() {
     }
 }
 
-/// Frames of others do not take the place of a request while the flash is erased: the bootloader accepts only those for
+/// Frames of other nodes do not displace a request while the flash is erased, because the bootloader accepts only frames for
 /// its new id.
-/// new id alone.
 #[test]
 #[ignore = "full: an update by LSS beside traffic"]
 fn dead_foot_is_selected_and_updated_beside_traffic() {

@@ -103,7 +103,7 @@ impl Run<'_> {
     }
 }
 
-/// Waits until the foot streams, and asks it what it runs.
+/// Waits until the foot streams, and reads which program it runs.
 fn started(master: &mut Master, since: u64) -> Outcome {
     master.boot_up(INSTALLED_MS + 10_000);
     streaming(master, since)
@@ -195,7 +195,7 @@ fn cut_in_download(run: &Run) -> Outcome {
     outcome
 }
 
-/// Sends a program that does not come to its end, and waits for the previous one.
+/// Sends a program that never confirms itself, and waits for the previous one.
 fn never_confirmed(run: &Run, code: &[u8]) -> Outcome {
     let (mut master, at) = run.stopped();
     master.install(&image_beginning_with(run.elf, code));
@@ -618,7 +618,7 @@ fn foot_of_any_board_runs_a_whole_program() {
     assert_reproduced_on(&ran, result);
 }
 
-/// Runs all rows on each board, in each corner of the chip but for those of `updates`.
+/// Runs all rows on each board in each corner of the chip, except the combinations that `updates` covers.
 #[test]
 #[ignore = "full: every disturbance of an update on each board in each corner of the chip, half an hour"]
 fn foot_runs_a_whole_program_in_every_corner_of_the_chip() {

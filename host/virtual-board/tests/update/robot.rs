@@ -13,8 +13,8 @@ use crate::common::product;
 
 const BIT_RATE: u32 = 1_000_000;
 
-/// Longest time between two contacts of a foot that is not updated, ms: one comes each millisecond, and waits for frames
-/// on the bus, of which the model delays those of others by one.
+/// Longest time between two contacts of a foot that is not updated, ms. It sends one each millisecond. The contact may wait
+/// for frames on the bus, and the model delays the frames of other boards by a millisecond.
 const LONGEST_GAP_MS: f64 = 3.0;
 
 /// Longest time without contacts of the foot that is updated, ms, measured with a typical chip: two erases before the

@@ -22,8 +22,8 @@
 namespace footfall_hardware
 {
 
-/// Feet of footfall as sensors of ros2_control. Each `<sensor>` of the URDF is a foot, on a CAN bus or on a serial port of
-/// its own. No call waits for a line: `read` takes what has come.
+/// Exports footfall's feet as sensors of ros2_control. Each `<sensor>` of the URDF is a foot, on a CAN bus or on its own
+/// serial port. No call waits for a line: `read` takes the bytes received so far.
 class FootfallSensor : public hardware_interface::SensorInterface
 {
 public:

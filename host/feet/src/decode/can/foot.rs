@@ -421,7 +421,7 @@ impl Ahead {
         i64::from(self.0) * STEP_US
     }
 
-    /// Difference from a time that is right but for some turns, µs: less than six hours.
+    /// Difference from a time that is off by a whole number of turns, µs: less than six hours.
     fn nearest_us(self) -> i64 {
         i64::from(self.0 as i32) * STEP_US
     }

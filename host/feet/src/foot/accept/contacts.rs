@@ -51,7 +51,7 @@ fn listen(
     Ok(())
 }
 
-/// Listens until `take` has counted `wanted` events of this name; shows each to the person.
+/// Listens until `take` has counted `wanted` events of this name. Shows the person each event.
 fn count(
     client: &mut Client,
     person: &mut Person,

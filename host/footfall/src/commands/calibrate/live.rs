@@ -113,7 +113,7 @@ fn stand(arguments: &CalibrateArguments, source: &Source) -> Result<Walking, Err
     Ok(Walking { client, name, mounting })
 }
 
-/// Asks whether the feet shall keep what was found; without a terminal the answer is no.
+/// Asks whether to write the report's values to the feet. Without a terminal the answer is no.
 fn agrees(report: &LiveReport) -> bool {
     if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
         return false;
@@ -125,13 +125,13 @@ fn agrees(report: &LiveReport) -> bool {
     is_read && matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
 }
 
-/// Makes a foot keep what it has learnt, and its axes.
+/// Makes a foot keep its learnt values and its axes.
 fn write(foot: &mut Walking) -> Result<(), FootError> {
     calibration::store(&mut foot.client, Calibration::Keep)?;
     let Some(mounting) = &foot.mounting else {
         return Ok(());
     };
-    // Another mounting begins a new estimate, with what is kept.
+    // A new mounting starts a new estimate, with the values that are kept.
     let values = settings_of(&mounting.axes);
     let values = values.into_iter().map(|(name, value)| (name.to_owned(), value));
     let values: SettingValues = settings::from_configuration(values, foot.client.node())?.values;

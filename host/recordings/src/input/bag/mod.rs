@@ -111,7 +111,7 @@ pub(super) fn read(
     Ok(recordings)
 }
 
-/// Returns whether the error is that a bag has no samples of an IMU, or none on a topic that is named.
+/// Returns whether the error is that a bag, or a named topic of it, has no samples of an IMU.
 const fn is_without_samples(error: &InputError) -> bool {
     matches!(
         error.problem,
@@ -119,7 +119,7 @@ const fn is_without_samples(error: &InputError) -> bool {
     )
 }
 
-/// Returns whether there are contacts, and those of feet are all that is named.
+/// Returns whether there are contacts, and every named topic has contacts of a foot.
 fn are_chosen(contacts: &ContactFeeds, bag: &BagOptions) -> bool {
     let all: Vec<String> = contacts.topics().map(|(topic, _)| topic).collect();
     match &bag.topics {

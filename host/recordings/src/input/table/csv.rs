@@ -159,8 +159,8 @@ impl<'a> Intake<'a> {
         })
     }
 
-    /// Time of a row, µs; `None` in a table without times. Their unit is the given one, that of the column's name, or
-    /// the one in which the first time is plausible.
+    /// Time of a row, µs; `None` in a table without times. The unit is given by an option or by the column's name.
+    /// Otherwise it is the unit in which the first time is plausible.
     fn time_us(&mut self, row: &impl Cells) -> Result<Option<i64>, InputError> {
         let Some(index) = self.columns.t else {
             return Ok(None);

@@ -59,7 +59,7 @@ pub(super) struct Layout {
     pub(super) names_ignored: bool,
 }
 
-/// Returns whether a table has a header, with our names or those of others, or has the cells of a known message.
+/// Returns whether a table has a header with our names or other usual names, or has the cells of a known message.
 pub(in crate::input) fn is_table(table: &mut Table) -> Result<bool, InputError> {
     if table.comment_header().is_some() {
         return Ok(true);
@@ -194,8 +194,8 @@ impl Naming<'_> {
         Ok(())
     }
 
-    /// Recognises columns with names of others where ours are missing. Units in their names must be those in which
-    /// they are read.
+    /// Recognises columns with other usual names if ours are missing. Units in their names must agree with the units
+    /// of the options.
     fn recognise(&mut self, units: Units) -> Result<(), InputError> {
         let given = self.names.clone();
         for triple in [Triple::Acceleration, Triple::Rate] {

@@ -32,8 +32,8 @@ const ERASE_MS: u64 = 3_000;
 /// Pages filled so far, by ELF.
 static FOUND: Mutex<Vec<(Vec<u8>, Filled)>> = Mutex::new(Vec::new());
 
-/// Has a board with `elf` store its settings, changed by `before`, until it erases. Returns the pages before the
-/// erase.
+/// Runs a board with `elf` and settings changed by `before`. It stores settings until it erases. Returns the pages before
+/// the erase.
 pub(super) fn before_an_erase(elf: &[u8], before: ScenarioStep) -> Result<Filled, ScenarioError> {
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, filled)) = found.iter().find(|(known, _)| known == elf) {

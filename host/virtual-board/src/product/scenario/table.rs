@@ -60,7 +60,7 @@ pub fn figures(scenario: &Scenario, outcome: &ScenarioOutcome) -> Vec<(&'static 
     let last_stable_us = outcome.last_stable_us.filter(|_| outcome.had_invalid_data);
     let [old, new, other] = outcome.kept;
     let settings = scenario.kept.map(|_| json!({"old": old, "new": new, "other": other}));
-    // The report that a fault was cleared stands for its recovery only where frames were not disturbed.
+    // The report that a fault was cleared counts as recovery only if no frame was disturbed.
     let cleared_us = outcome.cleared_us.filter(|_| outcome.recovered_us.is_none());
     vec![
         ("fault", scenario.name.into()),

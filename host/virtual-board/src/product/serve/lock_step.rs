@@ -83,7 +83,7 @@ pub enum Change {
 pub enum Turn {
     /// Each program waits: the boards' time passes.
     Boards,
-    /// A program computes, or none is there.
+    /// A program computes, or no program is connected.
     Programs,
 }
 
@@ -288,7 +288,7 @@ fn write_all(stream: &mut UnixStream, mut bytes: &[u8]) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    /// Lines with `programs` programs each, the first of which has it.
+    /// Lines with `programs` programs each. The first program of a line owns it.
     fn lines(name: &str, count: usize, programs: usize) -> (Vec<LockStepLine>, Vec<UnixStream>) {
         let (mut lines, mut ends) = (Vec::new(), Vec::new());
         for index in 0..count {

@@ -44,8 +44,8 @@ const UNLINKED: Slot = Slot { line: 0, newer: HEAD, older: HEAD };
 struct Cache {
     /// Slot of each line of flash.
     slot_of: Vec<u8>,
-    /// A ring in order of use, so that neither a use nor a replacement searches: older than the head is the newest, newer
-    /// than it the oldest. As many slots as an index has values, so that no index is out of bounds.
+    /// A ring in order of use, so that neither a use nor a replacement has to search. `older` of the head is the newest
+    /// slot, `newer` of the head the oldest. There are as many slots as an index has values, so no index is out of bounds.
     slots: Box<[Slot; 256]>,
     /// Number of slots in use, from the first.
     used: u8,

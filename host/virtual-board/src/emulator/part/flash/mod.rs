@@ -125,7 +125,7 @@ impl FlashRegisters {
         }
     }
 
-    /// This flash with a brown-out level in its option bytes.
+    /// Returns this flash with a brown-out level in its option bytes.
     #[must_use]
     pub fn with_brown_out_level(mut self, level: u8) -> Self {
         self.options = self.options & !(3 << 2) | u32::from(3 - level.min(3)) << 2;
@@ -159,7 +159,7 @@ impl FlashRegisters {
         !(self.options >> 16) as u16 & 0x0FFF
     }
 
-    /// Returns whether a sector is protected, which the status then says.
+    /// Returns whether a sector is protected, and then sets the error in the status.
     const fn is_protected(&mut self, sector: u32) -> bool {
         let is_protected = self.protected_sectors() >> sector & 1 != 0;
         if is_protected {
