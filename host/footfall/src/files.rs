@@ -256,7 +256,7 @@ pub enum OutputError {
         "{0} would be a copy of the replayed bags with their contacts, so each recording must be mcap or rosbag2"
     )]
     BagsOnly(String),
-    /// There are options for a copy of a bag, and none is written.
+    /// Options for a copy of a bag are given, but no copy is written.
     #[error("{0} applies only to a copy of a bag: add --output copy.mcap")]
     NoCopy(&'static str),
     /// Two options would write one topic.

@@ -18,7 +18,7 @@ const STDIN: &str = "/dev/stdin";
 /// Time after which bars are shown: what ends before needs none.
 const SHOWN_AFTER: Duration = Duration::from_secs(1);
 
-/// Time from which the rate of a bar shows how long the rest takes.
+/// Time after which a bar shows the remaining time.
 const RATE_KNOWN_AFTER: Duration = Duration::from_secs(5);
 
 /// Progress bars of recordings processed concurrently.

@@ -105,7 +105,7 @@ impl Stream {
         self.feed.clock()
     }
 
-    /// Publishes all messages until the deadline or until the source ends, whose error is returned.
+    /// Publishes all messages until the deadline or until the source ends. Returns the error of the source.
     ///
     /// # Errors
     /// Errors of the sink.

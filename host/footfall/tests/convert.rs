@@ -99,8 +99,8 @@ fn suggested_options(bench: &Bench, said: &str) -> String {
     match said.split_once("and a configuration file with\n") {
         None => options,
         Some((_, configuration)) => {
-            fs::write(bench.path("told.toml"), configuration).expect("a file");
-            options + " --config told.toml"
+            fs::write(bench.path("suggested.toml"), configuration).expect("a file");
+            options + " --config suggested.toml"
         }
     }
 }
@@ -126,7 +126,7 @@ fn estimates_from_output_match_those_from_source() {
                 bench.stdout(&format!("--quiet convert {source} {target} {options} --overwrite"));
             let name = target.split_whitespace().next().expect("a name");
             let reading = format!("{name} {}", suggested_options(&bench, &said));
-            assert_eq!(reading.contains("told.toml"), source == "atlas.txt", "{said}");
+            assert_eq!(reading.contains("suggested.toml"), source == "atlas.txt", "{said}");
             let found =
                 bench.stdout(&format!("--quiet replay --estimate-again {reading} --output -"));
             assert_same(&found, &expected, &what);
@@ -139,7 +139,7 @@ fn estimates_from_output_match_those_from_source() {
                     said
                 };
                 let direct = table(&format!("{source} {options}"));
-                let reading = reading.replace("--config told.toml", "");
+                let reading = reading.replace("--config suggested.toml", "");
                 assert_same(&table(&reading), &direct, &what);
             }
         }

@@ -11,7 +11,7 @@ fn resting(seconds: f64, row: impl Fn(f64) -> String) -> Bench {
 }
 
 /// Returns the findings on stderr and their names in the JSON.
-fn said(bench: &Bench, options: &str) -> (String, Vec<String>) {
+fn replayed(bench: &Bench, options: &str) -> (String, Vec<String>) {
     let output = bench.run(&format!("replay x.csv --json {options}"));
     assert!(output.status.success(), "{output:?}");
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -23,7 +23,7 @@ fn said(bench: &Bench, options: &str) -> (String, Vec<String>) {
 #[test]
 fn plausible_recording_has_no_finding() {
     let bench = Bench::with("x.csv", standing());
-    assert_eq!(said(&bench, "--strict"), (String::new(), vec![]));
+    assert_eq!(replayed(&bench, "--strict"), (String::new(), vec![]));
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn finding_has_a_line_and_a_name() {
         ),
     ] {
         let line = format!("footfall: x.csv: {line}\n");
-        assert_eq!(said(&bench, options), (line.clone(), vec![name.to_owned()]));
+        assert_eq!(replayed(&bench, options), (line.clone(), vec![name.to_owned()]));
         assert_eq!(
             bench.error(&format!("replay x.csv --strict --output o.csv {options}")),
             format!("{line}footfall: x.csv: --strict rejects 1 of the findings above\n")
@@ -69,14 +69,14 @@ fn batched_rows_finding_is_resolved_by_spacing() {
         let micros = row / 2 * 2_000 + row % 2 * 100;
         format!("{:.6},0,0,9.81,0,0,0", micros as f64 / 1e6)
     });
-    let (stderr, names) = said(&bench, "");
+    let (stderr, names) = replayed(&bench, "");
     assert_eq!(names, ["batches"]);
     assert_eq!(
         stderr,
         "footfall: x.csv: 50 % of the rows come right after another, as if they arrive in batches: \
          --times rate\n"
     );
-    let (stderr, names) = said(&bench, "--times rate");
+    let (stderr, names) = replayed(&bench, "--times rate");
     assert!(stderr.contains("500 rows moved"), "{stderr}");
     assert_eq!(names, [""; 0]);
 }

@@ -14,8 +14,8 @@ fn complaint(content: impl AsRef<[u8]>, options: &str) -> String {
 /// Contents of tables, with our columns as AXES and options after a tilde, and the error about each. Numbers are shown as
 /// they were written, and comments count as lines.
 const CONTENTS: &str = r#"
-    time,mood\n0,0\n => x.csv has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv
-    250,0,0,1,0,0,0\n => x.csv has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv
+    time,mood\n0,0\n => x.csv has no header that names the six axes; write one, such as t,ax,ay,az,wx,wy,wz, or give its format: --format pce-atlas, pce-go1, lcd or csv
+    250,0,0,1,0,0,0\n => x.csv has no header that names the six axes; write one, such as t,ax,ay,az,wx,wy,wz, or give its format: --format pce-atlas, pce-go1, lcd or csv
     t,ax,ay,az,wx,wy,gz\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: wz
     T,AX,AY,AZ,WX,WY,WZ\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: ax, ay, az, wx, wy, wz; names are written in lower case
     t|ax|ay|az|wx|wy|wz\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: ax, ay, az, wx, wy, wz; columns are separated by commas, semicolons or tabs, not by '|'
@@ -24,7 +24,7 @@ const CONTENTS: &str = r#"
     AXES\n0,0,0,0,0,0,0\n ~ --sample-rate 100 => x.csv, line 2: 7 columns where 6 are expected
     AXES\r\n0,0,0,0,0,0\r\n0,0,1.2.3,0,0,0\r\n => x.csv, line 3, column 3 (az): "1.2.3" is not a number
     # one\nAXES\n# three\n\n0,0,0,0,0,0\n#\n0,0,x,0,0,0\n ~ --sample-rate 100 => x.csv, line 7, column 3 (az): "x" is not a number
-    AXES\n0,0,0, ,0,0\n => x.csv, line 2, column 4 (wx): blank where a number is needed
+    AXES\n0,0,0, ,0,0\n => x.csv, line 2, column 4 (wx): blank where a number is needed; nan marks a missing reading
     t,AXES\n1e300,0,0,0,0,0,0\n => x.csv, line 2, column 1 (t): 1e300 is not a time in s: -4e9 to 4e9 is expected
     AXES,label\n0,0,0,0,0,0,1e300\n => x.csv, line 2, column 7 (label): label 1e300 where 0 (not stable) or 1 (stable) is expected
     1,0,0,1,0,0,0\n1,,,,,,\n1,0,0,1,0,0,0\n ~ --format pce-go1 => x.csv, line 3, column 2 (ax): IMU values after a row that had none; rows with only a force are allowed only at the end

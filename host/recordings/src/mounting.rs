@@ -195,7 +195,7 @@ impl RestingUp {
 pub enum MountingSource {
     /// It was found at rest.
     Found,
-    /// It was given, and nothing speaks against it.
+    /// It was given, and no finding contradicts it.
     Given,
 }
 

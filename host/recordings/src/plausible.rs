@@ -326,7 +326,7 @@ impl Finding {
             Self::LoadNegative { lowest } => write!(
                 f,
                 "the load is {lowest} where it is largest: record it with the opposite sign (on a foot, set \
-                 load_input.scale), as a negative load is no load"
+                 load_input.scale)"
             ),
             Self::ClockJumps { count, longest_s } => {
                 write!(f, "the clock jumps {}, by up to {longest_s:.1} s", times(*count))
@@ -339,7 +339,7 @@ impl Finding {
             Self::HeldReadings { samples, of, rate } => write!(
                 f,
                 "{samples} of {of} samples repeat the one before in all axes: the sensor was read at about {rate:.0} Hz, \
-                 and its readings were held"
+                 and its readings were held; leave the repeats out"
             ),
             Self::LowRate { rate } => write!(
                 f,
@@ -583,10 +583,10 @@ const PIECE_S: f32 = 0.1;
 /// Share of the pieces that counts as rest.
 const REST_SHARE: f64 = 0.1;
 
-/// Largest deviation of a steady reading, as a fraction of it, …
+/// Largest deviation of a steady reading, as a fraction of the reading.
 const STEADY: f32 = 0.05;
 
-/// … and the least number of its pieces.
+/// Smallest number of pieces in a steady reading.
 const LEAST_PIECES: usize = 5;
 
 /// Accelerometer reading at rest.
@@ -1232,6 +1232,40 @@ mod tests {
         assert!(said.contains(": on_threshold = 15"), "{said}");
         // A foot that only stands or only swings shows no levels.
         assert_eq!(with_loads(3.0, 3.0), []);
+    }
+
+    #[test]
+    fn load_of_a_walk_after_a_long_stand_is_found() {
+        let mut recording = walk();
+        let half = recording.samples.len() * 7 / 10;
+        for (k, sample) in recording.samples.iter_mut().enumerate() {
+            let load = match k % 200 {
+                _ if k < half => 229.0 + (k % 3) as f32,
+                0..100 => 487.0,
+                _ => 13.0,
+            };
+            sample.load = Some(estimator_core::Load(load));
+        }
+        let found = |on_threshold, off_threshold| {
+            check_with_load(&recording, LoadParams { on_threshold, off_threshold })
+        };
+        let [Finding::LoadNeverCrosses { on, off, .. }] = found(12.0, 6.0)[..] else {
+            panic!("{:?}", found(12.0, 6.0));
+        };
+        assert!(13.0 < off && off < on && on < 229.0, "{off}, {on}");
+        assert_eq!(found(on, off), []);
+    }
+
+    #[test]
+    fn load_of_a_foot_that_only_stands_has_one_level() {
+        let mut recording = walk();
+        for (k, sample) in recording.samples.iter_mut().enumerate() {
+            let noise: f32 =
+                [0.7, 1.3, 2.9, 3.7, 5.3].map(|rate: f32| (rate * k as f32).sin()).iter().sum();
+            sample.load = Some(estimator_core::Load(229.0 + noise));
+        }
+        let thresholds = LoadParams { on_threshold: 12.0, off_threshold: 6.0 };
+        assert_eq!(check_with_load(&recording, thresholds), []);
     }
 
     #[test]

@@ -40,9 +40,9 @@ pub struct Summary {
     pub sample_rate_hz: f32,
     /// Share of the samples in each state, by [`Phase::name`], in [0, 1].
     pub state_shares: BTreeMap<&'static str, f64>,
-    /// Samples on which each flag was raised, by [`Flag::name`]; flags that never were are absent.
+    /// Number of samples with each flag, by [`Flag::name`]. Flags that were never set are absent.
     pub flag_counts: BTreeMap<&'static str, usize>,
-    /// Figures against the labels, where there are any.
+    /// Figures against the labels, if the recording has labels.
     pub metrics: Option<Metrics>,
     /// Report about the file that was read; absent without a file.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -57,7 +57,7 @@ pub struct CalibrateArguments {
     /// Write a file for --config: the settings of the given --config, updated with the result
     #[arg(long, short, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
-    /// Write what walking feet have learnt, and their axes, to them without asking
+    /// Write the learnt values and the axes of walking feet to the feet without asking
     #[arg(long, help_heading = OUTPUT)]
     pub write: bool,
     /// Longest wait for each step of a walking foot, s

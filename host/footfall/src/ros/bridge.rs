@@ -83,7 +83,7 @@ impl Bridge {
         Self { frame: frame.to_owned(), feet: BTreeMap::new(), all_feet }
     }
 
-    /// The feet that combined messages have a place for.
+    /// Returns the body whose feet the combined messages describe.
     #[must_use]
     pub fn body(&self) -> Body {
         self.all_feet.as_ref().map_or_else(Body::default, AllFeet::body)

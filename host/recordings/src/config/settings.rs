@@ -222,7 +222,7 @@ impl Reader {
         read
     }
 
-    /// Takes the learnt numbers that were read, which are valid together only, and only with their version.
+    /// Takes the learnt numbers that were read. They are valid only together and with their version.
     fn learnt(&mut self, table: &Value<'_>) -> Option<Learnt> {
         const AGAIN: &str = "run footfall calibrate again";
         let mut numbers = [0.0; Learnt::NUMBERS];

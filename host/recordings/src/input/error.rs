@@ -525,7 +525,7 @@ impl Problem {
             Self::Twice => f.write_str(" is named twice, and its samples would count twice"),
             Self::Empty => f.write_str(" is empty: it holds no sample"),
             Self::UnknownFormat { .. } => f.write_str(
-                " has no header that names the six axes, so its format must be given",
+                " has no header that names the six axes; write one, such as t,ax,ay,az,wx,wy,wz, or give its format",
             ),
             Self::OtherFormat { given, found } => write!(
                 f,
@@ -578,7 +578,7 @@ impl Problem {
                 f,
                 ": column {column} has values of type {found}, which cannot be read as {wanted}"
             ),
-            Self::Blank => f.write_str(": blank where a number is needed"),
+            Self::Blank => f.write_str(": blank where a number is needed; nan marks a missing reading"),
             Self::NotANumber(text) => write!(f, ": {:?} is not a number", excerpt(text)),
             Self::Label(text) => {
                 write!(f, ": label {text} where 0 (not stable) or 1 (stable) is expected")

@@ -3,7 +3,7 @@
 //! Each swing between two quiet pieces is integrated twice, with the angular rate as recorded and with its sign changed.
 //! A mirror image of a sensor (one axis with the wrong sign, or two axes exchanged, in both its vectors) is a sensor
 //! whose rates have the wrong sign. Only the right sign gives a velocity near 0 at the end of the swing. The direction of
-//! gravity alone shows less: a foot that turns forth and back ends with the same direction for both signs.
+//! gravity alone shows less: a foot that turns forth and back ends in the same direction with both signs.
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Timestamp, Validity};
@@ -62,7 +62,7 @@ struct Swing {
     /// Means of the quiet piece: gravity, m/s², and the bias of the gyroscope, rad/s.
     gravity: Vector,
     bias: Vector,
-    /// With the sign as recorded, and with the other.
+    /// Motion with the recorded sign of the angular rate, and with the opposite sign.
     motions: [Motion; 2],
     /// Largest turn, rad.
     turn: f64,

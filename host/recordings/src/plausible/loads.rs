@@ -18,6 +18,10 @@ const HIGH: f64 = 0.95;
 /// Share of the loads that may lie in the middle half between both levels. Of noise about one level more do: 0.6.
 const MIDDLE: f64 = 0.45;
 
+/// Load in swings below which, as a share of that in stances, both are levels wherever the other loads lie. A robot
+/// that stands before it walks has most of its loads in the middle.
+const UNLOADED: f32 = 0.3;
+
 /// Proposed thresholds between both levels, as fractions of their distance.
 const ON: f32 = 0.3;
 const OFF: f32 = 0.15;
@@ -61,7 +65,8 @@ impl LoadCheck {
         let quarter = 0.25 * (high - low);
         let middle = low + quarter..high - quarter;
         let between = sorted.iter().filter(|load| middle.contains(load)).count();
-        let are_apart = (between as f64) < MIDDLE * sorted.len() as f64;
+        let are_apart =
+            (between as f64) < MIDDLE * sorted.len() as f64 || low.abs() < UNLOADED * high;
         (sorted.len() >= FEWEST && high > low && are_apart).then_some((low, high))
     }
 

@@ -164,7 +164,7 @@ limits! {
         "a board without faults",
         "", ExplainFaults;
     CRASH: Board, "last crash", "", 0.0, 0.0,
-        "code of the emergency; 0 is none",
+        "code of the emergency; 0: no crash",
         "switch the board off and on, and repeat", ExplainCode;
     BROWN_OUT: Board, "brown-out level", "", 3.0, 3.0,
         "the chip's clock needs 2.7 V (DS8626)",

@@ -91,8 +91,8 @@ pub enum FootAction {
     },
     /// Write the settings of a file to the foot, all or none, read them back, and store them
     Import {
-        /// The file: settings as `export` writes them, or a configuration, .toml, as `footfall calibrate --output`
-        /// writes it, with what was learnt and the axes; - is standard input
+        /// The file: settings written by `export`, or a configuration (.toml) with learnt values and axes, written by
+        /// `footfall calibrate --output`; - is standard input
         file: PathBuf,
     },
     /// Assign the board to a foot, such as FL, with that foot's node id, and store the assignment. Connect

@@ -351,7 +351,7 @@ impl ReplayArguments {
         notices
     }
 
-    /// Returns the results that are wanted of each foot of a recording with this number of feet.
+    /// Returns the requested results of each foot of a recording with this number of feet.
     fn requested(&self, span: Span, feet: usize) -> RequestedResults {
         let table = |path: &Option<PathBuf>| match path {
             None => Table::None,

@@ -1,5 +1,5 @@
-//! Loads of all feet, and the IMUs of their feet in order: the first reading of a bag that has loads. A load is any number of
-//! the messages of a topic.
+//! Loads of all feet, and the order of the feet's IMUs. A bag with loads is read twice, and this is the first time. A load is
+//! any number in the messages of a topic.
 
 use std::collections::BTreeSet;
 

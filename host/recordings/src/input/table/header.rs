@@ -119,7 +119,7 @@ impl Layout {
         {
             naming.take("t", column);
         }
-        // A load has many names; it does not make a table another's.
+        // A load has many names, so its name does not tell which program wrote the table.
         let foreign = naming.mapped > 0 || naming.taken.iter().any(|(ours, _)| *ours != "force");
         let notice = (naming.taken.len() > naming.mapped).then(|| naming.notice());
         Ok(Self {

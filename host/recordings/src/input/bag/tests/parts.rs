@@ -51,7 +51,7 @@ fn bag(encoding: &str, definition: &str, messages: &[(i64, Vec<u8>)], loads: &[&
 const START: i64 = 1_700_000_000_000_000_000;
 
 /// Messages of [`NAMED`] in turn from two frames, 1 ms apart.
-fn in_turn() -> Vec<(i64, Vec<u8>)> {
+fn alternating_messages() -> Vec<(i64, Vec<u8>)> {
     let message = |k: i64| {
         let foot = if k % 2 == 0 { 1.0 } else { 2.0 };
         let frame: &[u8] = if k % 2 == 0 { b"fl" } else { b"fr" };
@@ -65,7 +65,7 @@ fn in_turn() -> Vec<(i64, Vec<u8>)> {
 
 #[test]
 fn frames_of_other_messages_are_separate_feet() {
-    let bytes = bag("ros2msg", NAMED, &in_turn(), &["/load/fl", "/load/fr"]);
+    let bytes = bag("ros2msg", NAMED, &alternating_messages(), &["/load/fl", "/load/fr"]);
     let input_options = with_loads(topics(&["/feet"]), &["/load/fl", "/load/fr"]);
     let mut feet = open(&bytes, &input_options).unwrap();
     for ((foot, name), stored) in (1_u8..).zip(["fl", "fr"]).zip(&mut feet) {
@@ -108,7 +108,7 @@ fn sensor_declared_missing_in_a_part_is_missing() {
 #[test]
 fn definition_in_another_language_is_named() {
     let idl = "module my_msgs { struct Feet { double y; }; };";
-    let bytes = bag("ros2idl", idl, &in_turn(), &[]);
+    let bytes = bag("ros2idl", idl, &alternating_messages(), &[]);
     let said = why(open(&bytes, &topics(&["/feet"])));
     assert!(said.ends_with("its definition is in ros2idl, and only ros2msg is read"), "{said}");
 }

@@ -221,7 +221,7 @@ fn errors_name_the_row_and_the_column() {
     columns[1].1 = Arc::new(blank);
     assert_eq!(
         why(with(vec![("t", seconds())], columns)),
-        ", row 13, column 2 (ay): blank where a number is needed"
+        ", row 13, column 2 (ay): blank where a number is needed; nan marks a missing reading"
     );
     let late = numbers(|k| if k == 5.0 { 0.0 } else { k });
     assert!(
