@@ -5,7 +5,7 @@ use heapless::Vec;
 use wire::AbortCode;
 use wire::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
 use wire::domain::Domains;
-use wire::sdo::{Objects, Written};
+use wire::sdo::{Objects, WriteOutcome};
 use wire::value::Value;
 
 use crate::DEVICE_NAME;
@@ -236,11 +236,11 @@ impl<F: Flash> Objects for Device<F> {
         }
     }
 
-    fn write(&mut self, _: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
+    fn write(&mut self, _: Address, bytes: &[u8]) -> Result<WriteOutcome, AbortCode> {
         let command = bytes.first().copied().ok_or(AbortCode::TooShort)?;
         self.control(command)?;
         self.is_used = true;
-        Ok(Written::Done)
+        Ok(WriteOutcome::Done)
     }
 }
 

@@ -55,7 +55,7 @@ pub struct Node<F> {
 }
 
 impl<F: Flash> Node<F> {
-    /// Creates a node; `id` is that of the settings.
+    /// Creates a node; `id` is the node id in the settings.
     pub fn new(
         id: Option<NodeId>,
         flash: F,

@@ -22,7 +22,7 @@ fn fill<T: Copy>(chance: &mut Chance) -> T {
         // SAFETY: Within the value.
         unsafe { start.add(at).write(chance.bits() as u8) };
     }
-    // SAFETY: The structs of the header have floats and integers alone.
+    // SAFETY: The structs of the header have only floats and integers.
     unsafe { value.assume_init() }
 }
 

@@ -194,7 +194,7 @@ export class Board {
     if (!isStuck) this.chip.i2c[0].resume();
   }
 
-  /** Stops or goes on reading from the serial port. */
+  /** Stops or continues reading from the serial port. */
   deafen(isDeaf) {
     this.port.isDeaf = isDeaf;
     this.port.host.moved();

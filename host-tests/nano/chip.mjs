@@ -84,7 +84,7 @@ class Ssi extends Registers {
 export class Chip extends RP2040 {
   /**
    * Starts the program in `flash`, whose chip is of a kind, after a reset by the watchdog, by `power` or by the pin `run`.
-   * `before` is the chip until then: RAM stays, and after the watchdog its registers do.
+   * `before` is the chip until then: RAM keeps its contents. After a watchdog reset the watchdog's registers do so too.
    */
   constructor(clock, { flash, flashKind, uniqueId, wires, before, cause }) {
     super(clock);

@@ -52,8 +52,8 @@ impl OneRobot<'_> {
         printed
     }
 
-    /// Watches the robot, records it, publishes it, replays its recording and calibrates it: each time it has its four feet,
-    /// and nothing is missing.
+    /// Watches the robot, records it, publishes it, replays its recording and calibrates it. Each time it must have its four
+    /// feet, without missing contacts.
     ///
     /// # Panics
     /// A foot is not there as it should be.

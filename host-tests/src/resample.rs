@@ -78,7 +78,7 @@ fn smoothed(samples: &[RecordedSample], before: usize, time: f64, period: f64) -
     weighted(&samples[before], time, weights)
 }
 
-/// Weighted mean of samples, with the label and the load of the one before. An invalid sample makes the mean
+/// Weighted mean of samples, with the label and the load of the previous sample. An invalid sample makes the mean
 /// invalid.
 fn weighted<'a>(
     before: &RecordedSample,

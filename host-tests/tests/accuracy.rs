@@ -1,4 +1,4 @@
-//! RMSE of the default preset on each set of labelled recordings, at its own rate, beside the stored one.
+//! RMSE of the default preset on each set of labelled recordings, at its own rate, compared with the stored RMSE.
 
 use std::io::{self, Write as _};
 
@@ -10,7 +10,7 @@ use results::Stored;
 /// Share of the stored RMSE by which that of a set, or the mean, may exceed it.
 const LOSS: f64 = 0.05;
 
-/// Sets of recordings; those of more simulated gaits are scored in `python/research` alone.
+/// Sets of recordings; only `python/research` scores more simulated gaits.
 const SETS: [Set; 12] = [
     Set::Ground,
     Set::ThreeSteps,

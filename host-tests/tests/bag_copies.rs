@@ -41,7 +41,7 @@ fn copy_keeps_all_of_the_messages_of_others() {
         assert_eq!(compared, messages.to_string(), "{}", bag.display());
         fs::remove_file(&copy).expect("the copy");
     }
-    // A number beside a text of wide characters.
+    // A number together with a text of wide characters.
     let mut input_options = InputOptions::default();
     input_options.bag.topics = Topics::All;
     input_options.bag.loads = vec!["/titled.force".parse().expect("a load")];

@@ -80,7 +80,7 @@ fn inclination_keeps_its_bounds_on_broad() {
     assert!(mean(&errors) <= MEAN_DEG, "{errors:?}");
     assert!(errors.iter().all(|error| *error <= WORST_DEG), "{errors:?}");
 
-    // Most depends on when the gyroscope measured: a rate that counts for its own sample alone is late by half a period.
+    // Most depends on when the gyroscope measured: a rate that counts only for its own sample is late by half a period.
     let late = AttitudeParams { gyro_timing: GyroTiming::Delay(0.0), ..AttitudeParams::DEFAULT };
     assert!(mean(&errors_deg(&trials, late)) > mean(&errors) + 0.1);
 }

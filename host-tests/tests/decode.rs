@@ -107,7 +107,7 @@ fn the_serial_line_preserves_times_probabilities_and_states() {
 #[test]
 fn can_preserves_times_probabilities_and_states() {
     let mut temperatures = Vec::new();
-    // The demo's sensor neither warms up nor fails; here it does both, and 25 ms pass once without a sample.
+    // The demo's sensor neither warms up nor fails. Here it does both, and 25 ms pass once without a sample.
     let demo = sent_with(|k, measurement| {
         let raw = measurement.raw.as_mut().expect("a sound sensor");
         raw.temperature.0 = (k as i16).wrapping_mul(2);

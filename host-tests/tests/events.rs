@@ -262,7 +262,7 @@ fn slip_distances_are_accurate_to_a_few_millimetres() {
 /// 270 steps.
 const SHOE_SLIPS: usize = 5;
 
-/// Numbers of touch-downs and slips in recordings of feet that are not known to slip, from the IMU alone.
+/// Numbers of touch-downs and slips in recordings without known slips, from the IMU alone.
 fn touch_downs_and_slips(recordings: &[&Recording]) -> [usize; 2] {
     let events: Vec<ContactEvent> =
         (recordings.iter()).flat_map(|recording| events(&without_load(recording))).collect();

@@ -138,7 +138,7 @@ type Named = (String, Box<dyn Fn(f64) -> Motion>);
 fn motions() -> Vec<Named> {
     let mut motions: Vec<Named> = Vec::new();
     for length in [0.25, 0.5, 1.0, 2.0, 4.0_f64] {
-        // With 3° one of 4 m passes for rest.
+        // A pendulum of 4 m at 3° passes for rest.
         let least = if length < 4.0 { 3.0 } else { 5.0 };
         for degrees in [least, 8.6, 15.0, 20.0_f64] {
             let omega = (GRAVITY / length).sqrt();
@@ -298,7 +298,7 @@ fn slow_steps_after_a_walk_are_learnt() {
     let mut foot = Foot::new(None);
     let before = foot.walk(&walk);
     foot.move_like(&slow_step, 20.0);
-    // Where such a swing turns, it moves as little as in a stance.
+    // At its turning point such a swing moves as little as in a stance.
     let share = foot.move_like(&slow_step, 60.0);
     let after = foot.walk(&walk);
     assert!(share < 0.35 && after > before - LOST, "{share:.3}; {before:.3}, then {after:.3}");

@@ -1,7 +1,7 @@
 //! Checks from outside, in one program: recordings, the oracle, simulated truth. Tests of the foot's program on a host are in
 //! `foot/main.rs`.
 //!
-//! The feature `full` adds what `.ci/full` runs alone: bags, browsers, instruction counts, research.
+//! The feature `full` adds the tests that only `.ci/full` runs: bags, browsers, instruction counts, research.
 
 #[cfg(feature = "full")]
 use host_tests::requirements::unmet;

@@ -407,7 +407,7 @@ fn nano_starts_its_loader_at_the_second_of_two_presses() {
     assert!(presses(&["300", "400"]));
     assert!(presses(&["300", "700"]));
     assert!(presses(&["1000", "1500"]));
-    // Neither a bounce of the contact, nor a late press, nor a single one.
+    // No bounce of the contact, no late press and no single press.
     assert!(!presses(&["300", "303"]));
     assert!(!presses(&["300", "1400"]));
     assert!(!presses(&["50"]));

@@ -42,7 +42,7 @@ const ROWS: usize = 5000;
 /// Number of these rows in the bags of two feet.
 const ROWS_OF_FEET: usize = 2000;
 
-/// The files of the script and `walk.csv` beside them, or `None` if they cannot be created.
+/// The files of the script together with `walk.csv`, or `None` if they cannot be created.
 static ROADS: LazyLock<Option<TempDir>> = LazyLock::new(|| {
     let packages = packages::install("python-roads", REQUIREMENTS)?;
     let folder = tempfile::tempdir().expect("a folder");

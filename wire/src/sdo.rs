@@ -31,12 +31,12 @@ pub trait Objects {
     ///
     /// # Errors
     /// The reason why the value was refused.
-    fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Written, AbortCode>;
+    fn write(&mut self, address: Address, bytes: &[u8]) -> Result<WriteOutcome, AbortCode>;
 }
 
 /// Result of a write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Written {
+pub enum WriteOutcome {
     /// Completed.
     Done,
     /// In progress: [`SdoServer::finish`] answers when it has completed.
@@ -106,7 +106,7 @@ impl SdoServer {
         }
     }
 
-    /// Answers the write that was [pending](Written::Pending).
+    /// Answers the write that was [pending](WriteOutcome::Pending).
     pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<[u8; 8]> {
         match self.transfer.take() {
             Some(Transfer::Pending { address, answer }) => Some(match result {
@@ -246,8 +246,8 @@ impl SdoServer {
             return Some(abort(address, code));
         }
         match objects.write(address, bytes) {
-            Ok(Written::Done) => Some(answer),
-            Ok(Written::Pending) => {
+            Ok(WriteOutcome::Done) => Some(answer),
+            Ok(WriteOutcome::Pending) => {
                 self.transfer = Some(Transfer::Pending { address, answer });
                 None
             }
@@ -307,12 +307,12 @@ mod tests {
             }
         }
 
-        fn write(&mut self, _: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
+        fn write(&mut self, _: Address, bytes: &[u8]) -> Result<WriteOutcome, AbortCode> {
             self.0 = bytes.iter().rev().fold(0, |n, b| n << 8 | u32::from(*b));
             if self.0 == 99 {
-                return Ok(Written::Pending);
+                return Ok(WriteOutcome::Pending);
             }
-            Ok(Written::Done)
+            Ok(WriteOutcome::Done)
         }
     }
 

@@ -16,7 +16,7 @@ use wire::{AbortCode, CanFrame};
 /// A master of one node, whose frames can be lost.
 pub struct Master {
     pub node: Node<Chip>,
-    /// Segments of block downloads, and the one in this many that is lost.
+    /// Segments of block downloads sent so far. If `lose` is given, one in this many is lost.
     sent: u32,
     lose: Option<u32>,
     /// How often segments arrive.

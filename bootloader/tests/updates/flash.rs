@@ -154,7 +154,7 @@ impl Flash for Chip {
             Sector::Slot(slot) => (slot.start(), SLOT_SIZE),
         };
         let all = start..start + size;
-        // The header is what stays.
+        // Only the header remains.
         let erased = match cut {
             None | Some(Cut::After) => all,
             Some(Cut::Within) => start + HEADER as u32..start + size,

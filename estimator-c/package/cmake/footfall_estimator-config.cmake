@@ -1,6 +1,6 @@
 # Target footfall::estimator. FOOTFALL_PROCESSOR is the folder of src with its library.
 #
-# Where you do not set FOOTFALL_PROCESSOR, it follows from the macros that the compiler of C or C++ defines with the
+# If you do not set FOOTFALL_PROCESSOR, it follows from the macros that the compiler of C or C++ defines with the
 # options of CMAKE_C_FLAGS or CMAKE_CXX_FLAGS, and of add_compile_options() so far.
 
 # Asks the compiler for its macros. `reason` is empty, or the reason why they are unknown.

@@ -367,7 +367,7 @@ const BOARDS: [(&str, &str, &str); 14] = [
     ("native_sim/native/64", "ARCH_POSIX 64BIT", "x86_64"),
 ];
 
-/// Runs a file of the archive in `CMake` with the functions of build systems, and returns what it prints.
+/// Runs a file of the archive in `CMake` with the functions of build systems, and returns its output.
 fn script(file: &Path, settings: &[String]) -> Output {
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let script = temporary.path().join("script.cmake");

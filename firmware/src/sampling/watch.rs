@@ -87,7 +87,7 @@ pub(super) struct Watch {
 /// Reason why the sample of a tick is not trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SampleIssue {
-    /// No edge came, and nothing new was read.
+    /// No edge arrived, and no new reading was found.
     Edge,
     /// No edge came, or too few, though there is a new sample.
     Unannounced,

@@ -188,7 +188,7 @@ fn samples_in_doubt_are_never_stable_and_gaps_never_raise_p() {
     }
 }
 
-/// Of 900 such starts at all rates some take longer than ten steps, and none takes half a minute.
+/// Of 900 such starts at all rates some take longer than ten steps, but all take less than half a minute.
 #[test]
 fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
     let mut chance = Chance::new(5);

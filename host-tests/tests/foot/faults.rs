@@ -208,7 +208,7 @@ fn samples_are_read_by_the_timer_where_no_edge_comes() {
                 faults.push((emergency.code != 0, emergency.fault, now));
             }
         });
-        // One outage, of a restart, though the line stays dead.
+        // One outage, because of a restart, although the line remains dead.
         let [from, to] = outages[..] else {
             panic!("{outages:?}");
         };

@@ -21,7 +21,7 @@ pub struct Flash {
     power: u64,
     /// Number of bytes written and erased so far.
     spent: u64,
-    /// Failed bits that stay cleared: those of the mask, in these bytes.
+    /// Failed bits that remain cleared: those of the mask, in these bytes.
     dead: (Range<usize>, u8),
 }
 

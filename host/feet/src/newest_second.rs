@@ -1,4 +1,4 @@
-//! Statistics of the newest second of a foot's contacts: rate, jitter, and whether one board alone sends them.
+//! Statistics of the newest second of a foot's contacts: rate, jitter, and whether only one board sends them.
 //!
 //! Two boards with the same id are a common mistake on a new robot: every board without stored settings is
 //! FL. Their messages are valid for neither foot.
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn stalled_receiver_is_not_taken_for_several_boards() {
-        // The receiver stalls every third second: the first half is received at its end, the rest is lost.
+        // The receiver stalls every third second: the first half is received when it ends, and the rest is lost.
         let contacts = board(0, 30_000).filter_map(|(made, received)| {
             let (since, in_stall) =
                 (made.as_micros() % 1_000_000, made.as_micros() / 1_000_000 % 3 == 1);

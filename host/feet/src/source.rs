@@ -230,7 +230,7 @@ impl Source {
         }
     }
 
-    /// Sets how a recording of an IMU is read and estimated; other sources stay as they are.
+    /// Sets how a recording of an IMU is read and estimated. Has no effect on other sources.
     #[must_use]
     pub fn played_with(mut self, other: Playback) -> Self {
         if let Self::File { playback, .. } = &mut self {

@@ -119,7 +119,7 @@ impl Quadruped {
         Leg::GO1[leg].joints(position, velocity)
     }
 
-    /// Records a leg's foot; its truth is in the world of the robot.
+    /// Records the foot of a leg. The true positions are in the world of the robot.
     #[must_use]
     pub fn record_foot(&self, leg: usize, sensor: &SensorParams) -> Simulation {
         let mut simulation = simulate(&self.plans[leg], sensor, part_seed(self.seed, leg));

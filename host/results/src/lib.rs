@@ -614,7 +614,7 @@ pub fn print_older() -> Result<()> {
 /// Refuses results that were measured on other programs than those that are built now.
 ///
 /// # Errors
-/// There is such a result, or a file cannot be read.
+/// Such a result exists, or a file cannot be read.
 pub fn refuse_older() -> Result<()> {
     let older = older()?;
     if !older.is_empty() {

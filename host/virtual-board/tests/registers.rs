@@ -65,7 +65,7 @@ fn a_removed_probe_does_not_stop_the_foot() {
     assert_eq!(board.resets(), []);
     assert!(board.take_can().len() > 4_000);
     let logged = word(&mut board, WRITTEN);
-    assert_ne!(logged, written, "nothing was logged, which is no test");
+    assert_ne!(logged, written, "nothing was logged, so nothing was compared");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::command::{Step, remove_folder, root};
 
-/// Files of tests that need numpy alone.
+/// Files of tests that need only numpy.
 const CORE: [&str; 3] = ["test_bits.py", "test_results.py", "test_select.py"];
 
 /// A virtual environment of Python.

@@ -209,7 +209,7 @@ fn build_native_program(dist: &Path) -> Result<()> {
         .run()
 }
 
-/// Folder of this name with a program and the files beside it.
+/// Folder of this name with a program and its accompanying files.
 fn folder_of(name: &str, program: &Path) -> Result<PathBuf> {
     let folder = root().join("target/dist-packed").join(name);
     remove_folder(&folder)?;

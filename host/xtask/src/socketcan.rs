@@ -21,7 +21,7 @@ const FRAMES: usize = 8_000;
 const MODULES: [&str; 4] =
     ["net/can/can", "net/can/can-raw", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan"];
 
-/// Programs beside their packages.
+/// Programs, each with its package.
 const TOOLS: [(&str, &str); 4] = [
     ("qemu-system-x86_64", "qemu-system-x86"),
     ("busybox", "busybox-static"),

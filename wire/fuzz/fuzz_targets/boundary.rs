@@ -19,7 +19,7 @@ struct Memory([u8; SIZE + 8]);
 fn take<T: Copy>(data: &mut &[u8]) -> Option<T> {
     let (bytes, rest) = data.split_at_checked(size_of::<T>())?;
     *data = rest;
-    // SAFETY: as long as the struct, which has floats and integers alone.
+    // SAFETY: as long as the struct, which has only floats and integers.
     Some(unsafe { bytes.as_ptr().cast::<T>().read_unaligned() })
 }
 

@@ -18,7 +18,7 @@ use crate::foot::NodeId;
 use crate::pdo::{
     Acceleration, Attitude, Axes, Bias, ClockReading, Contact, Health, Load, LongTime, Pdo, Rate,
 };
-use crate::sdo::{Objects, Written};
+use crate::sdo::{Objects, WriteOutcome};
 use crate::settings::Settings;
 use crate::value::Value;
 
@@ -152,12 +152,12 @@ impl Device {
         self.learnt = self.settings.learnt().unwrap_or_default();
     }
 
-    fn run_command(&mut self, address: Address, value: Value) -> Result<Written, AbortCode> {
+    fn run_command(&mut self, address: Address, value: Value) -> Result<WriteOutcome, AbortCode> {
         match (address.index, value) {
             (index::ERROR_HISTORY, Value::U8(1..)) => Err(AbortCode::InvalidValue),
             (index::ERROR_HISTORY, _) => {
                 self.history.clear();
-                Ok(Written::Done)
+                Ok(WriteOutcome::Done)
             }
             (index::STORE, Value::U32(SIGNATURE_STORE))
             | (index::RESTORE, Value::U32(SIGNATURE_RESTORE))
@@ -168,19 +168,19 @@ impl Device {
             }
             (index::STORE, Value::U32(SIGNATURE_STORE)) => {
                 self.event = Some(Event::Store);
-                Ok(Written::Pending)
+                Ok(WriteOutcome::Pending)
             }
             (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) if self.settings.is_locked() => {
                 Err(AbortCode::Locked)
             }
             (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) => {
                 self.event = Some(Event::Restore);
-                Ok(Written::Pending)
+                Ok(WriteOutcome::Pending)
             }
             (index::SUPPLY, Value::U32(SIGNATURE_BROWN_OUT)) => {
                 self.may_be_changed(address.index)?;
                 self.event = Some(Event::ProtectSupply);
-                Ok(Written::Pending)
+                Ok(WriteOutcome::Pending)
             }
             (index::STORE | index::RESTORE | index::SUPPLY, _) => Err(AbortCode::CannotStore),
             (index::PROGRAM_CONTROL, Value::U8(command)) => self.control_program(command),
@@ -199,21 +199,21 @@ impl Device {
                     }
                 }
                 self.event = Some(Event::Calibration(command));
-                Ok(Written::Done)
+                Ok(WriteOutcome::Done)
             }
             _ => Err(AbortCode::ReadOnly),
         }
     }
 
     /// Executes a command of CiA 302-3 to the running program.
-    fn control_program(&mut self, command: u8) -> Result<Written, AbortCode> {
+    fn control_program(&mut self, command: u8) -> Result<WriteOutcome, AbortCode> {
         match command {
             0 | 0x80 if self.has_pending_store => return Err(AbortCode::Hardware),
             // The bootloader answers, so that it is ready for the master's next request.
             0 => {
                 self.may_be_changed(index::PROGRAM_CONTROL)?;
                 self.event = Some(Event::StopProgram);
-                return Ok(Written::Pending);
+                return Ok(WriteOutcome::Pending);
             }
             // Start: the program already runs.
             1 => {}
@@ -222,11 +222,11 @@ impl Device {
             3 => return Err(AbortCode::DeviceState),
             0x80 => {
                 self.event = Some(Event::ConfirmProgram);
-                return Ok(Written::Pending);
+                return Ok(WriteOutcome::Pending);
             }
             _ => return Err(AbortCode::InvalidValue),
         }
-        Ok(Written::Done)
+        Ok(WriteOutcome::Done)
     }
 }
 
@@ -271,7 +271,7 @@ impl Objects for Device {
         }
     }
 
-    fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
+    fn write(&mut self, address: Address, bytes: &[u8]) -> Result<WriteOutcome, AbortCode> {
         let Place::Entry(entry, _) = dictionary::find(address)? else {
             return Err(AbortCode::ReadOnly);
         };
@@ -297,7 +297,7 @@ impl Objects for Device {
                 return Err(AbortCode::ReadOnly);
             }
         }
-        Ok(Written::Done)
+        Ok(WriteOutcome::Done)
     }
 }
 

@@ -18,7 +18,7 @@ fn a_held_back_fault_is_active_and_reported_on_release() {
     // A fault that was reported is also reported as cleared.
     node.raise_held_back(Fault::CanBusOff, 8);
     assert!(node.clear(Fault::CanBusOff).is_some());
-    // A fault that ends before it is reported stays unreported.
+    // A fault that ends before it is reported is never reported.
     node.raise_held_back(Fault::CanBusOff, 9);
     assert_eq!(node.clear(Fault::CanBusOff), None);
     assert!(emergencies(&mut node, 3).is_empty());

@@ -38,7 +38,7 @@ pub struct EmergencyReport {
     pub detail: u32,
 }
 
-/// State of the board in its newest health message, which it sends on the serial line alone.
+/// State of the board in its newest health message, which it sends only on the serial line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BoardReport {
     /// Stage of its operation.

@@ -141,7 +141,7 @@ pub enum UpdateError {
         "{0} has restarted within ten seconds of starting the new program, which is not confirmed; after three starts the previous program is restored"
     )]
     StartedAgain(String),
-    /// Another program runs than the one that was sent.
+    /// The running program is not the one that was sent.
     #[error("{foot} runs program {found:08X} instead of {sent:08X}{}", reason(*why))]
     OtherProgram {
         /// The foot.

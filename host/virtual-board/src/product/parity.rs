@@ -61,9 +61,10 @@ fn burst(transaction: &Transaction) -> Option<Burst> {
     })
 }
 
-/// Number of messages used to find the board's clock, and how many of the last of them are evaluated: earlier ones
-/// may have waited for the line while the board started.
+/// Number of messages after which the board's clock is determined.
 const FOR_CLOCK: usize = 1000;
+
+/// Number of the newest of these messages that determine it. Earlier ones may have waited while the board started.
 const ASKED: usize = 200;
 
 /// Maximum number of messages ahead of the recorded bus and serial line.
@@ -220,7 +221,7 @@ fn short_form(estimate: &ContactEstimate) -> ([u8; 2], [u8; 4]) {
     (time.to_le_bytes(), [low, high, part[0], part[1]])
 }
 
-/// Fields of a message that the estimate determines: without its phase, which also depends on the load.
+/// Returns the fields of a message that depend only on the estimate. The phase also depends on the load.
 fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
     let [ax, ay, az, wx, wy, wz] = message.axes.to_array();
     let (stable, tangential, vertical) = (message.stable, message.tangential, message.vertical);

@@ -26,7 +26,7 @@ fn accepted(
     let source = format!("{kind}:{}", server.path(line).display());
     let report = server.path("report.json");
     let mut holder = server.hold(other);
-    let before = server.said().len();
+    let before = server.error_output().len();
     let mut child = Command::new(program())
         .args(["accept", &source, "--json", "--seconds", "60"])
         .args(options)

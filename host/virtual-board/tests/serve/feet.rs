@@ -44,12 +44,12 @@ fn wrong_orders_are_errors_and_the_robot_runs_on() {
     let Some(mut server) = Server::start("none", &["--seconds", "60"]) else {
         return;
     };
-    server.say("RR: gait trot");
+    server.type_line("RR: gait trot");
     server.wait_for("error: the robot has no foot RR");
-    server.say("RR gait trot");
+    server.type_line("RR gait trot");
     server.wait_for("is not a command; help lists them");
     server.order("FL: power-cycle");
-    server.say("fault no-crystal");
+    server.type_line("fault no-crystal");
     server.wait_for("all feet: fault no-crystal");
     server.run(500);
     server.end();

@@ -100,9 +100,9 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     let last = lines.lines().rfind(|line| line.contains("  P ")).expect("a line");
     assert!(!last.contains("sensor"), "{last}");
 
-    server.say("fault thawed");
+    server.type_line("fault thawed");
     server.wait_for("error: thawed is not one of");
-    server.say("FL: gait trot");
+    server.type_line("FL: gait trot");
     server.wait_for("FL: gait trot");
     server.end();
 }

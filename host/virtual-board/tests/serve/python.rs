@@ -22,7 +22,7 @@ pub fn script(python: &Path, name: &str, server: &Server, arguments: &[&Path]) {
         .expect("the interpreter starts");
     let [printed, words] =
         [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
-    assert!(output.status.success(), "{printed}{words}{}", server.said());
+    assert!(output.status.success(), "{printed}{words}{}", server.error_output());
 }
 
 #[test]

@@ -126,7 +126,7 @@ impl Server {
         let mut sources = BufReader::new(child.stdout.take().expect("piped")).lines();
         let bus = sources.find(|line| line.as_ref().is_ok_and(|line| line.starts_with("bus")));
         let server = Self { child, typed, words: words.into(), _alive: alive, folder };
-        assert!(bus.is_some(), "no bus: {}", server.said());
+        assert!(bus.is_some(), "no bus: {}", server.error_output());
         Some(server)
     }
 
@@ -152,14 +152,14 @@ impl Server {
     }
 
     /// Types a line.
-    pub fn say(&mut self, line: &str) {
+    pub fn type_line(&mut self, line: &str) {
         writeln!(self.typed, "{line}").expect("it reads what is typed");
     }
 
     /// Types an order to a foot, such as `FL: tap`, and waits until it is obeyed. Returns the time of the boards, s.
     pub fn order(&mut self, order: &str) -> f64 {
-        let before = self.said().len();
-        self.say(order);
+        let before = self.error_output().len();
+        self.type_line(order);
         let said = self.wait_for_new(before, order);
         let line = said[before..].lines().find(|line| line.ends_with(order));
         let seconds = line.and_then(|line| line.split_whitespace().next());
@@ -169,8 +169,8 @@ impl Server {
     /// Types an order to a foot for a time from now, ms, and waits until it is planned.
     pub fn plan(&mut self, from_now_ms: u64, order: &str) {
         let ms = self.now_ms() + from_now_ms;
-        let before = self.said().len();
-        self.say(&format!("@{ms} {order}"));
+        let before = self.error_output().len();
+        self.type_line(&format!("@{ms} {order}"));
         self.wait_for_new(before, &format!("planned for {:.3} s  {order}", ms as f64 * 1e-3));
     }
 
@@ -197,7 +197,7 @@ impl Server {
     }
 
     /// All text so far.
-    pub fn said(&self) -> String {
+    pub fn error_output(&self) -> String {
         self.words.borrow_mut().all()
     }
 
@@ -214,9 +214,9 @@ impl Server {
 
     /// Ends the server, which has to succeed. Returns all of its output.
     pub fn end(mut self) -> String {
-        self.say("quit");
+        self.type_line("quit");
         let status = self.child.wait().expect("it ends");
-        let said = self.said();
+        let said = self.error_output();
         assert!(status.success(), "{said}");
         said
     }

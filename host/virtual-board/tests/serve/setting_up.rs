@@ -94,7 +94,7 @@ fn a_board_left_pre_operational_reports_it_and_resumes() {
         .spawn()
         .expect("the program runs");
     server.wait_for("bus.slcan: opened");
-    while !server.said().contains("FL: reset by its program") {
+    while !server.error_output().contains("FL: reset by its program") {
         holder.run(1);
     }
     setting.kill().expect("killed");

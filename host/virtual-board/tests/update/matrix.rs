@@ -385,7 +385,7 @@ fn decayed_alone(run: &Run) -> Outcome {
     in_bootloader(master, run.new)
 }
 
-/// Two programs that do not come to their end, on a board without another one.
+/// Two programs that never confirm themselves, on a board without another program.
 fn dead_alone(run: &Run) -> Outcome {
     let mut master = run.without_program();
     for instruction in [BRANCH_TO_ITSELF, UNDEFINED] {

@@ -81,7 +81,7 @@ fn assert_protected(boards: &[(&'static Wiring, Vec<u8>)], corners: &[Corner]) {
     }
 }
 
-/// Power for 1 to 50 ms at a time, and once for nearly two seconds. Each write of the flash meanwhile is cut.
+/// Power for 1 to 50 ms at a time, and once for nearly two seconds. Every write of the flash in these times is cut off.
 #[test]
 fn connector_that_bounces_does_not_protect_the_readout() {
     let Some(elf) = product() else { return };

@@ -21,8 +21,8 @@ const LONGEST_GAP_MS: f64 = 3.0;
 /// image and for the install, its transfer, and its start.
 const LONGEST_SILENCE_MS: f64 = 12_000.0;
 
-/// Segments that the master sends in a millisecond. The model of the bus sends the frames of a node in their order, where
-/// a chip sends that with the lowest identifier first: a heartbeat that waits for a whole block would hold up contacts.
+/// Segments that the master sends in a millisecond. A chip sends the frame with the lowest identifier first. The model of the
+/// bus sends the frames of a node in order, so a heartbeat that waits for a whole block would delay contacts.
 const SEGMENTS_PER_MS: usize = 3;
 
 /// Contacts of a foot.

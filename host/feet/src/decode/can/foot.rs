@@ -264,7 +264,7 @@ impl LoggedFoot {
         std::mem::replace(&mut self.missing, 0)
     }
 
-    /// Marks the turn as not yet known from `row` on, whose contact follows the one before by `elapsed_us`.
+    /// Marks the turn as not yet known from `row` on. Its contact is `elapsed_us` later than the previous one.
     fn doubt(&mut self, row: usize, elapsed_us: i64, numbers: u8, missing: i64) {
         let before = self.gap.map_or(ClockTurn::Known, |gap| gap.before);
         self.gap = Some(Gap { row, before, elapsed_us, numbers, missing });

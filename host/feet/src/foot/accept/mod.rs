@@ -113,7 +113,7 @@ pub struct Person<'a> {
     pub has_left: &'a dyn Fn() -> bool,
 }
 
-/// Patience of a person, the function that shows a text, and the one that returns whether the person has left.
+/// Patience of a person, a function that shows a text, and a function that returns whether the person has left.
 type PersonParts<'a> = (Duration, &'a mut dyn FnMut(&str), &'a dyn Fn() -> bool);
 
 impl Person<'_> {

@@ -82,7 +82,7 @@ impl Chip {
         answer
     }
 
-    /// The sensor's time goes on, and every edge of its pin is seen.
+    /// Advances the sensor to `now`, and processes each edge of its pin.
     pub(super) fn advance_sensor(&mut self, now: u64) {
         while self.sensor_edge <= now {
             let edge = self.sensor_edge;

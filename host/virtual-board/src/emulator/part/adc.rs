@@ -57,7 +57,7 @@ impl Adc {
         }
     }
 
-    /// Resets the registers; the inputs stay.
+    /// Resets the registers, but not the inputs.
     pub fn reset(&mut self) {
         *self = Self { inputs: self.inputs, ..Self::new() };
     }

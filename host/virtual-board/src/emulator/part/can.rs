@@ -200,7 +200,7 @@ impl Can {
         }
     }
 
-    /// Resets the controller; the bus stays.
+    /// Resets the controller, but not the bus.
     pub fn reset(&mut self, pclk: u32, now: u64) {
         *self = Self {
             now,

@@ -115,7 +115,7 @@ impl EmulatedAdapter {
 mod tests {
     use super::*;
 
-    fn say(adapter: &mut EmulatedAdapter, text: &str) -> String {
+    fn exchange(adapter: &mut EmulatedAdapter, text: &str) -> String {
         let answers = text.bytes().flat_map(|byte| adapter.push(byte).answer);
         answers.map(char::from).collect()
     }
@@ -142,7 +142,7 @@ mod tests {
             ("t1910\r", "\x07"),
             ("S9\rs0014\rZ1\r", "\x07\x07\x07"),
         ] {
-            assert_eq!(say(&mut adapter, said), answer, "{said:?}");
+            assert_eq!(exchange(&mut adapter, said), answer, "{said:?}");
         }
     }
 
@@ -150,26 +150,26 @@ mod tests {
     fn frames_pass_only_while_open_and_at_the_bit_rate_of_the_bus() {
         let mut adapter = EmulatedAdapter::default();
         assert_eq!(adapter.hear(&carried(0x191)), None);
-        say(&mut adapter, "S8\rO\r");
+        exchange(&mut adapter, "S8\rO\r");
         assert_eq!(adapter.hear(&carried(0x191)).as_deref(), Some(&b"t1911AB\r"[..]));
-        say(&mut adapter, "t1911A");
+        exchange(&mut adapter, "t1911A");
         adapter.push(b'B');
         let sent = adapter.push(b'\r');
         assert_eq!(sent.answer, b"z\r");
         assert_eq!(sent.frame, Some((BusFrame::new(0x191, &[0xAB]), 1_000_000)));
         for bad in ["T000001911AB\r", "r1910\r", "t191\r", "t1919\r", &"t".repeat(1000), "\r"] {
-            let answer = say(&mut adapter, bad);
+            let answer = exchange(&mut adapter, bad);
             assert!(answer == "\x07" || !bad.ends_with('\r'), "{bad}: {answer:?}");
         }
-        say(&mut adapter, "C\rS6\rO\r");
+        exchange(&mut adapter, "C\rS6\rO\r");
         assert_eq!(adapter.hear(&carried(0x191)), None, "another rate");
     }
 
     #[test]
     fn lost_frames_are_reported_once_in_the_status() {
         let mut adapter = EmulatedAdapter::default();
-        say(&mut adapter, "S8\rO\r");
+        exchange(&mut adapter, "S8\rO\r");
         adapter.has_lost = true;
-        assert_eq!(say(&mut adapter, "F\rF\r"), "F08\rF00\r");
+        assert_eq!(exchange(&mut adapter, "F\rF\r"), "F08\rF00\r");
     }
 }

@@ -106,7 +106,7 @@ pub struct Slice {
 
 /// Output of a time slice.
 #[derive(Default)]
-pub struct Ran {
+pub struct SliceOutput {
     /// Frames sent, with the times of their ends.
     pub frames: Vec<TimedFrame>,
     /// Bytes sent over the serial line.
@@ -124,7 +124,7 @@ pub struct Ran {
 /// Handle of a running foot.
 pub struct Foot {
     slices: Sender<Slice>,
-    ran: Receiver<Result<Ran, ScenarioError>>,
+    ran: Receiver<Result<SliceOutput, ScenarioError>>,
 }
 
 impl Foot {
@@ -139,7 +139,7 @@ impl Foot {
                 // A send fails only if the robot is gone.
                 Err(error) => return drop(to_robot.send(Err(error))),
             };
-            if to_robot.send(Ok(Ran::default())).is_err() {
+            if to_robot.send(Ok(SliceOutput::default())).is_err() {
                 return;
             }
             for slice in of_foot {
@@ -161,7 +161,7 @@ impl Foot {
     ///
     /// # Errors
     /// As [`Board::run_for`], and if the ELF does not fit or does not store its settings.
-    pub fn finish(&self) -> Result<Ran, ScenarioError> {
+    pub fn finish(&self) -> Result<SliceOutput, ScenarioError> {
         let gone = "the thread of the board has ended";
         let ran = self.ran.recv();
         ran.unwrap_or_else(|_| Err(ScenarioError::Elf(gone.to_owned())))
@@ -200,7 +200,7 @@ impl Runner {
         self.on_since + self.board.now()
     }
 
-    fn run(&mut self, slice: Slice) -> Result<Ran, ScenarioError> {
+    fn run(&mut self, slice: Slice) -> Result<SliceOutput, ScenarioError> {
         for order in slice.orders {
             self.obey(order)?;
         }
@@ -228,7 +228,7 @@ impl Runner {
             sent.time += self.on_since;
         }
         let bytes = self.board.take_uart();
-        let ran = Ran {
+        let ran = SliceOutput {
             frames,
             bytes: bytes.iter().map(|timed| timed.byte).collect(),
             bytes_incoming: self.board.uart_incoming(),

@@ -14,7 +14,7 @@ use wire::foot::cob_id;
 use wire::{Address, Foot as Position, NodeId, Value};
 
 use super::MILLISECOND;
-use super::foot::{BoardPrograms, Foot, Make, Order, Ran, Slice};
+use super::foot::{BoardPrograms, Foot, Make, Order, Slice, SliceOutput};
 use crate::emulator::board::BoardOptions;
 use crate::emulator::corner::Corner;
 use crate::emulator::part::can::{BusFrame, TimedFrame};
@@ -51,7 +51,7 @@ pub struct RobotOptions {
     pub corner: Corner,
     /// Presence of the robot's controller.
     pub control: ControlNode,
-    /// Settings that each foot has stored, beside its position.
+    /// Settings that each foot has stored, besides its position.
     pub settings: Vec<(Address, Value)>,
 }
 
@@ -67,7 +67,7 @@ pub struct Stopped {
 
 /// Events of a millisecond.
 #[derive(Debug, Default)]
-pub struct Happened {
+pub struct StepEvents {
     /// Frames transmitted on the bus.
     pub carried: Vec<Carried>,
     /// Bytes of each serial line.
@@ -83,7 +83,7 @@ struct Member {
     node: NodeId,
     /// Bit rate of its last transmission, bit/s.
     bit_rate: u32,
-    last: Ran,
+    last: SliceOutput,
     bytes: Vec<u8>,
     orders: Vec<Order>,
 }
@@ -116,7 +116,7 @@ impl BoardRobot {
                 foot: Foot::start(make(&programs, options, index, position)),
                 node: position.default_node_id(),
                 bit_rate: 0,
-                last: Ran::default(),
+                last: SliceOutput::default(),
                 bytes: Vec::new(),
                 orders: Vec::new(),
             })
@@ -192,7 +192,7 @@ impl BoardRobot {
     ///
     /// # Errors
     /// As [`Board::run_for`](crate::emulator::board::Board::run_for).
-    pub fn step(&mut self) -> Result<Happened, Stopped> {
+    pub fn step(&mut self) -> Result<StepEvents, Stopped> {
         let now = self.ms * MILLISECOND;
         self.send_control();
         let carried: Vec<Carried> = core::iter::from_fn(|| self.bus.next(now)).collect();
@@ -212,7 +212,7 @@ impl BoardRobot {
                 orders: core::mem::take(&mut member.orders),
             });
         }
-        let mut happened = Happened { carried, ..Happened::default() };
+        let mut happened = StepEvents { carried, ..StepEvents::default() };
         for (index, member) in self.members.iter_mut().enumerate() {
             let mut ran = member.wait()?;
             member.bit_rate = ran.bit_rate.unwrap_or(member.bit_rate);
@@ -255,7 +255,7 @@ impl BoardRobot {
 }
 
 impl Member {
-    fn wait(&self) -> Result<Ran, Stopped> {
+    fn wait(&self) -> Result<SliceOutput, Stopped> {
         let foot = self.position;
         self.foot.finish().map_err(|problem| Stopped { foot, problem })
     }

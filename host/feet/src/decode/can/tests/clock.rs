@@ -113,7 +113,7 @@ impl SendingFeet {
     }
 }
 
-/// A period in which the host reads nothing, µs, and the number of frames that are queued meanwhile.
+/// A period in which the host reads nothing, µs, and the number of frames that are queued during it.
 struct Stall {
     time_us: Range<u64>,
     kept: usize,

@@ -38,9 +38,9 @@ const NWRP: u32 = 1 << 16;
 /// Sectors that no program can change.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Protection {
-    /// None, as delivered.
+    /// No sector, as delivered.
     None,
-    /// Those of the bootloader, as set by the program at the first power-up of a board.
+    /// The sectors of the bootloader, as protected by the program at the first power-up of a board.
     #[default]
     Bootloader,
 }
