@@ -35,6 +35,10 @@
 //!
 //! Meanwhile a rate of edges that stays wrong is a fault of the sensor again.
 //!
+//! **No line for edges.** A cable with the wires of I²C alone has none. Each tick then reads the newest sample, which is
+//! at most 150 µs old. Its timestamp is that of the mean age, so it errs by 75 µs at most. A sensor at a rate that is too
+//! low shows as samples that are not new.
+//!
 //! **Flags.** From the first bad tick on its sample is flagged, so that the estimate is "not stable" before the fault
 //! is identified. After each start samples stay flagged until each axis has changed, for some ten ticks: an axis that
 //! is stuck is never trusted.
@@ -95,20 +99,24 @@ pub struct Tick {
     pub edges: Option<u16>,
     /// Ticks missed since the previous one, because its work took too long.
     pub missed: u32,
+    /// Whether the board has no line for the edges. It then reads the sample at the tick itself.
+    pub is_without_line: bool,
 }
 
 impl Tick {
     /// Time of the newest sample: that of the edge, or the expected time at the end of the wait.
     #[must_use]
     pub fn sampled(&self) -> Timestamp {
-        let expected = self.time.as_micros() + EDGE_LIMIT_US - MEAN_AGE_US;
+        let wait = if self.is_without_line { 0 } else { EDGE_LIMIT_US };
+        let expected = (self.time.as_micros() + wait).saturating_sub(MEAN_AGE_US);
         self.edge.unwrap_or(Timestamp::from_micros(expected))
     }
 }
 
 /// Timer and captured edges of a board.
 pub trait Ticks {
-    /// Waits for the next tick, and then for its data-ready edge, at most [`EDGE_LIMIT_US`].
+    /// Waits for the next tick, and then for its data-ready edge, at most [`EDGE_LIMIT_US`]. A board without a line for
+    /// the edges waits only for the tick.
     fn next(&mut self) -> impl Future<Output = Tick>;
 }
 

@@ -155,6 +155,9 @@ impl Watch {
         } else {
             self.without_edge.saturating_add(1)
         };
+        if tick.is_without_line {
+            return None;
+        }
         let is_right = EDGES.contains(&number);
         self.wrong_rate =
             if number > 0 && !is_right { self.wrong_rate.saturating_add(1) } else { 0 };
@@ -297,6 +300,17 @@ mod tests {
             let tick = Tick { missed, ..tick(true, edges) };
             assert_eq!(watch.issue(&tick, &moving(0)), issue, "{edges:?}, {missed}");
         }
+    }
+
+    #[test]
+    fn board_without_a_line_misses_no_edge() {
+        let mut watch = Watch::default();
+        let tick = Tick { is_without_line: true, ..Tick::default() };
+        for k in 0..100 {
+            assert_eq!(watch.issue(&tick, &moving(k)), None);
+        }
+        assert_eq!(watch.read_at, ReadAt::Edge);
+        assert_eq!(watch.issue(&tick, &sample(0, [0; 6])), Some(SampleIssue::Stale));
     }
 
     #[test]

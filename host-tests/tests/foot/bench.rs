@@ -72,6 +72,7 @@ struct BenchTicks<'a> {
     alarm: Alarm<'a>,
     next: u64,
     count_edges: bool,
+    is_without_line: bool,
 }
 
 impl BenchTicks<'_> {
@@ -98,6 +99,10 @@ impl Ticks for BenchTicks<'_> {
             edges += 1;
         }
         self.alarm.wait_until(tick_ns).await;
+        if self.is_without_line {
+            let time = Timestamp::from_micros(tick_ns / 1000);
+            return Tick { time, missed, is_without_line: true, ..Tick::default() };
+        }
         let limit_ns = tick_ns + EDGE_LIMIT_US * 1000;
         let edge = self.edge_after().filter(|edge| *edge <= limit_ns);
         self.alarm.wait_until(edge.unwrap_or(limit_ns)).await;
@@ -108,6 +113,7 @@ impl Ticks for BenchTicks<'_> {
             edge: edge.map(|ns| Timestamp::from_micros(ns / 1000)),
             edges: self.count_edges.then_some(edges),
             missed,
+            is_without_line: false,
         }
     }
 }
@@ -120,6 +126,8 @@ pub type Action<'a> = (u64, &'a dyn Fn(&SharedPart));
 pub struct Run<'a> {
     pub self_test: bool,
     pub count_edges: bool,
+    /// Whether the board has no line for data-ready edges.
+    pub is_without_line: bool,
     /// In order of time.
     pub actions: &'a [Action<'a>],
 }
@@ -133,6 +141,7 @@ impl Run<'_> {
             alarm: alarm(),
             next: 1 + part.now_ns() / MS,
             count_edges: self.count_edges,
+            is_without_line: self.is_without_line,
         };
         let end = part.now_ns() + ns;
         let sensor = Sensor::new(part.spi(), Config::FRESH_KILOHERTZ);

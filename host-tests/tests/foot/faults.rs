@@ -61,20 +61,19 @@ fn lasts(fault: PartFault) -> u64 {
 }
 
 /// Observes a foot at rest with a fault from `begin` on, for [`DURATION`].
-fn watch(fault: PartFault, begin: u64, edges_counted: bool) -> Seen {
-    watch_moving(fault, Stimulus::REST, begin, edges_counted)
+fn watch(fault: PartFault, begin: u64, count_edges: bool) -> Seen {
+    watch_moving(fault, Stimulus::REST, begin, Run { count_edges, ..Run::default() })
 }
 
-/// The same with a foot that moves by `moves` during the fault.
-fn watch_moving(fault: PartFault, moves: Stimulus, begin: u64, count_edges: bool) -> Seen {
+/// The same with a foot that moves by `moves` during the fault, on a board with these options.
+fn watch_moving(fault: PartFault, moves: Stimulus, begin: u64, board: Run<'_>) -> Seen {
     let end = begin + DURATION;
     let moving = begin as f64 / 1.0e9..end as f64 / 1.0e9;
     let motion = move |t: f64| if moving.contains(&t) { moves } else { Stimulus::REST };
     let part = part(motion, ORDINARY);
     let inject = |part: &SharedPart| part.inject(fault);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
-    let options =
-        Run { count_edges, actions: &[(begin, &inject), (end, &clear)], ..Run::default() };
+    let options = Run { actions: &[(begin, &inject), (end, &clear)], ..board };
     let mut bench = Bench::new(Settings::default());
     let mut seen = Seen::default();
     let mut said_stable = false;
@@ -150,7 +149,7 @@ fn a_half_dead_sensor_is_reported_with_its_axes_and_never_trusted() {
         (PartFault::FrozenOutput, slide, 0b11_1111, 5),
     ] {
         for phase in 0..4 {
-            let seen = watch_moving(fault, moves, BEGIN + phase * 2_713_313, false);
+            let seen = watch_moving(fault, moves, BEGIN + phase * 2_713_313, Run::default());
             let name = format!("{fault:?}, phase {phase}");
             let first = (seen.reported.first(), seen.detail);
             assert_eq!(first, (Some(&Fault::SensorFrozen), Some(axes)), "{name}");
@@ -172,6 +171,46 @@ fn a_foot_at_rest_for_ten_minutes_has_no_frozen_axis() {
         reported.extend(bench.emergencies());
     });
     assert_eq!(reported, []);
+}
+
+/// A board whose sensor is on a cable without a wire for edges.
+const WITHOUT_LINE: Run =
+    Run { self_test: false, count_edges: false, is_without_line: true, actions: &[] };
+
+#[test]
+fn sensor_faults_are_flagged_on_a_board_without_a_line() {
+    // All faults but those of the edges.
+    for (fault, reported, doubted_within, _) in &CASES[..5] {
+        for phase in 0..10 {
+            let begin = BEGIN + phase * 113_313;
+            let seen = watch_moving(*fault, Stimulus::REST, begin, WITHOUT_LINE);
+            let at = format!("{fault:?} at {begin} ns: {seen:?}");
+            assert!(seen.doubted.is_some_and(|ns| ns <= *doubted_within), "{at}");
+            assert!(seen.flagged.is_some_and(|ns| ns <= LIMIT), "{at}");
+            assert!(seen.last_stable.unwrap_or(0) < LIMIT && seen.stable_again, "{at}");
+            assert!(seen.reported.starts_with(reported), "{at}");
+        }
+    }
+}
+
+#[test]
+fn board_without_a_line_reads_the_newest_sample_at_each_tick() {
+    let part = standing();
+    let mut bench = Bench::new(Settings::default());
+    let (mut ages, mut stable) = (Vec::new(), 0);
+    run(WITHOUT_LINE, &part, &mut bench, 5 * SECOND, |bench, tick, measurement| {
+        assert_eq!(bench.emergencies(), []);
+        if measurement.raw.is_none() {
+            return;
+        }
+        let sampled = measurement.sample.timestamp.as_micros();
+        ages.push(tick.time.as_micros() as i64 - sampled as i64);
+        let contact = bench.contact().expect("a contact each tick");
+        stable += u32::from(contact.status.decision() == Decision::Stable);
+    });
+    // The mean age of a sample at 6667 Hz.
+    assert!(ages.len() > 4_500 && ages.iter().all(|age| *age == 75), "{}", ages.len());
+    assert!(stable > 3_000, "{stable}");
 }
 
 #[test]

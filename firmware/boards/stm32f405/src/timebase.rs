@@ -135,7 +135,7 @@ impl Ticks for Timebase {
             Some(before) => tick.wrapping_sub(before).wrapping_sub(1),
             None => 0,
         };
-        Tick { time, edge, edges: Some(edges), missed }
+        Tick { time, edge, edges: Some(edges), missed, is_without_line: false }
     }
 }
 
