@@ -10,13 +10,23 @@ const QEMU: &str = "qemu-system-arm";
 /// QEMU is not installed.
 #[must_use]
 pub fn stock_board() -> Option<Command> {
+    machine("netduinoplus2")
+}
+
+/// QEMU's machine with a Cortex-M33 with a floating-point unit, as above.
+#[must_use]
+pub fn cortex_m33() -> Option<Command> {
+    machine("mps2-an505")
+}
+
+fn machine(name: &str) -> Option<Command> {
     if Command::new(QEMU).arg("--version").output().is_err() {
         unmet("qemu-system-arm is not installed (Debian: apt-get install qemu-system-arm)");
         return None;
     }
     let mut command = Command::new(QEMU);
     command
-        .args(["-machine", "netduinoplus2"])
+        .args(["-machine", name])
         .args(["-nographic", "-monitor", "none", "-serial", "none"])
         .args(["-semihosting-config", "enable=on,target=native"]);
     Some(command)

@@ -31,6 +31,7 @@ mod documents;
 mod drift;
 mod events;
 mod faults;
+mod feather_rp2350;
 mod feet;
 mod for_programs;
 mod go1;

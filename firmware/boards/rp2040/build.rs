@@ -1,15 +1,26 @@
-//! Links the program for the RP2040, and names the commit of its sources.
+//! Links the program for the memory of its board, and names the commit of its sources.
 
 use std::path::Path;
 use std::process::Command;
 
+/// Programs, and the folders below `src` with their memories.
+const PROGRAMS: [(&str, &str); 3] = [
+    ("foot-nano-rp2040", "nano_rp2040"),
+    ("foot-feather-rp2350", "feather_rp2350"),
+    ("self-check", "self_check"),
+];
+
 fn main() {
     let package = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
-    println!("cargo:rustc-link-search={package}");
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    println!("cargo:rustc-link-arg-bins=-Tlink-rp.x");
-    println!("cargo:rerun-if-changed=memory.x");
+    for (program, folder) in PROGRAMS {
+        // The folder with the program's `memory.x`.
+        let folder = Path::new(&package).join("src").join(folder);
+        println!("cargo:rustc-link-arg-bin={program}=-L{}", folder.display());
+        println!("cargo:rerun-if-changed={}", folder.join("memory.x").display());
+    }
+    println!("cargo:rustc-link-arg-bin=foot-nano-rp2040=-Tlink-rp.x");
     let head = Path::new(&package).join("../../../.git/HEAD");
     println!("cargo:rerun-if-changed={}", head.display());
     let commit = Command::new("git").args(["rev-parse", "HEAD"]).output();

@@ -47,9 +47,35 @@ const BY_HAND: &str = if cfg!(target_os = "linux") {
     ""
 };
 
-/// First words of a UF2 file, and its family of chips, the RP2040, at byte 28.
+/// First words of a UF2 file. Its family of chips is at byte 28.
 const UF2: [u8; 8] = *b"UF2\nWQ]\x9E";
-const RP2040: [u8; 4] = 0xE48B_FF56_u32.to_le_bytes();
+
+/// Chip of a foot on USB, and the loader in its ROM.
+#[derive(Debug, PartialEq, Eq)]
+struct Chip {
+    name: &'static str,
+    /// Family of its programs.
+    family: u32,
+    /// Name of the loader's drive, which is also in the file that describes it.
+    drive: &'static str,
+    /// Way to start the loader by hand.
+    by_hand: &'static str,
+}
+
+const CHIPS: [Chip; 2] = [
+    Chip {
+        name: "RP2040",
+        family: 0xE48B_FF56,
+        drive: "RPI-RP2",
+        by_hand: "press the board's button twice",
+    },
+    Chip {
+        name: "RP2350",
+        family: 0xE48B_FF59,
+        drive: "RP2350",
+        by_hand: "hold the button BOOT while you press RESET",
+    },
+];
 
 /// Reason a foot on USB was not updated.
 #[derive(Debug, Error)]
@@ -58,8 +84,25 @@ pub enum CopyError {
     #[error("{0}: {1}")]
     Port(String, io::Error),
     /// The loader was not seen.
-    #[error("no drive RPI-RP2 is mounted {waited} s after {0} was asked for it: press the board's button twice, and copy the file to the drive that appears{BY_HAND}", waited = LONGEST.as_secs())]
-    NoDrive(String),
+    #[error("no drive {drive} is mounted {waited} s after {port} was asked for it: {by_hand}, and copy the file to the drive that appears{BY_HAND}", waited = LONGEST.as_secs())]
+    NoDrive {
+        /// Port of the foot.
+        port: String,
+        /// Name of the drive.
+        drive: &'static str,
+        /// Way to start the loader by hand.
+        by_hand: &'static str,
+    },
+    /// The program is for another chip.
+    #[error(
+        "the program is for an {program}, and the board has an {board}: plug the board in again, and take the file for it"
+    )]
+    OtherChip {
+        /// Chip of the program.
+        program: &'static str,
+        /// Chip of the board.
+        board: &'static str,
+    },
     /// The file was not written.
     #[error("{}: {}", .0.display(), .1)]
     NotCopied(PathBuf, io::Error),
@@ -71,17 +114,28 @@ pub enum CopyError {
 /// Returns whether a file is a program that can be copied to the loader of a foot on USB.
 #[must_use]
 pub fn is_program(bytes: &[u8]) -> bool {
-    bytes.starts_with(&UF2) && bytes.get(28..32) == Some(&RP2040)
+    chip_of(bytes).is_some()
+}
+
+/// Chip of a program; `None` if the file is not a program for one of them.
+fn chip_of(bytes: &[u8]) -> Option<&'static Chip> {
+    let family = bytes.starts_with(&UF2).then(|| bytes.get(28..32))??;
+    CHIPS.iter().find(|chip| chip.family.to_le_bytes() == family)
 }
 
 /// Starts the loader of the foot at a port, copies a program to the loader's drive, and waits for the foot.
 ///
 /// # Errors
-/// The port, the drive or the foot afterwards is missing, or the copy fails.
+/// The port, the drive or the foot afterwards is missing, the program is for another chip, or the copy fails.
 pub fn update(port: &str, program: &[u8]) -> Result<(), CopyError> {
     drop(SerialPort::open(port, LOADER_BAUD).map_err(|e| CopyError::Port(port.to_owned(), e))?);
-    let drive = wait(|| loader_drive(mounted()));
-    let drive = drive.ok_or_else(|| CopyError::NoDrive(port.to_owned()))?;
+    let Chip { name, drive, by_hand, .. } = *chip_of(program).unwrap_or(&CHIPS[0]);
+    let found = wait(|| loader_drive(mounted()));
+    let no_drive = || CopyError::NoDrive { port: port.to_owned(), drive, by_hand };
+    let (chip, drive) = found.ok_or_else(no_drive)?;
+    if chip.name != name {
+        return Err(CopyError::OtherChip { program: name, board: chip.name });
+    }
     copy(&drive, program).map_err(|error| CopyError::NotCopied(drive, error))?;
     wait(|| is_there(port).then_some(())).ok_or_else(|| CopyError::NotBack(port.to_owned()))
 }
@@ -131,11 +185,13 @@ fn mounted() -> Vec<PathBuf> {
     linux.chain(volumes.map(|entry| entry.path())).collect()
 }
 
-/// The drive of an RP2040's loader, by the file that describes it.
-fn loader_drive(folders: Vec<PathBuf>) -> Option<PathBuf> {
-    folders.into_iter().find(|folder| {
-        let about = fs::read_to_string(folder.join("INFO_UF2.TXT"));
-        about.is_ok_and(|about| about.contains("RPI-RP2"))
+/// The drive of a loader, and the chip of its board, by the file that describes it.
+fn loader_drive(folders: Vec<PathBuf>) -> Option<(&'static Chip, PathBuf)> {
+    folders.into_iter().find_map(|folder| {
+        let about = fs::read_to_string(folder.join("INFO_UF2.TXT")).ok()?;
+        let id = about.lines().find_map(|line| line.strip_prefix("Board-ID: "))?.trim();
+        let chip = CHIPS.iter().find(|chip| chip.drive == id)?;
+        Some((chip, folder))
     })
 }
 
@@ -263,7 +319,7 @@ mod tests {
     #[test]
     fn a_program_is_copied_to_the_drive_of_the_loader() {
         let folder = std::env::temp_dir().join(format!("footfall-drives-{}", std::process::id()));
-        let [other, drive] = ["other", "RPI-RP2"].map(|name| {
+        let [other, first, second] = ["other", "RPI-RP2", "RP2350"].map(|name| {
             let drive = folder.join(name);
             fs::create_dir_all(&drive).expect("a folder");
             let about = format!("UF2 Bootloader v3.0\r\nBoard-ID: {name}\r\n");
@@ -271,14 +327,17 @@ mod tests {
             drive
         });
         assert_eq!(loader_drive(vec![folder.clone(), other.clone()]), None);
-        assert_eq!(loader_drive(vec![other, drive.clone()]).as_ref(), Some(&drive));
-        let mut program = vec![0; 512];
-        program[..8].copy_from_slice(&UF2);
-        assert!(!is_program(&program), "of no family");
-        program[28..32].copy_from_slice(&RP2040);
-        assert!(is_program(&program));
-        copy(&drive, &program).expect("room");
-        assert_eq!(fs::read(drive.join("foot.uf2")).expect("a file"), program);
+        for (chip, drive) in CHIPS.iter().zip([&first, &second]) {
+            let found = loader_drive(vec![other.clone(), drive.clone()]);
+            assert_eq!(found, Some((chip, drive.clone())));
+            let mut program = vec![0; 512];
+            program[..8].copy_from_slice(&UF2);
+            assert!(!is_program(&program), "of no family");
+            program[28..32].copy_from_slice(&chip.family.to_le_bytes());
+            assert_eq!(chip_of(&program), Some(chip));
+            copy(drive, &program).expect("room");
+            assert_eq!(fs::read(drive.join("foot.uf2")).expect("a file"), program);
+        }
         fs::remove_dir_all(&folder).expect("removed");
     }
 

@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 
 use crate::command::{Step, is_installed, root};
 use crate::firmware::TARGET;
+use crate::uf2;
 
 /// Tool of the tests: a program, and the packages of Debian that have it.
 type Tool = (&'static str, &'static [&'static str]);
@@ -48,7 +49,7 @@ pub enum Tier {
     Full,
 }
 
-/// Installs the Rust target of the firmware, and the Debian packages that a tier needs.
+/// Installs the Rust targets of the firmware, and the Debian packages that a tier needs.
 ///
 /// # Errors
 /// A package is missing that this system cannot install.
@@ -57,6 +58,8 @@ pub fn run(tier: Tier) -> Result<()> {
     let mut tools = FOR_TESTS.to_vec();
     if tier == Tier::Full {
         tools.extend(FOR_FULL);
+        let targets = uf2::Board::ALL.map(uf2::Board::target);
+        Step::program("rustup").with(["target", "add"]).with(targets).run()?;
     }
     let missing = tools.iter().filter(|(program, _)| !is_installed(program));
     let mut missing: Vec<&str> = missing.flat_map(|(_, packages)| *packages).copied().collect();

@@ -134,8 +134,12 @@ enum Task {
         #[arg(long, value_name = "TARGET")]
         target: Option<String>,
     },
-    /// Builds the program of the Nano RP2040 as a UF2 file.
-    Uf2,
+    /// Builds the program of a board with an RP2040 or an RP2350 as a UF2 file.
+    Uf2 {
+        /// The board.
+        #[arg(long, value_enum, default_value = "nano-rp2040")]
+        board: uf2::Board,
+    },
     /// Builds the files for users without a compiler, in `dist`: programs and wheels for Linux, the firmware, the
     /// estimator for C, descriptions of the wire, checksums.
     Release {
@@ -203,7 +207,7 @@ fn run(task: Task) -> Result<()> {
                 None => library::run(&dist).map(drop),
             }
         }
-        Task::Uf2 => uf2::run().map(drop),
+        Task::Uf2 { board } => uf2::run(board).map(drop),
         Task::Release { only } => release::run(only),
     }
 }

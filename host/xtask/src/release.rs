@@ -37,7 +37,7 @@ const BILL_TOOL: [&str; 2] = ["cargo-cyclonedx", "0.5.9"];
 /// Version of the format of bills of materials.
 const BILL_FORMAT: &str = "1.5";
 
-const BILLS: [Bill; 6] = [
+const BILLS: [Bill; 7] = [
     Bill { product: "footfall", folder: "host/footfall", features: "all", target: "all" },
     Bill { product: "footfall-python", folder: "python", features: "all", target: "all" },
     Bill { product: "footfall-estimator", folder: "estimator-c", features: "alone", target: "all" },
@@ -56,8 +56,14 @@ const BILLS: [Bill; 6] = [
     Bill {
         product: "foot-nano-rp2040",
         folder: "firmware/boards/rp2040",
-        features: "",
+        features: "nano-rp2040",
         target: "thumbv6m-none-eabi",
+    },
+    Bill {
+        product: "foot-feather-rp2350",
+        folder: "firmware/boards/rp2040",
+        features: "feather-rp2350",
+        target: "thumbv8m.main-none-eabihf",
     },
 ];
 
@@ -129,9 +135,11 @@ pub fn run(only: Option<Part>) -> Result<()> {
             build_wheel(machine, &tools, &dist)?;
         }
         library::run(&dist)?;
-        let built = uf2::run()?;
-        let name = format!("foot-{VERSION}-nano-rp2040.uf2");
-        fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
+        for board in uf2::Board::ALL {
+            let built = uf2::run(board)?;
+            let name = format!("foot-{VERSION}-{}.uf2", board.name());
+            fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
+        }
         write_bills(&dist)?;
     }
     build_firmware(&dist)?;

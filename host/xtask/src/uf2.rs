@@ -1,10 +1,11 @@
-//! The program of the Nano RP2040 as a UF2 file, which its loader takes as a copy to a drive.
+//! Programs of the boards with an RP2040 or an RP2350 as UF2 files, which their loader takes as a copy to a drive.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use clap::ValueEnum;
 use program_images::segments;
 
 use crate::command::{Step, root};
@@ -12,39 +13,73 @@ use crate::command::{Step, root};
 /// Folder of the package, a workspace of its own.
 const PACKAGE: &str = "firmware/boards/rp2040";
 
-/// Name of the program.
-pub const PROGRAM: &str = "foot-nano-rp2040";
-
-const TARGET: &str = "thumbv6m-none-eabi";
-
 /// Bytes of a block that go to the flash.
 const PAGE: usize = 256;
 
-/// Family of the chip, by Microsoft's list of UF2 families.
-const RP2040: u32 = 0xE48B_FF56;
+/// Board with a loader that takes UF2 files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Board {
+    /// Arduino Nano RP2040 Connect.
+    NanoRp2040,
+    /// Adafruit Feather RP2350, with a breakout of the sensor on a cable.
+    FeatherRp2350,
+}
 
-/// Builds the program and writes its UF2 file beside the ELF; returns the path.
+impl Board {
+    /// All boards.
+    pub const ALL: [Self; 2] = [Self::NanoRp2040, Self::FeatherRp2350];
+
+    /// Name of the board and of its feature.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NanoRp2040 => "nano-rp2040",
+            Self::FeatherRp2350 => "feather-rp2350",
+        }
+    }
+
+    /// Target of the Rust compiler.
+    pub const fn target(self) -> &'static str {
+        match self {
+            Self::NanoRp2040 => "thumbv6m-none-eabi",
+            Self::FeatherRp2350 => "thumbv8m.main-none-eabihf",
+        }
+    }
+
+    /// Family of the chip, by Microsoft's list of UF2 families.
+    const fn family(self) -> u32 {
+        match self {
+            Self::NanoRp2040 => 0xE48B_FF56,
+            // A program in the secure state of the Arm cores.
+            Self::FeatherRp2350 => 0xE48B_FF59,
+        }
+    }
+}
+
+/// Builds the program of a board and writes its UF2 file beside the ELF; returns the path.
 ///
 /// # Errors
 /// It does not build, or a file cannot be written.
-pub fn run() -> Result<PathBuf> {
-    Step::program("rustup").with(["target", "add", TARGET]).run()?;
-    let target = root().join("target/nano-rp2040");
-    Step::cargo(&["build", "--locked", "--release", "--target", TARGET])
-        .with(["--target-dir", &target.display().to_string()])
+pub fn run(board: Board) -> Result<PathBuf> {
+    let (name, target) = (board.name(), board.target());
+    Step::program("rustup").with(["target", "add", target]).run()?;
+    let folder = root().join("target").join(name);
+    let program = format!("foot-{name}");
+    Step::cargo(&["build", "--locked", "--release", "--target", target])
+        .with(["--no-default-features", "--features", name, "--bin", &program])
+        .with(["--target-dir", &folder.display().to_string()])
         .at(&root().join(PACKAGE))
         .run()?;
-    let elf = target.join(TARGET).join("release").join(PROGRAM);
+    let elf = folder.join(target).join("release").join(program);
     let output = elf.with_extension("uf2");
-    write(&elf, &output)?;
+    write(board, &elf, &output)?;
     println!("{}", output.display());
     Ok(output)
 }
 
-fn write(elf: &Path, output: &Path) -> Result<()> {
+fn write(board: Board, elf: &Path, output: &Path) -> Result<()> {
     let bytes = fs::read(elf).with_context(|| elf.display().to_string())?;
     let pages = pages(&bytes).with_context(|| elf.display().to_string())?;
-    fs::write(output, blocks(&pages)).with_context(|| output.display().to_string())
+    fs::write(output, blocks(board.family(), &pages)).with_context(|| output.display().to_string())
 }
 
 /// Content of the flash, in pages by their addresses.
@@ -61,7 +96,7 @@ fn pages(elf: &[u8]) -> Result<BTreeMap<u32, [u8; PAGE]>> {
 }
 
 /// Blocks of a UF2 file, one for each page.
-fn blocks(pages: &BTreeMap<u32, [u8; PAGE]>) -> Vec<u8> {
+fn blocks(family: u32, pages: &BTreeMap<u32, [u8; PAGE]>) -> Vec<u8> {
     /// Of the four words at both ends that name the format.
     const MAGIC: [u32; 3] = [0x0A32_4655, 0x9E5D_5157, 0x0AB1_6F30];
     const HAS_FAMILY: u32 = 0x2000;
@@ -70,7 +105,7 @@ fn blocks(pages: &BTreeMap<u32, [u8; PAGE]>) -> Vec<u8> {
     for (number, (address, page)) in pages.iter().enumerate() {
         let [first, second, last] = MAGIC;
         let (number, all) = (number as u32, pages.len() as u32);
-        for word in [first, second, HAS_FAMILY, *address, PAGE as u32, number, all, RP2040] {
+        for word in [first, second, HAS_FAMILY, *address, PAGE as u32, number, all, family] {
             file.extend(word.to_le_bytes());
         }
         file.extend(page);
@@ -87,11 +122,13 @@ mod tests {
     #[test]
     fn each_page_becomes_a_block_of_512_bytes() {
         let pages = BTreeMap::from([(0x1000_0000, [1; PAGE]), (0x1000_0100, [2; PAGE])]);
-        let file = blocks(&pages);
+        let file = blocks(Board::FeatherRp2350.family(), &pages);
         assert_eq!(file.len(), 2 * 512);
         let (_, second) = file.split_at(512);
         let word = |at: usize| u32::from_le_bytes(second[at..at + 4].try_into().expect("a word"));
         assert_eq!([word(12), word(16), word(20), word(24)], [0x1000_0100, 256, 1, 2]);
+        // rp2350-arm-s
+        assert_eq!(word(28), 0xE48B_FF59);
         assert_eq!((second[32], second[287], second[288]), (2, 2, 0));
     }
 }

@@ -8,6 +8,8 @@ use core::ptr;
 use embassy_rp::pac;
 use firmware::supervision::{CRASH_WORDS, CrashReason, CrashRecord};
 
+use crate::board;
+
 #[repr(transparent)]
 struct Retained(UnsafeCell<MaybeUninit<[u32; CRASH_WORDS]>>);
 
@@ -34,12 +36,14 @@ fn note_and_reset(reason: CrashReason, program_counter: u32) -> ! {
     reset()
 }
 
-/// Bits of everything the watchdog can reset, without those of both oscillators.
-const ALL_BUT_OSCILLATORS: u32 = 0x1_FFFC;
+/// Lets the watchdog reset everything but both oscillators. It resets only selected parts.
+pub fn select_all() {
+    pac::PSM.wdsel().write(|selected| selected.0 = board::ALL_BUT_OSCILLATORS);
+}
 
-/// Restarts the chip with all peripherals, even before the watchdog runs. The watchdog resets only selected parts.
+/// Restarts the chip with all peripherals, even before the watchdog runs.
 pub fn reset() -> ! {
-    pac::PSM.wdsel().write(|selected| selected.0 = ALL_BUT_OSCILLATORS);
+    select_all();
     pac::WATCHDOG.ctrl().modify(|w| w.set_trigger(true));
     loop {
         cortex_m::asm::nop();

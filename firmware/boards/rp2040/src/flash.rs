@@ -11,16 +11,15 @@ use embedded_storage::nor_flash::{
 };
 use storage::StoreFailed;
 
-/// Size of the flash, bytes.
-const SIZE: usize = 16 * 1024 * 1024;
+use crate::board::FLASH_SIZE;
 
 /// Size of both sectors, bytes.
 pub const SETTINGS: u32 = 2 * ERASE_SIZE as u32;
 
-const START: u32 = SIZE as u32 - SETTINGS;
+const START: u32 = FLASH_SIZE as u32 - SETTINGS;
 
 /// Flash of the settings, addressed from 0 to [`SETTINGS`].
-pub struct SettingsFlash(Flash<'static, FLASH, Blocking, SIZE>);
+pub struct SettingsFlash(pub Flash<'static, FLASH, Blocking, FLASH_SIZE>);
 
 /// Failure of a flash operation.
 #[derive(Clone, Copy, Debug)]
@@ -41,14 +40,6 @@ impl NorFlashError for Refused {
 impl SettingsFlash {
     pub fn new(flash: Peri<'static, FLASH>) -> Self {
         Self(Flash::new_blocking(flash))
-    }
-
-    /// Identification number of the flash chip, unique to the board.
-    pub fn unique_id(&mut self) -> [u8; 8] {
-        let mut id = [0; 8];
-        // Zeros identify a board whose chip does not answer.
-        let _ = self.0.blocking_unique_id(&mut id);
-        id
     }
 }
 

@@ -1,15 +1,14 @@
-//! I²C to the LSM6DSOX of the board, and its INT1.
+//! I²C to the LSM6DSOX of the board.
 
 use core::future::Future;
 
 use embassy_rp::Peri;
-use embassy_rp::gpio::{Flex, Input, Pull};
+use embassy_rp::gpio::{Flex, Pull};
 use embassy_rp::i2c::{Async, Config, Error, I2c};
-use embassy_rp::peripherals::{I2C0, PIN_12, PIN_13, PIN_24};
 use embassy_time::{Duration, Timer, with_timeout};
 use lsm6dsox::{AsyncBus, BusSpeed, I2c as SensorOnI2c, Sa0, SetBusSpeed};
 
-use crate::Irqs;
+use crate::board::{self, Clock, Controller, Data, Irqs};
 
 /// Longest transfer: three times that of a sample at the slowest clock.
 const LONGEST_TRANSFER: Duration = Duration::from_micros(3_000);
@@ -31,9 +30,9 @@ pub enum BusError {
 
 /// Pins and controller.
 pub struct Parts {
-    pub controller: Peri<'static, I2C0>,
-    pub data: Peri<'static, PIN_12>,
-    pub clock: Peri<'static, PIN_13>,
+    pub controller: Peri<'static, Controller>,
+    pub data: Peri<'static, Data>,
+    pub clock: Peri<'static, Clock>,
 }
 
 impl Parts {
@@ -49,20 +48,11 @@ impl Parts {
         }
     }
 
-    fn start(self, speed: BusSpeed) -> SensorOnI2c<I2c<'static, I2C0, Async>> {
+    fn start(self, speed: BusSpeed) -> SensorOnI2c<I2c<'static, Controller, Async>> {
         let mut config = Config::default();
-        config.frequency = hertz(speed);
+        config.frequency = board::bus_hertz(speed);
         let bus = I2c::new_async(self.controller, self.clock, self.data, Irqs, config);
         SensorOnI2c::new(bus, Sa0::Low)
-    }
-}
-
-/// Clock of the bus, Hz.
-const fn hertz(speed: BusSpeed) -> u32 {
-    match speed {
-        BusSpeed::Full => 400_000,
-        BusSpeed::Half => 300_000,
-        BusSpeed::Quarter => 200_000,
     }
 }
 
@@ -71,7 +61,7 @@ pub struct SensorBus {
     parts: Parts,
     speed: BusSpeed,
     /// The running controller. Absent after a failed transfer.
-    bus: Option<SensorOnI2c<I2c<'static, I2C0, Async>>>,
+    bus: Option<SensorOnI2c<I2c<'static, Controller, Async>>>,
 }
 
 impl SensorBus {
@@ -80,7 +70,7 @@ impl SensorBus {
     }
 
     /// Returns the running controller. If it is not running, frees the data line by clocks, then starts it.
-    async fn running(&mut self) -> &mut SensorOnI2c<I2c<'static, I2C0, Async>> {
+    async fn running(&mut self) -> &mut SensorOnI2c<I2c<'static, Controller, Async>> {
         if self.bus.is_none() {
             release(&mut self.parts).await;
         }
@@ -151,9 +141,4 @@ async fn release(parts: &mut Parts) {
         clock.set_as_input();
         Timer::after(HALF_CLOCK).await;
     }
-}
-
-/// Connects INT1. The sensor enters I3C mode if INT1 is high at power-up: hence a pull-down, never a pull-up.
-pub fn data_ready(pin: Peri<'static, PIN_24>) -> Input<'static> {
-    Input::new(pin, Pull::Down)
 }

@@ -1,4 +1,4 @@
-//! Ticks of 2.4 ms, and the data-ready edge after each.
+//! Ticks, and the data-ready edge after each where the board has a line for it.
 
 use embassy_rp::gpio::Input;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
@@ -6,8 +6,7 @@ use embedded_hal_async::delay::DelayNs;
 use estimator_core::Timestamp;
 use firmware::sampling::{EDGE_LIMIT_US, Tick, Ticks};
 
-/// Period of the ticks: 416.7 Hz.
-pub const TICK_US: u32 = 2_400;
+use crate::board::TICK_US;
 
 const TICK: Duration = Duration::from_micros(TICK_US as u64);
 const EDGE_LIMIT: Duration = Duration::from_micros(EDGE_LIMIT_US);
@@ -17,12 +16,13 @@ const LATEST: Duration = Duration::from_micros(TICK_US as u64 / 3);
 
 /// The ticks.
 pub struct Timebase {
-    data_ready: Input<'static>,
+    /// Line for data-ready edges, if the board has one.
+    data_ready: Option<Input<'static>>,
     next: Instant,
 }
 
 impl Timebase {
-    pub fn new(data_ready: Input<'static>) -> Self {
+    pub fn new(data_ready: Option<Input<'static>>) -> Self {
         let next = Instant::now() + TICK;
         Self { data_ready, next }
     }
@@ -39,8 +39,12 @@ impl Ticks for Timebase {
         Timer::at(self.next).await;
         let time = timestamp(self.next);
         self.next += TICK;
-        let edge = with_timeout(EDGE_LIMIT, self.data_ready.wait_for_rising_edge()).await;
-        Tick { time, edge: edge.ok().map(|()| timestamp(Instant::now())), edges: None, missed }
+        let Some(line) = &mut self.data_ready else {
+            return Tick { time, missed, is_without_line: true, ..Tick::default() };
+        };
+        let edge = with_timeout(EDGE_LIMIT, line.wait_for_rising_edge()).await;
+        let edge = edge.ok().map(|()| timestamp(Instant::now()));
+        Tick { time, edge, missed, ..Tick::default() }
     }
 }
 

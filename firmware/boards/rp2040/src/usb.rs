@@ -18,8 +18,9 @@ use firmware::ports::{Input, UartBatch};
 use firmware::supervision::Worker;
 use firmware::uart_requests::UartReceiver;
 
-use crate::usb_errata::{self, Watch};
-use crate::{Irqs, PORTS, loader};
+use crate::PORTS;
+use crate::board::{self, Irqs, usb_errata};
+use crate::usb_watch::{self, Watch};
 
 type Bus<'d> = Driver<'d, USB>;
 
@@ -44,8 +45,8 @@ const LOADER_RATE: u32 = 1_200;
 #[embassy_executor::task]
 pub async fn serve(mut usb: Peri<'static, USB>, serial: &'static str) {
     loop {
-        select(run(usb.reborrow(), serial), usb_errata::hung()).await;
-        usb_errata::reset_controller().await;
+        select(run(usb.reborrow(), serial), usb_watch::hung()).await;
+        usb_watch::reset_controller().await;
     }
 }
 
@@ -69,7 +70,7 @@ async fn run(usb: Peri<'_, USB>, serial: &str) {
     builder.handler(&mut watch);
     let (sender, receiver) = CdcAcmClass::new(&mut builder, &mut state, PACKET as u16).split();
     let mut device = builder.build();
-    usb_errata::watch_frames();
+    usb_watch::watch_frames();
     join4(device.run(), usb_errata::connect(), send(sender), receive(receiver)).await;
 }
 
@@ -88,7 +89,7 @@ async fn send<'d>(mut sender: Sender<'d, Bus<'d>>) {
         };
         if !sender.dtr() {
             if sender.line_coding().data_rate() == LOADER_RATE {
-                loader::run();
+                board::start_loader();
             }
             // No host has opened the port.
             continue;
@@ -116,7 +117,7 @@ async fn is_taken<'d>(sender: &mut Sender<'d, Bus<'d>>, packet: &[u8]) -> bool {
     matches!(with_timeout(DEADLINE, write(sender, packet)).await, Ok(Ok(())))
 }
 
-/// Prepares a packet once the previous one is taken, early in a frame: see [`usb_errata::until_early`].
+/// Prepares a packet once the previous one is taken, early in a frame where the chip needs it: see [`usb_errata`].
 async fn write<'d>(sender: &mut Sender<'d, Bus<'d>>, packet: &[u8]) -> Result<(), EndpointError> {
     let mut write = pin!(sender.write_packet(packet));
     loop {

@@ -13,6 +13,9 @@ use crate::foot::{Client, RequestError};
 /// Part of the hardware name of boards on USB that carry the sensor.
 pub(super) const NANO: &str = "Nano RP2040";
 
+/// Parts of the hardware names of all boards on USB.
+const ON_USB: [&str; 2] = [NANO, "Feather RP2350"];
+
 /// Polling interval of a value that the foot may not have yet.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -126,7 +129,8 @@ fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError>
 
 /// Runs the sensor's self-test.
 pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> StepFigures<SelfTestError> {
-    if hardware(client)?.contains(NANO) {
+    let hardware = hardware(client)?;
+    if ON_USB.iter().any(|board| hardware.contains(board)) {
         let reason =
             "its reset takes the USB port away: set self_test_at_start=1, and plug it in again";
         return Ok(AcceptStep::SelfTest.not_tested(reason));

@@ -1,7 +1,8 @@
-//! The foot's program on an Arduino Nano RP2040 Connect: its LSM6DSOX on I²C, frames over USB, a tick of 2.4 ms.
+//! The foot's program on a board with an RP2040 or an RP2350: its LSM6DSOX on I²C, frames over USB.
 //!
-//! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This file
-//! has the chip and the levels:
+//! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This library
+//! has the chip and the levels. A feature selects the board, whose module has its pins, its ticks and what its chip alone
+//! needs: `nano_rp2040` or `feather_rp2350`.
 //!
 //! | level | content |
 //! |---|---|
@@ -10,51 +11,53 @@
 //! | an executor at priority 3 | the tasks of [`usb`] |
 //! | thread | settings, watchdog, LED |
 //!
-//! CAN, a load input and the second core are not used. The radio module, with its RGB LED, is held in reset.
+//! CAN, a load input and the second core are not used.
 
 #![no_std]
-#![no_main]
+
+#[cfg(not(any(feature = "nano-rp2040", feature = "feather-rp2350")))]
+compile_error!("select a board: --features nano-rp2040 or feather-rp2350");
 
 mod crash;
+#[cfg(feature = "feather-rp2350")]
+mod feather_rp2350;
 mod flash;
-mod loader;
+#[cfg(feature = "nano-rp2040")]
+mod nano_rp2040;
 mod resets;
 mod sensor;
-mod soft_float;
 mod stack;
 mod timebase;
 mod usb;
-mod usb_errata;
+mod usb_watch;
+
+#[cfg(feature = "feather-rp2350")]
+use feather_rp2350 as board;
+#[cfg(feature = "nano-rp2040")]
+use nano_rp2040 as board;
 
 use core::fmt::Write as _;
 
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
-use embassy_rp::clocks::ClockConfig;
-use embassy_rp::gpio::{Level, Output};
+use embassy_rp::gpio::Output;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::pac;
 use embassy_rp::pac::watchdog::regs::Load;
-use embassy_rp::peripherals::{I2C0, USB};
 use embassy_rp::watchdog::{ResetReason, Watchdog};
-use embassy_rp::{bind_interrupts, i2c, pac};
 use embassy_time::{Duration, Instant};
 use firmware::sampling::{self, Sensor, Tick};
 use firmware::supervision::StackDepth;
 use firmware::{Board, Crystal, Foot, Ports, Start, thread};
-use lsm6dsox::Config;
 use static_cell::StaticCell;
 use storage::{Storage, StoreFailed};
 use wire::foot::serial_number;
 use wire::node::{BootCause, Crash, Program};
 use wire::{Fault, Settings};
 
+use board::{TICK_US, Wiring};
 use flash::SettingsFlash;
 use resets::Restart;
-use timebase::{Delay, TICK_US, Timebase};
-
-bind_interrupts!(struct Irqs {
-    I2C0_IRQ => i2c::InterruptHandler<I2C0>;
-    USBCTRL_IRQ => usb_errata::FrameHandler, embassy_rp::usb::InterruptHandler<USB>;
-});
+use timebase::{Delay, Timebase};
 
 /// State shared between the levels.
 static PORTS: Ports = Ports::new();
@@ -65,26 +68,21 @@ static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 /// Period of the watchdog: longer than the erase of a sector, 400 ms at most.
 const WATCHDOG: Duration = Duration::from_millis(1_000);
 
-/// Clock of the cores, Hz: the highest that the RP2040's data sheet allows at the usual voltage.
-const CLOCK_HZ: u32 = 133_000_000;
-
-#[cortex_m_rt::entry]
-fn main() -> ! {
+/// Runs the program.
+pub fn run() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
     static FOOT: StaticCell<Foot> = StaticCell::new();
 
-    let clocks =
-        ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000));
-    let p = embassy_rp::init(embassy_rp::config::Config::new(clocks));
-    let mut watchdog = Watchdog::new(p.WATCHDOG);
+    let p = embassy_rp::init(embassy_rp::config::Config::new(board::clocks()));
+    let wiring = Wiring::new(p);
+    let mut watchdog = Watchdog::new(wiring.watchdog);
     let restart = Restart::take(&mut watchdog);
     watchdog.start(WATCHDOG);
+    crash::select_all();
     let crash = crash::take();
-    // The radio is unused, and would take most of the current.
-    let _radio_reset = Output::new(p.PIN_3, Level::Low);
 
-    let mut flash = SettingsFlash::new(p.FLASH);
-    let id = flash.unique_id();
+    let mut flash = SettingsFlash::new(wiring.flash);
+    let id = board::unique_id(&mut flash);
     let Ok(mut storage) = Storage::new(flash, &(0..flash::SETTINGS)) else {
         halt();
     };
@@ -96,7 +94,7 @@ fn main() -> ! {
     };
     let start = Start {
         serial: serial_number(id),
-        hardware: "Arduino Nano RP2040 Connect",
+        hardware: board::HARDWARE,
         cause: match (restart.reason, crash.is_some()) {
             (Some(ResetReason::Forced), false) => BootCause::Commanded,
             _ => BootCause::PowerUp,
@@ -117,24 +115,23 @@ fn main() -> ! {
 
     interrupt::SWI_IRQ_1.set_priority(Priority::P3);
     let communication = COMMUNICATION.start(interrupt::SWI_IRQ_1);
-    once(usb::serve(p.USB, text_of(id)), |task| {
+    once(usb::serve(wiring.usb, text_of(id)), |task| {
         communication.spawn(task);
     });
 
     interrupt::SWI_IRQ_0.set_priority(Priority::P1);
     let level = SAMPLING.start(interrupt::SWI_IRQ_0);
-    let parts = sensor::Parts { controller: p.I2C0, data: p.PIN_12, clock: p.PIN_13 };
-    let sensor = Sensor::new(sensor::SensorBus::new(parts), Config::FRESH_417_HERTZ)
+    let sensor = Sensor::new(sensor::SensorBus::new(wiring.sensor), board::SENSOR)
         .with_accelerometer_range(range);
-    let ticks = Timebase::new(sensor::data_ready(p.PIN_24));
+    let ticks = Timebase::new(wiring.data_ready);
     once(sample(sensor, ticks, foot), |task| level.spawn(task));
 
-    let led = Output::new(p.PIN_6, Level::Low);
     THREAD.init(Executor::new()).run(|thread| {
         once(serve_requests(storage), |task| thread.spawn(task));
         once(feed_watchdog(), |task| thread.spawn(task));
-        once(loader::forget_press(), |task| thread.spawn(task));
-        once(blink(led), |task| thread.spawn(task));
+        #[cfg(feature = "nano-rp2040")]
+        once(board::loader::forget_press(), |task| thread.spawn(task));
+        once(blink(wiring.led), |task| thread.spawn(task));
     })
 }
 
@@ -174,9 +171,9 @@ fn text_of(id: [u8; 8]) -> &'static str {
 }
 
 /// The board, as the library uses it.
-struct Nano;
+struct ThisBoard;
 
-impl Board for Nano {
+impl Board for ThisBoard {
     const FEEDING_MS: u32 = 60;
 
     fn load_reading(&self) -> Option<u16> {
@@ -188,8 +185,8 @@ impl Board for Nano {
     }
 
     fn feed_watchdog(&self) {
-        // The counter counts down by two (erratum RP2040-E1).
-        pac::WATCHDOG.load().write_value(Load(2 * WATCHDOG.as_micros() as u32));
+        let steps = board::WATCHDOG_STEPS * WATCHDOG.as_micros() as u32;
+        pac::WATCHDOG.load().write_value(Load(steps));
         resets::end_row();
     }
 
@@ -209,7 +206,7 @@ impl Board for Nano {
     }
 
     fn start_bootloader(&self) -> ! {
-        loader::run()
+        board::start_loader()
     }
 
     fn reset(&self) -> ! {
@@ -220,19 +217,19 @@ impl Board for Nano {
 /// Sampling level: tick, edge, burst, estimate and frames.
 #[embassy_executor::task]
 async fn sample(sensor: Sensor<sensor::SensorBus>, ticks: Timebase, foot: &'static mut Foot) {
-    sampling::sample(sensor, Delay, ticks, foot, &Nano, &PORTS).await;
+    sampling::sample(sensor, Delay, ticks, foot, &ThisBoard, &PORTS).await;
 }
 
 /// Thread level: serves requests of the foot that take longer than a tick.
 #[embassy_executor::task]
 async fn serve_requests(storage: Storage<SettingsFlash>) {
-    thread::serve_requests(storage, Delay, &Nano, &PORTS).await;
+    thread::serve_requests(storage, Delay, &ThisBoard, &PORTS).await;
 }
 
 /// Thread level: feeds the watchdog, and measures the depth of the stack.
 #[embassy_executor::task]
 async fn feed_watchdog() {
-    thread::feed_watchdog(Delay, &Nano, &PORTS).await;
+    thread::feed_watchdog(Delay, &ThisBoard, &PORTS).await;
 }
 
 /// Thread level: shows the stage.

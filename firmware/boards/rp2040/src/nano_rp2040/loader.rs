@@ -102,12 +102,3 @@ pub async fn forget_press() {
     Timer::after(SECOND_PRESS).await;
     set_mark(0);
 }
-
-/// Starts the loader. After copying a program, the loader starts it through the watchdog.
-pub fn run() -> ! {
-    crate::resets::forget();
-    embassy_rp::rom_data::reset_to_usb_boot(0, 0);
-    loop {
-        cortex_m::asm::nop();
-    }
-}

@@ -1,0 +1,55 @@
+//! Runs the self-check on a Cortex-M33. Prints one line per checkpoint over semihosting: `preset samples digest`.
+
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use critical_section::RawRestoreState;
+use estimator_core::{Params, ParamsError, self_check};
+// The vector table.
+use rp_pac as _;
+
+struct Alone;
+
+critical_section::set_impl!(Alone);
+
+// SAFETY: one core runs this program, and no interrupt is enabled.
+unsafe impl critical_section::Impl for Alone {
+    unsafe fn acquire() -> RawRestoreState {
+        RawRestoreState::default()
+    }
+
+    unsafe fn release(_: RawRestoreState) {}
+}
+
+#[entry]
+fn main() -> ! {
+    let outcome = check("default", &Params::DEFAULT).and_then(|()| check("paper", &Params::PAPER));
+    match outcome {
+        Ok(()) => debug::exit(debug::EXIT_SUCCESS),
+        Err(error) => {
+            hprintln!("{}", error);
+            debug::exit(debug::EXIT_FAILURE);
+        }
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+fn check(preset: &str, params: &Params) -> Result<(), ParamsError> {
+    self_check::run(params, |samples, digest| {
+        hprintln!("{} {} {:016x}", preset, samples, digest);
+    })
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo) -> ! {
+    hprintln!("{}", info);
+    debug::exit(debug::EXIT_FAILURE);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

@@ -1,0 +1,113 @@
+//! An Arduino Nano RP2040 Connect, which carries its sensor. The radio module, with its RGB LED, is held in reset.
+
+pub mod loader;
+mod soft_float;
+pub mod usb_errata;
+
+use embassy_rp::clocks::ClockConfig;
+use embassy_rp::gpio::{Input, Level, Output, Pull};
+use embassy_rp::peripherals::{FLASH, I2C0, PIN_12, PIN_13, USB, WATCHDOG};
+use embassy_rp::{Peri, Peripherals, bind_interrupts, i2c, pac};
+use lsm6dsox::{BusSpeed, Config};
+
+use crate::flash::SettingsFlash;
+use crate::{resets, sensor, usb_watch};
+
+bind_interrupts!(pub struct Irqs {
+    I2C0_IRQ => i2c::InterruptHandler<I2C0>;
+    USBCTRL_IRQ => usb_watch::FrameHandler, embassy_rp::usb::InterruptHandler<USB>;
+});
+
+/// Name of the board.
+pub const HARDWARE: &str = "Arduino Nano RP2040 Connect";
+
+/// Period of the ticks: 416.7 Hz.
+pub const TICK_US: u32 = 2_400;
+
+/// Configuration of the sensor.
+pub const SENSOR: Config = Config::FRESH_417_HERTZ;
+
+/// Size of the flash, bytes.
+pub const FLASH_SIZE: usize = 16 * 1024 * 1024;
+
+/// Clock of the cores, Hz: the highest that the RP2040's data sheet allows at the usual voltage.
+const CLOCK_HZ: u32 = 133_000_000;
+
+/// Steps of the watchdog's counter in a microsecond: it counts down by two (erratum RP2040-E1).
+pub const WATCHDOG_STEPS: u32 = 2;
+
+/// Bits of everything the watchdog can reset, without those of both oscillators.
+pub const ALL_BUT_OSCILLATORS: u32 = 0x1_FFFC;
+
+/// Register of the watchdog that the ROM does not write. 0 and 1 are arguments of the loader, with the mask of its light;
+/// 4 to 7 hold the start address (pico-bootrom-rp2040, `bootrom_main.c`).
+pub const MARK_REGISTER: usize = 2;
+
+/// Controller and pins of the sensor's bus.
+pub type Controller = I2C0;
+pub type Data = PIN_12;
+pub type Clock = PIN_13;
+
+/// Peripherals and pins in use.
+pub struct Wiring {
+    pub watchdog: Peri<'static, WATCHDOG>,
+    pub flash: Peri<'static, FLASH>,
+    pub usb: Peri<'static, USB>,
+    pub sensor: sensor::Parts,
+    /// INT1 of the sensor.
+    pub data_ready: Option<Input<'static>>,
+    pub led: Output<'static>,
+    /// The radio is unused, and would take most of the current.
+    _radio_reset: Output<'static>,
+}
+
+impl Wiring {
+    pub fn new(p: Peripherals) -> Self {
+        Self {
+            watchdog: p.WATCHDOG,
+            flash: p.FLASH,
+            usb: p.USB,
+            sensor: sensor::Parts { controller: p.I2C0, data: p.PIN_12, clock: p.PIN_13 },
+            // The sensor enters I3C mode if INT1 is high at power-up: hence a pull-down, never a pull-up.
+            data_ready: Some(Input::new(p.PIN_24, Pull::Down)),
+            led: Output::new(p.PIN_6, Level::Low),
+            _radio_reset: Output::new(p.PIN_3, Level::Low),
+        }
+    }
+}
+
+/// Clocks of the chip.
+pub fn clocks() -> ClockConfig {
+    ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000))
+}
+
+/// Clock of the sensor's bus, Hz.
+pub const fn bus_hertz(speed: BusSpeed) -> u32 {
+    match speed {
+        BusSpeed::Full => 400_000,
+        BusSpeed::Half => 300_000,
+        BusSpeed::Quarter => 200_000,
+    }
+}
+
+/// Identification number of the flash chip, unique to the board.
+pub fn unique_id(flash: &mut SettingsFlash) -> [u8; 8] {
+    let mut id = [0; 8];
+    // Zeros identify a board whose chip does not answer.
+    let _ = flash.0.blocking_unique_id(&mut id);
+    id
+}
+
+/// Low word of the time, µs.
+pub fn micros() -> u32 {
+    pac::TIMER.timerawl().read()
+}
+
+/// Starts the loader. After copying a program, the loader starts it through the watchdog.
+pub fn start_loader() -> ! {
+    resets::forget();
+    embassy_rp::rom_data::reset_to_usb_boot(0, 0);
+    loop {
+        cortex_m::asm::nop();
+    }
+}
