@@ -2,7 +2,7 @@
 // this folder. The sockets have the protocol of `virtual-board serve --lock-step`: the boards' time passes only while each
 // program that has a port open waits for it.
 
-import { readFileSync } from 'node:fs';
+import { mkdirSync, readFileSync } from 'node:fs';
 import { createServer } from 'node:net';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
@@ -143,6 +143,7 @@ function announce() {
   console.log('ready');
 }
 
+mkdirSync(options.links, { recursive: true });
 const lines = options.feet.split(',').map((name, index) => new Line(name, index));
 
 /** Ends with its standard input, and reports on each board. */

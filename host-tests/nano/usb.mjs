@@ -162,22 +162,30 @@ export class UsbHost {
     yield standard(9, 1);
     const lineCoding = Uint8Array.of(0x00, 0xc2, 0x01, 0x00, 0, 0, 8);
     yield { setup: setup(DataDirection.HostToDevice, SetupType.Class, SetupRecipient.Interface, 0x20, 0, 0, 7), data: lineCoding };
-    yield lines(port.isOpen);
+    yield this.lineState();
     port.enumerated += 1;
     this.moved();
   }
 
-  /** Tells the device whether the port is open. */
+  /** Tells the device whether the port is open, or lets `next` do so after the present request. */
   setLines() {
     if (this.request || this.endpoints.in < 0) return;
-    this.requests = [lines(this.port.isOpen)].values();
+    this.requests = [this.lineState()].values();
     this.next(undefined);
+  }
+
+  /** The request that tells the device whether the port is open. */
+  lineState() {
+    this.reportedOpen = this.port.isOpen;
+    return lines(this.reportedOpen);
   }
 
   next(answer) {
     const { value, done } = this.requests.next(answer);
     this.request = done ? null : { ...value, answer: [], isRead: !!(value.setup[0] & 0x80) };
     if (!done) this.gap.schedule(REQUEST_NS);
+    // A port may be opened while the device is told that it was closed: no time passes between two programs in lock step.
+    else if (this.reportedOpen !== this.port.isOpen) this.setLines();
   }
 
   /** The device has written a buffer control word. */
