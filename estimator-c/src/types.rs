@@ -109,7 +109,7 @@ impl CParams {
     /// one is known.
     ///
     /// # Errors
-    /// The group with a number out of its range, or a field with none of its constants.
+    /// The group with a number out of its range, or a field with an invalid constant.
     pub fn checked(&self) -> Result<Params, Error> {
         let mut params = Params {
             gravity: choice(self.gravity, [Gravity::Included, Gravity::Removed])?,

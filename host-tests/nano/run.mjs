@@ -6,7 +6,7 @@ import { parseArgs } from 'node:util';
 import { Board } from './board.mjs';
 import { Part } from './part.mjs';
 
-// Time that a live board runs at once.
+// Time slice of a live board.
 const SLICE_NS = 5e6;
 
 const text = { type: 'string' };

@@ -321,7 +321,7 @@ fn cmake_and_pkg_config_find_the_archive() {
     assert_same_bits(source, || Command::new(&program));
 }
 
-/// Zephyr's and ESP-IDF's functions, as far as the archive calls them.
+/// The functions of Zephyr and ESP-IDF that the archive calls.
 const BUILD_SYSTEMS: &str = r#"
 function(check library)
   if(NOT EXISTS "${library}")
@@ -454,7 +454,7 @@ fn module_of_zephyr_builds_from_source() {
     run(&mut Command::new(project.build_folder().join("foot")));
 }
 
-/// What Zephyr's Kconfig defines, as far as the module depends on it.
+/// The part of Zephyr's Kconfig that the module depends on.
 const KCONFIG: &str = "mainmenu \"test\"
 config CPU_CORTEX_M
 \tbool \"m\"

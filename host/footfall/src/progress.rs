@@ -15,7 +15,7 @@ use crate::files::STANDARD;
 /// Path of standard input on Unix.
 const STDIN: &str = "/dev/stdin";
 
-/// Time after which bars are shown: what ends before needs none.
+/// Time after which bars are shown. Shorter work needs no bar.
 const SHOWN_AFTER: Duration = Duration::from_secs(1);
 
 /// Time after which a bar shows the remaining time.

@@ -122,7 +122,7 @@ pub enum DecodeNotice {
 }
 
 impl DecodeNotice {
-    /// Returns a sentence for people about the file of this name.
+    /// Returns a sentence for the user about the file of this name.
     #[must_use]
     pub fn sentence(&self, file: &str) -> String {
         let said = match self {

@@ -143,7 +143,7 @@ impl Drop for Screen {
     }
 }
 
-/// Text of a foot in green where it is stable, in red where it has a fault, in yellow where nothing is known of it.
+/// Colours the text of a foot: green if it is stable, red if it has a fault, yellow if its state is unknown.
 fn coloured(line: &FootLine<'_>, text: &str) -> String {
     let colour = if !line.faults.is_empty() || line.several_boards {
         AnsiColor::Red
@@ -309,7 +309,7 @@ struct FootLine<'a> {
     faults: Vec<&'static str>,
     /// Contacts in the newest second of the foot's clock, Hz.
     rate_hz: Option<f32>,
-    /// By how much the delay from sample to reception varied in that second, ms.
+    /// Variation of the delay from sample to reception in that second, ms.
     jitter_ms: Option<f32>,
     /// Contacts that did not arrive, by the foot's clock.
     missing: u64,

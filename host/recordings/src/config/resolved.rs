@@ -145,8 +145,8 @@ impl Resolved {
         self.check_params(format, |_| true)
     }
 
-    /// Checks the parameters as far as they do not depend on the recording: the length of the window in samples
-    /// does.
+    /// Checks the parameters that do not depend on the recording. The length of the window in samples depends on it, and
+    /// is checked after reading.
     ///
     /// # Errors
     /// Each parameter that is out of range, or the first without an effect.

@@ -40,7 +40,7 @@ pub(super) enum Index {
     None,
     /// The index is not a time.
     Other,
-    /// The index is the time, in the column of this index.
+    /// The table's index is the time. It is in the column with this number.
     Time(usize),
 }
 
