@@ -67,7 +67,7 @@ export class Part {
   }
 }
 
-/** Keeps both processes, which take turns, on one processor, where there is `taskset`: answers come several times sooner. */
+/** Keeps both processes on one processor if `taskset` is available. They take turns, and answers come several times sooner. */
 function shareProcessor() {
   const processor = process.pid % availableParallelism();
   try {

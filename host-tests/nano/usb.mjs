@@ -54,7 +54,7 @@ export class UsbHost {
       if (value & PULLUP_EN && !(this.usb.sieCtrl & PULLUP_EN)) this.attach.schedule(SETTLE_NS);
       this.usb.sieCtrl = value;
     };
-    // Where a program clears the status of a bus reset, the package takes the bus for idle.
+    // When a program clears the status of a bus reset, the package treats the bus as idle.
     this.usb.onResetReceived = () => {};
     this.resetEnd = chip.clock.createAlarm(() => this.endReset());
     this.recovered = chip.clock.createAlarm(() => this.start());

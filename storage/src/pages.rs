@@ -19,7 +19,6 @@
 //!
 //! The last byte of an item is written last. An item with its last byte was complete, and has decayed if its CRC is
 //! wrong. A mark counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
-//! counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
 
 use core::cmp::Reverse;
 use core::convert::Infallible;

@@ -89,7 +89,7 @@ fn calibrate_reports_the_same_findings() {
 
 #[test]
 fn calibrate_json_has_findings_of_each_file() {
-    // The rate is too low on each side of the sensor; gravity need not be along z here.
+    // Each side of the sensor has a rate that is too low. Gravity does not have to be along z here.
     let bench = Bench::new();
     let mut files = Vec::new();
     for (k, side) in ["g,0,0", "-g,0,0", "0,g,0", "0,-g,0", "0,0,g", "0,0,-g"].iter().enumerate() {

@@ -268,7 +268,7 @@ fn is_receiving() -> bool {
 
 /// Prepares reception after an error and at the start.
 ///
-/// Clears the status: the HAL would take the overrun caused meanwhile for a new error, indefinitely on a line that is
+/// Clears the status: the HAL would treat the overrun of that time as a new error, indefinitely on a line that is
 /// never idle. Fills the buffer with zeros, which are ends of frames without content: a stream that is enabled again
 /// begins at the buffer's start with the rest of its round, so the HAL would return old bytes as new ones.
 fn prepare() {

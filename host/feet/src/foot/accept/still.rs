@@ -66,7 +66,7 @@ impl SampleTimes {
         }
         let all_us: u64 = spans.clone().map(|(_, (_, sum_us))| sum_us).sum();
         let period_us = all_us as f64 / edges as f64;
-        // At another rate, or if samples are read by the timer, only some numbers of nominal edges seem to occur.
+        // At another rate, or if samples are read by the timer, nominal edges seem to occur only with some numbers.
         let divisor = spans.clone().fold(0, |divisor, (k, _)| greatest_divisor(divisor, k));
         let is_off = |(k, (count, sum_us)): (u64, (u64, u64))| {
             let mean_us = sum_us as f64 / count as f64;
