@@ -583,3 +583,23 @@ fn good_nano_is_accepted_at_the_first_try() {
     robot.accept(&source);
     assert_eq!(boards.end()["boards"]["FL"]["resets"], Json::Array(vec![]));
 }
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_streams_each_time_its_port_is_opened() {
+    let boards = Boards::start(&["FL"], &["--motion", "stand"]);
+    let (program, folder) = (footfall(), TempDir::new().expect("a folder"));
+    let source = boards.source("FL");
+    let robot = OneRobot {
+        program: &program,
+        folder: folder.path(),
+        sources: std::slice::from_ref(&source),
+        rate: f64::from(1.0 / TICK_S),
+    };
+    // No time passes for the board between two programs.
+    for _ in 0..3 {
+        let (lines, said) = robot.footfall(&["monitor", &source, "--seconds", "2"]);
+        assert!(lines.contains("417 Hz") && lines.contains("missing 0"), "{lines}{said}");
+    }
+    boards.end();
+}
