@@ -13,7 +13,7 @@ use recordings::events::{ContactEvent, EventKind};
 use recordings::input::About;
 use recordings::samples::{Label, RecordedSample};
 
-use super::series::{Collector, IntervalCollector, Trace, Width};
+use super::series::{Collector, Line, LineKind, Trace, Width};
 use super::time_title;
 
 /// Number of columns in the envelope of each line.
@@ -47,7 +47,6 @@ pub struct PageFoot {
     span: Range<f64>,
     samples: usize,
     collector: Collector,
-    decisions: IntervalCollector<Decision>,
     events: Vec<ContactEvent>,
     /// Number of events per kind, in the order of [`EventKind::ALL`].
     counts: [usize; EventKind::ALL.len()],
@@ -65,8 +64,7 @@ impl PageFoot {
             sample_rate: about.sample_rate,
             span,
             samples: 0,
-            collector: Collector::new(width.clone(), 1),
-            decisions: IntervalCollector::new(width),
+            collector: Collector::new(width, 1),
             events: Vec::new(),
             counts: [0; EventKind::ALL.len()],
         }
@@ -76,7 +74,6 @@ impl PageFoot {
     pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         self.samples += 1;
         self.collector.add(sample, estimate);
-        self.decisions.add(sample.time_s(), estimate.decision);
     }
 
     /// Adds an event.
@@ -114,20 +111,14 @@ impl PageFoot {
         }
         to.push_str("},\"lines\":[");
         let series = self.collector.finish();
-        if let Some((trace, range)) = &series.load {
-            write_line("load", &self.load_title, trace, range.clone(), to)?;
-            to.push(',');
+        for (k, line) in series.lines(&self.load_title).iter().enumerate() {
+            to.push_str(if k > 0 { "," } else { "" });
+            write_line(line, to)?;
         }
-        let [tangential, vertical, total] = &series.probabilities;
-        write_line("tangential", "P tangential", tangential, 0.0..1.0, to)?;
-        to.push(',');
-        write_line("vertical", "P vertical", vertical, 0.0..1.0, to)?;
-        to.push(',');
-        write_line("total", "P stable", total, 0.0..1.0, to)?;
-        to.push_str("],\"states\":");
+        write!(to, "],\"tracks\":{},\"states\":", json_list(&series.tracks()))?;
         write_intervals(&series.phases, &Phase::ALL, to)?;
         to.push_str(",\"decisions\":");
-        write_intervals(&self.decisions.finish(), &DECISIONS, to)?;
+        write_intervals(&series.decisions, &DECISIONS, to)?;
         to.push_str(",\"labels\":");
         match &series.labels {
             Some(labels) => write_intervals(labels, &LABELS, to)?,
@@ -188,10 +179,10 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, fmt::Error> {
         "{{\"title\":{},\"program\":\"{program}\",\"states\":{},\"decisions\":{},\"labels\":{},\"events\":{},\
          \"groups\":[",
         json_string(title),
-        json_list(Phase::ALL.map(Phase::name)),
-        json_list(DECISION_NAMES),
-        json_list(LABEL_NAMES),
-        json_list(EventKind::ALL.map(EventKind::name)),
+        json_list(&Phase::ALL.map(Phase::name)),
+        json_list(&DECISION_NAMES),
+        json_list(&LABEL_NAMES),
+        json_list(&EventKind::ALL.map(EventKind::name)),
     )?;
     // As in the figure of a foot, 0 on an axis is timestamp 0 of its first foot.
     let origin = |axis| {
@@ -257,8 +248,8 @@ fn json_string(text: &str) -> String {
 }
 
 /// Returns names as a JSON list.
-fn json_list<const N: usize>(names: [&str; N]) -> String {
-    let all: Vec<_> = names.map(json_string).into();
+fn json_list(names: &[&str]) -> String {
+    let all: Vec<_> = names.iter().map(|name| json_string(name)).collect();
     format!("[{}]", all.join(","))
 }
 
@@ -280,14 +271,14 @@ impl Steps {
 }
 
 /// Appends a line. Missing values become a point without value.
-fn write_line(
-    kind: &str,
-    name: &str,
-    trace: &Trace,
-    range: Range<f64>,
-    to: &mut String,
-) -> fmt::Result {
-    let Range { start, end } = range;
+fn write_line(line: &Line<'_>, to: &mut String) -> fmt::Result {
+    let Line { kind, name, trace, range: Range { start, end } } = *line;
+    let kind = match kind {
+        LineKind::Load => "load",
+        LineKind::Tangential => "tangential",
+        LineKind::Vertical => "vertical",
+        LineKind::Total => "total",
+    };
     write!(
         to,
         "{{\"kind\":\"{kind}\",\"name\":{},\"low\":{start},\"high\":{end},\"levels\":{LEVELS},\"t\":[",

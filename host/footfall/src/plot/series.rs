@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use estimator_core::{ContactEstimate, Load, Phase};
+use estimator_core::{ContactEstimate, Decision, Load, Phase};
+use recordings::events::{ContactEvent, EventKind};
 use recordings::samples::{Label, RecordedSample};
 
 /// Collects the series of one foot; memory depends on the width of the figure only.
@@ -16,6 +17,7 @@ pub struct Collector {
     /// Tangential, vertical and total.
     probabilities: [Polyline; 3],
     phases: IntervalCollector<Phase>,
+    decisions: IntervalCollector<Decision>,
     labels: IntervalCollector<Option<Label>>,
     load_range: Option<Range<f64>>,
     has_state: bool,
@@ -31,9 +33,64 @@ pub(super) struct Series {
     pub(super) probabilities: [Trace; 3],
     /// State seen by the estimator; empty without any load, when the state is always unknown.
     pub(super) phases: Vec<(Range<f64>, Phase)>,
+    /// Decisions over time.
+    pub(super) decisions: Vec<(Range<f64>, Decision)>,
     /// Labels over time; `None` without labels.
     pub(super) labels: Option<Vec<(Range<f64>, Option<Label>)>>,
 }
+
+/// A row of a picture: a line over time.
+pub(super) struct Line<'a> {
+    pub(super) kind: LineKind,
+    pub(super) name: &'a str,
+    pub(super) trace: &'a Trace,
+    /// Lowest and highest value.
+    pub(super) range: Range<f64>,
+}
+
+/// Quantity of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LineKind {
+    Load,
+    Tangential,
+    Vertical,
+    Total,
+}
+
+impl Series {
+    /// Returns the lines of a foot, from the top down.
+    pub(super) fn lines<'a>(&'a self, load_title: &'a str) -> Vec<Line<'a>> {
+        let load = self.load.iter().map(|(trace, range)| Line {
+            kind: LineKind::Load,
+            name: load_title,
+            trace,
+            range: range.clone(),
+        });
+        let shown = [
+            (LineKind::Tangential, "P tangential"),
+            (LineKind::Vertical, "P vertical"),
+            (LineKind::Total, "P stable"),
+        ];
+        let shown = shown.into_iter().zip(&self.probabilities);
+        let shown = shown.map(|((kind, name), trace)| Line { kind, name, trace, range: 0.0..1.0 });
+        load.chain(shown).collect()
+    }
+
+    /// Returns the names of the rows below the lines, from the top down. They have no values, but blocks and marks.
+    pub(super) fn tracks(&self) -> Vec<&'static str> {
+        let label = self.labels.as_ref().map(|_| LABEL_TRACK);
+        [Some(DECISION_TRACK), label, Some(EVENT_TRACK)].into_iter().flatten().collect()
+    }
+}
+
+/// Name of the row with the decision.
+pub(super) const DECISION_TRACK: &str = "decision";
+
+/// Name of the row with the labels.
+pub(super) const LABEL_TRACK: &str = "label";
+
+/// Name of the row with slips, touch-downs and lift-offs.
+pub(super) const EVENT_TRACK: &str = "events";
 
 impl Collector {
     /// Creates a collector for a figure of this width; `shade` is the width of a shading column, in pixel columns.
@@ -45,6 +102,7 @@ impl Collector {
             load: line(),
             probabilities: [line(), line(), line()],
             phases: IntervalCollector::new(shades),
+            decisions: IntervalCollector::new(width.clone()),
             labels: IntervalCollector::new(width.clone()),
             load_range: None,
             has_state: false,
@@ -70,6 +128,7 @@ impl Collector {
         }
         self.phases.add(time, estimate.phase);
         self.has_state |= estimate.phase != Phase::Unknown;
+        self.decisions.add(time, estimate.decision);
         self.labels.add(time, sample.label);
         self.is_labelled |= sample.label.is_some();
     }
@@ -85,7 +144,50 @@ impl Collector {
             },
             load: self.load_range.map(|range| (load, range)),
             probabilities: self.probabilities.map(Polyline::finish),
+            decisions: self.decisions.finish(),
             labels: self.is_labelled.then(|| self.labels.finish()),
+        }
+    }
+}
+
+/// Slips, touch-downs and lift-offs of a figure: at most one of each in a pixel column.
+pub(super) struct EventCollector {
+    width: Width,
+    /// Slips that overlap or are in one column are one block.
+    pub(super) slips: Vec<Range<f64>>,
+    /// Times of touch-downs, s.
+    pub(super) touch_downs: Vec<f64>,
+    /// Times of lift-offs, s.
+    pub(super) lift_offs: Vec<f64>,
+}
+
+impl EventCollector {
+    pub(super) const fn new(width: Width) -> Self {
+        Self { width, slips: Vec::new(), touch_downs: Vec::new(), lift_offs: Vec::new() }
+    }
+
+    /// Adds the next event, if the figure shows its kind.
+    pub(super) fn add(&mut self, event: &ContactEvent) {
+        let seconds = |micros: u64| micros as f64 / 1.0e6;
+        let time = seconds(event.time.as_micros());
+        let marks = match event.kind {
+            EventKind::SlipStart => {
+                let end = event.duration_us.map_or(self.width.span.end, |us| time + seconds(us));
+                let column =
+                    (self.width.span.end - self.width.span.start) / f64::from(self.width.columns);
+                match self.slips.last_mut() {
+                    Some(last) if time < last.end + column => last.end = last.end.max(end),
+                    _ => self.slips.push(time..end),
+                }
+                return;
+            }
+            EventKind::TouchDown => &mut self.touch_downs,
+            EventKind::LiftOff => &mut self.lift_offs,
+            _ => return,
+        };
+        let column_of = |time: f64| self.width.column_of(time);
+        if marks.last().is_none_or(|last| column_of(*last) != column_of(time)) {
+            marks.push(time);
         }
     }
 }

@@ -563,8 +563,10 @@ impl Observer for FootObserver {
         if let Some(events) = &mut self.events {
             events.push(*event);
         }
-        if let Some(Picture::Page(page)) = &mut self.picture {
-            page.add_event(event);
+        match &mut self.picture {
+            Some(Picture::Figure(figure)) => figure.add_event(event),
+            Some(Picture::Page(page)) => page.add_event(event),
+            None => {}
         }
     }
 }

@@ -12,7 +12,6 @@
   });
 
   const STATES = { swing: "state: swing", quiet_swing: "state: quiet swing", slip: "state: slip", unknown: "state: unknown" };
-  const ROWS = ["events", "label", "decision"];
   const FONT = "12px system-ui, sans-serif";
   const AXIS_WIDTH = 72;
 
@@ -203,7 +202,8 @@
     chart.root.dataset.lift_offs = count.lift_off;
   });
   const trackPanel = (foot, group, parent) => {
-    foot.rows = ROWS.filter((row) => row !== "label" || foot.labels);
+    // Charts count from the bottom.
+    foot.rows = [...foot.tracks].reverse();
     const count = foot.rows.length;
     const settings = options(foot, group, 20 * count + 16, true, { draw: [drawTracks(foot)] });
     settings.scales.y.range = [0, count];
