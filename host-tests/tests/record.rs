@@ -21,7 +21,7 @@ fn two_foreign_readers_find_every_value_sent_by_the_foot() {
     let Some(packages) = packages::install("python-record", REQUIREMENTS) else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
-    footfall(&["demo", "--out", &path("demo")]);
+    footfall(&["demo", "--output", &path("demo")]);
     let log = path("demo/can.log");
     footfall(&["decode", &log, "--output", &path("rows.csv")]);
     let source = format!("file:{log}");

@@ -315,7 +315,9 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
             "--load-topic=/ft/{foot}"
         };
         let [bag, output, events] = [bag, output, &events].map(Path::display);
-        footfall(&format!("replay --topic all {loads} {bag} --output {output} --events {events}"))
+        footfall(&format!(
+            "replay --topic all {loads} {bag} --output {output} --events {events} --overwrite"
+        ))
     };
     let [copy, table] = ["copy.mcap", "table.csv"].map(|name| out.path().join(name));
     for (name, feet, rows) in [
@@ -362,7 +364,7 @@ fn states_of_a_robot_have_the_forces_of_the_estimates() {
     let run = |bag: &Path, options: &[&str]| {
         let (bag, output, options) = (bag.display(), copy.display(), options.join(" "));
         footfall(&format!(
-            "--quiet replay --topic all {LOADS_OF_A_ROBOT} {options} {bag} --output {output}"
+            "--quiet replay --topic all {LOADS_OF_A_ROBOT} {options} {bag} --output {output} --overwrite"
         ))
     };
     let bags = entries(&folder.join("robots"));

@@ -31,7 +31,7 @@ def walk() -> footfall.Recording:
 
 def rows(program: str, *arguments: str, cwd: Path) -> list[dict[str, str]]:
     """The table that a replay of the program writes."""
-    command = [program, "replay", *arguments, "--output", "estimates.csv"]
+    command = [program, "replay", *arguments, "--output", "estimates.csv", "--overwrite"]
     subprocess.run(command, cwd=cwd, check=True, capture_output=True)
     with open(cwd / "estimates.csv", encoding="utf-8") as file:
         return list(csv.DictReader(file))

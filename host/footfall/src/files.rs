@@ -85,13 +85,40 @@ impl Drawing {
     }
 }
 
-/// Checks the output files: their directories exist, no recording and no other output is overwritten, and
-/// extensions match the results. Standard output takes one result, but not a streamed recording, which needs a
-/// file.
+/// Treatment of existing files that have the names of results.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Existing {
+    /// They are kept: an error, before anything is computed.
+    #[default]
+    Kept,
+    /// They are replaced (`--overwrite`).
+    Replaced,
+}
+
+impl Existing {
+    /// Checks that a result replaces no file that is kept. Pipes and devices are no files.
+    ///
+    /// # Errors
+    /// A file has this name, and is kept.
+    pub fn check(self, path: &Path) -> Result<(), OutputError> {
+        if self == Self::Kept && path.is_file() {
+            return Err(OutputError::Exists(named(path)));
+        }
+        Ok(())
+    }
+}
+
+/// Checks the output files: their directories exist, no recording, no other output and no file that is kept is
+/// overwritten, and extensions match the results. Standard output takes one result, but not a streamed recording,
+/// which needs a file.
 ///
 /// # Errors
 /// The first violation found.
-pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputError> {
+pub fn check(
+    inputs: &[PathBuf],
+    targets: &[Target<'_>],
+    existing: Existing,
+) -> Result<(), OutputError> {
     for (k, target) in targets.iter().enumerate() {
         let path = target.path();
         if inputs.iter().any(|input| same_file(input, path)) {
@@ -106,6 +133,7 @@ pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputErr
             }
             check_directory_of(path)?;
             check_extension(*target)?;
+            existing.check(path)?;
         }
         let is_stdout = |target: &Target<'_>| target.path() == Path::new(STANDARD);
         if is_stdout(target) && targets[..k].iter().any(is_stdout) {
@@ -280,6 +308,12 @@ pub enum OutputError {
     /// A file of this name exists and would be overwritten.
     #[error("{0} is there already: name another file, or add --overwrite")]
     Exists(String),
+    /// A file of the simulated walk exists and would be overwritten. The command may have been given no arguments.
+    #[error(
+        "{0} is there already: name another directory with `footfall demo --output DIR`, or replace it with \
+         `footfall demo --overwrite`"
+    )]
+    DemoExists(String),
     /// A directory of this name exists.
     #[error("{0} cannot be written: it is a directory")]
     IsDirectory(String),

@@ -36,7 +36,7 @@ fn turned_by(to_sensor: impl Fn(Vec3) -> Vec3) -> Bench {
 
 /// Returns the table of estimates of a replay.
 fn estimates(bench: &Bench, arguments: &str) -> String {
-    bench.stdout(&format!("replay {arguments} --output out.csv"));
+    bench.stdout(&format!("replay {arguments} --output out.csv --overwrite"));
     read(&bench.path("out.csv"))
 }
 
@@ -168,13 +168,13 @@ fn each_foot_has_axes_of_its_own() {
     )
     .expect("a file");
     for settings in ["--axes side=x,-z,y", "--axes walk=x,y,z,Side=x,-z,y", "--config robot.toml"] {
-        bench.stdout(&format!("replay walk.csv side.csv {settings} --output out.csv"));
+        bench.stdout(&format!("replay walk.csv side.csv {settings} --output out.csv --overwrite"));
         for foot in ["walk", "side"] {
             assert_eq!(rows_of(&bench, foot), expected, "{settings}: {foot}");
         }
     }
     // An option for all feet replaces the axes of each.
-    bench.stdout("replay walk.csv --config robot.toml --axes x,y,z --output out.csv");
+    bench.stdout("replay walk.csv --config robot.toml --axes x,y,z --output out.csv --overwrite");
     assert_eq!(read(&bench.path("out.csv")).lines().skip(1).collect::<Vec<_>>(), expected);
 }
 
@@ -204,7 +204,9 @@ fn settings_of_absent_or_unknown_feet_are_an_error() {
 fn calibration_of_a_foot_keeps_those_of_others() {
     let bench = bench();
     bench.stdout("calibrate walk.csv --foot walk --output robot.toml");
-    bench.stdout("calibrate side.csv --foot side --config robot.toml --output robot.toml");
+    bench.stdout(
+        "calibrate side.csv --foot side --config robot.toml --output robot.toml --overwrite",
+    );
     let file = read(&bench.path("robot.toml"));
     assert!(file.contains("[feet.side]\naxes = \"x,-z,y\"\n"), "{file}");
     assert_eq!(file.matches("axes = ").count(), 1, "{file}");
@@ -216,12 +218,12 @@ fn calibration_of_a_foot_keeps_those_of_others() {
         "name the foot to calibrate with --foot",
     );
     bench.refuses(
-        "calibrate walk.csv --axes side=x,y,z --foot walk --output robot.toml",
+        "calibrate walk.csv --axes side=x,y,z --foot walk --output robot.toml --overwrite",
         "--axes names the foot side, but there is walk",
     );
     // Axes of all feet are not those of a foot that has none.
     fs::write(bench.path("all.toml"), "axes = 'z,y,-x'\n").expect("a file");
-    bench.stdout("calibrate walk.csv --axes x,y,z --foot walk --config all.toml --output all.toml");
+    bench.stdout("calibrate walk.csv --axes x,y,z --foot walk --config all.toml --output all.toml --overwrite");
     let all = read(&bench.path("all.toml"));
     assert!(all.contains("[feet.walk]\naxes = \"x,y,z\"\n"), "{all}");
     // The axes and the warm start that were found are those of each foot.

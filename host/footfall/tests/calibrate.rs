@@ -81,7 +81,7 @@ fn calibration_learns_even_if_learning_is_frozen() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     fs::write(bench.path("frozen.toml"), "learning = 'frozen'\n").expect("a file");
     bench.stdout("calibrate walk.csv --output robot.toml");
-    bench.stdout("calibrate walk.csv --config frozen.toml --output frozen.toml");
+    bench.stdout("calibrate walk.csv --config frozen.toml --output frozen.toml --overwrite");
     assert_eq!(learnt(&bench, "frozen.toml"), learnt(&bench, "robot.toml"));
     assert!(read(&bench.path("frozen.toml")).contains("learning = \"frozen\"\n"));
 }
@@ -117,8 +117,8 @@ fn results_replace_keys_and_other_settings_are_kept() {
                   moving_seconds = 0\nstill = -1\nmoving = 2\nspeed = -5\nversion = 1\n";
     fs::write(bench.path("robot.toml"), before).expect("a file");
     fs::write(bench.path("rests.csv"), lying(6, 9.81)).expect("a file");
-    bench.stdout("calibrate walk.csv --config robot.toml --output robot.toml");
-    bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml");
+    bench.stdout("calibrate walk.csv --config robot.toml --output robot.toml --overwrite");
+    bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml --overwrite");
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
     let on = overrides.all.get(estimator_core::parameter::Parameter::LoadOnThreshold);
@@ -138,7 +138,7 @@ fn walking_foot_is_calibrated_and_keeps_it_if_told() {
     let bench = Bench::new();
     for line in ["can", "uart"] {
         let source = format!("demo:speed=max,line={line}");
-        let output = bench.run(&format!("calibrate {source} --output robot.toml"));
+        let output = bench.run(&format!("calibrate {source} --output robot.toml --overwrite"));
         let said = text(&output.stderr);
         assert!(output.status.success(), "{said}");
         for expected in ["FL: let the foot stand still\n", "FL: let the foot walk: ", "--write"] {
@@ -199,7 +199,7 @@ fn replay_corrects_the_readings() {
     );
     assert!(report.contains(&object), "{report}");
     let residual = |config: &str| -> f64 {
-        bench.stdout(&format!("replay rests.csv --output out.csv {config}"));
+        bench.stdout(&format!("replay rests.csv --output out.csv --overwrite {config}"));
         let table = read(&bench.path("out.csv"));
         let last: Vec<&str> = table.lines().last().expect("rows").split(',').collect();
         last[14..17].iter().map(|cell| cell.parse::<f64>().expect("a number").abs()).sum()

@@ -103,7 +103,7 @@ fn interrupted_command_leaves_no_unfinished_file() {
     let is_unfinished = || bench.files().iter().any(|name| name.ends_with(".part"));
     // The command may finish before it is interrupted.
     wait_until("an interruption before the end", || {
-        let mut child = bench.start("replay long.csv --output out.csv", None);
+        let mut child = bench.start("replay long.csv --output out.csv --overwrite", None);
         while !is_unfinished() && child.try_wait().expect("a child").is_none() {
             sleep(Duration::from_micros(500));
         }

@@ -8,10 +8,10 @@ use crate::common::{Bench, assert_has, cases, read, standing, text};
 #[test]
 fn demo_output_is_decoded() {
     let bench = Bench::new();
-    bench.stdout("demo --out walk");
+    bench.stdout("demo --output walk");
     let rows = read(&bench.path("walk/samples.csv")).lines().count() - 1;
     for (file, format) in [("can.log", "CAN log"), ("uart.bin", "serial line")] {
-        let report = bench.stdout(&format!("decode walk/{file} --output rows.csv"));
+        let report = bench.stdout(&format!("decode walk/{file} --output rows.csv --overwrite"));
         assert!(report.starts_with(&format!("{format}: {rows} rows, ")), "{report}");
         assert_has(&report, "\nmissing  0 in 0 gaps\nproblems none\n");
         assert!(report.ends_with("\nwritten  rows.csv\n"), "{report}");
@@ -50,7 +50,7 @@ fn node_option_adds_a_foot_with_another_id() {
     assert!(text(&output.stdout).starts_with("CAN log: 0 rows\nframes   of_other_nodes 1\n"));
     assert!(text(&output.stderr).ends_with("but node 33 may be one: --node 33\n"));
     for id in ["33", "0x21"] {
-        bench.stdout(&format!("decode x.log --node 5 --node {id} --output rows.csv"));
+        bench.stdout(&format!("decode x.log --node 5 --node {id} --output rows.csv --overwrite"));
         let row = read(&bench.path("rows.csv"));
         let row = row.lines().nth(1).expect("a row");
         assert!(row.starts_with("0.000120,1.000000,1.000000,received,can1,,33,0,7,1,0.5"), "{row}");
@@ -108,7 +108,7 @@ fn feet_are_listed_with_name_and_id() {
         (" --names 1=FR,0x11=left", &["left 17", "left 17", "FR 1", "FR 1"]),
         (" --node 1", &["FL 17", "FL 17", " 1", " 1"]),
     ] {
-        bench.stdout(&format!("decode x.log --output rows.csv{options}"));
+        bench.stdout(&format!("decode x.log --output rows.csv --overwrite{options}"));
         let rows = read(&bench.path("rows.csv"));
         let feet: Vec<_> = rows.lines().skip(1).map(foot).collect();
         assert_eq!(feet, expected, "{options}");

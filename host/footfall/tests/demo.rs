@@ -28,7 +28,7 @@ fn demo_without_input_writes_all_results() {
 fn seed_determines_the_demo() {
     let bench = Bench::new();
     for (out, seed) in [("a", 7), ("b", 7), ("c", 8)] {
-        bench.stdout(&format!("demo --out {out} --seed {seed}"));
+        bench.stdout(&format!("demo --output {out} --seed {seed}"));
     }
     let samples = |out: &str| read(&bench.path(out).join("samples.csv"));
     assert!(samples("a") == samples("b"));
@@ -39,7 +39,7 @@ fn seed_determines_the_demo() {
 fn file_in_place_of_the_demo_directory_is_reported() {
     let bench = Bench::with("walk", "");
     assert_eq!(
-        bench.error("demo --out walk"),
+        bench.error("demo --output walk"),
         "footfall: walk is a file, but results go into a directory\n"
     );
 }

@@ -23,6 +23,7 @@ mod foot;
 mod monitor;
 #[cfg(feature = "bags")]
 mod others;
+mod overwrite;
 mod pages;
 mod plausible;
 #[cfg(all(feature = "bags", feature = "foxglove", feature = "ros2"))]

@@ -88,7 +88,7 @@ fn invalid_source_is_a_command_line_error() {
 #[test]
 fn demo_log_and_recording_are_played() {
     let bench = Bench::new();
-    bench.stdout("demo --out walk");
+    bench.stdout("demo --output walk");
     for file in ["can.log", "uart.bin", "samples.csv"] {
         let (lines, warnings, code) = outcome(&bench, &format!("monitor file:walk/{file}@max"));
         assert_eq!((warnings.as_str(), code), ("", Some(0)), "{file}: {lines}");

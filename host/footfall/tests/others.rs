@@ -86,7 +86,7 @@ fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
         return;
     };
     let rows = |arguments: &str| {
-        bench.stdout(&format!("replay bag {arguments} --output out.csv"));
+        bench.stdout(&format!("replay bag {arguments} --output out.csv --overwrite"));
         read(&bench.path("out.csv"))
     };
     let of_foot = |table: &str, foot: &str| -> Vec<String> {

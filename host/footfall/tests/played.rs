@@ -27,7 +27,7 @@ const COMPARED: [&str; 3] = ["p_stable", "p_tangential", "decision"];
 
 /// Returns the compared columns of a replay with these options.
 fn replayed(bench: &Bench, options: &str) -> [Vec<String>; 3] {
-    bench.stdout(&format!("replay {options} --output out.csv"));
+    bench.stdout(&format!("replay {options} --output out.csv --overwrite"));
     let table = read(&bench.path("out.csv"));
     COMPARED.map(|name| column(&table, name))
 }

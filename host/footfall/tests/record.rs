@@ -272,7 +272,7 @@ fn foot_with_custom_id_is_recorded_when_named() {
 #[test]
 fn recorded_log_has_the_events_of_its_walk() {
     let bench = Bench::new();
-    bench.stdout("demo --out walk");
+    bench.stdout("demo --output walk");
     let events = |recording: &str| -> Vec<String> {
         let table = bench.stdout(&format!("replay {recording} --events -"));
         let name = |row: &str| row.split(',').nth(1).expect("an event").to_owned();

@@ -200,7 +200,7 @@ fn playback_repeats_recorded_contacts() {
     let contacts = format!("{CONTACTS:>9} /footfall/FL/contact\n");
     assert!(text(&output.stdout).contains(&contacts), "{output:?}");
     let rows = |bag: &str| {
-        bench.stdout(&format!("replay {bag} --output rows.csv"));
+        bench.stdout(&format!("replay {bag} --output rows.csv --overwrite"));
         read(&bench.path("rows.csv"))
     };
     assert_eq!(rows("again.mcap"), rows("walk.mcap"));
@@ -227,7 +227,7 @@ fn recordings_of_feet_are_recorded_again_alike() {
         bench.stdout(&format!("record demo:feet=2,seconds=6,line={line} -o walk.mcap"));
         bench.stdout("record file:walk.mcap --topic all -o again.mcap");
         let rows = |bag: &str| {
-            bench.stdout(&format!("replay {bag} --topic all --output rows.csv"));
+            bench.stdout(&format!("replay {bag} --topic all --output rows.csv --overwrite"));
             read(&bench.path("rows.csv"))
         };
         assert!(rows("again.mcap") == rows("walk.mcap"), "{line}");
@@ -258,7 +258,7 @@ fn recorded_contacts_play_without_samples() {
     bag(&bench);
     write_bag(&bench, "alone.mcap", None);
     let probabilities = |bag: &str| -> Vec<String> {
-        bench.stdout(&format!("replay {bag} --output rows.csv"));
+        bench.stdout(&format!("replay {bag} --output rows.csv --overwrite"));
         let rows = read(&bench.path("rows.csv"));
         let cells = rows.lines().map(|row| row.split(',').take(4).collect::<Vec<_>>().join(","));
         cells.collect()
@@ -303,7 +303,7 @@ fn copy_makes_a_cut_recording_whole() {
     let mut most = 0;
     for length in (0..whole.len()).step_by(1000) {
         fs::write(bench.path("cut.mcap"), &whole[..length]).expect("a file");
-        let output = bench.run("replay cut.mcap --output copy.mcap");
+        let output = bench.run("replay cut.mcap --output copy.mcap --overwrite");
         if !output.status.success() {
             // No chunk is whole: there is nothing to rescue.
             assert_eq!(most, 0, "{length}: {output:?}");

@@ -62,7 +62,7 @@ fn summary(bench: &Bench, arguments: &str) -> (serde_json::Value, String) {
 
 /// Returns all estimates of a recording without their times.
 fn estimates(bench: &Bench, arguments: &str) -> Vec<String> {
-    bench.stdout(&format!("replay {arguments} --output out.csv"));
+    bench.stdout(&format!("replay {arguments} --output out.csv --overwrite"));
     let row = |line: &str| line.split_once(',').map(|(_, rest)| rest.to_owned());
     let table = read(&bench.path("out.csv"));
     table.lines().filter_map(row).collect()

@@ -116,7 +116,9 @@ fn build_root(work: &Path, kernel: &Path) -> Result<usize> {
     }
     let footfall = root().join("target/full/debug/footfall");
     let demo = work.join("demo").display().to_string();
-    Step::program(&footfall.display().to_string()).with(["demo", "--out", &demo]).output()?;
+    Step::program(&footfall.display().to_string())
+        .with(["demo", "--overwrite", "--output", &demo])
+        .output()?;
     let log = fs::read_to_string(work.join("demo/can.log"))?;
     let lines: Vec<&str> = log.lines().take(FRAMES).collect();
     fs::write(root_folder.join("data/can.log"), lines.join("\n") + "\n")?;

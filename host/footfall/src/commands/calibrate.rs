@@ -22,7 +22,9 @@ use recordings::summary::{InputReport, LoadThresholds, WithInputs};
 use serde::Serialize;
 use wire::NodeId;
 
-use super::options::{self, ESTIMATOR, INPUT, OUTPUT, RecordingArguments, check, parse_node};
+use super::options::{
+    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, check, parse_node,
+};
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, Target, write_file};
 use crate::messages::{detail, warn};
@@ -34,7 +36,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   footfall calibrate walk.csv --output robot.toml
   footfall calibrate usb --write
-  footfall calibrate --rests sides.csv --config robot.toml --output robot.toml
+  footfall calibrate --rests sides.csv --config robot.toml --output robot.toml --overwrite
   footfall replay walk.csv --config robot.toml";
 
 /// Arguments of `footfall calibrate`.
@@ -57,6 +59,9 @@ pub struct CalibrateArguments {
     /// Write a file for --config: the settings of the given --config, updated with the result
     #[arg(long, short, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
+    /// Whether it replaces a file, such as that of --config.
+    #[command(flatten)]
+    pub overwrite: OverwriteArguments,
     /// Write the learnt values and the axes of walking feet to the feet without asking
     #[arg(long, help_heading = OUTPUT)]
     pub write: bool,
@@ -92,7 +97,7 @@ impl CalibrateArguments {
     /// Checks that the configuration file can be written.
     fn check_output(&self, inputs: &[PathBuf]) -> Result<(), Error> {
         let configuration = self.output.as_deref().map(Target::Configuration);
-        Ok(files::check(inputs, configuration.as_slice())?)
+        Ok(files::check(inputs, configuration.as_slice(), self.overwrite.existing())?)
     }
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.

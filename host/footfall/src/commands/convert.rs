@@ -25,7 +25,7 @@ use recordings::plausible::{Check, Finding};
 use recordings::replay::Span;
 use recordings::samples::RecordedSample;
 
-use super::options::{self, INPUT, OUTPUT, ReadingArguments, with_mounting};
+use super::options::{self, INPUT, OUTPUT, OverwriteArguments, ReadingArguments, with_mounting};
 use crate::error::{Error, in_words};
 use crate::feature::Feature;
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
@@ -68,9 +68,9 @@ pub struct ConvertArguments {
     /// Format of the output, if its name does not show it
     #[arg(long = "as", value_name = "FORMAT", help_heading = OUTPUT)]
     pub form: Option<ConvertFormat>,
-    /// Replace an existing file
-    #[arg(long, help_heading = OUTPUT)]
-    pub overwrite: bool,
+    /// Whether it replaces a file.
+    #[command(flatten)]
+    pub overwrite: OverwriteArguments,
 }
 
 /// Properties of a foot found by scanning its samples.
@@ -154,12 +154,8 @@ impl ConvertArguments {
             feature.needed_for(named())?;
         }
         let target = Target::Samples(output);
-        files::check(&self.inputs, &[target])?;
-        if output.is_file() && !self.overwrite {
-            Err(OutputError::Exists(named()))
-        } else {
-            Ok(format)
-        }
+        files::check(&self.inputs, &[target], self.overwrite.existing())?;
+        Ok(format)
     }
 
     fn write(

@@ -7,7 +7,7 @@ use clap::Args;
 use feet::decode::row::{HEADER, write_row};
 use feet::decode::{self, DecodeError, Feet, FileOutcome};
 
-use super::options::FeetArguments;
+use super::options::{FeetArguments, OUTPUT, OverwriteArguments};
 use crate::error::{Error, with_hint};
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, warn};
@@ -24,10 +24,13 @@ pub struct DecodeArguments {
     pub feet: FeetArguments,
     /// Write the rows, one per contact frame, as CSV; - writes them to standard output, and the report to
     /// standard error
-    #[arg(long, short, value_name = "OUT.csv")]
+    #[arg(long, short, value_name = "OUT.csv", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
+    /// Whether they replace a file.
+    #[command(flatten)]
+    pub overwrite: OverwriteArguments,
     /// Print the report as one JSON object
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
@@ -35,7 +38,8 @@ impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let feet = self.feet.feet()?;
         let table = self.output.as_deref().map(Target::Rows);
-        files::check(std::slice::from_ref(&self.input), table.as_slice())?;
+        let existing = self.overwrite.existing();
+        files::check(std::slice::from_ref(&self.input), table.as_slice(), existing)?;
         let fills_stdout = self.output.as_deref() == Some(Path::new(STANDARD));
         if self.json && fills_stdout {
             return Err(OutputError::StdoutTwice.into());

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | how recordings are read, and their parameters | [`RecordingArguments`], [`ReadingArguments`] | `replay`, `calibrate`, `convert` |
 //! | where feet stream from, and which nodes are feet | [`ListenArguments`], [`FeetArguments`] | `monitor`, `record`, `ros2`, `view`, `decode` |
+//! | whether results replace files | [`OverwriteArguments`] | those that write a file |
 //! | how a recording that is played as a source is read | [`PlayedArguments`] | those that listen to feet |
 //! | frames of messages, and messages of other programs | [`PublishedArguments`] | those that publish |
 
@@ -34,6 +35,7 @@ use wire::NodeId;
 
 use crate::Source;
 use crate::error::{Error, in_words};
+use crate::files::Existing;
 use crate::messages::{error, warn};
 use crate::ros::Compat;
 use crate::ros::compat::WRENCH_FORCE;
@@ -82,6 +84,20 @@ impl RecordingArguments {
             "" => format!("all parameters are those of the preset {preset}"),
             differences => format!("preset {preset}, but {differences}"),
         }
+    }
+}
+
+/// Whether results replace files of their names. Commands that write a file have this option.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct OverwriteArguments {
+    /// Replace existing files
+    #[arg(long, help_heading = OUTPUT)]
+    pub overwrite: bool,
+}
+
+impl OverwriteArguments {
+    pub(crate) const fn existing(self) -> Existing {
+        if self.overwrite { Existing::Replaced } else { Existing::Kept }
     }
 }
 

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::options::{ListenArguments, PublishedArguments};
+use super::options::{ListenArguments, OUTPUT, OverwriteArguments, PublishedArguments};
 use crate::error::Error;
 use crate::files::{self, Target};
 use crate::stream::parse_seconds;
 #[cfg(feature = "bags")]
 use {
-    crate::files::OutputError,
+    crate::files::{Existing, OutputError},
     crate::interruption::finish_when_interrupted,
     crate::messages::warn,
     crate::report::print_text,
@@ -32,14 +32,14 @@ pub struct RecordArguments {
     #[command(flatten)]
     pub published: PublishedArguments,
     /// File to write. Even if the recording is killed, the file lacks only the last second
-    #[arg(long, short, value_name = "OUT.mcap")]
+    #[arg(long, short, value_name = "OUT.mcap", help_heading = OUTPUT)]
     pub output: PathBuf,
+    /// Whether it replaces a file.
+    #[command(flatten)]
+    pub overwrite: OverwriteArguments,
     /// Stop after this time, or on Ctrl-C
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub seconds: Option<f64>,
-    /// Replace an existing file
-    #[arg(long)]
-    pub overwrite: bool,
 }
 
 impl RecordArguments {
@@ -47,7 +47,7 @@ impl RecordArguments {
         let path = self.output.as_path();
         let files = self.listen.sources.iter().filter_map(|source| source.file());
         let files: Vec<PathBuf> = files.map(Path::to_owned).collect();
-        files::check(&files, &[Target::Bag(path)])?;
+        files::check(&files, &[Target::Bag(path)], self.overwrite.existing())?;
         #[cfg(feature = "bags")]
         self.record()?;
         Ok(())
@@ -66,7 +66,7 @@ impl RecordArguments {
         };
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(sources, feet, self.published.bridge()?)?;
-        let mut recording = McapRecording::create(path, self.overwrite)?;
+        let mut recording = McapRecording::create(path, self.overwrite.existing())?;
         let end = deadline(stream.clock(), self.seconds);
         let ended = match stream.run(end, &mut recording) {
             // The messages before the error are kept.
@@ -92,11 +92,12 @@ struct McapRecording {
 
 #[cfg(feature = "bags")]
 impl McapRecording {
-    /// Creates a recording without messages, which `replaces` a file of its name or fails.
+    /// Creates a recording without messages.
     ///
     /// # Errors
-    /// The file cannot be written, or already exists and is kept.
-    fn create(path: &Path, replaces: bool) -> Result<Self, OutputError> {
+    /// The file cannot be written, or exists by now and is kept.
+    fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
+        let replaces = existing == Existing::Replaced;
         let mut options = File::options();
         options.write(true).create_new(!replaces);
         let options = options.create(replaces).truncate(replaces);

@@ -25,7 +25,7 @@ use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState, NmtState};
 use wire::{Address, DataType, Fault, NodeId, Value};
 
-use super::options::{SOURCE, parse_node, parse_number};
+use super::options::{OverwriteArguments, SOURCE, parse_node, parse_number};
 use crate::error::{Error, FootError, with_hint};
 use crate::files::{self, STANDARD, Target, write_file};
 use crate::interruption::finish_when_interrupted;
@@ -88,6 +88,9 @@ pub enum FootAction {
     Export {
         /// The file, .txt; - is standard output
         file: PathBuf,
+        /// Whether they replace a file.
+        #[command(flatten)]
+        overwrite: OverwriteArguments,
     },
     /// Write the settings of a file to the foot, all or none, read them back, and store them
     Import {
@@ -146,8 +149,8 @@ impl FootAction {
 
 impl FootArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        if let FootAction::Export { file } = &self.action {
-            files::check(&[], &[Target::Settings(file)])?;
+        if let FootAction::Export { file, overwrite } = &self.action {
+            files::check(&[], &[Target::Settings(file)], overwrite.existing())?;
         }
         if matches!(self.action, FootAction::Scan) {
             let text = self.scan(&find_all(&self.sources)?)?;
@@ -229,7 +232,7 @@ impl FootArguments {
                 };
                 self.changes(&settings::differences(&other, &own))
             }
-            FootAction::Export { file } => {
+            FootAction::Export { file, .. } => {
                 let own = settings::read(client)?;
                 let version = client.read_text(Address::new(index::SOFTWARE_VERSION, 0))?;
                 let about = format!(

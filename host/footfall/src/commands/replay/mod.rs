@@ -26,8 +26,8 @@ use recordings::samples::RecordedSample;
 use recordings::summary::{Estimation, InputReport, ParametersReport, Summaries, Summary};
 
 use super::options::{
-    self, ESTIMATOR, INPUT, OUTPUT, RecordingArguments, compat_parser, estimator_options,
-    parse_force, with_mounting,
+    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, compat_parser,
+    estimator_options, parse_force, with_mounting,
 };
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, Drawing, OutputError, STANDARD, Target, write_file};
@@ -89,6 +89,9 @@ pub struct ReplayArguments {
     /// figure per foot, whose file name contains the foot if there are several
     #[arg(long, value_name = "OUT.html|svg", help_heading = OUTPUT)]
     pub plot: Option<PathBuf>,
+    /// Whether the results replace files.
+    #[command(flatten)]
+    pub overwrite: OverwriteArguments,
     /// Print the summary as one JSON object
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
@@ -192,11 +195,15 @@ impl ReplayArguments {
             }
             feet.extend(recording.feet);
         }
+        // The names of pictures of several feet are known only now.
+        let pictures = self.plot.as_deref().map(|path| picture_paths(path, &feet));
+        let pictures = pictures.unwrap_or_default();
+        pictures.iter().try_for_each(|path| self.overwrite.existing().check(path))?;
         #[cfg(feature = "bags")]
         if let Some(bag) = self.bag() {
             self.copied.copy(&self.inputs, bag, &mut copied, self.estimate_again)?;
         }
-        self.write(feet)
+        self.write(feet, &pictures)
     }
 
     /// Checks that all results can be written before computing them.
@@ -207,7 +214,7 @@ impl ReplayArguments {
         let events = self.events.as_deref().map(Target::Events);
         let picture = self.plot.as_deref().map(Target::Drawing);
         let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
-        files::check(&self.inputs, &all)?;
+        files::check(&self.inputs, &all, self.overwrite.existing())?;
         self.copied.check(self.bag())?;
         if let Some(bag) = self.bag() {
             let file = bag.display().to_string();
@@ -408,8 +415,8 @@ impl ReplayArguments {
         Ok((ReplayedFoot { results, picture: observer.picture }, observer.events))
     }
 
-    /// Writes the results, and prints the summary.
-    fn write(&self, mut feet: Vec<ReplayedFoot>) -> Result<(), Error> {
+    /// Writes the results, with the pictures to these paths, and prints the summary.
+    fn write(&self, mut feet: Vec<ReplayedFoot>, pictures: &[PathBuf]) -> Result<(), Error> {
         let mut written = Vec::new();
         let several = self.inputs.len() > 1 || feet.len() > 1;
         if let Some(path) = &self.output {
@@ -421,8 +428,12 @@ impl ReplayArguments {
             }
             written.push(path.clone());
         }
-        let (events, plot) = (self.events.as_deref(), self.plot.as_deref());
-        written.extend(write_events_and_pictures(events, plot, &mut feet, several)?);
+        if let Some(path) = &self.events {
+            write_events(path, &mut feet, several)?;
+            written.push(path.clone());
+        }
+        write_pictures(pictures, &mut feet)?;
+        written.extend_from_slice(pictures);
         let style =
             if self.fills_stdout() { SummaryStyle::Silent } else { SummaryStyle::of(self.json) };
         let summaries =
@@ -571,55 +582,45 @@ impl Observer for FootObserver {
     }
 }
 
-/// Writes the events and the pictures of all feet, and returns the paths. The table of `several` feet names the foot of
-/// each event.
-fn write_events_and_pictures(
-    events: Option<&Path>,
-    pictures: Option<&Path>,
-    feet: &mut [ReplayedFoot],
-    several: bool,
-) -> Result<Vec<PathBuf>, OutputError> {
-    let mut written = Vec::new();
-    if let Some(path) = events {
-        write_file(path, |to| {
-            let foot = if several { "foot," } else { "" };
-            writeln!(to, "{foot}{HEADER}")?;
-            let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
-            parts.try_for_each(|part| part.write(to))
-        })?;
-        written.push(path.to_owned());
-    }
-    if let Some(path) = pictures {
-        written.extend(write_pictures(path, feet)?);
-    }
-    Ok(written)
+/// Writes the events of all feet. The table of `several` feet names the foot of each event.
+fn write_events(path: &Path, feet: &mut [ReplayedFoot], several: bool) -> Result<(), OutputError> {
+    write_file(path, |to| {
+        let foot = if several { "foot," } else { "" };
+        writeln!(to, "{foot}{HEADER}")?;
+        let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
+        parts.try_for_each(|part| part.write(to))
+    })
 }
 
-/// Writes the page of all feet or the figure of each, and returns the paths.
-fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<PathBuf>, OutputError> {
-    let one = feet.len() == 1;
+/// Returns the paths of the pictures: one page of all feet, or a figure for each.
+fn picture_paths(path: &Path, feet: &[ReplayedFoot]) -> Vec<PathBuf> {
+    if feet.len() == 1 || Drawing::of(path) == Drawing::Page {
+        return vec![path.to_owned()];
+    }
+    let mut paths = Vec::new();
+    for foot in feet {
+        let path = files::path_of_foot(path, &foot.results.summary.recording);
+        // Foot names may differ only in characters that file names cannot hold.
+        paths.push(files::unused_path(path, &paths));
+    }
+    paths
+}
+
+/// Writes the page of all feet, or the figure of each, to these paths.
+fn write_pictures(paths: &[PathBuf], feet: &mut [ReplayedFoot]) -> Result<(), OutputError> {
     let mut page = Vec::new();
-    let mut written = Vec::new();
-    for ReplayedFoot { results, picture } in feet {
-        match picture.take() {
-            None => {}
-            Some(Picture::Page(foot)) => page.push(foot),
-            Some(Picture::Figure(figure)) => {
-                let path = if one {
-                    path.to_owned()
-                } else {
-                    files::path_of_foot(path, &results.summary.recording)
-                };
-                // Foot names may differ only in characters that file names cannot hold.
-                let path = files::unused_path(path, &written);
-                write_file(&path, |to| to.write_all(figure.svg()?.as_bytes()))?;
-                written.push(path);
-            }
+    let mut figures = Vec::new();
+    for picture in feet.iter_mut().filter_map(|foot| foot.picture.take()) {
+        match picture {
+            Picture::Page(foot) => page.push(foot),
+            Picture::Figure(figure) => figures.push(figure),
         }
     }
-    if !page.is_empty() {
-        write_file(path, |to| page::write(page, to))?;
-        written.push(path.to_owned());
+    for (path, figure) in paths.iter().zip(figures) {
+        write_file(path, |to| to.write_all(figure.svg()?.as_bytes()))?;
     }
-    Ok(written)
+    match paths {
+        [path] if !page.is_empty() => write_file(path, |to| page::write(page, to)),
+        _ => Ok(()),
+    }
 }
