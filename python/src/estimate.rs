@@ -8,13 +8,16 @@ use recordings::calibrate::robot_file::RobotFile;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::input::{About, Correction, finite_load, imu_sample, rate_of_times, steady_time};
+use recordings::hint::Hint;
+use recordings::input::{
+    About, Correction, finite_load, imu_sample, rate_of_times, steady_time, unit_of_step,
+};
 use recordings::samples::{RecordedSample, Recording, VALIDITIES};
 
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};
 use crate::result::run;
-use crate::words::refused;
+use crate::words::{Origin, in_words_of, refused};
 
 /// Arrays of a recording, for use without the interpreter lock.
 struct Recorded<'a> {
@@ -65,19 +68,29 @@ pub(crate) fn validity_at(place: u8) -> Option<Validity> {
 
 /// Converts a time in s to µs, rounded as the program rounds the times of a file; `name` is the argument.
 pub(crate) fn micros(name: impl std::fmt::Display, time: f64) -> PyResult<i64> {
-    if (-9.0e12..=9.0e12).contains(&time) {
-        Ok((time * 1.0e6).round() as i64)
-    } else {
-        Err(value_error(format!("{name} is {time}, but a time in s is expected")))
-    }
+    micros_of(time)
+        .ok_or_else(|| value_error(format!("{name} is {time}, but a time in s is expected")))
+}
+
+/// Time in µs; `None` if it is not finite, or too far from zero.
+fn micros_of(time: f64) -> Option<i64> {
+    (-9.0e12..=9.0e12).contains(&time).then(|| (time * 1.0e6).round() as i64)
 }
 
 /// Converts times in s to µs, and checks that they increase.
 fn all_micros(times: &View<'_, Ix1>, samples: usize) -> PyResult<Vec<i64>> {
+    let step = if samples > 1 { times.at(1) - times.at(0) } else { f64::NAN };
     let mut all = Vec::with_capacity(samples);
     for sample in 0..samples {
         let time = times.at(sample);
-        let now = micros(format_args!("t[{sample}]"), time)?;
+        let now = micros_of(time).ok_or_else(|| {
+            let problem = format!("t[{sample}] is {time}, but a time in s is expected");
+            let unit = unit_of_step(step).filter(|_| time.is_finite());
+            value_error(match unit.map(Hint::TimesLookLike) {
+                Some(hint) => format!("{problem}; {}", in_words_of(Origin::Arrays, &hint)),
+                None => problem,
+            })
+        })?;
         if let Some(previous) = all.last()
             && now <= *previous
         {
@@ -204,12 +217,13 @@ pub(crate) fn estimate<'py>(
         ..About::new(String::new(), arrays.rate, settings.gravity())
     };
     let params = settings.params();
+    let origin = settings.origin;
     let estimated = py.detach(|| {
         let samples = (0..recorded.samples)
             .map(|index| Ok(recorded.sample(index, &settings.input_options.correction)));
-        run(samples, about, &params)
+        run(samples, about, &params, origin)
     });
-    estimated?.into_dict(py)
+    estimated.map_err(|failure| settings.failed(failure, "t", origin))?.into_dict(py)
 }
 
 /// Learns a foot from recordings; see `footfall.calibrate`. Returns the keys of a configuration and a report, both as
@@ -250,7 +264,8 @@ pub(crate) fn calibrate<'py>(
 fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
     let rate = settings.input_options.sample_rate;
     match times_us {
-        Some(times) => rate_of_times(times, rate).map_err(refused),
+        Some(times) => rate_of_times(times, rate)
+            .map_err(|error| value_error(in_words_of(settings.origin, &error))),
         None => rate
             .ok_or_else(|| value_error("give the times t in s, or the sample rate in Hz as rate")),
     }

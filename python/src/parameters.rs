@@ -10,6 +10,9 @@ use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
 use recordings::hint::Notice;
 use recordings::input::{BagOptions, Format, InputOptions, TableOptions};
 
+use crate::result::Failure;
+use crate::words::{Origin, in_words_of};
+
 /// Settings of the estimator, and properties of the recording.
 #[derive(Clone)]
 pub(crate) struct Settings {
@@ -17,6 +20,8 @@ pub(crate) struct Settings {
     pub(crate) resolved: Resolved,
     /// Format from which the arrays of a recording were read.
     pub(crate) format: Format,
+    /// Origin of the arrays.
+    pub(crate) origin: Origin,
     /// Properties of a recording in arrays: sample rate, gravity and corrections.
     pub(crate) input_options: InputOptions,
 }
@@ -68,6 +73,8 @@ impl SettingsArguments {
             input_options: resolved.input_options(TableOptions::default(), BagOptions::default()),
             resolved,
             format,
+            // Arrays of a recording that was read have its format.
+            origin: self.format.as_ref().map_or(Origin::Arrays, |_| Origin::File),
         })
     }
 }
@@ -104,6 +111,17 @@ impl Settings {
     /// Returns the parameters for a recording in arrays.
     pub(crate) fn params(&self) -> Params {
         self.resolved.params(self.format)
+    }
+
+    /// Returns the exception of a failed estimate of `recording`, or of the times `t` in arrays.
+    pub(crate) fn failed(&self, failure: Failure, recording: &str, origin: Origin) -> PyErr {
+        match failure {
+            Failure::Params(error) => {
+                let explained = self.resolved.origins(recording).explain(&error);
+                value_error(in_words_of(origin, &explained))
+            }
+            other => other.into(),
+        }
     }
 
     /// Returns a notice if the window of the preset lasts longer or shorter than the paper's.

@@ -25,7 +25,7 @@ use recordings::space::components;
 use crate::arrays::table;
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
 use crate::result::{Estimated, Failure, run, run_recorded};
-use crate::words::{all_in_words, in_words, refused};
+use crate::words::{Origin, all_in_words, in_words, refused};
 
 /// Columns of a recording, filled without the interpreter lock.
 #[derive(Default)]
@@ -51,6 +51,7 @@ pub(crate) struct ReadOptions {
     not_topic: Vec<String>,
     frame: Vec<String>,
     load_topic: Vec<String>,
+    rename: Vec<String>,
     map: Option<String>,
     units: Option<String>,
     scale: Option<String>,
@@ -82,12 +83,14 @@ impl ReadOptions {
         };
         let loads = self.load_topic.iter();
         let loads = loads.map(|topic| topic.parse().map_err(named("load_topic")));
+        let renames = self.rename.iter();
+        let renames = renames.map(|rename| rename.parse().map_err(named("rename")));
         let bag = BagOptions {
             topics: Topics::from_names(&self.topic),
             excluded: self.not_topic.clone(),
             frames: self.frame.clone(),
             loads: loads.collect::<PyResult<_>>()?,
-            renames: Vec::new(),
+            renames: renames.collect::<PyResult<_>>()?,
         };
         Ok((table, bag, parsed("format", self.format.as_ref())?))
     }
@@ -181,8 +184,12 @@ pub(crate) fn estimate_file<'py>(
             settings.check_feet(&names.collect::<Vec<_>>())?;
         }
         let feet = feet.into_iter();
-        feet.map(|stored| Ok(estimate_stored(stored, &settings, format, foot)?))
-            .collect::<PyResult<Vec<_>>>()
+        feet.map(|stored| {
+            let name = stored.about.name.clone();
+            let estimated = estimate_stored(stored, &settings, format, foot);
+            estimated.map_err(|failure| settings.failed(failure, &name, Origin::File))
+        })
+        .collect::<PyResult<Vec<_>>>()
     })?;
     let into_dict = |estimated: Estimated| {
         let about = estimated.about.clone();
@@ -208,7 +215,7 @@ fn estimate_stored(
     let notice = settings.window_notice(format, &about.name, about.sample_rate);
     about.notices.extend(notice);
     let params = settings.resolved.params_of(&about.names_with(foot), format);
-    run(stored.samples()?, about, &params)
+    run(stored.samples()?, about, &params, Origin::File)
 }
 
 fn columns(mut stored: Stored) -> io::Result<(About, RecordingColumns)> {

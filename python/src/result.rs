@@ -21,7 +21,7 @@ use recordings::space::components;
 use thiserror::Error;
 
 use crate::arrays::table;
-use crate::words::in_words;
+use crate::words::{Origin, in_words_of};
 
 /// Estimate of a recording.
 pub(crate) struct Estimated {
@@ -58,11 +58,12 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// Estimates a foot sample by sample.
+/// Estimates a foot sample by sample. Its findings name what can be done about samples of this origin.
 pub(crate) fn run(
     samples: impl Iterator<Item = io::Result<RecordedSample>>,
     about: About,
     params: &Params,
+    origin: Origin,
 ) -> Result<Estimated, Failure> {
     let mut replay = Estimator::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity);
@@ -88,7 +89,7 @@ pub(crate) fn run(
     Ok(Estimated {
         columns,
         events: events.finish().collect(),
-        findings: findings.map(sentence).collect(),
+        findings: findings.map(|finding| sentence(origin, &finding)).collect(),
         learnt: learnt.to_array().to_vec(),
         edge,
         first_gyro_bias: first_gyro_bias.unwrap_or_default(),
@@ -111,7 +112,7 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
     Ok(Estimated {
         columns,
         events: events.finish().collect(),
-        findings: findings.map(sentence).collect(),
+        findings: findings.map(|finding| sentence(Origin::File, &finding)).collect(),
         learnt: Vec::new(),
         edge: f32::NAN,
         first_gyro_bias: Vec::new(),
@@ -120,8 +121,8 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
 }
 
 /// Name of a finding, and its sentence.
-fn sentence(finding: Finding) -> (&'static str, String) {
-    (finding.name(), in_words(&finding))
+fn sentence(origin: Origin, finding: &Finding) -> (&'static str, String) {
+    (finding.name(), in_words_of(origin, finding))
 }
 
 /// Fields of `footfall.Event`, in order.

@@ -1,19 +1,31 @@
-//! Words of Python for the settings that errors, findings and notices name: `units="g,dps"`.
+//! Words of Python for the settings that errors, findings and notices name: `units="g,dps"` for a file, and what to do with
+//! the arrays where an argument of files would help.
 
 use std::fmt::Display;
 
 use pyo3::PyErr;
-use recordings::hint::{InWords, Setting, Vocabulary};
+use recordings::hint::{Hint, InWords, Setting, Vocabulary};
+use recordings::input::{AccelerationUnit, RateUnit};
 
 use crate::parameters::value_error;
 
-/// Arguments of the package.
-struct Arguments;
+/// Origin of samples, on which the arguments depend that are there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// A file, by `read` or `estimate_file`.
+    File,
+    /// Arrays of the caller, by `estimate`.
+    Arrays,
+}
 
-impl Vocabulary for Arguments {
+/// Arguments of `read` and `estimate_file`.
+struct FileArguments;
+
+impl Vocabulary for FileArguments {
     fn name(&self, setting: Setting) -> String {
         match setting {
             Setting::EstimateAgain => "estimate_again=True".to_owned(),
+            Setting::Window => "the key window of config=".to_owned(),
             other => format!("{}=", argument(other)),
         }
     }
@@ -24,9 +36,66 @@ impl Vocabulary for Arguments {
             Setting::SampleRate => format!("{}={value}", argument(setting)),
             // A pair of numbers.
             Setting::Scale => format!("{}=({value})", argument(setting)),
+            Setting::Window => format!("config={{\"window\": \"{value}\"}}"),
             other => format!("{}=\"{value}\"", argument(other)),
         }
     }
+}
+
+/// Arguments of `estimate`, which takes arrays in SI units and has no options for reading.
+struct ArrayArguments;
+
+impl Vocabulary for ArrayArguments {
+    fn name(&self, setting: Setting) -> String {
+        FileArguments.name(setting)
+    }
+
+    fn set(&self, setting: Setting, value: &dyn Display) -> String {
+        FileArguments.set(setting, value)
+    }
+
+    fn remedy(&self, hint: &Hint) -> Option<String> {
+        let text = match hint {
+            Hint::AccelerationUnit(AccelerationUnit::StandardGravity) => {
+                "acc * 9.80665 is in m/s²".to_owned()
+            }
+            Hint::RateUnit(RateUnit::DegreesPerSecond) => "np.radians(gyr) is in rad/s".to_owned(),
+            Hint::OtherUnit => "acc must be in m/s²: multiply counts by their value".to_owned(),
+            Hint::TimesLookLike(unit) => {
+                format!("t looks like {}: t / {:.0e} is in s", unit.words(), unit.per_second())
+            }
+            Hint::OtherTimeUnit => "t must be in s, or datetime64".to_owned(),
+            Hint::Batches | Hint::SpaceRows => STEADY.to_owned(),
+            Hint::MissingSamples => format!("samples are missing, or {STEADY}"),
+            Hint::ExchangeColumns(mapping) => exchanged(mapping),
+            Hint::TurnRatesAround => {
+                "one axis has the wrong sign, or two are exchanged; -gyr repairs it".to_owned()
+            }
+            _ => return None,
+        };
+        Some(text)
+    }
+}
+
+/// Remedy for times of arrival.
+const STEADY: &str = "leave out t and give rate=";
+
+/// Exchange of columns of arrays for a mapping of those of a table.
+fn exchanged(mapping: &str) -> String {
+    let source = |axis: &str| {
+        let source = mapping.split(',').find_map(|pair| pair.strip_prefix(axis)?.strip_prefix('='));
+        source.unwrap_or(axis).to_owned()
+    };
+    if source("ax").starts_with('w') {
+        return "exchange acc and gyr".to_owned();
+    }
+    let places = ["ax", "ay", "az"].map(|axis| match source(axis).as_str() {
+        "ax" => "0",
+        "ay" => "1",
+        _ => "2",
+    });
+    let places = places.join(", ");
+    format!("acc[:, [{places}]] and gyr[:, [{places}]] exchange them")
 }
 
 fn argument(setting: Setting) -> String {
@@ -36,9 +105,17 @@ fn argument(setting: Setting) -> String {
     }
 }
 
-/// Returns the text of an error, a finding or a notice, with arguments in it.
+/// Returns the text of an error, a finding or a notice about samples of this origin, with arguments in it.
+pub(crate) fn in_words_of(origin: Origin, what: &impl InWords) -> String {
+    match origin {
+        Origin::File => what.in_words(&FileArguments),
+        Origin::Arrays => what.in_words(&ArrayArguments),
+    }
+}
+
+/// Returns the text of an error, a finding or a notice about a file, with arguments in it.
 pub(crate) fn in_words(what: &impl InWords) -> String {
-    what.in_words(&Arguments)
+    in_words_of(Origin::File, what)
 }
 
 /// Returns the error of a wrong argument or recording, with arguments in its text.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import re
 import subprocess
 from pathlib import Path
 
@@ -122,3 +123,70 @@ def test_errors_and_findings_name_arguments(tmp_path: Path) -> None:
         footfall.read(path)
     with pytest.raises(ValueError, match='topic=, not_topic=, frame= and load_topic= are for mcap and rosbag2'):
         footfall.read(path, topic="/imu")
+
+
+def arguments_in(message: str) -> set[str]:
+    """Arguments that a message names."""
+    return set(re.findall(r"\b([a-z_]+)=", message))
+
+
+def test_remedies_of_arrays_can_be_typed(walk: footfall.Recording) -> None:
+    known = set(inspect.signature(footfall.estimate).parameters)
+    acc, gyr, t = walk.acc, walk.gyr, walk.t
+    batches = t[np.arange(len(t)) // 10 * 10] + np.arange(len(t)) % 10 * 1e-6
+    gap = t + np.where(np.arange(len(t)) > len(t) // 2, 30.0, 0.0)
+    cases: list[tuple[str, str, footfall.Result]] = [
+        ("acceleration_in_g", "acc * 9.80665 is in m/s²", footfall.estimate(acc / 9.80665, gyr, t)),
+        ("acceleration_in_other_unit", "multiply counts by their value", footfall.estimate(acc * 100, gyr, t)),
+        ("rate_in_degrees", "np.radians(gyr) is in rad/s", footfall.estimate(acc, np.degrees(gyr), t)),
+        ("exchanged_sensors", "exchange acc and gyr", footfall.estimate(gyr, acc, t)),
+        ("left_handed", "acc[:, [0, 2, 1]] and gyr[:, [0, 2, 1]]", footfall.estimate(acc[:, [0, 2, 1]], gyr[:, [0, 2, 1]], t)),
+        ("left_handed", "-gyr repairs it", footfall.estimate(acc, -gyr, t)),
+        ("gravity_not_along_z", 'axes="', footfall.estimate(acc[:, [0, 2, 1]] * [1, 1, -1], gyr[:, [0, 2, 1]] * [1, 1, -1], t)),
+        ("gravity_included", 'gravity="included"', footfall.estimate(acc, gyr, t, gravity="removed")),
+        ("batches", "leave out t and give rate=", footfall.estimate(acc, gyr, batches, rate=1000.0)),
+        ("clock_jumps", "samples are missing, or leave out t and give rate=", footfall.estimate(acc, gyr, gap)),
+    ]
+    for name, remedy, result in cases:
+        [message] = [finding.message for finding in result.findings if finding.name == name]
+        assert remedy in message, message
+        assert arguments_in(message) <= known, message
+
+
+def test_a_data_frame_has_the_remedies_of_arrays(walk: footfall.Recording) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(np.hstack([walk.acc / 9.80665, walk.gyr]), columns=["ax", "ay", "az", "wx", "wy", "wz"])
+    result = footfall.estimate(frame[["ax", "ay", "az"]], frame[["wx", "wy", "wz"]], rate=walk.rate)
+    [finding] = result.findings
+    assert finding.message.endswith("acc * 9.80665 is in m/s²")
+
+
+def test_times_in_smaller_units_are_named(tmp_path: Path, walk: footfall.Recording) -> None:
+    for unit, words, per_second in (("ms", "milliseconds", "1e3"), ("us", "microseconds", "1e6"), ("ns", "nanoseconds", "1e9")):
+        # From 0, and since 1970.
+        for start in (0, 1_700_000_000):
+            t = (start * 1000 + np.arange(len(walk))) * (float(per_second) / 1e3)
+            for rate in (None, 1000.0):
+                with pytest.raises(ValueError, match=f"t looks like {words}: t / {per_second} is in s$"):
+                    footfall.estimate(walk.acc, walk.gyr, t, rate=rate)
+    rows = "".join(f"{2_000_000 * k},0,0,9.81,0,0,0\n" for k in range(5000))
+    path = tmp_path / "walk.csv"
+    path.write_text("t,ax,ay,az,wx,wy,wz\n" + rows)
+    for estimate in (footfall.read, footfall.estimate_file):
+        with pytest.raises(ValueError, match='column t looks like nanoseconds, but is read in s: time_unit="ns"$'):
+            estimate(path)
+    path.write_text("t,ax,ay,az,wx,wy,wz\n" + rows[:1500])
+    with pytest.raises(ValueError, match='column t looks like nanoseconds, but is read in s: time_unit="ns"$'):
+        footfall.estimate_file(path)
+
+
+def test_the_window_of_the_paper_names_the_configuration(tmp_path: Path) -> None:
+    path = tmp_path / "walk.parquet"
+    parquet.write_table(footfall.simulate("walk", 5.0).to_arrow(), path)
+    [result] = footfall.estimate_file(path, preset="paper")
+    [notice] = [notice for notice in result.notices if "window" in notice]
+    found = re.search(r"config=(\{.*\})", notice)
+    assert found is not None, notice
+    config = json.loads(found[1])
+    [other] = footfall.estimate_file(path, preset="paper", config=config)
+    assert not any("window" in notice for notice in other.notices)

@@ -33,7 +33,7 @@ def test_wrong_units_are_a_finding() -> None:
     acc, gyr = standing()
     [finding] = footfall.estimate(acc / 9.81, gyr, rate=1000.0).findings
     assert finding.name == "acceleration_in_g"
-    assert 'units="g"' in finding.message
+    assert finding.message.endswith("which looks like g: acc * 9.80665 is in m/s²")
 
 
 def test_structured_and_arrow_have_the_programs_columns(walk: footfall.Recording) -> None:
@@ -87,8 +87,7 @@ def test_a_slip_is_an_event_and_what_is_simulated_is_known() -> None:
     starts = np.array([event.t for event in slippery.estimate().events() if event.kind == "slip_start"])
     for start in starts:
         assert np.any((begins < start) & (start < ends + 0.05)), start
-    # A slip is reported in two parts if P rises within it.
-    assert len(starts) <= 11
+    assert len(starts) <= 10
     found = [np.abs(starts - begin).min() < 0.05 for begin in begins]
     assert sum(found) >= 9
 

@@ -66,6 +66,11 @@ pub trait Vocabulary: Sync {
 
     /// A setting with a value, such as `--units g,dps`.
     fn set(&self, setting: Setting, value: &dyn Display) -> String;
+
+    /// Remedy of a hint in a program without the settings that the hint names; `None` in one that has them.
+    fn remedy(&self, _hint: &Hint) -> Option<String> {
+        None
+    }
 }
 
 /// Plain words of no particular program: `units g,dps`.
@@ -236,6 +241,9 @@ pub enum Hint {
 
 impl InWords for Hint {
     fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        if let Some(own) = words.remedy(self) {
+            return f.write_str(&own);
+        }
         let name = |setting| words.name(setting);
         let times = |value: &str| words.set(Setting::Times, &value);
         match self {
@@ -267,7 +275,7 @@ impl InWords for Hint {
             Self::TimesLookLike(unit) => write!(
                 f,
                 "column t looks like {}, but is read in s: {}",
-                if *unit == TimeUnit::Milliseconds { "milliseconds" } else { "microseconds" },
+                unit.words(),
                 words.set(Setting::TimeUnit, unit)
             ),
             Self::DecimalComma => write!(

@@ -107,6 +107,7 @@ def estimate_file(
     not_topic: str | Sequence[str] | None = None,
     frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
+    rename: str | Mapping[str, str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
     scale: tuple[float, float] | None = None,
@@ -126,7 +127,7 @@ def estimate_file(
         A recording in any of the formats of ``docs/reference/formats.md``, or an ``.xlsx`` as for :func:`read`.
     preset, config, gravity, axes
         As in :func:`estimate`.
-    format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,
+    format, rate, topic, not_topic, frame, load_topic, rename, map, units, scale, decimal, time_unit,
     times
         As in :func:`read`. A given `rate`, `gravity` or `axes` overrides that of `config`.
     estimate_again : bool
@@ -156,6 +157,7 @@ def estimate_file(
         not_topic=not_topic,
         frame=frame,
         load_topic=load_topic,
+        rename=rename,
         map=map,
         units=units,
         scale=scale,

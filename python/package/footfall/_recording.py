@@ -140,6 +140,7 @@ def read(
     not_topic: str | Sequence[str] | None = None,
     frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
+    rename: str | Mapping[str, str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
     scale: tuple[float, float] | None = None,
@@ -174,6 +175,8 @@ def read(
     load_topic : str or several, optional
         For a bag: load of each foot, in the order of `topic`, as ``"/topic"`` or ``"/topic:field"``, or one with
         ``{foot}`` in place of the foot's name.
+    rename : str or mapping, optional
+        For a bag: other names of feet: ``{"leg_1": "FL"}`` or ``"leg_1=FL"``.
     map : str or mapping, optional
         Columns of a table by the names used here: ``{"t": "stamp"}`` or ``"t=stamp"``.
     units : str, optional
@@ -209,6 +212,7 @@ def read(
         not_topic=not_topic,
         frame=frame,
         load_topic=load_topic,
+        rename=rename,
         map=map,
         units=units,
         scale=scale,

@@ -50,6 +50,7 @@ class ReadDict(TypedDict):
     not_topic: list[str]
     frame: list[str]
     load_topic: list[str]
+    rename: list[str]
     map: str | None
     units: str | None
     scale: str | None
@@ -103,6 +104,7 @@ def read_options(
     not_topic: str | Sequence[str] | None,
     frame: str | Sequence[str] | None,
     load_topic: str | Sequence[str] | None,
+    rename: str | Mapping[str, str] | None,
     map: str | Mapping[str, str] | None,
     units: str | None,
     scale: tuple[float, float] | None,
@@ -113,7 +115,9 @@ def read_options(
 ) -> ReadDict:
     """Collects the options of reading a file; the Rust part checks them."""
     if isinstance(map, Mapping):
-        map = ",".join(f"{ours}={theirs}" for ours, theirs in map.items())
+        map = _pairs(map)
+    if isinstance(rename, Mapping):
+        rename = _pairs(rename)
     return {
         "format": format,
         "rate": None if rate is None else float(rate),
@@ -122,6 +126,7 @@ def read_options(
         "not_topic": _several(not_topic),
         "frame": _several(frame),
         "load_topic": _several(load_topic),
+        "rename": [] if rename is None else rename.split(","),
         "map": map,
         "units": units,
         "scale": None if scale is None else ",".join(repr(float(factor)) for factor in scale),
@@ -130,6 +135,10 @@ def read_options(
         "times": times,
         "estimate_again": estimate_again,
     }
+
+
+def _pairs(mapping: Mapping[str, str]) -> str:
+    return ",".join(f"{ours}={theirs}" for ours, theirs in mapping.items())
 
 
 def _several(names: str | Sequence[str] | None) -> list[str]:

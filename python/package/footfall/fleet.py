@@ -109,7 +109,7 @@ SAMPLES = "samples"
 
 _RECORDING = re.compile(r"\.(csv|tsv|parquet|mcap|db3|bag)(\.(gz|zst|zstd))?$", re.IGNORECASE)
 _BAG = re.compile(r"\.(mcap|db3|bag)(\.(gz|zst|zstd))?$", re.IGNORECASE)
-_OF_BAGS, _OF_TABLES = ("topic", "not_topic", "frame", "load_topic"), ("time_unit",)
+_OF_BAGS, _OF_TABLES = ("topic", "not_topic", "frame", "load_topic", "rename"), ("time_unit",)
 _STAMPS = ("ETag", "etag", "md5Hash", "content_md5", "mtime", "LastModified", "last_modified", "updated")
 
 

@@ -259,6 +259,8 @@ impl Origins<'_> {
             Some(Hint::TimesLookLike(TimeUnit::Milliseconds))
         } else if rate < min && fits(1.0e6) {
             Some(Hint::TimesLookLike(TimeUnit::Microseconds))
+        } else if rate < min && fits(1.0e9) {
+            Some(Hint::TimesLookLike(TimeUnit::Nanoseconds))
         } else {
             (rate > max).then_some(Hint::Batches)
         }

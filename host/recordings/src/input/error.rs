@@ -221,6 +221,8 @@ pub enum Problem {
         text: String,
         /// Unit in which it is read.
         unit: TimeUnit,
+        /// Unit in which it is plausible, if known.
+        meant: Option<TimeUnit>,
     },
     /// A time is not at least 1 µs after the previous one.
     TimeOrder {
@@ -261,8 +263,8 @@ pub enum Problem {
         measured: f64,
         /// Given rate, Hz.
         given: f32,
-        /// Whether they would agree with times in milliseconds.
-        in_milliseconds: bool,
+        /// Unit of the times in which they would agree.
+        meant: Option<TimeUnit>,
     },
 
     /// No topic has samples of an IMU.
@@ -478,15 +480,14 @@ impl Problem {
             Self::SeveralSensors { mappings, .. } => Hint::ChooseSensor(mappings.clone()),
             Self::NamedUnit { units, .. } => Hint::Units(*units),
             Self::NotANumber(text) => cell_hint(text)?,
-            Self::Time { text, unit } => unit_hint(text, *unit)?,
+            Self::Time { meant: Some(meant), .. } => Hint::TimesLookLike(*meant),
+            Self::Time { text, unit, .. } => unit_hint(text, *unit)?,
             Self::TimeOrder { .. } => Hint::RowOrder,
             Self::MessageOrder { .. } => Hint::MessageOrder,
             Self::Jitter { .. } => Hint::SmoothTimes,
             Self::UnknownSampleRate { .. } => Hint::SampleRate,
             Self::GuessedUnit { meant, .. } => Hint::TimeUnit(*meant),
-            Self::SampleRateConflict { in_milliseconds: true, .. } => {
-                Hint::TimesLookLike(TimeUnit::Milliseconds)
-            }
+            Self::SampleRateConflict { meant: Some(meant), .. } => Hint::TimesLookLike(*meant),
             Self::NoImu { with_axes, .. } => Hint::TopicWithAxes(with_axes.clone()?),
             Self::ImuFields { problem, .. } => problem.hint()?,
             Self::SeveralTopics(topics) => Hint::ChooseTopic {
@@ -590,7 +591,7 @@ impl Problem {
             Self::ImuAfterForceOnly => f.write_str(
                 ": IMU values after a row that had none; rows with only a force are allowed only at the end",
             ),
-            Self::Time { text, unit } => write!(
+            Self::Time { text, unit, .. } => write!(
                 f,
                 ": {} is not a time in {unit}: -{most:e} to {most:e} is expected",
                 excerpt(text),

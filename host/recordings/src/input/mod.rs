@@ -49,7 +49,7 @@ pub use options::{
     BagOptions, ContactUse, Correction, InputOptions, LoadTopic, Rename, Topics, is_among,
     without_effect,
 };
-pub use rate::{TimesSoFar, rate_of_times};
+pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
 pub use stored::{
     About, Loaded, RecordedEstimate, Repairs, Stored, finite_load, imu_sample, steady_time,
 };

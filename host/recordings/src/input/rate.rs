@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 
+use crate::input::TimeUnit;
 use crate::input::error::{InputError, Problem};
 
 /// Largest deviation of a given sample rate from that of the times, as a fraction. The clock of a sensor may be wrong
@@ -32,9 +33,7 @@ pub(super) fn sample_rate(
 ) -> Result<f32, InputError> {
     match (measured_rate(steps), given) {
         (Some(Measured { rate, tolerance }), Some(given)) if !agree(rate, given, tolerance) => {
-            let in_milliseconds = agree(1.0e3 * rate, given, tolerance);
-            let problem = Problem::SampleRateConflict { measured: rate, given, in_milliseconds };
-            Err(InputError::of_file(file, problem))
+            Err(InputError::of_file(file, conflict(rate, given, tolerance)))
         }
         (_, Some(given)) => Ok(given),
         (Some(Measured { rate, .. }), None) => Ok(rate as f32),
@@ -51,9 +50,7 @@ pub(super) fn sample_rate(
 pub(super) fn rate_near(measured: f64, given: Option<f32>, file: &str) -> Result<f64, InputError> {
     match given {
         Some(given) if !agree(measured, given, SCATTERED_TOLERANCE) => {
-            let in_milliseconds = agree(1.0e3 * measured, given, SCATTERED_TOLERANCE);
-            let problem = Problem::SampleRateConflict { measured, given, in_milliseconds };
-            Err(InputError::of_file(file, problem))
+            Err(InputError::of_file(file, conflict(measured, given, SCATTERED_TOLERANCE)))
         }
         given => Ok(given.map_or(measured, f64::from)),
     }
@@ -96,6 +93,23 @@ impl TimesSoFar {
 
 fn agree(measured: f64, given: f32, tolerance: f64) -> bool {
     (f64::from(given) - measured).abs() <= tolerance * measured
+}
+
+/// Plausible rates of sensors, Hz.
+pub(super) const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
+
+/// Returns the unit smaller than s in which this step between rows is that of a sensor, the largest if there are several.
+#[must_use]
+pub fn unit_of_step(step: f64) -> Option<TimeUnit> {
+    let is_plausible = |unit: &TimeUnit| PLAUSIBLE_RATES.contains(&(unit.per_second() / step));
+    TimeUnit::ALL.into_iter().skip(1).find(is_plausible)
+}
+
+/// Contradiction of a given rate to that of the times, with the unit in which they agree.
+fn conflict(measured: f64, given: f32, tolerance: f64) -> Problem {
+    let mut units = TimeUnit::ALL.into_iter().skip(1);
+    let meant = units.find(|unit| agree(unit.per_second() * measured, given, tolerance));
+    Problem::SampleRateConflict { measured, given, meant }
 }
 
 /// Rate of times.

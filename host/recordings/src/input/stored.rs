@@ -12,7 +12,7 @@ use crate::input::contacts::{Contacts, SentContact};
 use crate::input::error::{InputError, Problem};
 use crate::input::options::{Correction, InputOptions};
 use crate::input::rate::{
-    Steps, jittering, longest_increase, mean_rate, moved, rate_near, sample_rate,
+    Steps, jittering, longest_increase, mean_rate, median, moved, rate_near, sample_rate,
 };
 use crate::input::smooth::{Smoothed, smoothed};
 use crate::input::table::options::Times;
@@ -554,6 +554,11 @@ impl Rows {
             sample.imu.timestamp = stored;
         }
         self.spool.push(&sample).map_err(Refused::Spool)
+    }
+
+    /// Returns the usual step between rows so far, µs; `None` where it is unknown.
+    pub(super) fn usual_step_us(&self) -> Option<u64> {
+        median(&self.steps.sorted())
     }
 
     /// Time since the first row.

@@ -25,6 +25,7 @@ use crate::hint::{Hint, Notice};
 use crate::input::error::{InputError, MAX_TIME_S, Place, Problem};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::options::InputOptions;
+use crate::input::rate::{PLAUSIBLE_RATES, unit_of_step};
 use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored, finite_load, imu_sample};
 use crate::input::table::header::{Blanks, Layout, NANOSECONDS, shortened, suggestion};
 use crate::input::table::names::{FoundTime, find_time, guess};
@@ -165,17 +166,20 @@ impl<'a> Intake<'a> {
         let Some(index) = self.columns.t else {
             return Ok(None);
         };
+        let known_unit = self.input_options.table.time_unit.or(self.layout.time_unit);
+        let value = || row.optional(index, "t").ok().flatten().unwrap_or_default();
         let column = self.time.get_or_insert_with(|| TimeColumn {
             index,
             nanoseconds: self.columns.nanoseconds,
-            unit: self.input_options.table.time_unit.or(self.layout.time_unit).unwrap_or_else(
-                || {
-                    let value = row.optional(index, "t").ok().flatten();
-                    unit_since_1970(value.unwrap_or_default())
-                },
-            ),
+            unit: known_unit.unwrap_or_else(|| unit_since_1970(value())),
         });
-        column.micros(row).map(Some)
+        let micros = column.micros(row).map_err(|mut error| {
+            if let (Problem::Time { meant, .. }, None) = (&mut error.problem, known_unit) {
+                *meant = unit_of_long_time(value(), self.rows.usual_step_us());
+            }
+            error
+        });
+        micros.map(Some)
     }
 
     /// Returns the recording.
@@ -216,8 +220,20 @@ impl<'a> Intake<'a> {
     }
 }
 
-/// Plausible rates of sensors, Hz.
-const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
+/// Time from which a count of an unknown unit is in ns: in µs it would be more than 46 days.
+const LEAST_NANOSECONDS: f64 = 4.0e12;
+
+/// Returns the unit of a time that is too far from zero in s, by the usual step of the rows, µs if they are in s. Without
+/// it, very large times are in ns.
+fn unit_of_long_time(value: f64, step_us: Option<u64>) -> Option<TimeUnit> {
+    if value.abs() > MAX_TIME_S * TimeUnit::Nanoseconds.per_second() {
+        return None;
+    }
+    match step_us {
+        Some(step_us) => unit_of_step(step_us as f64 / 1.0e6),
+        None => (value.abs() > LEAST_NANOSECONDS).then_some(TimeUnit::Nanoseconds),
+    }
+}
 
 /// Checks the rate of times that were assumed, by their size, to be times since 1970. It is an error if the rate is
 /// plausible only in a smaller unit. A clock that counts from the start of a computer may show similar values.
@@ -520,7 +536,7 @@ impl TimeColumn {
     pub(super) fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
         let no_time = |unit| {
             let text = row.shown(self.index).into_owned();
-            row.error(self.index, "t", Problem::Time { text, unit })
+            row.error(self.index, "t", Problem::Time { text, unit, meant: None })
         };
         if let Some(micros) = row.moment_us(self.index) {
             return match micros.unsigned_abs() {
@@ -931,6 +947,25 @@ mod tests {
         ),
         "{said}"
     );
+    }
+
+    #[test]
+    fn time_beyond_seconds_error_names_the_unit() {
+        for (start, step, unit, option) in [
+            // Steps of rows at 500 Hz, up to a time that is none in s.
+            (0_u64, 2_000_000, "nanoseconds", "ns"),
+            (3_999_900_000, 2_000, "microseconds", "us"),
+            // Ten hours since the start of a computer.
+            (36_000_000_000_000, 1_000_000, "nanoseconds", "ns"),
+        ] {
+            let mut text = "t,ax,ay,az,wx,wy,wz\n".to_owned();
+            for k in 0..3_000 {
+                text += &format!("{},1,2,3,4,5,6\n", start + k * step);
+            }
+            let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
+            let end = format!("column t looks like {unit}, but is read in s: time unit {option}");
+            assert!(said.ends_with(&end), "{said}");
+        }
     }
 
     #[test]

@@ -256,6 +256,17 @@ impl TimeUnit {
         })
     }
 
+    /// Name of the unit in a sentence.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Seconds => "seconds",
+            Self::Milliseconds => "milliseconds",
+            Self::Microseconds => "microseconds",
+            Self::Nanoseconds => "nanoseconds",
+        }
+    }
+
     /// Number of units per second.
     #[must_use]
     pub const fn per_second(self) -> f64 {
