@@ -263,6 +263,8 @@ fn foot_with_custom_id_is_recorded_when_named() {
     let output = bench.run("record file:own.log@max -o none.mcap");
     let said = text(&output.stderr);
     assert_has(&said, "no foot was heard, but node 34 may be one: --node 34");
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(bench.files(), ["own.log"], "no file is left");
     for (option, name) in [("--node 34", "node_34"), ("--names 34=FL", "FL")] {
         let report = bench.stdout(&format!("record file:own.log@max {option} -o {name}.mcap"));
         assert_eq!(count(&report, &format!("/footfall/{name}/contact")), 100, "{report}");
