@@ -13,7 +13,6 @@
 //! | 24 to 43 | commit, 20 bytes |
 //! | 44 to 75 | SHA-256 of the program, followed by bytes 0 to 43 |
 //! | 76 to 139 | Ed25519 signature of bytes 0 to 75 |
-//! | 16 to 19 | sequence: time of the commit, s since 1970. An update never lowers it |
 //! | 508 to 511 | 0xFF in an image; [mark](MARK) of a confirmed program in the running slot |
 //!
 //! Integers are little-endian. The signature covers the hash, and so the program. The hash of a running program is

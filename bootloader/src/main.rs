@@ -24,9 +24,9 @@ fn main() -> ! {
     if note::take_stay() {
         serve(flash, ProgramState::CanRun)
     }
-    clock::hurry();
+    clock::speed_up();
     let settled = settle(&mut flash, KEY);
-    clock::calm();
+    clock::restore_speed();
     match settled {
         Ok(Start::Program) => chip::start_program(),
         Ok(Start::Nothing(why)) => serve(flash, ProgramState::Missing(why)),
@@ -94,7 +94,7 @@ fn serve(flash: ChipFlash, program: ProgramState) -> ! {
             if let Some(serial) = &serial {
                 serial.finish();
             }
-            note::tell(restart);
+            note::write_for(restart);
             cortex_m::peripheral::SCB::sys_reset();
         }
         if is_idle {

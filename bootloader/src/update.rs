@@ -42,7 +42,6 @@ pub enum ProgramState {
 /// # Errors
 /// The flash has failed and takes no record of that. The running slot may hold part of a program, or an
 /// untried one. The next start repeats the steps.
-/// been tried. The next start repeats the steps.
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
     let mut state = State::read(flash);
     let settled = state.tidy(flash).and_then(|()| proceed(&mut state, flash, key));

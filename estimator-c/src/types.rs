@@ -207,9 +207,9 @@ pub struct CEstimate {
     pub timestamp_us: u64,
     /// Probability of stable contact.
     pub stable: f32,
-    /// Its part along the ground.
+    /// Probability of no motion along the ground.
     pub tangential: f32,
-    /// Its part across the ground.
+    /// Probability of no lifting and no tilting.
     pub vertical: f32,
     /// Probability of each axis: ax, ay, az, wx, wy, wz.
     pub axes: [f32; 6],

@@ -27,6 +27,7 @@ use estimator_core::{
 use lsm6dsox::scale::{DEGREE, FullScale, STANDARD_GRAVITY};
 use storage::{Erase, Origin, StoreFailed};
 use wire::dictionary::{self, Concern};
+use wire::foot::cob_id;
 use wire::node::{BootCause, Calibration, Crash, NmtState, Program};
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadInput, LoadSource, UartStreams, WINDOW_CAPACITY};
@@ -135,7 +136,7 @@ pub struct Foot {
     /// Request that needs a response, deferred until the estimate is sent.
     deferred: Option<Input>,
     /// Requester of the store that is pending, if one is.
-    pending_store: Option<Requester>,
+    waiting_requester: Option<Requester>,
     /// Number of stores that are possible now, at most [`STORES_AT_ONCE`].
     stores_left: u8,
     /// Request to the board that waits for room in the queue.
@@ -208,6 +209,7 @@ enum Level {
 impl Foot {
     /// Creates a foot, which reports its boot on the first tick.
     ///
+    /// # Errors
     /// The parameters are inconsistent. Checked [`Settings`] exclude that.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
         let config = settings.params().validate_for()?;
@@ -251,7 +253,7 @@ impl Foot {
             ticks: 0,
             tick_us: TICK_US,
             deferred: None,
-            pending_store: None,
+            waiting_requester: None,
             stores_left: 0,
             pending_request: None,
             sound_ticks: 0,
@@ -500,7 +502,7 @@ impl Foot {
             Input::CanLost(count) => self.count_lost_can(*count, ports),
             Input::Bus(state) => self.take_bus_state(*state, ports),
             Input::Stored(result) => self.finish_settings(*result, ports),
-            Input::Protected(result) => self.finish_store(*result, ports),
+            Input::Completed(result) => self.finish_request(*result, ports),
         }
     }
 
@@ -521,15 +523,17 @@ impl Foot {
                 }
             }
             Event::Store | Event::Restore if self.stores_left == 0 => {
-                self.answer_store(requester, Err(AbortCode::TooSoon), ports);
+                self.answer_request(requester, Err(AbortCode::TooSoon), ports);
             }
             Event::Store => {
-                let request = Request::Store(self.settings().clone(), self.erase());
-                self.store(requester, request, ports);
+                let request = Request::Store(self.settings().clone(), self.erase_permission());
+                self.pass_on(requester, request, ports);
             }
-            Event::Restore => self.store(requester, Request::Restore(self.erase()), ports),
-            Event::ProtectSupply => self.store(requester, Request::ProtectSupply, ports),
-            Event::ConfirmProgram => self.store(requester, Request::ConfirmProgram, ports),
+            Event::Restore => {
+                self.pass_on(requester, Request::Restore(self.erase_permission()), ports)
+            }
+            Event::ProtectSupply => self.pass_on(requester, Request::ProtectSupply, ports),
+            Event::ConfirmProgram => self.pass_on(requester, Request::ConfirmProgram, ports),
             Event::StopProgram => self.pending_request = Some(Request::StopProgram),
             Event::ResetNode => self.pending_request = Some(Request::Reset),
             // A reset of the node includes a reset of the communication.
@@ -544,16 +548,16 @@ impl Foot {
     }
 
     /// Passes a request to the board for `requester`, who waits for its result. There is one such request at a time.
-    fn store(&mut self, requester: Requester, request: Request, ports: &Ports<impl Mailboxes>) {
-        if self.pending_store.is_none() && ports.request(request) {
-            self.pending_store = Some(requester);
+    fn pass_on(&mut self, requester: Requester, request: Request, ports: &Ports<impl Mailboxes>) {
+        if self.waiting_requester.is_none() && ports.request(request) {
+            self.waiting_requester = Some(requester);
         } else {
-            self.answer_store(requester, Err(AbortCode::Hardware), ports);
+            self.answer_request(requester, Err(AbortCode::Hardware), ports);
         }
     }
 
     /// Returns whether a store may erase. An erase would interrupt process data, so only a foot that sends none may.
-    fn erase(&self) -> Erase {
+    fn erase_permission(&self) -> Erase {
         if self.node.state() == NmtState::Operational { Erase::Refused } else { Erase::Allowed }
     }
 
@@ -580,17 +584,17 @@ impl Foot {
             Err(StoreFailed::NeedsErase) => {}
             Err(error) => self.raise(Fault::ConfigStore, error as u32, ports),
         }
-        self.finish_store(result, ports);
+        self.finish_request(result, ports);
     }
 
     /// Sends the response of a request once the board has reported its result.
-    fn finish_store(&mut self, result: Result<(), StoreFailed>, ports: &Ports<impl Mailboxes>) {
-        if let Some(requester) = self.pending_store.take() {
-            self.answer_store(requester, result.map_err(StoreFailed::abort_code), ports);
+    fn finish_request(&mut self, result: Result<(), StoreFailed>, ports: &Ports<impl Mailboxes>) {
+        if let Some(requester) = self.waiting_requester.take() {
+            self.answer_request(requester, result.map_err(StoreFailed::abort_code), ports);
         }
     }
 
-    fn answer_store(
+    fn answer_request(
         &mut self,
         requester: Requester,
         result: Result<(), AbortCode>,
@@ -947,13 +951,13 @@ impl Foot {
     }
 }
 
-/// Lane of a frame. Process data are a stream, except the contact, which goes before them. Emergencies (0x080) and
-/// heartbeats (0x700) are not process data.
+/// Lane of a frame. Process data are a stream, except the contact, which goes before them. Emergencies and heartbeats are
+/// not process data.
 const fn lane_of(frame: &CanFrame) -> Lane {
     const CONTACT: u16 = Pdo::Contact.base();
-    match frame.id() & 0x780 {
+    match cob_id::split(frame.id()).0 {
         CONTACT => Lane::Estimate,
-        0x080 | 0x700 => Lane::Notice,
+        cob_id::EMERGENCY | cob_id::HEARTBEAT => Lane::Notice,
         _ => Lane::Stream,
     }
 }

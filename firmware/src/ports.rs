@@ -21,7 +21,7 @@ use wire::foot::cob_id;
 use wire::uart::{self, ConfigGet, ConfigSet, Encoded, Message, NmtRequest};
 use wire::{CanFrame, Settings};
 
-use crate::supervision::{Costs, Light, Liveness};
+use crate::supervision::{CostMeter, Light, Liveness};
 
 /// Queue with room for one contact, which the next one replaces. So a contact is never older than a tick when it is
 /// sent.
@@ -39,7 +39,7 @@ pub struct Ports<M = NoMailboxes> {
     /// Tasks that have reported since the watchdog was last fed.
     pub liveness: Liveness,
     /// Costs of the program so far.
-    pub costs: Costs,
+    pub costs: CostMeter,
     /// State that the LED shows.
     pub light: Light,
     /// Whether a request has come over the UART since the start.
@@ -89,7 +89,7 @@ impl<M> Ports<M> {
             requests: Channel::new(),
             reloaded: Channel::new(),
             liveness: Liveness::new(),
-            costs: Costs::new(),
+            costs: CostMeter::new(),
             light: Light::new(),
             has_had_request: AtomicBool::new(false),
         }
@@ -211,9 +211,6 @@ impl<M: Mailboxes> Ports<M> {
     }
 }
 
-/// Bits of an identifier that hold the node id.
-const NODE_ID_BITS: u16 = 0x7F;
-
 /// Input to the foot, handled on its next tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
@@ -237,7 +234,7 @@ pub enum Input {
     /// The result of [`Request::Store`] or [`Request::Restore`].
     Stored(Result<(), StoreFailed>),
     /// The result of [`Request::ProtectSupply`] or [`Request::ConfirmProgram`].
-    Protected(Result<(), StoreFailed>),
+    Completed(Result<(), StoreFailed>),
 }
 
 impl Input {
@@ -246,7 +243,7 @@ impl Input {
     #[must_use]
     pub fn needs_answer(&self) -> bool {
         match self {
-            Self::Can(frame, _) => frame.id() & !NODE_ID_BITS == cob_id::SDO_REQUEST,
+            Self::Can(frame, _) => cob_id::split(frame.id()).0 == cob_id::SDO_REQUEST,
             Self::Uart(request) => !matches!(request, UartRequest::Nmt(_)),
             _ => false,
         }
@@ -296,9 +293,9 @@ pub enum Request {
     Store(Settings, Erase),
     /// Delete the stored settings, then [`put`](Ports::put) an [`Input::Stored`].
     Restore(Erase),
-    /// Set the highest brown-out level and protect the bootloader, then [`put`](Ports::put) an [`Input::Protected`].
+    /// Set the highest brown-out level and protect the bootloader, then [`put`](Ports::put) an [`Input::Completed`].
     ProtectSupply,
-    /// Confirm the running program, if it is new, then [`put`](Ports::put) an [`Input::Protected`].
+    /// Confirm the running program, if it is new, then [`put`](Ports::put) an [`Input::Completed`].
     ConfirmProgram,
     /// Restart into the bootloader once the answers to requests have been sent.
     StopProgram,

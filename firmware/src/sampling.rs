@@ -324,8 +324,9 @@ pub struct Sensor<BUS> {
     misreads: u32,
     /// Speed of the bus.
     speed: BusSpeed,
-    /// Errors of the bus that count for its speed, and [`Watch::turn`] of the last one.
+    /// Errors of the bus that count for its speed.
     bus_errors: u32,
+    /// [`Watch::turn`] of the last of them.
     error_turn: usize,
     /// Fault of the register that was read back after the previous sample.
     found: Option<SensorFault>,

@@ -3,7 +3,7 @@
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, Ordering};
 
-use wire::node::Crash;
+use wire::node::{Costs, Crash};
 use wire::{Fault, Faults, Stage};
 
 /// Part of the program that must be alive for the watchdog to be fed.
@@ -139,9 +139,9 @@ pub enum Cost {
 
 /// Largest value of each cost since the start.
 #[derive(Debug, Default)]
-pub struct Costs([AtomicU16; 3]);
+pub struct CostMeter([AtomicU16; 3]);
 
-impl Costs {
+impl CostMeter {
     pub(crate) const fn new() -> Self {
         Self([const { AtomicU16::new(0) }; 3])
     }
@@ -156,9 +156,11 @@ impl Costs {
         }
     }
 
-    /// Largest values so far, in the order of [`Cost`].
-    pub fn largest(&self) -> [u16; 3] {
-        self.0.each_ref().map(|value| value.load(Ordering::Relaxed))
+    /// Largest values so far.
+    pub fn largest(&self) -> Costs {
+        let [mailbox_us, work_us, stack_bytes] =
+            self.0.each_ref().map(|value| value.load(Ordering::Relaxed));
+        Costs { mailbox_us, work_us, stack_bytes }
     }
 }
 
@@ -364,7 +366,7 @@ mod tests {
 
     #[test]
     fn costs_keep_their_largest_value() {
-        let costs = Costs::new();
+        let costs = CostMeter::new();
         for (cost, value) in [
             (Cost::Mailbox, 75),
             (Cost::Mailbox, 74),
@@ -374,7 +376,8 @@ mod tests {
         ] {
             costs.take(cost, value);
         }
-        assert_eq!(costs.largest(), [75, 121, u16::MAX]);
+        let largest = Costs { mailbox_us: 75, work_us: 121, stack_bytes: u16::MAX };
+        assert_eq!(costs.largest(), largest);
     }
 
     #[test]

@@ -52,8 +52,8 @@ where
                 let restored = storage.restore(erase);
                 ports.put(Input::Stored(restored)).await;
             }
-            Request::ProtectSupply => ports.put(Input::Protected(board.protect())).await,
-            Request::ConfirmProgram => ports.put(Input::Protected(board.confirm_program())).await,
+            Request::ProtectSupply => ports.put(Input::Completed(board.protect())).await,
+            Request::ConfirmProgram => ports.put(Input::Completed(board.confirm_program())).await,
             Request::StopProgram => {
                 delay.delay_ms(ANSWERING_MS).await;
                 board.start_bootloader();
@@ -223,7 +223,7 @@ mod tests {
             }
         });
         assert_eq!(board.fed.get(), 20);
-        assert_eq!(ports.costs.largest(), [0, 0, 20]);
+        assert_eq!(ports.costs.largest().stack_bytes, 20);
     }
 
     #[test]

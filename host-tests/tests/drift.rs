@@ -125,12 +125,12 @@ fn turned_over(walk: &Recording, times: &[f64]) -> Recording {
 /// Largest distance of the estimated bias from `bias`, °/s, after a time, s.
 fn farthest_from(bias: Vec3, recording: &Recording, from_s: f64) -> f32 {
     let (rate, gravity) = (recording.sample_rate, recording.gravity);
-    let mut replay = Estimator::new(rate, gravity, &Params::DEFAULT).expect("the preset");
+    let mut estimator = Estimator::new(rate, gravity, &Params::DEFAULT).expect("the preset");
     let mut farthest = 0.0_f32;
     for sample in &recording.samples {
-        replay.update(sample);
+        estimator.update(sample);
         if sample.time_s() > from_s {
-            let estimated = replay.gyro_bias().expect("it stood").0;
+            let estimated = estimator.gyro_bias().expect("it stood").0;
             farthest = farthest.max((estimated - bias).length());
         }
     }

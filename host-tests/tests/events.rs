@@ -28,12 +28,12 @@ fn events(recording: &Recording) -> Vec<ContactEvent> {
 }
 
 fn events_with(params: &Params, recording: &Recording) -> Vec<ContactEvent> {
-    let mut replay =
+    let mut estimator =
         Estimator::new(recording.sample_rate, recording.gravity, params).expect("the preset");
     let mut events = Events::default();
     let mut found = Vec::new();
     for sample in &recording.samples {
-        events.add(&replay.update(sample));
+        events.add(&estimator.update(sample));
         found.extend(std::iter::from_fn(|| events.pop()));
     }
     found.extend(events.finish());

@@ -2,7 +2,7 @@
 //! limits.
 
 use feet::decode::remedy::Trouble;
-use feet::foot::accept::Limit;
+use feet::foot::accept::LimitedQuantity;
 use feet::foot::accept::figure::LIMITS;
 use host_tests::committed::assert_block;
 use results::tables::origin;
@@ -65,7 +65,7 @@ fn the_document_lists_every_limit_of_an_acceptance() {
         "| step | quantity | unit | limits | virtual board | limits from |\n|---|---|---|---|---|---|\n",
     );
     for limit in LIMITS {
-        let Limit { step, name, unit, source, .. } = limit;
+        let LimitedQuantity { step, name, unit, source, .. } = limit;
         let (step, range) = (step.name(), limit.range());
         let is_this = |row: &&Figures| {
             row.text("step").ok() == Some(step) && row.text("quantity").ok() == Some(name)

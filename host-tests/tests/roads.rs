@@ -97,7 +97,7 @@ fn read(path: &Path, input_options: &InputOptions) -> Vec<Foot> {
     let feet = opened.store_all(input_options).unwrap_or_else(|error| panic!("{error}"));
     let foot = |mut stored: recordings::input::Stored| {
         let rate = stored.about.sample_rate;
-        let mut replay =
+        let mut estimator =
             Estimator::new(rate, stored.about.gravity, &Params::DEFAULT).expect("valid");
         let samples: Vec<_> = stored
             .samples()
@@ -106,7 +106,7 @@ fn read(path: &Path, input_options: &InputOptions) -> Vec<Foot> {
             .collect();
         Foot {
             name: stored.about.foot.clone(),
-            estimates: samples.iter().map(|sample| replay.update(sample)).collect(),
+            estimates: samples.iter().map(|sample| estimator.update(sample)).collect(),
             samples,
         }
     };

@@ -211,6 +211,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
 
     /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
     ///
+    /// # Errors
     /// Errors of the bus and the registers. A part that fails its limits is a result, not an error.
     ///
     /// After an error the part may be under a test signal, so samples are unavailable until [`init`](Self::init) has

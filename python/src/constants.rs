@@ -56,7 +56,7 @@ pub(crate) fn p_stable<'py>(
     }
     let params = Params { constants, ..Params::DEFAULT };
     let gravity = if gravity_removed { Gravity::Removed } else { Gravity::Included };
-    let mut replay = Estimator::new(rate, gravity, &params).map_err(value_error)?;
+    let mut estimator = Estimator::new(rate, gravity, &params).map_err(value_error)?;
     let (acc, gyr) = (acc.as_array(), gyr.as_array());
     let vector = |row: &[f32]| match *row {
         [x, y, z] => Ok(Vec3::new(x, y, z)),
@@ -74,7 +74,7 @@ pub(crate) fn p_stable<'py>(
             load: None,
             label: None,
         };
-        Ok(replay.update(&sample).probabilities.stable)
+        Ok(estimator.update(&sample).probabilities.stable)
     });
     Ok(p.collect::<PyResult<Vec<f32>>>()?.into_pyarray(py))
 }

@@ -65,22 +65,22 @@ pub(crate) fn run(
     params: &Params,
     origin: Origin,
 ) -> Result<Estimated, Failure> {
-    let mut replay = Estimator::new(about.sample_rate, about.gravity, params)?;
+    let mut estimator = Estimator::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity);
     let mut columns = EstimateColumns::with_capacity(about.samples);
     let mut events = Events::default();
     let mut first_gyro_bias = None;
     for sample in samples {
         let sample = sample?;
-        let estimate = replay.update(&sample);
-        first_gyro_bias = first_gyro_bias.or_else(|| replay.gyro_bias());
+        let estimate = estimator.update(&sample);
+        first_gyro_bias = first_gyro_bias.or_else(|| estimator.gyro_bias());
         check.add(&sample);
         events.add(&estimate);
         columns.push(&estimate, about.start_us);
     }
     let findings = check.findings().into_iter();
     let findings = findings.map(|finding| finding.with_mounting(&about.correction.mounting));
-    let learnt = replay.learnt();
+    let learnt = estimator.learnt();
     let edge = match params.method {
         Method::SelfCalibrating => learnt.edge(&params.constants),
         Method::HalfWidths => f32::NAN,

@@ -25,7 +25,7 @@ pub(crate) struct Estimator {
 /// State that changes with each sample.
 #[derive(Clone)]
 struct State {
-    replay: estimate::Estimator,
+    estimator: estimate::Estimator,
     events: Events,
     /// Time of the first sample on the caller's clock, µs.
     start_us: Option<i64>,
@@ -53,10 +53,10 @@ impl Estimator {
         let settings = settings.read()?.of_unnamed_foot()?;
         let rate = settings.input_options.sample_rate;
         let rate = rate.ok_or_else(|| value_error("give the sample rate in Hz as rate"))?;
-        let replay = estimate::Estimator::new(rate, settings.gravity(), &settings.params());
-        let replay = replay.map_err(|error| value_error(format!("parameter {error}")))?;
+        let estimator = estimate::Estimator::new(rate, settings.gravity(), &settings.params());
+        let estimator = estimator.map_err(|error| value_error(format!("parameter {error}")))?;
         let state = State {
-            replay,
+            estimator,
             events: Events::default(),
             start_us: None,
             newest_us: 0,
@@ -103,7 +103,7 @@ impl Estimator {
             load: load.and_then(finite_load),
             label: None,
         };
-        let estimate = self.state.replay.update(&sample);
+        let estimate = self.state.estimator.update(&sample);
         self.state.events.add(&estimate);
         Ok(row(&estimate, now_us))
     }
@@ -126,13 +126,13 @@ impl Estimator {
 
     /// Bias of the gyroscope at the newest sample, rad/s.
     fn gyro_bias(&self) -> Option<(f32, f32, f32)> {
-        let AngularRate(Vec3 { x, y, z }) = self.state.replay.gyro_bias()?;
+        let AngularRate(Vec3 { x, y, z }) = self.state.estimator.gyro_bias()?;
         Some((x, y, z))
     }
 
     /// State learnt from all samples.
     fn learnt(&self) -> Vec<f32> {
-        self.state.replay.learnt().to_array().to_vec()
+        self.state.estimator.learnt().to_array().to_vec()
     }
 }
 

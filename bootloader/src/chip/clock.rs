@@ -54,12 +54,12 @@ fn start_crystal() -> bool {
 }
 
 /// Runs the processor at 80 MHz from the internal oscillator, so that hashing a program takes a fifth of the time.
-pub fn hurry() {
+pub fn speed_up() {
     start_pll(Pllsrc::HSI, crystal::HSI_MHZ);
 }
 
-/// Undoes [`hurry`], so that a program finds the clocks as after a reset.
-pub fn calm() {
+/// Undoes [`speed_up`], so that a program finds the clocks as after a reset.
+pub fn restore_speed() {
     RCC.cfgr().modify(|w| w.set_sw(Sw::HSI));
     while RCC.cfgr().read().sws() != Sw::HSI {}
     RCC.cr().modify(|w| w.set_pllon(false));

@@ -17,7 +17,7 @@ pub fn take_stay() -> bool {
 
 /// Leaves a note for the program with the reason of its start. A note that no program has taken is lost at the next
 /// restart.
-pub fn tell(restart: Restart) {
+pub fn write_for(restart: Restart) {
     write(match restart {
         Restart::AfterSilence => RESUME,
         Restart::ByMaster => [0; 2],

@@ -172,7 +172,7 @@ impl SimulatedFoot {
             Request::StopProgram => {}
             // The highest brown-out level is set from the start.
             Request::ProtectSupply | Request::ConfirmProgram => {
-                ports.try_put(Input::Protected(Ok(())));
+                ports.try_put(Input::Completed(Ok(())));
             }
             Request::Reload => {
                 let (settings, origin) = self.storage.load();

@@ -94,16 +94,17 @@ const LIBRARIES: [Library<'_>; 17] = [
 
 /// Functions of C to which the compiler generates calls, the last one on macOS. Those of its own library begin with
 /// `__`.
-const OF_C: [&str; 6] = ["memcpy", "memmove", "memset", "memcmp", "sqrtf", "memset_pattern16"];
+const C_FUNCTIONS: [&str; 6] =
+    ["memcpy", "memmove", "memset", "memcmp", "sqrtf", "memset_pattern16"];
 
 /// Prefixes of the compiler's functions of double precision, and of their callers. They take kilobytes on a processor
 /// without floating point.
-const OF_DOUBLES: [&str; 6] =
+const DOUBLE_PRECISION_PREFIXES: [&str; 6] =
     ["__aeabi_d", "__aeabi_f2d", "__aeabi_l2f", "__aeabi_ul2f", "__floatdisf", "__floatundisf"];
 
 /// Symbols that are not functions: of the linker, for position-independent code on an i386; of Visual C++, for a
 /// program with floating point.
-const MARKS: [&str; 2] = ["_GLOBAL_OFFSET_TABLE_", "_fltused"];
+const DATA_SYMBOLS: [&str; 2] = ["_GLOBAL_OFFSET_TABLE_", "_fltused"];
 
 /// Files of the repository, and where they are in the archive.
 const FILES: [(&str, &str); 6] = [
@@ -270,16 +271,16 @@ fn check_symbols(object: &[u8]) -> Result<()> {
             _ => name,
         };
         let known = if symbol.is_undefined() {
-            name.is_empty() || name.starts_with("__") || OF_C.contains(&name)
+            name.is_empty() || name.starts_with("__") || C_FUNCTIONS.contains(&name)
         } else {
             // On Windows constants have names by their value, of which the linker keeps one each.
             let is_constant = name.starts_with("__real@") || name.starts_with("__xmm@");
             !symbol.is_global() || name.starts_with("footfall_") || is_constant
         };
-        if !known && !MARKS.contains(&name) {
+        if !known && !DATA_SYMBOLS.contains(&name) {
             bail!("unexpected symbol {name}");
         }
-        if OF_DOUBLES.iter().any(|beginning| name.starts_with(beginning)) {
+        if DOUBLE_PRECISION_PREFIXES.iter().any(|beginning| name.starts_with(beginning)) {
             bail!("{name} brings functions of double precision");
         }
     }

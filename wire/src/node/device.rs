@@ -6,7 +6,7 @@ use estimator_core::params::Method;
 use estimator_core::{ContactEstimate, Learning, Learnt, Timestamp, VelocitySigma};
 use heapless::Deque;
 
-use super::event::{Calibration, CalibrationState, Crash, Event, Program};
+use super::event::{Calibration, CalibrationState, Costs, Crash, Event, Program};
 use crate::abort::AbortCode;
 use crate::board::{Counter, Counters, Stage};
 use crate::dictionary::{
@@ -43,7 +43,7 @@ pub(super) struct Device {
     /// Values learnt by the estimator.
     pub(super) learnt: Learnt,
     /// Largest costs so far.
-    pub(super) costs: [u16; 3],
+    pub(super) costs: Costs,
     /// Period of the ticks, µs.
     pub(super) tick_us: u16,
     pub(super) load: Option<Load>,
@@ -77,7 +77,13 @@ impl Device {
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
-            index::COSTS => u32::from(*self.costs.get(part?).unwrap_or(&self.tick_us)),
+            index::COSTS => u32::from(match address.subindex {
+                1 => self.costs.mailbox_us,
+                2 => self.costs.work_us,
+                3 => self.costs.stack_bytes,
+                4 => self.tick_us,
+                _ => return None,
+            }),
             index::SETTINGS_HASH => self.settings.hash(),
             index::PROGRAM_ID => match address.subindex {
                 1 => self.program.identification,

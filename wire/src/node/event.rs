@@ -138,3 +138,14 @@ pub struct Program {
     /// Object 0x1F57: the reason why the last update failed; 0 if it succeeded.
     pub flash_status: u32,
 }
+
+/// Largest costs of the running program so far, measured by the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Costs {
+    /// Time from the data-ready edge to the contact in its mailbox, µs.
+    pub mailbox_us: u16,
+    /// Time from the data-ready edge to the end of the tick's work, µs.
+    pub work_us: u16,
+    /// Depth of the stack, bytes.
+    pub stack_bytes: u16,
+}

@@ -42,7 +42,7 @@ use crate::sdo::{self, Objects, SdoServer};
 use crate::settings::{LoadSource, Settings, Trigger};
 use crate::value::Value;
 
-pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome, Program};
+pub use event::{BootCause, Calibration, CalibrationState, Costs, Crash, Event, Outcome, Program};
 
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand, NmtState};
@@ -117,7 +117,7 @@ impl Node {
                 brown_out_level: 0,
                 program: Program::default(),
                 learnt: Learnt::default(),
-                costs: [0; 3],
+                costs: Costs::default(),
                 tick_us: 0,
                 load: None,
                 load_age: 0,
@@ -250,9 +250,8 @@ impl Node {
         self.device.learnt = learnt;
     }
 
-    /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the
-    /// stack, bytes. Call it before a request is handled.
-    pub const fn set_costs(&mut self, costs: [u16; 3]) {
+    /// Publishes the largest costs so far. Call it before a request is handled.
+    pub const fn set_costs(&mut self, costs: Costs) {
         self.device.costs = costs;
     }
 

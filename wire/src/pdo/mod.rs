@@ -25,7 +25,7 @@ pub use quantity::{
 };
 pub use time::{LongTime, ShortTime, TIME_STEP_US, Unwrapper};
 
-use crate::foot::NodeId;
+use crate::foot::{NodeId, cob_id};
 
 /// Defines the enumeration and the properties of each frame, from one row per frame: its name, function code,
 /// period in ms, rows, title and comment.
@@ -130,9 +130,9 @@ impl Pdo {
     /// Frame and node with the identifier `id`.
     #[must_use]
     pub fn from_cob_id(id: u16) -> Option<(Self, NodeId)> {
-        let node = NodeId::new((id & 0x7F) as u8)?;
-        let pdo = Self::ALL.into_iter().find(|pdo| pdo.cob_id(node) == id)?;
-        Some((pdo, node))
+        let (function, node) = cob_id::split(id);
+        let pdo = Self::ALL.into_iter().find(|pdo| pdo.base() == function)?;
+        Some((pdo, node?))
     }
 
     /// Signals of the frame as a DBC describes them, each with the row that it belongs to.

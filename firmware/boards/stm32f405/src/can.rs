@@ -217,7 +217,7 @@ impl Mailboxes for Can1Mailboxes {
     /// kept.
     fn try_send(&self, frame: &CanFrame) -> bool {
         const CONTACT: u16 = Pdo::Contact.base();
-        const FUNCTION: u16 = 0x780;
+        let (function, node) = cob_id::split(frame.id());
         let status = CAN1.tsr().read();
         let mut empty = None;
         let mut room = 0;
@@ -229,13 +229,13 @@ impl Mailboxes for Can1Mailboxes {
                 return false;
             }
         }
-        let needed = if frame.id() & FUNCTION == CONTACT { 1 } else { 2 };
+        let needed = if function == CONTACT { 1 } else { 2 };
         let Some(mailbox) = empty.filter(|_| room >= needed) else {
             return false;
         };
-        if frame.id() & FUNCTION == cob_id::HEARTBEAT {
+        if let (cob_id::HEARTBEAT, Some(node)) = (function, node) {
             // A master may answer the boot-up message of a new id at once.
-            listen_as((frame.id() & !FUNCTION) as u8);
+            listen_as(node.get());
         }
         let mut bytes = [0; 8];
         for (to, from) in bytes.iter_mut().zip(frame.data()) {
@@ -257,13 +257,13 @@ impl Mailboxes for Can1Mailboxes {
     }
 }
 
-/// Time from the data-ready edge to the contact's mailbox, µs; 0 if there was no contact since [`forget_to_mailbox`].
-pub fn to_mailbox() -> u32 {
+/// Time from the data-ready edge to the contact's mailbox, µs; 0 if there was no contact since [`clear_mailbox_latency`].
+pub fn mailbox_latency_us() -> u32 {
     TO_MAILBOX.load(Ordering::Relaxed)
 }
 
-/// Forgets the time to the mailbox, as at the start of a tick.
-pub fn forget_to_mailbox() {
+/// Clears the time to the mailbox, as at the start of a tick.
+pub fn clear_mailbox_latency() {
     TO_MAILBOX.store(0, Ordering::Relaxed);
 }
 

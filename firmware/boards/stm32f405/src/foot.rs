@@ -208,7 +208,7 @@ impl Board for Stm32f405 {
 
     fn begin_tick(&self) {
         // The cost of the board does not include a contact that has waited for the bus since an earlier tick.
-        can::forget_to_mailbox();
+        can::clear_mailbox_latency();
     }
 
     fn end_tick(&self) {
@@ -228,7 +228,7 @@ impl Board for Stm32f405 {
     }
 
     fn micros_to_mailbox(&self) -> u32 {
-        can::to_mailbox()
+        can::mailbox_latency_us()
     }
 
     fn micros_since_edge(&self, _: &Tick) -> u32 {

@@ -24,9 +24,6 @@ const LONGEST_WAIT_US: u64 = 20_000;
 /// Longest time from the first faults of a foot to its boot-up, µs.
 const AT_START_US: u64 = 20_000;
 
-/// Mask of the node id in an identifier.
-const NODE_ID_BITS: u16 = 0x7F;
-
 /// Source of a message.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FootKey {
@@ -305,8 +302,9 @@ impl Default for Listener {
 #[must_use]
 pub fn body_of(frame: &CanFrame) -> Option<(NodeId, MessageBody)> {
     let id = frame.id();
-    let node = NodeId::new((id & NODE_ID_BITS) as u8)?;
-    let body = match id & !NODE_ID_BITS {
+    let (function, node) = cob_id::split(id);
+    let node = node?;
+    let body = match function {
         cob_id::EMERGENCY => MessageBody::Emergency(Emergency::decode(frame.data8()?)),
         cob_id::HEARTBEAT => match frame.data() {
             [0] => MessageBody::BootUp(Faults::NONE),

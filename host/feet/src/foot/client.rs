@@ -76,9 +76,8 @@ pub struct Client {
     clock_us: Option<u64>,
     /// Number of restarts of the foot since its first message.
     pub(super) starts: u32,
-    /// Nodes that have started, and the number of them that were taken.
+    /// Nodes that have started since the last [`Self::take_booted`].
     booted: Vec<NodeId>,
-    taken: usize,
 }
 
 impl Client {
@@ -120,7 +119,6 @@ impl Client {
             clock_us: None,
             starts: 0,
             booted: Vec::new(),
-            taken: 0,
         })
     }
 
@@ -313,7 +311,7 @@ impl Client {
     ///
     /// # Errors
     /// Those of [`Self::restart`].
-    pub fn start_again(&mut self) -> Result<(), RequestError> {
+    pub fn restart_streaming(&mut self) -> Result<(), RequestError> {
         self.reset(None)?;
         self.bring_to(NmtState::Operational)
     }
@@ -363,7 +361,7 @@ impl Client {
             }
             for other in booted {
                 if let Some(serial) = serial
-                    && self.is_now(other, serial)?
+                    && self.follow_if_serial_matches(other, serial)?
                 {
                     return Ok(true);
                 }
@@ -373,7 +371,11 @@ impl Client {
     }
 
     /// Returns whether the node has this serial number; if so, the client follows it.
-    pub(super) fn is_now(&mut self, node: NodeId, serial: u32) -> Result<bool, RequestError> {
+    pub(super) fn follow_if_serial_matches(
+        &mut self,
+        node: NodeId,
+        serial: u32,
+    ) -> Result<bool, RequestError> {
         let Some(own) = self.node() else {
             return Ok(false);
         };
@@ -414,7 +416,7 @@ impl Client {
     ///
     /// # Errors
     /// There is no response, or several boards have the same id.
-    pub fn is_alone(&mut self) -> Result<(), RequestError> {
+    pub fn check_alone(&mut self) -> Result<(), RequestError> {
         let Some(node) = self.node else {
             return self.serial_number().map(|_| ());
         };
@@ -437,7 +439,7 @@ impl Client {
     ///
     /// # Errors
     /// Another board has the id.
-    pub(super) fn is_free(&mut self, node: NodeId) -> Result<(), RequestError> {
+    pub(super) fn check_free(&mut self, node: NodeId) -> Result<(), RequestError> {
         if self.node().is_none_or(|own| own == node) {
             return Ok(());
         }
@@ -597,17 +599,7 @@ impl Client {
 
     /// Returns the ids of the nodes that have started since the last call.
     pub(super) fn take_booted(&mut self) -> Vec<NodeId> {
-        let new = self.booted.get(self.taken..).unwrap_or_default().to_vec();
-        self.taken = self.booted.len();
-        new
-    }
-
-    /// Number of starts of the foot since its first message.
-    pub(super) fn starts_of_foot(&self) -> usize {
-        match self.node {
-            Some(node) => self.booted.iter().filter(|booted| **booted == node).count(),
-            None => self.starts as usize,
-        }
+        std::mem::take(&mut self.booted)
     }
 
     /// Returns the emergencies of the foot since the last call, newest first.

@@ -65,7 +65,7 @@ impl SelfTestError {
 /// # Errors
 /// The self-test has no result.
 pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
-    client.is_alone()?;
+    client.check_alone()?;
     let before = client.state()?;
     client.reset(None)?;
     let was_on = client.read_number(index::SELF_TEST, 0)? != 0;

@@ -236,7 +236,7 @@ fn node_of(settings: &SettingValues) -> Option<NodeId> {
 /// Another board has the new id of the foot, or the foot refuses the request, does not respond or has restarted.
 fn store_these(client: &mut Client, settings: &SettingValues) -> Result<(), RequestError> {
     if let Some(node) = node_of(settings) {
-        client.is_free(node)?;
+        client.check_free(node)?;
     }
     client.store()?;
     if differences(settings, &read(client)?).is_empty() {
@@ -260,7 +260,7 @@ pub fn store(client: &mut Client) -> Result<(), RequestError> {
 /// Another board has the id of that foot, or the foot refuses the request or does not restart.
 pub fn restore(client: &mut Client) -> Result<(), RequestError> {
     let node = Foot::default().default_node_id();
-    client.is_free(node)?;
+    client.check_free(node)?;
     while_paused(client, Client::restore)?;
     client.restart(Some(node))
 }
@@ -314,7 +314,7 @@ pub fn write(
 /// # Errors
 /// Several boards respond as this foot, or it does not report its state.
 fn pause(client: &mut Client) -> Result<NmtState, RequestError> {
-    client.is_alone()?;
+    client.check_alone()?;
     let before = client.state()?;
     client.command(NmtCommand::EnterPreOperational)?;
     Ok(before)
@@ -442,9 +442,9 @@ fn put_back(
 /// # Errors
 /// Another board has this id, or the board does not accept the settings.
 pub fn set_position(client: &mut Client, foot: Foot) -> Result<(), SettingsError> {
-    client.is_alone()?;
+    client.check_alone()?;
     let node = foot.default_node_id();
-    client.is_free(node)?;
+    client.check_free(node)?;
     let values = SettingValues::from([
         (Address::new(index::FOOT, 0), Value::U8(foot.code())),
         // 0: the default id of the position.

@@ -166,12 +166,12 @@ struct Installed {
     /// Its node id; `None` on a serial line.
     node: Option<NodeId>,
     /// Number of its starts until now.
-    starts: usize,
+    starts: u32,
 }
 
 impl Installed {
     fn new(client: &Client, updated: Updated) -> Self {
-        Self { updated, node: client.node(), starts: client.starts_of_foot() }
+        Self { updated, node: client.node(), starts: client.starts }
     }
 }
 
@@ -208,7 +208,7 @@ fn install(
     report: &mut dyn FnMut(&str, UpdateStage),
 ) -> Result<Installed, UpdateError> {
     let foot = client.foot();
-    client.is_alone()?;
+    client.check_alone()?;
     let serial = client.serial_number()?;
     let runs = runs(client)?;
     let before = program(client, runs).map_err(|error| match error {
@@ -324,7 +324,7 @@ fn confirm(client: &mut Client, foot: Installed, image: &Image) -> Result<Update
     }
     let found = identification(client)?;
     is_sent(client, image, found)?;
-    if client.starts_of_foot() != foot.starts {
+    if client.starts != foot.starts {
         return Err(UpdateError::StartedAgain(foot.updated.foot));
     }
     // Changes nothing if the program has confirmed itself, and is refused if it could not.
@@ -425,7 +425,7 @@ fn wait_for(
     while clock.now() < end {
         client.wait(LOOK)?;
         for node in client.take_booted() {
-            client.is_now(node, serial)?;
+            client.follow_if_serial_matches(node, serial)?;
         }
         match runs(client) {
             Ok(runs) if runs == expected => return Ok(()),

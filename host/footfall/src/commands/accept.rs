@@ -7,7 +7,7 @@ use clap::Args;
 use feet::LineSource;
 use feet::foot::Client;
 use feet::foot::accept::{
-    self, AcceptStep, Figure, FigureHint, FigureOutcome, Limit, Person, Verdict,
+    self, AcceptStep, Figure, FigureHint, FigureOutcome, LimitedQuantity, Person, Verdict,
 };
 use serde::{Deserialize, Serialize};
 use wire::NodeId;
@@ -291,7 +291,7 @@ impl JudgedFigure {
 }
 
 /// Returns what to do about a value out of its limits: the command of a hint, then the remedy.
-fn remedy(limit: &Limit) -> String {
+fn remedy(limit: &LimitedQuantity) -> String {
     let command = limit.hint.map(|hint| match hint {
         FigureHint::ExplainFaults => "footfall explain has a remedy for each",
         FigureHint::ExplainCode => "footfall explain names the code",

@@ -52,20 +52,20 @@ impl MonitorArguments {
         let (sources, feet) = self.listen.listen()?;
         let feed = feed_of(sources);
         let end = deadline(feed.clock(), self.seconds);
-        let mut robot = MonitorState::new(feet);
-        let watched = unless_closed(watch(&feed, &mut robot, end, self.json));
+        let mut state = MonitorState::new(feet);
+        let watched = unless_closed(watch(&feed, &mut state, end, self.json));
         warn_of_lost(&feed);
         watched.map_err(Error::Print)?;
-        if let Some(same) = robot.session().same_name() {
+        if let Some(same) = state.session().same_name() {
             return Err(SameName::of(same).into());
         }
-        unless_ended(robot.ended)
+        unless_ended(state.ended)
     }
 }
 
 fn watch(
     feed: &Feed,
-    robot: &mut MonitorState,
+    state: &mut MonitorState,
     end: Option<Duration>,
     json: bool,
 ) -> io::Result<()> {
@@ -75,9 +75,9 @@ fn watch(
     loop {
         let due = next(clock, LINE, end);
         // Events are printed on arrival.
-        while clock.now() < due && !robot.has_ended() {
-            robot.listen(feed, due.min(clock.now() + EVENT_DELAY));
-            for event in robot.take_events() {
+        while clock.now() < due && !state.has_ended() {
+            state.listen(feed, due.min(clock.now() + EVENT_DELAY));
+            for event in state.take_events() {
                 match &screen {
                     _ if json => write_event_json(&event, &mut to)?,
                     Some(screen) => screen.show_event(&event)?,
@@ -87,11 +87,11 @@ fn watch(
             to.flush()?;
         }
         match &mut screen {
-            _ if json => write_json(robot, &mut to)?,
-            Some(screen) => screen.show(robot),
-            None => write_text(robot, &mut to)?,
+            _ if json => write_json(state, &mut to)?,
+            Some(screen) => screen.show(state),
+            None => write_text(state, &mut to)?,
         }
-        if robot.has_ended() || is_over(clock, end) {
+        if state.has_ended() || is_over(clock, end) {
             return Ok(());
         }
     }
@@ -114,9 +114,9 @@ impl Screen {
     }
 
     /// Shows the lines of all feet.
-    fn show(&mut self, robot: &MonitorState) {
-        for (place, foot) in robot.feet().into_iter().enumerate() {
-            let line = foot_line(robot, foot);
+    fn show(&mut self, state: &MonitorState) {
+        for (place, foot) in state.feet().into_iter().enumerate() {
+            let line = foot_line(state, foot);
             let text = foot_text(&line);
             let text = if self.has_colour { coloured(&line, &text) } else { text };
             if place == self.feet.len() {
@@ -349,14 +349,14 @@ impl Described for MonitorEvent {
     const SCHEMA: &'static str = "urn:footfall:monitor-event:1";
 }
 
-fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
-    let now = robot.session().now();
+fn foot_line<'a>(state: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
+    let now = state.session().now();
     let silent = foot.is_silent(now);
     let several_boards = foot.second.is_of_several_boards(now);
     // Old contacts and contacts from several boards do not show whether the foot stands.
     let row = foot.row.as_ref().filter(|_| !silent && !several_boards);
     FootLine {
-        t: robot.session().elapsed_s(),
+        t: state.session().elapsed_s(),
         foot: foot.name_or("node "),
         line: &foot.key.line,
         node: foot.key.node,
@@ -381,9 +381,9 @@ fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
 }
 
 /// Writes each foot as a JSON object.
-fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
-    for foot in robot.feet() {
-        serde_json::to_writer(&mut *to, &Document::line(&foot_line(robot, foot)))?;
+fn write_json(state: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
+    for foot in state.feet() {
+        serde_json::to_writer(&mut *to, &Document::line(&foot_line(state, foot)))?;
         writeln!(to)?;
     }
     to.flush()
@@ -396,9 +396,9 @@ fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> 
 }
 
 /// Writes each foot as a line of text.
-fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
-    for foot in robot.feet() {
-        writeln!(to, "{}", foot_text(&foot_line(robot, foot)))?;
+fn write_text(state: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
+    for foot in state.feet() {
+        writeln!(to, "{}", foot_text(&foot_line(state, foot)))?;
     }
     to.flush()
 }
@@ -469,9 +469,9 @@ mod tests {
 
     #[test]
     fn line_of_a_foot_has_the_colour_of_its_state() {
-        let robot = watched("demo:seconds=1,speed=max");
+        let state = watched("demo:seconds=1,speed=max");
         let colour = |change: &dyn Fn(&mut FootLine<'_>)| {
-            let mut line = foot_line(&robot, robot.feet()[0]);
+            let mut line = foot_line(&state, state.feet()[0]);
             (line.silent, line.p_stable, line.decision) = (false, Some(0.9), Some(1));
             change(&mut line);
             coloured(&line, "FL")
@@ -487,40 +487,40 @@ mod tests {
         let feed = Feed::open(
             source.parse::<SourceArgument>().expect("a source").find_one().expect("one"),
         );
-        let mut robot = MonitorState::new(Feet::default());
-        while !robot.has_ended() {
-            robot.listen(&feed, feed.clock().now() + Duration::from_secs(600));
+        let mut state = MonitorState::new(Feet::default());
+        while !state.has_ended() {
+            state.listen(&feed, feed.clock().now() + Duration::from_secs(600));
         }
-        robot
+        state
     }
 
     /// Receives a frame from the bus.
-    fn receive(robot: &mut MonitorState, at_us: u64, id: u16, data: &[u8]) {
+    fn receive(state: &mut MonitorState, at_us: u64, id: u16, data: &[u8]) {
         let at = Timestamp::from_micros(at_us);
         let interface = "can0".into();
         let frame = CanFrame::new(id, data).expect("a frame");
-        robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+        state.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
     }
 
     /// Returns the JSON objects of all feet.
-    fn lines(robot: &MonitorState) -> Vec<Value> {
+    fn lines(state: &MonitorState) -> Vec<Value> {
         let mut json = Vec::new();
-        write_json(robot, &mut json).expect("memory");
+        write_json(state, &mut json).expect("memory");
         let lines = json.split(|byte| *byte == b'\n').filter(|line| !line.is_empty());
         lines.map(|line| serde_json::from_slice(line).expect("JSON")).collect()
     }
 
     /// Returns the JSON object of the only foot.
-    fn line(robot: &MonitorState) -> Value {
-        let mut lines = lines(robot);
+    fn line(state: &MonitorState) -> Value {
+        let mut lines = lines(state);
         assert_eq!(lines.len(), 1, "{lines:?}");
         lines.remove(0)
     }
 
     #[test]
     fn four_feet_at_1_khz_lose_no_contact() {
-        let mut robot = watched("demo:feet=4,speed=max,seconds=6");
-        let lines = lines(&robot);
+        let mut state = watched("demo:feet=4,speed=max,seconds=6");
+        let lines = lines(&state);
         let names: Vec<_> = lines.iter().map(|line| &line["foot"]).collect();
         assert_eq!(names, ["FL", "FR", "RL", "RR"]);
         for line in &lines {
@@ -533,21 +533,21 @@ mod tests {
             }
             assert!((5.9..6.1).contains(&line["t"].as_f64().expect("a time")), "{line}");
         }
-        assert!(robot.take_events().iter().any(|event| event.text == "has started"));
+        assert!(state.take_events().iter().any(|event| event.text == "has started"));
     }
 
     #[test]
     fn foot_without_contacts_is_silent_despite_other_frames() {
-        let mut robot = watched("demo:speed=max,seconds=2");
-        let now = robot.session().now();
-        assert_eq!(line(&robot)["silent"], false);
+        let mut state = watched("demo:speed=max,seconds=2");
+        let now = state.session().now();
+        assert_eq!(line(&state)["silent"], false);
         // Loads and heartbeats continue to arrive.
         for ms in 0..600 {
             for (id, data) in [(0x211, &[0; 4][..]), (0x711, &[127])] {
-                receive(&mut robot, now.as_micros() + ms * 1000, id, data);
+                receive(&mut state, now.as_micros() + ms * 1000, id, data);
             }
         }
-        let line = line(&robot);
+        let line = line(&state);
         assert_eq!(line["silent"], true);
         assert!(line["p_stable"].is_null(), "{line}");
     }
@@ -555,8 +555,8 @@ mod tests {
     #[test]
     fn two_boards_with_one_id_report_no_decision() {
         let feed = Feed::open("feet=2,speed=max,seconds=3".parse::<Demo>().expect("keys"));
-        let mut robot = MonitorState::new(Feet::default());
-        while !robot.has_ended() {
+        let mut state = MonitorState::new(Feet::default());
+        while !state.has_ended() {
             let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");
             if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed
                 && frame.id() & 0x7F == u16::from(wire::Foot::Right.default_node_id().get())
@@ -564,9 +564,9 @@ mod tests {
                 let id = frame.id() & !0x7F | u16::from(wire::Foot::Left.default_node_id().get());
                 *frame = CanFrame::new(id, frame.data()).expect("a frame");
             }
-            robot.take(fed);
+            state.take(fed);
         }
-        let line = line(&robot);
+        let line = line(&state);
         assert_eq!(line["several_boards"], true);
         assert!(line["p_stable"].is_null() && line["decision"].is_null(), "{line}");
     }
@@ -582,10 +582,10 @@ mod tests {
 
     #[test]
     fn foot_is_silent_on_a_silent_line() {
-        let mut robot = watched("demo:speed=max,seconds=2");
+        let mut state = watched("demo:speed=max,seconds=2");
         for (idle_ms, silent) in [(400, false), (600, true)] {
-            robot.idle(Duration::from_millis(idle_ms));
-            assert_eq!(line(&robot)["silent"], silent, "{idle_ms} ms");
+            state.idle(Duration::from_millis(idle_ms));
+            assert_eq!(line(&state)["silent"], silent, "{idle_ms} ms");
         }
     }
 
@@ -599,16 +599,16 @@ mod tests {
 
     #[test]
     fn start_and_faults_are_events() {
-        let mut robot = MonitorState::new(Feet::default());
-        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
+        let mut state = MonitorState::new(Feet::default());
+        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut state, ms * 1000, id, data);
         let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         let cleared = Emergency::cleared(Fault::WatchdogReset, Faults::NONE).encode();
         receive(0, 0x711, &[0]);
         receive(10, 0x091, &raised);
         receive(500, 0x711, &[5]);
         receive(900, 0x091, &cleared);
-        assert_eq!(line(&robot)["faults"], serde_json::json!([]));
-        let events = robot.take_events();
+        assert_eq!(line(&state)["faults"], serde_json::json!([]));
+        let events = state.take_events();
         let [started, raised, cleared] = &events[..] else { panic!("{events:?}") };
         assert_eq!((started.t, started.text.as_str()), (0.0, "has started"));
         assert!(raised.t == 0.01 && raised.text.starts_with("fault 0x"), "{raised:?}");
@@ -617,15 +617,15 @@ mod tests {
 
     #[test]
     fn boot_up_ends_the_faults_of_the_previous_run() {
-        let mut robot = MonitorState::new(Feet::default());
-        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut robot, ms * 1000, id, data);
+        let mut state = MonitorState::new(Feet::default());
+        let mut receive = |ms: u64, id, data: &[u8]| receive(&mut state, ms * 1000, id, data);
         let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
         let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         receive(0, 0x091, &frozen);
         // The cause of a restart is sent just before its boot-up message.
         receive(900, 0x091, &watchdog);
         receive(901, 0x711, &[0]);
-        assert_eq!(line(&robot)["faults"], serde_json::json!([Fault::WatchdogReset.name()]));
+        assert_eq!(line(&state)["faults"], serde_json::json!([Fault::WatchdogReset.name()]));
     }
 
     #[test]
@@ -638,21 +638,21 @@ mod tests {
 
     #[test]
     fn missing_contacts_are_counted() {
-        let mut robot = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(Feet::default());
         for ms in (0..300_u64).filter(|ms| !(100..105).contains(ms) && *ms != 200) {
             let estimate = ContactEstimate {
                 timestamp: Timestamp::from_micros(ms * 1000),
                 ..ContactEstimate::default()
             };
             let bytes = Contact::new(&estimate, ms as u8, Faults::NONE).encode();
-            receive(&mut robot, 5_000_000 + ms * 1000, 0x191, &bytes);
+            receive(&mut state, 5_000_000 + ms * 1000, 0x191, &bytes);
         }
-        assert_eq!(line(&robot)["missing"], 6);
+        assert_eq!(line(&state)["missing"], 6);
     }
 
     #[test]
     fn contacts_lost_in_a_stall_are_counted() {
-        let mut robot = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(Feet::default());
         for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
             // Edges have 10 % jitter; nothing is read from 2 s to 5 s.
             let made_us = ms * 1000 + ms * 37 % 100;
@@ -672,9 +672,9 @@ mod tests {
                 frames.push((0x511, health.encode()));
             }
             for (id, bytes) in frames {
-                receive(&mut robot, 7_000_300 + read_us, id, &bytes);
+                receive(&mut state, 7_000_300 + read_us, id, &bytes);
             }
         }
-        assert_eq!(line(&robot)["missing"], 2700);
+        assert_eq!(line(&state)["missing"], 2700);
     }
 }

@@ -298,7 +298,7 @@ pub struct AllFeet {
     /// Listening time of the first contact, µs.
     first_us: Option<u64>,
     /// Whether each foot has sent a contact.
-    heard: Vec<bool>,
+    has_contact: Vec<bool>,
     /// Names of feet that the robot does not have, whose contacts are in no message.
     pub(crate) others: BTreeSet<String>,
 }
@@ -329,7 +329,7 @@ impl AllFeet {
             frames: vec![String::new(); count],
             made_us: None,
             first_us: None,
-            heard: vec![false; count],
+            has_contact: vec![false; count],
             others: BTreeSet::new(),
         })
     }
@@ -343,7 +343,7 @@ impl AllFeet {
     /// Names of the feet without a contact in the second after the first contact of any foot; none before.
     #[must_use]
     pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
-        let feet = self.body.feet().iter().zip(&self.heard);
+        let feet = self.body.feet().iter().zip(&self.has_contact);
         let absent = feet.filter(|(_, heard)| self.is_late(listened_us) && !**heard);
         absent.map(|([name, _], _)| *name).collect()
     }
@@ -381,12 +381,12 @@ impl AllFeet {
     ) -> Vec<Published> {
         self.feet[place] =
             Some(Stance { stands: contact.valid && contact.decision, stamp: contact.header.stamp });
-        self.heard[place] = true;
+        self.has_contact[place] = true;
         self.frames[place].clone_from(&contact.header.frame_id);
         self.first_us.get_or_insert(listened_us);
         self.made_us.get_or_insert(listened_us);
         let is_late = self.is_late(listened_us);
-        let mut feet = self.feet.iter().zip(&self.heard);
+        let mut feet = self.feet.iter().zip(&self.has_contact);
         if feet.all(|(foot, heard)| foot.is_some() || is_late && !heard) {
             return self.make(at, listened_us);
         }
@@ -429,9 +429,10 @@ impl AllFeet {
         for compat in &self.compats {
             let messages = compat.topics(self.body).into_iter().zip(compat.messages(&robot));
             // A foot that has never sent a contact may be standing, so no message includes it.
-            let is_known: &[bool] = match compat.is_of_one() {
-                true => &self.heard,
-                false => &[self.heard.iter().all(|heard| *heard)],
+            let is_known: &[bool] = if compat.is_of_one() {
+                &self.has_contact
+            } else {
+                &[self.has_contact.iter().all(|has_contact| *has_contact)]
             };
             let known = messages.zip(is_known).filter(|(_, is_known)| **is_known);
             published.extend(

@@ -12,6 +12,7 @@ use std::io::BufRead;
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
+use wire::foot::cob_id;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, P8, Rate, ShortTime};
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
@@ -153,29 +154,32 @@ impl CanDecoder {
     /// Processes a frame received at `at`.
     pub(crate) fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let id = frame.id();
-        let node = NodeId::new((id & 0x7F) as u8);
-        let kind = match (id & 0x780, node) {
+        let (function, node) = cob_id::split(id);
+        let kind = match (function, node) {
             (0x000, None) => "nmt",
-            (0x080, None) => {
+            (cob_id::SYNC, None) => {
                 self.sync(interface, frame, at);
                 "sync"
             }
-            (0x100, None) => "time",
+            (cob_id::TIME, None) => "time",
             _ if id == 0x7E4 || id == 0x7E5 => "lss",
-            (0x080 | 0x180..=0x580 | 0x600 | 0x700, Some(node)) if !self.known.contains(node) => {
-                if id & 0x780 == Pdo::Contact.base() && frame.data8().is_some() {
+            (
+                cob_id::EMERGENCY | 0x180..=0x580 | cob_id::SDO_REQUEST | cob_id::HEARTBEAT,
+                Some(node),
+            ) if !self.known.contains(node) => {
+                if function == Pdo::Contact.base() && frame.data8().is_some() {
                     self.unknown_foot.get_or_insert(node.get());
                 }
                 "of_other_nodes"
             }
-            (0x080, Some(node)) => return self.emergency(interface, node, frame),
-            (0x580, Some(_)) => "sdo_response",
-            (0x600, Some(_)) => "sdo_request",
-            (0x700, Some(node)) if frame.data() == [0] => {
+            (cob_id::EMERGENCY, Some(node)) => return self.emergency(interface, node, frame),
+            (cob_id::SDO_RESPONSE, Some(_)) => "sdo_response",
+            (cob_id::SDO_REQUEST, Some(_)) => "sdo_request",
+            (cob_id::HEARTBEAT, Some(node)) if frame.data() == [0] => {
                 self.boot_up(interface, node);
                 "boot_up"
             }
-            (0x700, Some(_)) => "heartbeat",
+            (cob_id::HEARTBEAT, Some(_)) => "heartbeat",
             (Load::BASE, Some(_)) => "load",
             _ => match Pdo::from_cob_id(id) {
                 Some((pdo, node)) => return self.pdo(interface, pdo, node, frame, at),

@@ -6,7 +6,7 @@ use super::AcceptStep;
 
 /// A quantity with its limits, and the remedy if a value is out of them.
 #[derive(Debug, PartialEq)]
-pub struct Limit {
+pub struct LimitedQuantity {
     /// Step in which it is measured.
     pub step: AcceptStep,
     /// Name.
@@ -41,7 +41,7 @@ pub enum FigureHint {
 /// Value of a quantity, or the reason why it has none.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FigureOutcome {
-    /// Measured value, in the unit of its [`Limit`].
+    /// Measured value, in the unit of its [`LimitedQuantity`].
     Measured(f64),
     /// Reason why the measurement failed, which is the board's fault until it is repeated.
     Failed(String),
@@ -53,7 +53,7 @@ pub enum FigureOutcome {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// The quantity.
-    pub limit: &'static Limit,
+    pub limit: &'static LimitedQuantity,
     /// The outcome.
     pub outcome: FigureOutcome,
     /// Parts of the value, such as the names of faults; empty without any.
@@ -73,7 +73,7 @@ recordings::named! {
     }
 }
 
-impl Limit {
+impl LimitedQuantity {
     pub(super) fn measured(&'static self, value: f64) -> Figure {
         self.with_outcome(FigureOutcome::Measured(value))
     }
@@ -140,7 +140,7 @@ macro_rules! hint {
 /// if there is one; and [`LIMITS`], which has all of them.
 macro_rules! limits {
     ($($limit:ident: $step:ident, $name:literal, $unit:literal, $lowest:expr, $highest:expr, $source:literal, $remedy:literal $(, $hint:ident)?;)+) => {
-        $(pub(super) static $limit: Limit = Limit {
+        $(pub(super) static $limit: LimitedQuantity = LimitedQuantity {
             step: AcceptStep::$step,
             name: $name,
             unit: $unit,
@@ -152,7 +152,7 @@ macro_rules! limits {
         };)+
 
         /// All quantities, in the order of their steps.
-        pub static LIMITS: [&Limit; [$($name),+].len()] = [$(&$limit),+];
+        pub static LIMITS: [&LimitedQuantity; [$($name),+].len()] = [$(&$limit),+];
     };
 }
 
@@ -298,7 +298,8 @@ mod tests {
     fn quantities_have_unique_names_within_their_ordered_steps() {
         assert!(LIMITS.is_sorted_by_key(|limit| limit.step));
         for (index, limit) in LIMITS.iter().enumerate() {
-            let is_same = |other: &&Limit| (other.step, other.name) == (limit.step, limit.name);
+            let is_same =
+                |other: &&LimitedQuantity| (other.step, other.name) == (limit.step, limit.name);
             assert!(!LIMITS[..index].iter().any(is_same), "{}", limit.name);
             assert!(limit.lowest <= limit.highest, "{}", limit.name);
             assert!(!limit.remedy.is_empty() || limit.hint.is_some(), "{}", limit.name);

@@ -28,7 +28,7 @@ use super::self_test::SelfTestError;
 use super::settings::{self, Lasting, SettingValues, SettingsError};
 use super::{Client, RequestError};
 use crate::hint::FootHint;
-pub use figure::{Figure, FigureHint, FigureOutcome, Limit, Verdict};
+pub use figure::{Figure, FigureHint, FigureOutcome, LimitedQuantity, Verdict};
 use motion::{Moment, MotionSource, RestDetector, watch};
 
 /// Error that ends the acceptance.
@@ -82,7 +82,7 @@ recordings::named! {
 
 impl AcceptStep {
     /// Quantities measured in this step.
-    pub fn limits(self) -> impl Iterator<Item = &'static Limit> {
+    pub fn limits(self) -> impl Iterator<Item = &'static LimitedQuantity> {
         let all = figure::LIMITS.into_iter();
         all.filter(move |limit| limit.step == self)
     }
@@ -144,7 +144,7 @@ pub fn run(
             // The self-test resets the foot, which would end the streams.
             streams = Some(switch_on_streams(client)?);
         }
-        let starts = client.starts_of_foot();
+        let starts = client.starts;
         let restarts = still::sensor_restarts(client);
         let figures = match step {
             AcceptStep::Board => board::measure(client),
@@ -165,7 +165,7 @@ pub fn run(
             figures.extend(faults_in_step(client, *step, restarts?, &mut known)?);
             Ok(figures)
         });
-        let has_restarted = client.starts_of_foot() != starts && *step != AcceptStep::SelfTest;
+        let has_restarted = client.starts != starts && *step != AcceptStep::SelfTest;
         let figures = match figures {
             Ok(_) if has_restarted => step.failed("the foot has restarted: supply, or a crash"),
             Ok(figures) => figures,

@@ -68,14 +68,14 @@ impl PlayedImu {
             let is_recorded = stored.has_estimates();
             let about = &mut stored.about;
             let params = settings.params_of(&about.names(), format);
-            let (replay, notice) = if is_recorded {
+            let (estimator, notice) = if is_recorded {
                 (None, ineffective.take())
             } else {
-                let replay = Estimator::new(about.sample_rate, about.gravity, &params);
-                let replay = replay.map_err(|error| origins.explain(&error))?;
+                let estimator = Estimator::new(about.sample_rate, about.gravity, &params);
+                let estimator = estimator.map_err(|error| origins.explain(&error))?;
                 let (preset, foot) = (settings.preset, about.foot_or_name());
                 let window = preset.window_notice(format, &params, foot, about.sample_rate);
-                (Some(replay), window)
+                (Some(estimator), window)
             };
             let unused = unused.take().map(Notice::from);
             let notices = unused.into_iter().chain(notice);
@@ -83,7 +83,7 @@ impl PlayedImu {
             let (sender, receiver) = sync_channel(AHEAD);
             let line: Arc<str> = name.as_str().into();
             // The thread ends with the recording, or when the receiver is dropped.
-            thread::spawn(move || play(stored, replay, &line, &sender));
+            thread::spawn(move || play(stored, estimator, &line, &sender));
             feet.push(receiver.into_iter().peekable());
         }
         Ok(Self(feet))
@@ -115,14 +115,19 @@ impl From<io::Error> for PlayEnd {
     }
 }
 
-/// Sends the remarks about a foot's recording and the rows of its estimates, which `replay` computes or which were
+/// Sends the remarks about a foot's recording and the rows of its estimates, which `estimator` computes or which were
 /// recorded.
-fn play(stored: Stored, replay: Option<Estimator>, line: &Arc<str>, to: &SyncSender<PlayedItem>) {
-    let sender = sender_of(&stored.about).filter(|_| replay.is_none());
+fn play(
+    stored: Stored,
+    estimator: Option<Estimator>,
+    line: &Arc<str>,
+    to: &SyncSender<PlayedItem>,
+) {
+    let sender = sender_of(&stored.about).filter(|_| estimator.is_none());
     let name = sender.unwrap_or_else(|| stored.about.foot_or_name());
     let mut rows = RowSender::new(&stored.about, name, line, to);
-    let sent = rows.introduce().and_then(|()| match replay {
-        Some(replay) => rows.estimate(stored, replay),
+    let sent = rows.introduce().and_then(|()| match estimator {
+        Some(estimator) => rows.estimate(stored, estimator),
         None => rows.repeat(stored),
     });
     if let Err(PlayEnd::Broken(error)) = sent {
@@ -188,13 +193,13 @@ impl<'a> RowSender<'a> {
     }
 
     /// Sends the estimates of all samples.
-    fn estimate(&mut self, mut stored: Stored, mut replay: Estimator) -> Result<(), PlayEnd> {
+    fn estimate(&mut self, mut stored: Stored, mut estimator: Estimator) -> Result<(), PlayEnd> {
         // Units are doubted before the first estimate is shown, because a recording may be long.
         let check = check_samples(&mut stored, Span::default())?;
         self.doubt(check.findings())?;
         for sample in stored.samples()? {
             let sample = sample?;
-            let estimate = replay.update(&sample);
+            let estimate = estimator.update(&sample);
             let row = ContactRow {
                 axes: Some(estimate.probabilities.axes),
                 orientation: Some(estimate.orientation),

@@ -247,7 +247,7 @@ impl FootArguments {
                 self.write(client, &values, Lasting::Stored)?
             }
             FootAction::Reset => {
-                client.start_again()?;
+                client.restart_streaming()?;
                 "the foot has restarted\n".to_owned()
             }
         })

@@ -280,13 +280,13 @@ impl<'a> EstimateStream<'a> {
     /// Starts the estimate of a foot whose topics have this name.
     fn of(foot: &'a mut CopiedFoot, name: &str) -> io::Result<Self> {
         let about = foot.stored.about.clone();
-        let replay = Estimator::new(about.sample_rate, about.gravity, &foot.params);
-        let mut replay = replay.map_err(io::Error::other)?;
+        let estimator = Estimator::new(about.sample_rate, about.gravity, &foot.params);
+        let mut estimator = estimator.map_err(io::Error::other)?;
         let samples = foot.stored.samples()?;
         let span = foot.span;
         let estimates = samples.map(move |sample| {
             let sample = sample?;
-            Ok((replay.update(&sample), sample.load))
+            Ok((estimator.update(&sample), sample.load))
         });
         let is_in = move |estimated: &io::Result<(ContactEstimate, _)>| match estimated {
             Ok((estimate, _)) => span.contains(estimate.timestamp),

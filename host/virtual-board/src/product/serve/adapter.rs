@@ -13,7 +13,7 @@
 //! present state, is answered with BEL. Frames are received while the channel is open, except those that the host
 //! sends.
 
-use super::robot::Carried;
+use super::robot::BusTransfer;
 use crate::emulator::part::can::BusFrame;
 use wire::slcan::{self, BEL, CR};
 
@@ -105,7 +105,7 @@ impl EmulatedAdapter {
 
     /// Line of a frame on the bus, if the adapter receives it.
     #[must_use]
-    pub fn hear(&self, carried: &Carried) -> Option<Vec<u8>> {
+    pub fn line_for(&self, carried: &BusTransfer) -> Option<Vec<u8>> {
         let is_open = self.channel != Channel::Closed;
         (is_open && self.bit_rate == Some(carried.bit_rate)).then(|| carried.frame.line())
     }
@@ -120,8 +120,8 @@ mod tests {
         answers.map(char::from).collect()
     }
 
-    fn carried(id: u16) -> Carried {
-        Carried { node: 0, start: 0, bit_rate: 1_000_000, frame: BusFrame::new(id, &[0xAB]) }
+    fn carried(id: u16) -> BusTransfer {
+        BusTransfer { node: 0, start: 0, bit_rate: 1_000_000, frame: BusFrame::new(id, &[0xAB]) }
     }
 
     #[test]
@@ -149,9 +149,9 @@ mod tests {
     #[test]
     fn frames_pass_only_while_open_and_at_the_bit_rate_of_the_bus() {
         let mut adapter = EmulatedAdapter::default();
-        assert_eq!(adapter.hear(&carried(0x191)), None);
+        assert_eq!(adapter.line_for(&carried(0x191)), None);
         exchange(&mut adapter, "S8\rO\r");
-        assert_eq!(adapter.hear(&carried(0x191)).as_deref(), Some(&b"t1911AB\r"[..]));
+        assert_eq!(adapter.line_for(&carried(0x191)).as_deref(), Some(&b"t1911AB\r"[..]));
         exchange(&mut adapter, "t1911A");
         adapter.push(b'B');
         let sent = adapter.push(b'\r');
@@ -162,7 +162,7 @@ mod tests {
             assert!(answer == "\x07" || !bad.ends_with('\r'), "{bad}: {answer:?}");
         }
         exchange(&mut adapter, "C\rS6\rO\r");
-        assert_eq!(adapter.hear(&carried(0x191)), None, "another rate");
+        assert_eq!(adapter.line_for(&carried(0x191)), None, "another rate");
     }
 
     #[test]

@@ -33,7 +33,7 @@ const FIRST_NUMBER: u32 = 0x0034_001F;
 
 /// Options of a foot.
 #[derive(Clone)]
-pub struct Make {
+pub struct BoardFootOptions {
     /// ELF of the firmware.
     pub programs: BoardPrograms,
     /// Options of the board.
@@ -130,7 +130,7 @@ pub struct Foot {
 impl Foot {
     /// Starts a foot: its firmware stores its settings, then it is switched on.
     #[must_use]
-    pub fn start(make: Make) -> Self {
+    pub fn start(make: BoardFootOptions) -> Self {
         let (slices, of_foot) = channel();
         let (to_robot, ran) = channel();
         thread::spawn(move || {
@@ -169,15 +169,15 @@ impl Foot {
 }
 
 /// Cause of a foot's motion.
-struct Moved {
+struct MotionSource {
     walk: EndlessGait,
     hands: Hands,
 }
 
 /// The board and its input.
 struct Runner {
-    make: Make,
-    moved: Rc<RefCell<Moved>>,
+    make: BoardFootOptions,
+    moved: Rc<RefCell<MotionSource>>,
     board: Board,
     /// Time at which it was switched on.
     on_since: u64,
@@ -187,11 +187,11 @@ struct Runner {
 }
 
 impl Runner {
-    fn new(make: Make) -> Result<Self, ScenarioError> {
+    fn new(make: BoardFootOptions) -> Result<Self, ScenarioError> {
         let pages = stored(&make.programs.program, &make.settings)?;
         let walk = EndlessGait::new(make.gait, make.seed, make.phase_s);
         let hands = Hands::default();
-        let moved = Rc::new(RefCell::new(Moved { walk, hands }));
+        let moved = Rc::new(RefCell::new(MotionSource { walk, hands }));
         let board = switched_on(&make, make.options, &moved, 0, &pages)?;
         Ok(Self { make, moved, board, on_since: 0, steps: VecDeque::new(), resets: 0 })
     }
@@ -202,7 +202,7 @@ impl Runner {
 
     fn run(&mut self, slice: Slice) -> Result<SliceOutput, ScenarioError> {
         for order in slice.orders {
-            self.obey(order)?;
+            self.execute(order)?;
         }
         for TimedFrame { time, frame } in slice.frames {
             self.board.push_can_at(frame, time.saturating_sub(self.on_since));
@@ -245,7 +245,7 @@ impl Runner {
         Ok(())
     }
 
-    fn obey(&mut self, order: Order) -> Result<(), ScenarioError> {
+    fn execute(&mut self, order: Order) -> Result<(), ScenarioError> {
         match order {
             Order::Gait(gait) => self.moved.borrow_mut().walk.change(gait),
             Order::Hold(side) => {
@@ -297,9 +297,9 @@ fn seconds(time: u64) -> f64 {
 
 /// Creates a board that is switched on at a time, with the given content of its settings pages.
 fn switched_on(
-    make: &Make,
+    make: &BoardFootOptions,
     options: BoardOptions,
-    moved: &Rc<RefCell<Moved>>,
+    moved: &Rc<RefCell<MotionSource>>,
     now: u64,
     pages: &[u8],
 ) -> Result<Board, ScenarioError> {
@@ -309,7 +309,7 @@ fn switched_on(
         let mut moved = moved.borrow_mut();
         let state = moved.walk.at(time_s);
         let felt = gait::sensor::felt_by(&state, crate::product::motion::TEMPERATURE);
-        moved.hands.felt(&felt, time_s)
+        moved.hands.stimulus(&felt, time_s)
     };
     let bootloader = make.programs.bootloader.as_deref();
     let board = Board::with_bootloader(bootloader, &make.programs.program, options, motion);
@@ -442,11 +442,11 @@ impl Hands {
         self.before.after(Rotation { w: half.cos(), v: turn.axis * half.sin() })
     }
 
-    /// Stimulus of the sensor in these hands, of a foot that would feel `felt` without them.
+    /// Stimulus of the sensor in these hands, of a foot whose sensor has the stimulus `without` them.
     #[must_use]
-    pub fn felt(&self, felt: &Stimulus, time_s: f64) -> Stimulus {
+    pub fn stimulus(&self, without: &Stimulus, time_s: f64) -> Stimulus {
         let orientation = self.orientation(time_s);
-        let mut force = Vector::from_array(felt.specific_force);
+        let mut force = Vector::from_array(without.specific_force);
         if let Some(tapped_s) = self.tapped_s
             && (0.0..TAP_S).contains(&(time_s - tapped_s))
         {
@@ -456,11 +456,11 @@ impl Hands {
         let turning = self
             .turn
             .map_or(Vector::default(), |turn| turn.axis * (turn.angle_rad * turn.share(time_s).1));
-        let rate = orientation.to_sensor(Vector::from_array(felt.angular_rate)) + turning;
+        let rate = orientation.to_sensor(Vector::from_array(without.angular_rate)) + turning;
         Stimulus {
             specific_force: orientation.to_sensor(force).to_array(),
             angular_rate: rate.to_array(),
-            temperature: felt.temperature,
+            temperature: without.temperature,
         }
     }
 }
@@ -478,7 +478,7 @@ mod tests {
                 for (name, time_s) in [(from, 0.0), (to, 2.0)] {
                     hands.turn_to(Side::find(name).expect("a side"), time_s);
                 }
-                let force = Vector::from_array(hands.felt(&Stimulus::REST, 4.0).specific_force);
+                let force = Vector::from_array(hands.stimulus(&Stimulus::REST, 4.0).specific_force);
                 let up = Side::find(to).expect("a side").up();
                 let error = (force + up * -GRAVITY).length();
                 assert!(error < 1e-6, "{from} to {to}: {force:?}");
@@ -492,7 +492,7 @@ mod tests {
         hands.turn_to(Side::find("x").expect("a side"), 0.0);
         for step in 1..999 {
             let time_s = f64::from(step) * 1e-3;
-            let at = |time_s| hands.felt(&Stimulus::REST, time_s);
+            let at = |time_s| hands.stimulus(&Stimulus::REST, time_s);
             let [before, after] =
                 [-1e-5, 1e-5].map(|s| Vector::from_array(at(time_s + s).specific_force));
             let force = Vector::from_array(at(time_s).specific_force);
@@ -506,7 +506,7 @@ mod tests {
     fn tap_lasts_six_milliseconds() {
         let mut hands = Hands::default();
         hands.tap(1.0);
-        let up = |time_s| hands.felt(&Stimulus::REST, time_s).specific_force[2];
+        let up = |time_s| hands.stimulus(&Stimulus::REST, time_s).specific_force[2];
         assert!((up(1.003) - GRAVITY - TAP).abs() < 1e-6);
         assert_eq!((up(0.999), up(1.007)), (GRAVITY, GRAVITY));
     }

@@ -175,7 +175,7 @@ struct Server<'a> {
     adapter: EmulatedAdapter,
     /// Orders to be obeyed, with their times, ms.
     planned: Vec<(u64, Option<Position>, Order)>,
-    tell: &'a mut dyn FnMut(Note),
+    report: &'a mut dyn FnMut(Note),
 }
 
 /// Serves feet with these programs in their boards' flash until the duration has passed, `quit` is typed, or `stop` is set.
@@ -187,7 +187,7 @@ pub fn serve(
     options: &ServeOptions,
     typed: &Receiver<String>,
     stop: &AtomicBool,
-    tell: &mut dyn FnMut(Note),
+    report: &mut dyn FnMut(Note),
 ) -> Result<ServeSummary, ServeError> {
     let robot = BoardRobot::start(programs, &options.robot)?;
     let mut links = Links::default();
@@ -209,12 +209,12 @@ pub fn serve(
         slcan,
         adapter: EmulatedAdapter::default(),
         planned: Vec::new(),
-        tell,
+        report,
     };
     for (name, source) in sources {
-        (server.tell)(Note::Source(name, source));
+        (server.report)(Note::Source(name, source));
     }
-    (server.tell)(Note::Ready);
+    (server.report)(Note::Ready);
     let mut pace = Pace::new(match options.passage {
         Passage::Speed(speed) => speed,
         Passage::LockStep => VirtualSpeed::Max,
@@ -294,21 +294,21 @@ impl Server<'_> {
             return Ok(Turn::Boards);
         }
         let now_s = self.robot.ms as f64 * 1e-3;
-        let tell = &mut *self.tell;
+        let report = &mut *self.report;
         let mut changed = |line: usize, change| {
             let (name, kind) = names[line];
             let change = match change {
                 Change::Opened => "opened",
                 Change::Closed => "closed",
             };
-            tell(Note::Words(format!("{now_s:.3} s  {name}.{kind}: {change}")));
+            report(Note::Words(format!("{now_s:.3} s  {name}.{kind}: {change}")));
         };
         lock_step::turn(&mut lines, self.robot.ms * 1000, NOTICE, &mut changed)
     }
 
     /// Passes a message to the user.
     fn report(&mut self, message: String) {
-        (self.tell)(Note::Words(message));
+        (self.report)(Note::Words(message));
     }
 
     /// Executes a typed line. Returns whether it requests the end.
@@ -374,22 +374,22 @@ impl Server<'_> {
 
     /// Runs one millisecond and forwards its output.
     fn run(&mut self) -> Result<(), ServeError> {
-        let happened = self.robot.step()?;
-        for ((_, port), bytes) in self.serial.iter_mut().zip(&happened.bytes) {
+        let output = self.robot.step()?;
+        for ((_, port), bytes) in self.serial.iter_mut().zip(&output.bytes) {
             port.write(bytes)?;
             port.flush()?;
         }
         let host = self.robot.host();
-        let others = happened.carried.iter();
+        let others = output.carried.iter();
         for carried in others.filter(|carried| carried.node != host) {
-            if let Some(line) = self.adapter.hear(carried)
+            if let Some(line) = self.adapter.line_for(carried)
                 && self.slcan.write(&line)? == Sent::Lost
             {
                 self.adapter.has_lost = true;
             }
         }
         self.slcan.flush()?;
-        for (foot, cause) in happened.resets {
+        for (foot, cause) in output.resets {
             let at_s = self.now_s();
             let words = format!("{at_s:.3} s  {}: reset by {}", foot.name(), cause.name());
             self.report(words);

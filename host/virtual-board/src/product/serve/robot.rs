@@ -14,7 +14,7 @@ use wire::foot::cob_id;
 use wire::{Address, Foot as Position, NodeId, Value};
 
 use super::MILLISECOND;
-use super::foot::{BoardPrograms, Foot, Make, Order, Slice, SliceOutput};
+use super::foot::{BoardFootOptions, BoardPrograms, Foot, Order, Slice, SliceOutput};
 use crate::emulator::board::BoardOptions;
 use crate::emulator::corner::Corner;
 use crate::emulator::part::can::{BusFrame, TimedFrame};
@@ -69,7 +69,7 @@ pub struct Stopped {
 #[derive(Debug, Default)]
 pub struct StepEvents {
     /// Frames transmitted on the bus.
-    pub carried: Vec<Carried>,
+    pub carried: Vec<BusTransfer>,
     /// Bytes of each serial line.
     pub bytes: Vec<Vec<u8>>,
     /// Boards that were reset, with the cause.
@@ -137,7 +137,7 @@ impl BoardRobot {
         self.members.iter().map(|member| member.position)
     }
 
-    /// Node index of the host on the bus, in [`Carried`].
+    /// Node index of the host on the bus, in [`BusTransfer`].
     #[must_use]
     pub const fn host(&self) -> usize {
         self.members.len() + 1
@@ -195,7 +195,7 @@ impl BoardRobot {
     pub fn step(&mut self) -> Result<StepEvents, Stopped> {
         let now = self.ms * MILLISECOND;
         self.send_control();
-        let carried: Vec<Carried> = core::iter::from_fn(|| self.bus.next(now)).collect();
+        let carried: Vec<BusTransfer> = core::iter::from_fn(|| self.bus.next(now)).collect();
         for (index, member) in self.members.iter_mut().enumerate() {
             let rate = member.last.bit_rate;
             let others = carried.iter();
@@ -212,7 +212,7 @@ impl BoardRobot {
                 orders: core::mem::take(&mut member.orders),
             });
         }
-        let mut happened = StepEvents { carried, ..StepEvents::default() };
+        let mut output = StepEvents { carried, ..StepEvents::default() };
         for (index, member) in self.members.iter_mut().enumerate() {
             let mut ran = member.wait()?;
             member.bit_rate = ran.bit_rate.unwrap_or(member.bit_rate);
@@ -225,12 +225,12 @@ impl BoardRobot {
                 self.bus.send(index, frame, member.bit_rate, ready);
             }
             let resets = ran.resets.drain(..);
-            happened.resets.extend(resets.map(|cause| (member.position, cause)));
-            happened.bytes.push(core::mem::take(&mut ran.bytes));
+            output.resets.extend(resets.map(|cause| (member.position, cause)));
+            output.bytes.push(core::mem::take(&mut ran.bytes));
             member.last = ran;
         }
         self.ms += 1;
-        Ok(happened)
+        Ok(output)
     }
 
     /// Sends the due messages of the controller, at the bit rate of the first foot on the bus.
@@ -268,7 +268,12 @@ fn booted(frame: &BusFrame) -> Option<NodeId> {
     NodeId::new(u8::try_from(id).ok()?).filter(|_| is_boot_up)
 }
 
-fn make(programs: &BoardPrograms, options: &RobotOptions, index: u64, position: Position) -> Make {
+fn make(
+    programs: &BoardPrograms,
+    options: &RobotOptions,
+    index: u64,
+    position: Position,
+) -> BoardFootOptions {
     let mut board = BoardOptions::default();
     board.set_corner(options.corner);
     let seed = options.seed.wrapping_add(index);
@@ -283,7 +288,7 @@ fn make(programs: &BoardPrograms, options: &RobotOptions, index: u64, position: 
     if options.control == ControlNode::Present {
         settings.push((Address::new(index::LOAD_INPUT, 1), LOAD_OVER_CAN));
     }
-    Make {
+    BoardFootOptions {
         programs: programs.clone(),
         options: board,
         position,
@@ -299,7 +304,7 @@ const MOST_WAITING: usize = 256;
 
 /// A frame that waits for the bus, or was transmitted on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Carried {
+pub struct BusTransfer {
     /// Index of the sending node.
     pub node: usize,
     /// Time at which it began, or before which it does not begin while it waits, in units of
@@ -315,7 +320,7 @@ pub struct Carried {
 #[derive(Clone, Debug)]
 pub struct BoardBus {
     /// Frames that wait, by node; each starts no earlier than its time.
-    nodes: Vec<VecDeque<Carried>>,
+    nodes: Vec<VecDeque<BusTransfer>>,
     free_at: u64,
     /// Number of frames discarded because the queue was full.
     pub lost: u64,
@@ -338,7 +343,7 @@ impl BoardBus {
             queue.pop_front();
             self.lost += 1;
         }
-        queue.push_back(Carried { node, start: ready, bit_rate, frame });
+        queue.push_back(BusTransfer { node, start: ready, bit_rate, frame });
     }
 
     /// Number of frames of a node that wait.
@@ -348,7 +353,7 @@ impl BoardBus {
     }
 
     /// Returns the next frame that begins before `until`.
-    pub fn next(&mut self, until: u64) -> Option<Carried> {
+    pub fn next(&mut self, until: u64) -> Option<BusTransfer> {
         let heads = || self.nodes.iter().filter_map(VecDeque::front);
         let first = heads().map(|waiting| waiting.start).min()?;
         let start = first.max(self.free_at);
