@@ -785,10 +785,10 @@ mod tests {
     fn long_gap_restarts_the_search_for_up() {
         let mut estimator = estimator(&Params::DEFAULT);
         lying(&mut estimator, 0, 1_000);
-        let after = lying(&mut estimator, 1_600, 1);
+        let after = lying(&mut estimator, 2_100, 1);
         assert!(after.flags.contains(Flag::AttitudeNotInitialised), "{after:?}");
         assert!(after.probabilities.stable <= 0.5);
-        let settled = lying(&mut estimator, 1_601, 300);
+        let settled = lying(&mut estimator, 2_101, 300);
         assert_eq!(but_settling(settled.flags), []);
         assert_eq!(settled.decision, Decision::Stable);
     }

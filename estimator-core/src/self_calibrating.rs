@@ -344,6 +344,7 @@ impl SelfCalibrating {
                 self.fade(self.newest);
             }
             self.evidence.pass(missing as f32 * self.period);
+            self.evidence.landing.forget_speed();
         } else {
             self.bridged = missing as f32;
         }
@@ -892,7 +893,7 @@ struct Landing {
     /// Acceleration that corrections of up have removed since the maximum, m/s². Where a pendulum turns, its force
     /// points along the rod, and the apparent swing was a false idea of up.
     corrected: f32,
-    /// Sum of the accelerations since the last fall: the change of speed, in m/s² times samples.
+    /// Sum of the accelerations since the last fall or gap: the change of speed, in m/s² times samples.
     gained: Vec3,
     /// Sum of their magnitudes: the largest change of speed that they could have caused.
     gained_at_most: f32,
@@ -960,10 +961,16 @@ impl Landing {
         self.is_below = is_below;
         self.has_landed = is_below && (self.has_landed || begins && has_lost_speed);
         if begins || has_rested {
-            self.gained = Vec3::ZERO;
-            self.gained_at_most = 0.0;
+            self.forget_speed();
         }
         Fall { begins, lands: self.has_landed }
+    }
+
+    /// Starts the sums anew: the foot has no speed, or one that is not known after a gap. Without the latter a foot that is
+    /// shaken seems to have lost its speed.
+    const fn forget_speed(&mut self) {
+        self.gained = Vec3::ZERO;
+        self.gained_at_most = 0.0;
     }
 }
 

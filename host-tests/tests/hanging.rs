@@ -36,6 +36,9 @@ const CARRIED: f64 = 0.27;
 /// ten seconds of both are left out.
 const LOST: f64 = 0.02;
 
+/// Duration of each motion with gaps in the samples, s.
+const LASTS_WITH_GAPS: f64 = 60.0;
+
 /// Noise of the sensor, m/s² and rad/s.
 const NOISE: (f32, f32) = (0.02, 0.0012);
 
@@ -166,6 +169,8 @@ struct Foot {
     estimator: ContactEstimator<256>,
     chance: Chance,
     micros: u64,
+    /// Samples are missing for the last of these seconds in each period of the first.
+    gaps: Option<(f64, f64)>,
 }
 
 impl Foot {
@@ -175,11 +180,22 @@ impl Foot {
             estimator: ContactEstimator::new(&params.validate_for().expect("the preset")),
             chance: Chance::new(1),
             micros: 0,
+            gaps: None,
         }
     }
 
+    /// Whether the sample of this time is missing.
+    fn is_missing(&self) -> bool {
+        let seconds = self.micros as f64 * 1.0e-6;
+        self.gaps.is_some_and(|(every, gap)| seconds > 1.0 && seconds % every >= every - gap)
+    }
+
+    /// Returns whether P > 0.5 after the next millisecond; `false` if its sample is missing.
     fn is_stable(&mut self, force: Vec3, rate: Vec3) -> bool {
         self.micros += 1000;
+        if self.is_missing() {
+            return false;
+        }
         let sample = ImuSample {
             timestamp: Timestamp::from_micros(self.micros),
             specific_force: SpecificForce(force),
@@ -212,7 +228,7 @@ impl Foot {
             let force = force + self.chance.vector(NOISE.0);
             let rate = rate + self.chance.vector(NOISE.1);
             let is_stable = self.is_stable(force, rate);
-            if motion.is_fast() {
+            if motion.is_fast() && !self.is_missing() {
                 fast += 1;
                 found += u32::from(is_stable);
             }
@@ -269,6 +285,26 @@ fn motion_after_a_walk_is_not_stable_and_costs_no_stance() {
             }
         }
         assert!(wrong.is_empty(), "{wrong:#?}");
+    }
+}
+
+#[test]
+fn motion_with_gaps_is_seldom_stable() {
+    // The second period is in step with a motion at 0.5 or 1 Hz.
+    for (every, most) in [(2.3, 0.02), (2.0, 0.04)] {
+        for gap in [0.1, 0.25, 0.6] {
+            let motions = motions();
+            let shares = motions.iter().map(|(name, motion)| {
+                let mut foot = Foot::new(None);
+                foot.gaps = Some((every, gap));
+                let share = foot.move_like(&**motion, LASTS_WITH_GAPS);
+                println!("{name}, {gap} s each {every} s: {share:.3}");
+                share
+            });
+            let mean = shares.sum::<f64>() / motions.len() as f64;
+            println!("{gap} s each {every} s: {mean:.4}");
+            assert!(mean < most, "{gap} s each {every} s: {mean:.4}");
+        }
     }
 }
 
