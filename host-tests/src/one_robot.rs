@@ -58,8 +58,7 @@ impl OneRobot<'_> {
     /// # Panics
     /// A foot is not there as it should be.
     pub fn walk(&self) {
-        // A board that has just been named is still starting.
-        let lines = self.of_all("monitor", &["--json", "--seconds", "6"]);
+        let lines = self.of_all("monitor", &["--json", "--seconds", "3"]);
         let lines: Vec<Json> =
             lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
         for foot in FEET {
