@@ -96,7 +96,7 @@ pub enum Existing {
 }
 
 impl Existing {
-    /// Checks that a result replaces no file that is kept. Pipes and devices are no files.
+    /// Checks that a result replaces no file that is kept. Pipes and devices do not count as files.
     ///
     /// # Errors
     /// A file has this name, and is kept.

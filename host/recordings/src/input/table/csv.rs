@@ -952,7 +952,7 @@ mod tests {
     #[test]
     fn time_beyond_seconds_error_names_the_unit() {
         for (start, step, unit, option) in [
-            // Steps of rows at 500 Hz, up to a time that is none in s.
+            // Steps of rows at 500 Hz, up to a time that is too large in s.
             (0_u64, 2_000_000, "nanoseconds", "ns"),
             (3_999_900_000, 2_000, "microseconds", "us"),
             // Ten hours since the start of a computer.
