@@ -471,6 +471,14 @@ fn nano_recovers_from_a_hung_usb_controller() {
 
 #[test]
 #[ignore = "full: an emulator of the chip"]
+fn nano_takes_no_working_usb_controller_for_hung() {
+    let folder = TempDir::new().expect("a folder");
+    let run = board(&folder, 4, &["--motion", "stand", "--frames-after-readings"]);
+    assert_eq!(run.number("/usb/enumerated"), 1.0);
+}
+
+#[test]
+#[ignore = "full: an emulator of the chip"]
 fn nano_waits_for_a_command_after_a_reset_by_one() {
     let folder = TempDir::new().expect("a folder");
     let reset = at(1_000, &Message::Nmt(NmtRequest(NmtCommand::ResetNode)));
