@@ -18,6 +18,7 @@ use feet::foot::{Client, RequestError};
 use feet::source::{SourceError, Speed};
 use feet::usb::{self, UsbPort};
 use feet::{LineSource, Link, LinkError, Playback};
+use recordings::input::matches_pattern;
 use simulated_robot::{Demo, DemoError};
 use thiserror::Error;
 use wire::dictionary::index;
@@ -273,22 +274,12 @@ fn name_of(source: &Source) -> Result<&'static str, RequestError> {
 fn ports(pattern: &str) -> Vec<String> {
     let (folder, name) = pattern.rsplit_once('/').unwrap_or((".", pattern));
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let named = entries
-        .filter(|entry| entry.file_name().to_str().is_some_and(|other| matches(name, other)));
+    let named = entries.filter(|entry| {
+        entry.file_name().to_str().is_some_and(|other| matches_pattern(name, other))
+    });
     let mut ports: Vec<String> = named.map(|entry| entry.path().display().to_string()).collect();
     ports.sort();
     ports
-}
-
-/// Returns whether a name is of a pattern, in which `*` is any text.
-fn matches(pattern: &str, name: &str) -> bool {
-    match pattern.split_once('*') {
-        None => pattern == name,
-        Some((start, rest)) => name.strip_prefix(start).is_some_and(|name| {
-            let ends = name.char_indices().map(|(index, _)| index).chain([name.len()]);
-            ends.into_iter().any(|end| matches(rest, &name[end..]))
-        }),
-    }
 }
 
 impl fmt::Display for Source {

@@ -265,7 +265,7 @@ fn recorded_contacts_play_without_samples() {
     };
     assert_eq!(probabilities("alone.mcap").len(), 1 + CONTACTS as usize);
     assert_eq!(probabilities("alone.mcap"), probabilities("walk.mcap"));
-    let advice = "footfall foot SOURCE set uart_streams.raw_sample=1";
+    let advice = "while its setting uart_streams.raw_sample is 1";
     let said = text(&bench.run("replay alone.mcap").stderr);
     assert!(
         said.contains("/footfall/FL/contact without samples") && said.contains(advice),

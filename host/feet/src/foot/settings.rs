@@ -282,10 +282,11 @@ pub fn write(
         return Ok(changes);
     }
     let state = pause(client)?;
-    let axes = (before.get(&AXES).copied(), values.get(&AXES).or(before.get(&AXES)).copied());
-    let put_back = |client: &mut Client| put_back(client, &changes, axes.0, state);
-    if let Err(error_with) = write_all(client, &changes, axes.1) {
-        return Err(error_with(put_back(client)));
+    let axes_before = before.get(&AXES).copied();
+    let axes_after = values.get(&AXES).copied().or(axes_before);
+    if let Err(failure) = write_all(client, &changes, axes_after) {
+        let undone = put_back(client, &changes, axes_before, state);
+        return Err(failure.into_error(undone));
     }
     if lasting == Lasting::Stored {
         let mut settings = before;
@@ -299,7 +300,7 @@ pub fn write(
                     let _ = client.bring_to(state);
                     Undone::NoneStored
                 }
-                _ => put_back(client),
+                _ => put_back(client, &changes, axes_before, state),
             };
             return Err(SettingsError::NotTaken { cause, undone });
         }
@@ -338,24 +339,39 @@ pub fn while_paused(
     done
 }
 
-/// Constructor of the error of a failed write, from the settings that the foot has after it.
-type ErrorWith = Box<dyn FnOnce(Undone) -> SettingsError>;
-
-fn not_taken(cause: RequestError) -> ErrorWith {
-    Box::new(|undone| SettingsError::NotTaken { cause, undone })
+/// Reason why settings were not written. The foot may have some of them.
+enum WriteFailure {
+    /// A request has failed.
+    NotTaken(RequestError),
+    /// The foot refuses a setting, whatever else it has.
+    Incompatible(Named),
+    /// A setting has another value than was written.
+    ReadBack { setting: Named, written: Value, read: Value },
 }
 
-fn incompatible(setting: Named) -> ErrorWith {
-    Box::new(move |undone| {
-        if undone == Undone::All {
-            return SettingsError::Incompatible(setting.name());
+impl WriteFailure {
+    /// Error for the user, once the previous settings were put back as far as `undone` tells.
+    fn into_error(self, undone: Undone) -> SettingsError {
+        match self {
+            Self::NotTaken(cause) => SettingsError::NotTaken { cause, undone },
+            Self::Incompatible(setting) if undone == Undone::All => {
+                SettingsError::Incompatible(setting.name())
+            }
+            Self::Incompatible(setting) => SettingsError::NotTaken {
+                cause: RequestError::Refused {
+                    request: FootRequest::Write(setting.address),
+                    reason: AbortCode::Incompatible,
+                },
+                undone,
+            },
+            Self::ReadBack { setting, written, read } => SettingsError::ReadBack {
+                name: setting.name(),
+                written: setting.text(written),
+                read: setting.text(read),
+                undone,
+            },
         }
-        let cause = RequestError::Refused {
-            request: FootRequest::Write(setting.address),
-            reason: AbortCode::Incompatible,
-        };
-        SettingsError::NotTaken { cause, undone }
-    })
+    }
 }
 
 /// Axes of the mounting as a code, or 0 if the quaternion of the same object gives them.
@@ -369,7 +385,7 @@ fn write_all(
     client: &mut Client,
     changes: &[(Named, Value, Value)],
     axes: Option<Value>,
-) -> Result<(), ErrorWith> {
+) -> Result<(), WriteFailure> {
     let mut steps: Vec<(Named, Value)> =
         changes.iter().map(|(named, _, new)| (*named, *new)).collect();
     // While a quaternion is selected, the foot refuses each part that does not fit the others. So a code is selected
@@ -398,22 +414,21 @@ fn write_all(
                 Err(error) if error.is_refusal(AbortCode::Incompatible) => {
                     refused.push((named, value));
                 }
-                Err(error) => return Err(not_taken(error)),
+                Err(error) => return Err(WriteFailure::NotTaken(error)),
             }
         }
         if let Some((first, _)) = refused.first()
             && refused.len() == before
         {
-            return Err(incompatible(*first));
+            return Err(WriteFailure::Incompatible(*first));
         }
         steps = refused;
     }
     for (named, _, value) in changes {
         let read = client.read(named.address, named.entry.data_type());
-        let read = read.map_err(not_taken)?;
+        let read = read.map_err(WriteFailure::NotTaken)?;
         if read != *value {
-            let (name, written, read) = (named.name(), named.text(*value), named.text(read));
-            return Err(Box::new(|undone| SettingsError::ReadBack { name, written, read, undone }));
+            return Err(WriteFailure::ReadBack { setting: *named, written: *value, read });
         }
     }
     Ok(())
@@ -428,9 +443,9 @@ fn put_back(
 ) -> Undone {
     let backwards = changes.iter();
     let backwards = backwards.map(|(named, before, after)| (*named, *after, *before));
-    let put_back = write_all(client, &backwards.collect::<Vec<_>>(), axes);
+    let written = write_all(client, &backwards.collect::<Vec<_>>(), axes);
     let started = client.bring_to(state);
-    match (put_back, started) {
+    match (written, started) {
         (Ok(()), Ok(())) => Undone::All,
         _ => Undone::NotStored,
     }

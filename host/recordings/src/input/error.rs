@@ -761,7 +761,8 @@ impl Display for ImuTopic {
 pub(super) const MAX_TIME_S: f64 = 4.0e9;
 
 /// How a foot on a serial line is made to send its samples.
-pub(super) const STREAM_ADVICE: &str = "; a foot sends its samples on a serial line after footfall foot SOURCE set uart_streams.raw_sample=1";
+pub(super) const STREAM_ADVICE: &str =
+    "; a foot sends its samples on a serial line while its setting uart_streams.raw_sample is 1";
 
 /// End of the description of a topic whose messages are those of ROS 1.
 const OF_ROS_1: &str = " in ros1)";

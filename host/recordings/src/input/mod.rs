@@ -47,7 +47,7 @@ pub use error::{InputError, Place, Problem, RowPlace};
 pub use format::{Content, Format};
 pub use options::{
     BagOptions, ContactUse, Correction, InputOptions, LoadTopic, Rename, Topics, is_among,
-    without_effect,
+    matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
 pub use stored::{

@@ -158,13 +158,13 @@ impl BagOptions {
     /// Returns whether a topic is excluded.
     #[must_use]
     pub fn excludes(&self, topic: &str) -> bool {
-        self.excluded.iter().any(|pattern| matches(pattern, topic))
+        self.excluded.iter().any(|pattern| matches_pattern(&absolute(pattern), topic))
     }
 }
 
-/// Returns whether a name matches a pattern, in which `*` matches any text. A leading `/` is optional.
-fn matches(pattern: &str, name: &str) -> bool {
-    let pattern = absolute(pattern);
+/// Returns whether a name matches a pattern, in which `*` matches any text.
+#[must_use]
+pub fn matches_pattern(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or_default();
     let Some(mut rest) = name.strip_prefix(first) else {
