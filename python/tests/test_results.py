@@ -154,7 +154,7 @@ FOOT = footfall.Estimator(rate=100.0)
         (lambda: footfall.estimate(ACC, GYR, np.zeros(10)), r"t\[1\] is 0 s, which does not come"),
         (lambda: footfall.estimate(ACC, GYR, np.full(10, np.nan)), r"t\[0\] is NaN"),
         (lambda: footfall.estimate(ACC, GYR, np.arange(9)), "t has 9 values, but acc has 10"),
-        (lambda: footfall.estimate(ACC, GYR, rate=1.0), "sample_rate"),
+        (lambda: footfall.estimate(ACC, GYR, rate=1.0), "rate= is 1 Hz, allowed is 20 to 10000 Hz"),
         (lambda: footfall.estimate(ACC, GYR, rate=-5.0), "rate is -5"),
         (
             lambda: footfall.estimate(ACC, GYR, np.arange(10) / 100, rate=200.0),
