@@ -16,7 +16,7 @@ const WALK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../host-tests/record
 
 /// Column `p_stable` of a table of estimates.
 fn probabilities(bench: &Bench, options: &str) -> Vec<f32> {
-    bench.stdout(&format!("replay {options} --output p.csv"));
+    bench.stdout(&format!("replay {options} --output p.csv --overwrite"));
     let cells = column(&read(&bench.path("p.csv")), "p_stable");
     cells.iter().map(|cell| cell.parse().expect("a number")).collect()
 }
