@@ -87,7 +87,7 @@ def test_each_foot_of_a_bag_has_the_programs_bits(program: str, tmp_path: Path) 
     assert (left.foot, right.foot) == ("FL", "FR")
     other = {"FL": "a", "FR": "b"}
     for renamed in (other, "FL=a,FR=b"):
-        read = footfall.read(tmp_path / "bag", topic="all", rename=renamed)  # type: ignore[arg-type]
+        read = footfall.read(tmp_path / "bag", topic="all", rename=renamed)
         assert [recording.foot for recording in read] == ["a", "b"]
     assert [result.foot for result in footfall.estimate_file(tmp_path / "bag", topic="all", rename=other)] == ["a", "b"]
     with pytest.raises(ValueError, match="two feet would be b: rename= gives each foot a name of its own"):
