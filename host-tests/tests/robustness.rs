@@ -73,6 +73,31 @@ fn gaps_in_a_recording_cost_little() {
 const RATE: f32 = 1000.0;
 
 #[test]
+fn single_lost_samples_cost_little_at_the_rate_of_a_foot() {
+    for set in [Set::Shoe, Set::Talos, Set::RealNao, Set::Go1] {
+        let Some(files) = of_sets(&[set]) else { return };
+        let whole: Vec<Recording> =
+            files.iter().map(|file| resample(&file.recording, RATE)).collect();
+        let lost: Vec<Recording> = whole.iter().map(|of| losing_single(of, 0.05, SEED)).collect();
+        let [before, after] = [&whole, &lost].map(|of| pooled(of, &Params::DEFAULT));
+        println!("{}: {before:.4} → {after:.4}", set.name());
+        assert!(after - before < 0.01, "{}: {before:.4} → {after:.4}", set.name());
+    }
+}
+
+#[test]
+fn landings_without_a_stance_revoke_what_was_learnt() {
+    let Some(files) = of_sets(&[Set::Nao, Set::Atlas7k]) else { return };
+    let [other, own] = [&files[0], &files[1]].map(|file| resample(&file.recording, RATE));
+    let joined = after(readings(&other), &own);
+    let [start, second] = [other.samples.len(), 5 * RATE as usize];
+    let [alone, joined] = [(second, &own), (start + second, &joined)]
+        .map(|(first, of)| rmse_from(first, of, &Params::DEFAULT));
+    println!("{alone:.4} → {joined:.4}");
+    assert!(joined - alone < 0.11, "{alone:.4} → {joined:.4}");
+}
+
+#[test]
 fn noise_of_the_rate_keeps_no_bias_from_being_learnt() {
     let mut chance = Chance::new(SEED);
     for set in [Set::Talos, Set::RealNao, Set::Go1] {
