@@ -337,7 +337,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         })
     }
 
-    /// Returns whether up is known; it need not be once gravity is removed.
+    /// Returns how well up is known. It need not be once gravity is removed.
     fn alignment(&self) -> Alignment {
         match self.gravity {
             Gravity::Removed => Alignment::Aligned,

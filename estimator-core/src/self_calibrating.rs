@@ -565,7 +565,7 @@ struct Turns {
     /// Mean square of the logarithm of the rate about its class.
     variance: f32,
     /// Whether the foot has stood firmly since its last swing.
-    has_settled: bool,
+    has_stood_firmly: bool,
 }
 
 impl Turns {
@@ -584,7 +584,7 @@ impl Turns {
             moving_seconds: 0.0,
             acceleration_variance: Self::VARIANCE,
             variance: Self::VARIANCE,
-            has_settled: false,
+            has_stood_firmly: false,
         }
     }
 
@@ -621,7 +621,7 @@ impl Turns {
         let below =
             limited(classes.edge(constants) - u, constants.turn_clip * acceleration_separation);
         let turn_below = limited(self.edge(constants) - v, constants.turn_clip * separation);
-        let is_excuse = self.has_settled && turn_below > 0.0;
+        let is_excuse = self.has_stood_firmly && turn_below > 0.0;
         let weight = if is_excuse { 0.0 } else { weight };
         (below + weight * turn_below) * inverse_root(1.0 + weight * weight)
     }
@@ -630,9 +630,9 @@ impl Turns {
     /// the logarithm of the newest rate.
     fn settle(&mut self, constants: &Constants, whole: f32, stillness: f32, v: f32) {
         if stillness < STILL && v > self.edge(constants) {
-            self.has_settled = false;
+            self.has_stood_firmly = false;
         } else if whole > constants.turn_settled {
-            self.has_settled = true;
+            self.has_stood_firmly = true;
         }
     }
 

@@ -530,7 +530,7 @@ impl Foot {
                 self.pass_on(requester, request, ports);
             }
             Event::Restore => {
-                self.pass_on(requester, Request::Restore(self.erase_permission()), ports)
+                self.pass_on(requester, Request::Restore(self.erase_permission()), ports);
             }
             Event::ProtectSupply => self.pass_on(requester, Request::ProtectSupply, ports),
             Event::ConfirmProgram => self.pass_on(requester, Request::ConfirmProgram, ports),

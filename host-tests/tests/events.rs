@@ -253,9 +253,10 @@ fn slip_distances_are_accurate_to_a_few_millimetres() {
     println!(
         "{slips} slips, {several} in parts, {false_events} false; errors {middle:.2} mm, {nine_of_ten:.2} mm, {worst:.2} mm"
     );
-    assert!((0.5..1.5).contains(&middle), "{middle} mm");
-    assert!((4.0..6.0).contains(&nine_of_ten), "{nine_of_ten} mm");
-    assert!((6.0..9.0).contains(&worst), "{worst} mm");
+    // Measured are 1.19, 5.41 and 7.90 mm.
+    assert!(middle < 1.25, "{middle} mm");
+    assert!(nine_of_ten < 5.7, "{nine_of_ten} mm");
+    assert!(worst < 8.3, "{worst} mm");
 }
 
 /// Limit of the slips reported on the twelve walks in a shoe, none of which slips: measured are 3 in

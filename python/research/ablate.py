@@ -64,7 +64,7 @@ MODEL, REST, ATTITUDE, BIAS = "self_calibrating.rs", "rest.rs", "attitude.rs", "
 PARTS = [
     # Stillness and turn.
     Part("turn", MODEL, "constants.turn_weight > 0.0", "constants.turn_weight > 1.0e9"),
-    Part("turn: firm stances are not excused", MODEL, "self.has_settled && turn_below > 0.0", "false"),
+    Part("turn: firm stances are not excused", MODEL, "self.has_stood_firmly && turn_below > 0.0", "false"),
     Part("turn: limited distances", MODEL, "x.greater(-most).lesser(most);", "x.greater(-most * 1.0e9);"),
     Part("turn: weight by the variances", MODEL, "(separation * acceleration_variance)", "(separation * variance)"),
     # Slide.
