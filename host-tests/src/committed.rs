@@ -24,6 +24,9 @@ pub fn assert_current(path: &Path, expected: &str) {
     let mut lines = (1..).zip(committed.zip(expected.lines().chain([""])));
     let differing = lines.find(|(_, (was, is))| was != is);
     let (line, (was, is)) = differing.unwrap_or((0, ("", "")));
+    // A path in a picture is one line of many thousand characters.
+    const SHOWN: usize = 300;
+    let [was, is] = [was, is].map(|text| text.chars().take(SHOWN).collect::<String>());
     panic!(
         "{} is not current from line {line} on: it says\n  {was}\nand should say\n  {is}\nFOOTFALL_UPDATE=1 in the environment writes it again",
         path.display()
