@@ -126,8 +126,8 @@ const LONGEST_STEP: f32 = 0.03;
 /// Longest gap, s, across which the turn is guessed from the two samples on either side.
 ///
 /// A leg swings back, so the guess is a fair one: after a gap of 0.6 s it is wrong by 22° RMS on walking feet. If up had to
-/// be found again, P would be 0 for most of a second: with a gap of 0.6 s in every two seconds a TALOS, a NAO and a GO1 would
-/// have an RMSE of 0.38, 0.50 and 0.53 instead of 0.25, 0.30 and 0.26.
+/// be found again, P would be 0 for most of a second: with a gap of 0.7 s in every two seconds a TALOS, a NAO and a GO1 would
+/// have an RMSE of 0.39, 0.52 and 0.54 instead of 0.25, 0.32 and 0.27.
 const LONGEST_GUESS: f32 = 1.0;
 
 /// Longest time for which a foot keeps turning in a gap, s.
