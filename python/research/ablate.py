@@ -97,7 +97,7 @@ PARTS = [
     Part("up: restart after wrong first samples", ATTITUDE, "has_force && self.age < LAST_RESTART &&", "false &&"),
     Part("up: guessed turn in gaps", ATTITUDE, "} else if seconds <= longest_guess {",
          "} else if seconds <= 0.0 * longest_guess {"),
-    Part("up: doubt after a guessed turn", ATTITUDE, "self.raise_towards(TURN_GUESSED, 1.0);", "self.raise_towards(1.0e9, 1.0);"),
+    Part("up: doubt after a guessed turn", ATTITUDE, "self.raise_towards(TURN_GUESSED, share.lesser(1.0));", "self.raise_towards(1.0e9, 1.0);"),
     Part("up: doubt with the rate", ATTITUDE, "const RATE_DOUBT: f32 = 0.1;", "const RATE_DOUBT: f32 = 0.0;"),
     Part("up: doubt with the change of rate", ATTITUDE, "const TURN_DOUBT: f32 = 1.0;", "const TURN_DOUBT: f32 = 0.0;"),
     Part("up: doubt after a clipped force", ATTITUDE, "self.raise_towards(ACCELEROMETER_CLIPPED,",
