@@ -5,7 +5,7 @@
 //! | [`emulator`] | the board: core, chip and its parts, memory, the chip's wiring |
 //! | [`product`] | the product's behaviour on it: faults and their outcome, reports, boards in real time |
 
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 pub mod emulator;
 pub mod product;

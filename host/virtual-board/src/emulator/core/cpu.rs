@@ -248,11 +248,7 @@ impl Cpu {
 }
 
 /// The engine.
-type Engine = Unicorn<'static, FlashBytes>;
-
-/// Content of flash. The engine executes it, and writes to flash go past the engine: for a write of its own to memory that
-/// a program cannot write, it rebuilds its map of all memory twice. An update would spend most of its time there.
-type FlashBytes = Box<[Cell<u8>]>;
+type Engine = Unicorn<'static, ()>;
 
 /// The general registers but SP, LR and PC, and those of floating point that an exception stacks.
 const R: [RegisterARM; 13] = {
@@ -266,7 +262,7 @@ const FLOATS: [RegisterARM; 8] = {
 };
 
 /// Priority value below which exceptions are taken.
-fn masked_below(engine: &Unicorn<'_, FlashBytes>, machine: &Machine) -> i16 {
+fn masked_below(engine: &Unicorn<'_, ()>, machine: &Machine) -> i16 {
     let get = |register| engine.reg_read(register).unwrap_or(0) as u8;
     let mut priority = THREAD;
     let base = get(RegisterARM::BASEPRI);
@@ -701,8 +697,8 @@ impl Cpu {
             self.engine.mmio_map(
                 start,
                 size,
-                Some(move |_: &mut Unicorn<'_, FlashBytes>, _: u64, _: usize| value.get()),
-                Some(|_: &mut Unicorn<'_, FlashBytes>, _: u64, _: usize, _: u64| ()),
+                Some(move |_: &mut Unicorn<'_, ()>, _: u64, _: usize| value.get()),
+                Some(|_: &mut Unicorn<'_, ()>, _: u64, _: usize, _: u64| ()),
             )?;
             self.engine.mem_protect(start, size, Prot::NONE)?;
         }
@@ -807,23 +803,13 @@ impl Cpu {
     }
 }
 
-impl Memory for Unicorn<'_, FlashBytes> {
+impl Memory for Unicorn<'_, ()> {
     fn read(&mut self, address: u32, bytes: &mut [u8]) -> bool {
         is_memory(address, bytes.len()) && self.mem_read(u64::from(address), bytes).is_ok()
     }
 
     fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
-        if !FLASH.holds(address, bytes.len()) {
-            return is_memory(address, bytes.len())
-                && self.mem_write(u64::from(address), bytes).is_ok();
-        }
-        let first = (address - FLASH.start) as usize;
-        for (cell, byte) in self.get_data()[first..].iter().zip(bytes) {
-            cell.set(*byte);
-        }
-        let start = u64::from(address);
-        // Instructions that were translated from the old content.
-        self.ctl_remove_cache(start, start + bytes.len() as u64).is_ok()
+        is_memory(address, bytes.len()) && self.mem_write(u64::from(address), bytes).is_ok()
     }
 }
 
@@ -840,22 +826,11 @@ fn engine_with_memory(segments: &[(u32, Vec<u8>)]) -> Result<Engine, String> {
 
 /// Creates an engine with memory as at power-up.
 fn engine_powered_up() -> Result<Engine, uc_error> {
-    let flash: FlashBytes = vec![Cell::new(0xFF); FLASH.size].into();
-    let mut engine = Unicorn::new_with_data(Arch::ARM, Mode::THUMB, flash)?;
+    let mut engine = Unicorn::new(Arch::ARM, Mode::THUMB)?;
     // Not `Mode::MCLASS`, which overrides the model with a Cortex-M33.
     engine.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
     for (region, rights, byte) in MEMORIES {
         let start = u64::from(region.start);
-        if region == FLASH {
-            let bytes = engine.get_data().as_ptr().cast_mut().cast();
-            // SAFETY: the bytes are as long as the region, and the engine owns them: it is closed before they are freed.
-            // They are cells, so the engine may read them at any time.
-            #[allow(unsafe_code, reason = "a write to flash is far cheaper, see FlashBytes")]
-            unsafe {
-                engine.mem_map_ptr(start, region.size as u64, rights, bytes)?;
-            }
-            continue;
-        }
         engine.mem_map(start, region.size as u64, rights)?;
         engine.mem_write(start, &vec![byte; region.size])?;
     }
@@ -873,14 +848,13 @@ fn lose_ram(engine: &mut Engine) {
 }
 
 /// Writes to flash from within a hook, which wait until the engine has stopped, at the end of the block; oldest first.
-/// Within the hook, the block that runs may be among those that the engine has to forget; and for a write to the option
-/// bytes the engine rebuilds its map of the memory, while the access that has called the hook goes on with the old one (a
-/// use of freed memory).
+/// The engine rebuilds its map of the memory for each of them, and the access that has called the hook would go on with
+/// the old one (a use of freed memory).
 type LateWrites = Vec<(u32, Vec<u8>)>;
 
 /// Memory as a hook sees it.
 struct InHook<'a, 'b> {
-    engine: &'a mut Unicorn<'b, FlashBytes>,
+    engine: &'a mut Unicorn<'b, ()>,
     late: &'a mut LateWrites,
 }
 
@@ -914,7 +888,7 @@ impl Memory for InHook<'_, '_> {
 }
 
 /// Applies the writes that wait, once the engine has stopped.
-fn apply_late_writes(late: &mut LateWrites, engine: &mut Unicorn<'_, FlashBytes>) {
+fn apply_late_writes(late: &mut LateWrites, engine: &mut Unicorn<'_, ()>) {
     for (address, bytes) in late.drain(..) {
         engine.write(address, &bytes);
     }
