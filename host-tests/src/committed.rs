@@ -24,13 +24,19 @@ pub fn assert_current(path: &Path, expected: &str) {
     let mut lines = (1..).zip(committed.zip(expected.lines().chain([""])));
     let differing = lines.find(|(_, (was, is))| was != is);
     let (line, (was, is)) = differing.unwrap_or((0, ("", "")));
-    // A path in a picture is one line of many thousand characters.
-    const SHOWN: usize = 300;
-    let [was, is] = [was, is].map(|text| text.chars().take(SHOWN).collect::<String>());
+    let [was, is] = shown(was, is);
     panic!(
         "{} is not current from line {line} on: it says\n  {was}\nand should say\n  {is}\nFOOTFALL_UPDATE=1 in the environment writes it again",
         path.display()
     );
+}
+
+/// Parts of two lines around their first difference: a path in a picture is one line of many thousand characters.
+fn shown(was: &str, is: &str) -> [String; 2] {
+    const BEFORE: usize = 40;
+    const LONGEST: usize = 300;
+    let same = was.chars().zip(is.chars()).take_while(|(was, is)| was == is).count();
+    [was, is].map(|line| line.chars().skip(same.saturating_sub(BEFORE)).take(LONGEST).collect())
 }
 
 /// Checks that a block of a Markdown file in the repository has exactly this content.
@@ -52,4 +58,18 @@ pub fn assert_block(file: &str, name: &str, content: &str) {
 #[must_use]
 pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_shown_around_their_first_difference() {
+        let line = |end: &str| "7".repeat(1_000) + end + &"8".repeat(1_000);
+        let [was, is] = shown(&line("a"), &line("b"));
+        assert!(was.contains('a') && is.contains('b'), "{was} {is}");
+        assert!(was.len() <= 300 && is.len() <= 300);
+        assert_eq!(shown("one", "two"), ["one", "two"]);
+    }
 }
