@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use crate::environment;
 use feet::decode::row::write_row;
-use feet::decode::{ContactRow, DecodeError, DecodeNotice, Decoded, Feet, decode};
+use feet::decode::{ContactRow, DecodeError, DecodeNotice, Decoded, KnownFeet, decode};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use gait::plan::DEMO_SEED;
@@ -25,7 +25,7 @@ static DEMO: LazyLock<String> = LazyLock::new(|| {
 });
 
 fn decoded(bytes: &[u8]) -> Decoded {
-    decode(bytes, "file", &Feet::default()).expect("a log")
+    decode(bytes, "file", &KnownFeet::default()).expect("a log")
 }
 
 /// A row without the fields that other log formats name differently.
@@ -63,7 +63,7 @@ fn assert_is_the_demo(bytes: &[u8], name: &str, resolution_us: i64) {
 }
 
 fn refusal(bytes: &[u8]) -> String {
-    match decode(bytes, "file", &Feet::default()) {
+    match decode(bytes, "file", &KnownFeet::default()) {
         Err(error @ (DecodeError::Foreign { .. } | DecodeError::Unrecognised(_))) => {
             error.to_string()
         }

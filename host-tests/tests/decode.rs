@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
-use feet::decode::{ContactRow, Decoded, Feet, decode};
+use feet::decode::{ContactRow, Decoded, KnownFeet, decode};
 use firmware::foot::SOUND_TICKS;
 use firmware::sampling::{Measurement, SensorFault};
 use gait::plan::DEMO_SEED;
@@ -37,7 +37,7 @@ fn demo() -> Transmission {
 }
 
 fn decoded(bytes: &[u8]) -> Decoded {
-    decode(bytes, "file", &Feet::default()).expect("a recording")
+    decode(bytes, "file", &KnownFeet::default()).expect("a recording")
 }
 
 fn probabilities(row: &ContactRow) -> [f32; 3] {
@@ -290,7 +290,7 @@ proptest! {
 
     #[test]
     fn arbitrary_files_are_decoded_or_rejected(bytes in vec(any::<u8>(), 0..2000)) {
-        if let Err(error) = decode(&bytes, "file", &Feet::default()) {
+        if let Err(error) = decode(&bytes, "file", &KnownFeet::default()) {
             prop_assert_eq!(error.to_string().lines().count(), 1);
         }
     }
@@ -308,7 +308,7 @@ proptest! {
             bytes[at] = byte;
         }
         bytes.truncate(cut.index(bytes.len()) + 1);
-        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file", &Feet::default()) {
+        if let Ok(Decoded { rows, report, .. }) = decode(&bytes, "file", &KnownFeet::default()) {
             prop_assert_eq!(rows.len(), report.rows);
             let contacts = report.frames.get("contact").copied().unwrap_or(0);
             prop_assert_eq!(rows.len() as u64, contacts - report.duplicates);

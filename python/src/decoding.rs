@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use estimator_core::Flag;
 use feet::FootHint;
-use feet::decode::feet::Name;
+use feet::decode::known_feet::Name;
 use feet::decode::row::CommonClock;
-use feet::decode::{ContactRow, DecodeError, Feet, FileOutcome};
+use feet::decode::{ContactRow, DecodeError, FileOutcome, KnownFeet};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
@@ -133,7 +133,7 @@ pub(crate) fn decode_file<'py>(
     nodes: Vec<i64>,
     names: BTreeMap<i64, String>,
 ) -> PyResult<(Bound<'py, PyDict>, String)> {
-    let mut feet = Feet::default();
+    let mut feet = KnownFeet::default();
     for id in nodes {
         feet.add(node(id)?);
     }

@@ -5,6 +5,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{
@@ -14,10 +15,11 @@ use std::sync::mpsc::{
 use std::thread;
 use std::time::Duration;
 
-use crate::link::merged::MergedPlaybacks;
+use crate::link::clock::PlaybackPace;
 use crate::link::{
     Arrival, Arrived, LISTEN, LineClock, LineSource, Link, LinkError, Remark, Sending,
 };
+use crate::source::Speed;
 
 /// Capacity of the queue, arrivals: three seconds of four feet on CAN.
 const WAITING: usize = 1 << 14;
@@ -30,7 +32,7 @@ const RETRY: Duration = Duration::from_millis(500);
 
 /// Event of a feed.
 #[derive(Debug)]
-pub enum Fed {
+pub enum FeedEvent {
     /// Something has arrived.
     Arrived(Arrived),
     /// Remark about a recording that is played, for people to read.
@@ -59,7 +61,7 @@ pub struct Feed {
 
 /// Reader of the lines.
 enum LineReader {
-    Threads { fed: Receiver<Fed>, sendings: Vec<Sender<Sending>>, lost: Arc<AtomicU64> },
+    Threads { events: Receiver<FeedEvent>, sendings: Vec<Sender<Sending>>, lost: Arc<AtomicU64> },
     Consumer(RefCell<ConsumedLines>),
 }
 
@@ -84,7 +86,7 @@ impl Feed {
             _ => sources.push(Box::new(MergedPlaybacks(played))),
         }
         let lines = sources.len();
-        let (to, fed) = sync_channel(WAITING);
+        let (to, events) = sync_channel(WAITING);
         let lost = Arc::new(AtomicU64::new(0));
         let mut sendings = Vec::new();
         for source in sources {
@@ -94,7 +96,7 @@ impl Feed {
             // `serve` fails only when the feed is dropped; the thread notices at its next arrival or timeout.
             thread::spawn(move || feeder.serve());
         }
-        let reader = LineReader::Threads { fed, sendings, lost };
+        let reader = LineReader::Threads { events, sendings, lost };
         Self { reader, clock: LineClock::default(), lines, open: Cell::new(lines) }
     }
 
@@ -139,10 +141,10 @@ impl Feed {
 
     /// Returns the next event, or `None` if there is none within `longest`.
     #[must_use]
-    pub fn next(&self, longest: Duration) -> Option<Fed> {
-        let fed = match &self.reader {
-            LineReader::Threads { fed, .. } => match fed.recv_timeout(longest) {
-                Ok(fed) => Some(fed),
+    pub fn next(&self, longest: Duration) -> Option<FeedEvent> {
+        let event = match &self.reader {
+            LineReader::Threads { events, .. } => match events.recv_timeout(longest) {
+                Ok(event) => Some(event),
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => {
                     // The end was reported already; the sleep keeps a polling caller from spinning.
@@ -152,16 +154,16 @@ impl Feed {
             },
             LineReader::Consumer(lines) => lines.borrow_mut().next(&self.clock, longest),
         };
-        match fed {
-            Some(Fed::Ended(LinkError::Ended(_))) if self.open.get() > 1 => {
+        match event {
+            Some(FeedEvent::Ended(LinkError::Ended(_))) if self.open.get() > 1 => {
                 self.open.set(self.open.get() - 1);
                 None
             }
-            fed => fed,
+            event => event,
         }
     }
 
-    /// Queues data for sending on all lines; a failure is reported as [`Fed::NotSent`].
+    /// Queues data for sending on all lines; a failure is reported as [`FeedEvent::NotSent`].
     pub fn send(&self, sending: &Sending) {
         match &self.reader {
             LineReader::Threads { sendings, .. } => {
@@ -194,7 +196,7 @@ struct ConsumedLines {
 }
 
 impl ConsumedLines {
-    fn next(&mut self, clock: &LineClock, longest: Duration) -> Option<Fed> {
+    fn next(&mut self, clock: &LineClock, longest: Duration) -> Option<FeedEvent> {
         let end = clock.now() + longest;
         // In lock step the boards share their time, which also passes while another line is read.
         let piece = if self.lines.len() == 1 { longest } else { STEP.min(longest) };
@@ -203,8 +205,8 @@ impl ConsumedLines {
                 let index = self.next % self.lines.len();
                 self.next = index + 1;
                 self.use_line(index);
-                if let Some(fed) = self.lines[index].next(piece) {
-                    return Some(fed);
+                if let Some(event) = self.lines[index].next(piece) {
+                    return Some(event);
                 }
             }
             if self.lines.len() == 1 || clock.now() >= end {
@@ -237,19 +239,19 @@ impl ConsumedLines {
 struct ConsumedLine {
     link: Option<Box<dyn Link>>,
     /// Events that come before the next arrival.
-    events: VecDeque<Fed>,
+    events: VecDeque<FeedEvent>,
 }
 
 impl ConsumedLine {
     fn new(opened: Result<Box<dyn Link>, LinkError>) -> Self {
         let (link, first) = match opened {
-            Ok(link) => (Some(link), Fed::Opened),
-            Err(error) => (None, Fed::Ended(error)),
+            Ok(link) => (Some(link), FeedEvent::Opened),
+            Err(error) => (None, FeedEvent::Ended(error)),
         };
         Self { link, events: VecDeque::from([first]) }
     }
 
-    fn next(&mut self, longest: Duration) -> Option<Fed> {
+    fn next(&mut self, longest: Duration) -> Option<FeedEvent> {
         if let Some(event) = self.events.pop_front() {
             return Some(event);
         }
@@ -259,10 +261,10 @@ impl ConsumedLine {
             return None;
         };
         match link.receive(longest) {
-            Ok(arrived) => arrived.map(Fed::Arrived),
+            Ok(arrived) => arrived.map(FeedEvent::Arrived),
             Err(error) => {
                 self.link = None;
-                Some(Fed::Ended(error))
+                Some(FeedEvent::Ended(error))
             }
         }
     }
@@ -272,7 +274,7 @@ impl ConsumedLine {
             && let Err(error) = link.park()
         {
             self.link = None;
-            self.events.push_back(Fed::Ended(error));
+            self.events.push_back(FeedEvent::Ended(error));
         }
     }
 
@@ -281,9 +283,9 @@ impl ConsumedLine {
             None | Some(Ok(())) => {}
             Some(Err(error)) if error.may_pass() => {
                 self.link = None;
-                self.events.push_back(Fed::Ended(error));
+                self.events.push_back(FeedEvent::Ended(error));
             }
-            Some(Err(error)) => self.events.push_back(Fed::NotSent(error)),
+            Some(Err(error)) => self.events.push_back(FeedEvent::NotSent(error)),
         }
     }
 }
@@ -291,7 +293,7 @@ impl ConsumedLine {
 /// The thread of a feed.
 struct Feeder {
     source: Box<dyn LineSource>,
-    to: SyncSender<Fed>,
+    to: SyncSender<FeedEvent>,
     to_send: Receiver<Sending>,
     lost: Arc<AtomicU64>,
 }
@@ -306,19 +308,19 @@ impl Feeder {
             let error = match self.source.open() {
                 Ok(mut link) => {
                     self.hand_on(if std::mem::take(&mut reported) {
-                        Fed::OpenedAgain(self.source.to_string())
+                        FeedEvent::OpenedAgain(self.source.to_string())
                     } else {
-                        Fed::Opened
+                        FeedEvent::Opened
                     })?;
                     self.listen(link.as_mut())?
                 }
                 Err(error) => error,
             };
             if !error.may_pass() {
-                return self.hand_on(Fed::Ended(error));
+                return self.hand_on(FeedEvent::Ended(error));
             }
             if !std::mem::replace(&mut reported, true) {
-                self.hand_on(Fed::WaitsFor(error))?;
+                self.hand_on(FeedEvent::WaitsFor(error))?;
             } else if matches!(self.to_send.try_recv(), Err(TryRecvError::Disconnected)) {
                 // The feed was dropped, which closes the channel of sendings.
                 return Err(Left);
@@ -334,26 +336,28 @@ impl Feeder {
                 Ok(Ok(())) => continue,
                 Ok(Err(error)) if error.may_pass() => return Ok(error),
                 Ok(Err(error)) => {
-                    self.hand_on(Fed::NotSent(error))?;
+                    self.hand_on(FeedEvent::NotSent(error))?;
                     continue;
                 }
                 Err(TryRecvError::Empty) => {}
                 Err(TryRecvError::Disconnected) => return Err(Left),
             }
             match link.receive(LISTEN) {
-                Ok(Some((_, Arrival::Remark(remark)))) => self.hand_on(Fed::Remark(remark))?,
-                Ok(Some(arrived)) => self.hand_on(Fed::Arrived(arrived))?,
+                Ok(Some((_, Arrival::Remark(remark)))) => {
+                    self.hand_on(FeedEvent::Remark(remark))?;
+                }
+                Ok(Some(arrived)) => self.hand_on(FeedEvent::Arrived(arrived))?,
                 Ok(None) => {}
                 Err(error) => return Ok(error),
             }
         }
     }
 
-    fn hand_on(&self, fed: Fed) -> Result<(), Left> {
-        if self.source.speed().is_some() || !matches!(fed, Fed::Arrived(_)) {
-            return self.to.send(fed).map_err(|_| Left);
+    fn hand_on(&self, event: FeedEvent) -> Result<(), Left> {
+        if self.source.speed().is_some() || !matches!(event, FeedEvent::Arrived(_)) {
+            return self.to.send(event).map_err(|_| Left);
         }
-        match self.to.try_send(fed) {
+        match self.to.try_send(event) {
             Ok(()) => Ok(()),
             Err(TrySendError::Full(_)) => {
                 self.lost.fetch_add(1, Ordering::Relaxed);
@@ -364,8 +368,89 @@ impl Feeder {
     }
 }
 
+/// Sources that are played together, at the speed of the first.
+struct MergedPlaybacks(Vec<Box<dyn LineSource>>);
+
+impl fmt::Display for MergedPlaybacks {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = self.0.iter().map(ToString::to_string);
+        f.write_str(&names.collect::<Vec<_>>().join(" "))
+    }
+}
+
+impl LineSource for MergedPlaybacks {
+    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
+        let lines = self.0.iter().map(|source| {
+            let link = source.open_unpaced()?;
+            Ok(PlayedLine { link, next: None })
+        });
+        Ok(Box::new(MergedLine {
+            lines: lines.collect::<Result<_, LinkError>>()?,
+            pace: PlaybackPace::new(self.speed().unwrap_or(Speed::REAL)),
+        }))
+    }
+
+    fn speed(&self) -> Option<Speed> {
+        self.0.first().and_then(|source| source.speed())
+    }
+}
+
+/// Several playbacks.
+struct MergedLine {
+    /// Playbacks that have not ended.
+    lines: Vec<PlayedLine>,
+    pace: PlaybackPace,
+}
+
+/// A playback with its next data.
+struct PlayedLine {
+    link: Box<dyn Link>,
+    next: Option<Arrived>,
+}
+
+impl MergedLine {
+    /// Reads the next data of each playback, and removes those that have ended.
+    fn read(&mut self, longest: Duration) -> Result<(), LinkError> {
+        let mut index = 0;
+        while let Some(line) = self.lines.get_mut(index) {
+            if line.next.is_none() {
+                match line.link.receive(longest) {
+                    Ok(next) => line.next = next,
+                    Err(LinkError::Ended(_)) if self.lines.len() > 1 => {
+                        self.lines.remove(index);
+                        continue;
+                    }
+                    Err(error) => return Err(error),
+                }
+            }
+            index += 1;
+        }
+        Ok(())
+    }
+}
+
+impl Link for MergedLine {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        self.read(longest)?;
+        let is_read = |line: &&mut PlayedLine| line.next.is_some();
+        let lines = self.lines.iter_mut().filter(is_read);
+        let first = lines.min_by_key(|line| line.next.as_ref().map(|(at, _)| *at));
+        let Some(line) = first else {
+            return Ok(None);
+        };
+        let at_us = line.next.as_ref().map_or(0, |(at, _)| at.as_micros());
+        Ok(if self.pace.wait(at_us, longest) { line.next.take() } else { None })
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        self.lines.iter_mut().try_for_each(|line| line.link.send(sending))
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use estimator_core::Timestamp;
+
     use super::*;
     use crate::Source;
 
@@ -380,7 +465,7 @@ mod tests {
     fn missing_device_is_named_once() {
         let feed = Feed::open(source("uart:/dev/there-is-none"));
         match feed.next(LONGEST) {
-            Some(Fed::WaitsFor(error)) => {
+            Some(FeedEvent::WaitsFor(error)) => {
                 assert!(error.to_string().starts_with("/dev/there-is-none: "), "{error}");
             }
             other => panic!("{other:?}"),
@@ -392,10 +477,57 @@ mod tests {
     fn missing_file_ends_the_feed() {
         let feed = Feed::open(source("file:there-is-none.log"));
         match feed.next(LONGEST) {
-            Some(Fed::Ended(error)) => {
+            Some(FeedEvent::Ended(error)) => {
                 assert!(error.to_string().contains("there-is-none.log"), "{error}");
             }
             other => panic!("{other:?}"),
         }
+    }
+
+    /// Playback of texts at these times, µs.
+    struct Times(Vec<u64>);
+
+    impl fmt::Display for Times {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("times")
+        }
+    }
+
+    impl LineSource for Times {
+        fn open(&self) -> Result<Box<dyn Link>, LinkError> {
+            Ok(Box::new(Self(self.0.iter().rev().copied().collect())))
+        }
+
+        fn speed(&self) -> Option<Speed> {
+            Some(Speed::Max)
+        }
+    }
+
+    impl Link for Times {
+        fn receive(&mut self, _: Duration) -> Result<Option<Arrived>, LinkError> {
+            let us = self.0.pop().ok_or_else(|| LinkError::Ended("times".to_owned()))?;
+            Ok(Some((Timestamp::from_micros(us), Arrival::Unreadable(us.to_string()))))
+        }
+
+        fn send(&mut self, _: &Sending) -> Result<(), LinkError> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn playbacks_are_merged_in_order_of_time() {
+        let sources = [vec![1, 4, 5], vec![2, 3, 9], vec![]];
+        let sources = sources.map(|times| Box::new(Times(times)) as Box<dyn LineSource>);
+        let mut line = MergedPlaybacks(sources.into()).open().expect("times");
+        let mut times = Vec::new();
+        let ended = loop {
+            match line.receive(Duration::ZERO) {
+                Ok(Some((at, _))) => times.push(at.as_micros()),
+                Ok(None) => {}
+                Err(error) => break error,
+            }
+        };
+        assert_eq!(times, [1, 2, 3, 4, 5, 9]);
+        assert_eq!(ended.to_string(), "times has ended");
     }
 }

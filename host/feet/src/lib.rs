@@ -1,20 +1,26 @@
 //! Lines to feet: reception, decoding, the state of each foot, and requests. Sources have the same syntax in every
 //! command.
 //!
+//! Several sources are the lines of one robot. They become one [`Feed`], whose events one [`Session`] takes. The path of a
+//! frame from its line to the contact of a foot:
+//!
+//! | step | module |
+//! |---|---|
+//! | a source is named: `uart:/dev/ttyACM0`, `can:can0`, `file:can.log` | [`source`] |
+//! | a source opens a line, which receives frames and bytes | [`link`] |
+//! | all lines of a robot become one sequence of events, and broken lines are reopened | [`feed`] |
+//! | the session passes arrivals to the decoder, and the decoder's messages to the feet that sent them | [`session`] |
+//! | the decoder makes a contact of the frames of a sample | [`decode::live`], for each kind of line [`decode`] |
+//! | a foot keeps what it sent last, with rate and jitter of its contacts | [`live_foot`] |
+//! | the foot's clock is converted to that of the receiver | [`foot_clock`] |
+//!
+//! Beside this path:
+//!
 //! | item | module |
 //! |---|---|
-//! | syntax of a source: `uart:/dev/ttyACM0`, `can:can0`, `file:can.log` | [`source`] |
-//! | line to feet: received and sent data, and errors | [`link`] |
-//! | kinds of lines: serial port, slcan adapter, CAN interface, playback of a file | [`link`]'s files |
 //! | feet on USB | [`usb`] |
-//! | line that is read by its own thread and reopened when it breaks | [`feed`] |
-//! | state of all feet of a source, with the changes to show, record or publish | [`session`] |
-//! | state of one foot | [`live_foot`] |
 //! | requests to one foot over its line | [`foot`] |
-//! | conversion of the foot's clock to that of the receiver | [`foot_clock`] |
 //! | remedies of errors, which each program expresses in its own words | [`hint`] |
-//! | rate and jitter of the contacts, and detection of several boards with one id | [`newest_second`] |
-//! | rows of a table from frames and messages, in logs and live | [`decode`] |
 
 pub mod decode;
 pub mod feed;
@@ -23,7 +29,6 @@ pub mod foot_clock;
 pub mod hint;
 pub mod link;
 pub mod live_foot;
-pub mod newest_second;
 pub mod session;
 pub mod source;
 pub mod usb;
@@ -31,7 +36,6 @@ pub mod usb;
 pub use feed::Feed;
 pub use hint::FootHint;
 pub use link::{Arrival, LineSource, Link, LinkError, Sending};
-pub use live_foot::LiveFoot;
-pub use newest_second::NewestSecond;
+pub use live_foot::{LiveFoot, NewestSecond};
 pub use session::{Session, Update};
 pub use source::{Playback, Source};

@@ -1,4 +1,4 @@
-//! State of all feet of a source, from the events of its feed.
+//! State of all feet of a robot, from the events of its feed.
 //!
 //! A command that shows, records or publishes streaming feet uses a [`Session`]. It lets the session listen to a feed,
 //! or passes the feed's events to it, and then takes the updates. After each update the state of its foot is that of
@@ -12,30 +12,19 @@ use estimator_core::Timestamp;
 use wire::Foot;
 
 use crate::Feed;
-use crate::decode::Feet;
-use crate::decode::live::{FootMessage, Listener, MessageBody};
-use crate::feed::Fed;
+use crate::decode::KnownFeet;
+use crate::decode::live::{FootMessage, LiveDecoder, MessageBody};
+use crate::feed::FeedEvent;
 use crate::link::LineClock;
 use crate::live_foot::LiveFoot;
 
 /// Description of several boards with one id.
 pub const SEVERAL_BOARDS: &str = "several boards with this id";
 
-/// Change of a session.
-#[derive(Debug)]
-pub enum Update {
-    /// A message was applied to the foot with this index.
-    Message(usize, FootMessage),
-    /// Nothing has arrived until this time.
-    Quiet(Timestamp),
-    /// Something other than an arrival; before the end of the feed all messages are returned.
-    Line(Fed),
-}
-
-/// State of all feet of a source.
+/// State of all feet of a robot.
 #[derive(Default)]
 pub struct Session {
-    listener: Listener,
+    decoder: LiveDecoder,
     feet: Vec<LiveFoot>,
     listening: Listening,
     /// Time of the first arrival.
@@ -48,9 +37,20 @@ pub struct Session {
     /// Number of lines and fragments that could not be read.
     unreadable: u64,
     /// Update after the messages that are still to be returned.
-    last: Option<Update>,
+    after_messages: Option<Update>,
     /// Indices of two feet on different lines with the same name.
-    same: Option<[usize; 2]>,
+    same_name: Option<[usize; 2]>,
+}
+
+/// Change of a session.
+#[derive(Debug)]
+pub enum Update {
+    /// A message was applied to the foot with this index.
+    Message(usize, FootMessage),
+    /// Nothing has arrived until this time.
+    Quiet(Timestamp),
+    /// Something other than an arrival; before the end of the feed all messages are returned.
+    Line(FeedEvent),
 }
 
 /// Two feet on different lines with the same name, whose messages would be mixed.
@@ -68,8 +68,8 @@ impl Session {
     /// Creates the state before the first arrival. `feet` defines the nodes of a CAN bus that are feet, and their
     /// names.
     #[must_use]
-    pub fn new(feet: Feet) -> Self {
-        Self { listener: Listener::new(feet), ..Self::default() }
+    pub fn new(feet: KnownFeet) -> Self {
+        Self { decoder: LiveDecoder::new(feet), ..Self::default() }
     }
 
     /// Waits up to `longest` for the next event of a feed, and processes it; without one, the time advances. All updates
@@ -77,26 +77,26 @@ impl Session {
     pub fn listen(&mut self, feed: &Feed, longest: Duration) {
         self.clock.clone_from(feed.clock());
         match feed.next(longest) {
-            Some(fed) => self.take(fed),
+            Some(event) => self.take(event),
             None => self.idle(self.quiet_for()),
         }
     }
 
     /// Processes an event of a feed. All updates must have been taken.
-    pub fn take(&mut self, fed: Fed) {
-        match fed {
-            Fed::Arrived((at, arrival)) => {
+    pub fn take(&mut self, event: FeedEvent) {
+        match event {
+            FeedEvent::Arrived((at, arrival)) => {
                 self.first.get_or_insert(at);
                 self.now = at;
                 self.newest = Some((at, self.clock.now()));
-                let unreadable = arrival.hand_to(&mut self.listener, at);
+                let unreadable = self.decoder.take(arrival, at);
                 self.unreadable += u64::from(unreadable.is_some());
                 return;
             }
-            Fed::Ended(_) => self.listener.finish(),
+            FeedEvent::Ended(_) => self.decoder.finish(),
             _ => {}
         }
-        self.last = Some(Update::Line(fed));
+        self.after_messages = Some(Update::Line(event));
     }
 
     /// Advances the time to `since` after the newest arrival, if there was one. All updates must have been taken.
@@ -108,35 +108,35 @@ impl Session {
         let now = Timestamp::from_micros(newest.as_micros().saturating_add(since_us));
         if now > self.now {
             self.now = now;
-            self.listener.idle(now);
-            self.last = Some(Update::Quiet(now));
+            self.decoder.idle(now);
+            self.after_messages = Some(Update::Quiet(now));
         }
     }
 
     /// Ends reception: contacts that wait for related messages are released.
     pub fn finish(&mut self) {
-        self.listener.finish();
+        self.decoder.finish();
     }
 
     /// Returns the next update, if any.
     pub fn next_update(&mut self) -> Option<Update> {
-        if let Some(message) = self.listener.next_message() {
+        if let Some(message) = self.decoder.next_message() {
             self.listening.arrive(message.at);
-            let index = self.index(&message);
+            let index = self.sender_of(&message);
             self.feet[index].apply(&message, self.listening.us());
             return Some(Update::Message(index, message));
         }
-        let last = self.last.take();
-        if let Some(Update::Quiet(now)) = last {
+        let update = self.after_messages.take();
+        if let Some(Update::Quiet(now)) = update {
             self.listening.idle(now);
         }
-        last
+        update
     }
 
     /// Returns the index of the foot that sent a message, adding it on first reception.
-    fn index(&mut self, message: &FootMessage) -> usize {
+    fn sender_of(&mut self, message: &FootMessage) -> usize {
         let key = &message.foot;
-        let name = match (self.listener.name(key), &message.body) {
+        let name = match (self.decoder.name(key), &message.body) {
             (None, MessageBody::Contact(row)) => row.foot.clone(),
             (name, _) => name,
         };
@@ -169,23 +169,23 @@ impl Session {
         let is_same = |other: &LiveFoot| {
             foot.name.is_some() && other.name == foot.name && other.key.line != foot.key.line
         };
-        if self.same.is_none()
+        if self.same_name.is_none()
             && let Some(other) = self.feet.iter().position(is_same)
         {
-            self.same = Some([other.min(index), other.max(index)]);
+            self.same_name = Some([other.min(index), other.max(index)]);
         }
     }
 
     /// Returns two feet on different lines with the same name, if there are any.
     #[must_use]
     pub fn same_name(&self) -> Option<SameFoot<'_>> {
-        let feet = self.same?.map(|index| &self.feet[index]);
+        let feet = self.same_name?.map(|index| &self.feet[index]);
         let is_unused =
             |name: &&str| self.feet.iter().all(|foot| foot.name.as_deref() != Some(*name));
         let unused = Foot::ALL.map(Foot::name).into_iter().find(is_unused);
         Some(SameFoot {
             feet,
-            are_serial: feet.map(|foot| self.listener.is_serial(&foot.key.line)),
+            are_serial: feet.map(|foot| self.decoder.is_serial(&foot.key.line)),
             unused: unused.unwrap_or("R"),
         })
     }
@@ -198,8 +198,8 @@ impl Session {
 
     /// Returns the decoder of all lines.
     #[must_use]
-    pub const fn listener(&self) -> &Listener {
-        &self.listener
+    pub const fn decoder(&self) -> &LiveDecoder {
+        &self.decoder
     }
 
     /// Returns the listening time.
@@ -235,14 +235,11 @@ impl Session {
     }
 }
 
-/// Longest wait of a message of all feet for the contacts that it lacks, µs.
-pub const COMPLETION_WAIT_US: u64 = 20_000;
-
 /// Maximum time counted between two arrivals, µs; a longer gap means that the program has stalled.
 const LONGEST_GAP_US: u64 = 10_000;
 
 /// Maximum time counted for an idle poll, µs; a longer gap means that the program has stalled.
-const LONGEST_WAIT_US: u64 = 50_000;
+const LONGEST_IDLE_US: u64 = 50_000;
 
 /// Accumulated listening time, against which silent feet are detected. A stall of this machine delays all feet, one after
 /// the other, and does not count.
@@ -260,7 +257,7 @@ impl Listening {
 
     /// Adds the time until `now` without reception.
     pub fn idle(&mut self, now: Timestamp) {
-        self.advance(now, LONGEST_WAIT_US);
+        self.advance(now, LONGEST_IDLE_US);
     }
 
     fn advance(&mut self, time: Timestamp, longest_us: u64) {
@@ -307,18 +304,18 @@ mod tests {
     fn estimate(session: &mut Session, ms: u64, foot: &str) {
         let row =
             ContactRow { timestamp: at(ms), foot: Some(foot.into()), ..ContactRow::default() };
-        session.take(Fed::Arrived((at(ms), Arrival::Estimate(Box::new(row)))));
+        session.take(FeedEvent::Arrived((at(ms), Arrival::Estimate(Box::new(row)))));
     }
 
     fn frame(session: &mut Session, ms: u64, id: u16, data: &[u8]) {
         let frame = CanFrame::new(id, data).expect("a frame");
         let interface = "can0".into();
-        session.take(Fed::Arrived((at(ms), Arrival::Frame { interface, frame })));
+        session.take(FeedEvent::Arrived((at(ms), Arrival::Frame { interface, frame })));
     }
 
     #[test]
     fn feet_of_a_recording_share_a_line_without_an_id() {
-        let mut session = Session::new(Feet::default());
+        let mut session = Session::new(KnownFeet::default());
         for (foot, index) in [("FL", 0), ("FR", 1), ("FL", 0), ("RL", 2), ("FR", 1)] {
             estimate(&mut session, 0, foot);
             assert_eq!(updates(&mut session), [Some(index)], "{foot}");
@@ -329,7 +326,7 @@ mod tests {
 
     #[test]
     fn same_name_on_two_lines_is_found_once_both_are_heard() {
-        let mut session = Session::new(Feet::default());
+        let mut session = Session::new(KnownFeet::default());
         let mut row = |line: &str, foot: &str| {
             let row = ContactRow {
                 timestamp: at(0),
@@ -337,7 +334,7 @@ mod tests {
                 foot: Some(foot.into()),
                 ..ContactRow::default()
             };
-            session.take(Fed::Arrived((at(0), Arrival::Estimate(Box::new(row)))));
+            session.take(FeedEvent::Arrived((at(0), Arrival::Estimate(Box::new(row)))));
             updates(&mut session);
             let same = session.same_name();
             same.map(|same| (same.feet.map(|foot| foot.key.line.to_string()), same.unused))
@@ -350,7 +347,7 @@ mod tests {
 
     #[test]
     fn stall_of_this_machine_silences_feet_in_the_display_alone() {
-        let mut session = Session::new(Feet::default());
+        let mut session = Session::new(KnownFeet::default());
         for foot in ["FL", "FR"] {
             estimate(&mut session, 0, foot);
             updates(&mut session);
@@ -375,7 +372,7 @@ mod tests {
 
     #[test]
     fn quiet_update_follows_contacts_that_waited() {
-        let mut session = Session::new(Feet::default());
+        let mut session = Session::new(KnownFeet::default());
         session.idle(Duration::from_millis(30));
         assert_eq!(updates(&mut session), [], "nothing has arrived");
         frame(&mut session, 0, 0x191, &[0; 8]);
@@ -389,7 +386,7 @@ mod tests {
 
     #[test]
     fn drops_are_counted_across_turns_and_restarts() {
-        let mut session = Session::new(Feet::default());
+        let mut session = Session::new(KnownFeet::default());
         let mut dropped = |id, data: &[u8]| {
             frame(&mut session, 0, id, data);
             updates(&mut session);

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use estimator_core::Timestamp;
-use feet::decode::Feet;
+use feet::decode::KnownFeet;
 use feet::decode::live::MessageBody;
-use feet::feed::Fed;
+use feet::feed::FeedEvent;
 use feet::{Arrival, Feed, LineSource, Session, Update};
 use simulated_robot::Demo;
 
@@ -22,10 +22,10 @@ fn demo_at_max_speed_yields_every_frame_and_its_end() {
     let mut contacts = 0;
     loop {
         match feed.next(LONGEST).expect("it ends") {
-            Fed::Arrived((_, Arrival::Frame { frame, .. })) => {
+            FeedEvent::Arrived((_, Arrival::Frame { frame, .. })) => {
                 contacts += usize::from(frame.id() & 0x780 == 0x180);
             }
-            Fed::Ended(error) => {
+            FeedEvent::Ended(error) => {
                 assert_eq!(error.to_string(), "the demo has ended");
                 break;
             }
@@ -38,13 +38,13 @@ fn demo_at_max_speed_yields_every_frame_and_its_end() {
 #[test]
 fn contacts_of_a_serial_foot_have_its_name_from_the_first() {
     let feed = demo("line=uart,seconds=2,speed=max");
-    let mut session = Session::new(Feet::default());
+    let mut session = Session::new(KnownFeet::default());
     let mut contacts = 0;
     'listen: loop {
         session.listen(&feed, LONGEST);
         while let Some(update) = session.next_update() {
             match update {
-                Update::Line(Fed::Ended(_)) => break 'listen,
+                Update::Line(FeedEvent::Ended(_)) => break 'listen,
                 Update::Message(0, message) => {
                     contacts += u64::from(matches!(message.body, MessageBody::Contact(_)));
                     assert_eq!(message.foot.node, Some(0x11));
@@ -67,14 +67,14 @@ fn feet_of_two_sources_are_one_feed_in_order_of_time() {
     let sources =
         sources.map(|keys| Box::new(keys.parse::<Demo>().expect("keys")) as Box<dyn LineSource>);
     let feed = Feed::open_all(sources.into());
-    let mut session = Session::new(Feet::default());
+    let mut session = Session::new(KnownFeet::default());
     let mut newest = Timestamp::default();
     'listen: loop {
         session.listen(&feed, LONGEST);
         assert!(session.now() >= newest);
         newest = session.now();
         while let Some(update) = session.next_update() {
-            if let Update::Line(Fed::Ended(_)) = update {
+            if let Update::Line(FeedEvent::Ended(_)) = update {
                 break 'listen;
             }
         }

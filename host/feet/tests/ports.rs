@@ -9,9 +9,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use feet::decode::Feet;
-use feet::decode::live::{FootMessage, Listener, MessageBody};
-use feet::feed::Fed;
+use feet::decode::KnownFeet;
+use feet::decode::live::{FootMessage, LiveDecoder, MessageBody};
+use feet::feed::FeedEvent;
 use feet::link::serial::{SlcanParser, SlcanWord};
 use feet::{Feed, LineSource, Sending, Session, Source};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -62,19 +62,19 @@ const LONGEST: Duration = Duration::from_secs(120);
 
 /// Listens to a source until `is_enough`.
 fn listen(feed: &Feed, mut is_enough: impl FnMut(&[FootMessage]) -> bool) -> Vec<FootMessage> {
-    let mut listener = Listener::default();
+    let mut decoder = LiveDecoder::default();
     let mut heard = Vec::new();
     let end = Instant::now() + LONGEST;
     while !is_enough(&heard) {
         assert!(Instant::now() < end, "{} things heard", heard.len());
         match feed.next(Duration::from_millis(100)) {
-            Some(Fed::Arrived((at, arrival))) => {
-                arrival.hand_to(&mut listener, at);
+            Some(FeedEvent::Arrived((at, arrival))) => {
+                decoder.take(arrival, at);
             }
-            Some(Fed::Ended(error) | Fed::NotSent(error)) => panic!("{error}"),
+            Some(FeedEvent::Ended(error) | FeedEvent::NotSent(error)) => panic!("{error}"),
             _ => {}
         }
-        heard.extend(std::iter::from_fn(|| listener.next_message()));
+        heard.extend(std::iter::from_fn(|| decoder.next_message()));
     }
     heard
 }
@@ -138,7 +138,7 @@ fn feet_on_several_ports_are_one_feed_with_names() {
     };
     let heard = listen(&feed, |heard| ports.iter().all(|port| of(heard, port) >= 300));
     assert!(heard.iter().all(|heard| heard.foot.node == Some(0x11)), "no foot without a name");
-    let mut session = Session::new(Feet::default());
+    let mut session = Session::new(KnownFeet::default());
     let end = Instant::now() + LONGEST;
     while session.same_name().is_none() {
         assert!(Instant::now() < end);
@@ -224,7 +224,7 @@ fn port_without_an_adapter_is_reported() {
     let (ours, name) = terminal();
     let feed = Feed::open(source(&format!("slcan:{name}")));
     match feed.next(LONGEST) {
-        Some(Fed::WaitsFor(error)) => {
+        Some(FeedEvent::WaitsFor(error)) => {
             assert!(
                 error.to_string().contains("does not respond like an slcan adapter"),
                 "{error}"
@@ -239,10 +239,12 @@ fn port_without_an_adapter_is_reported() {
 fn unplugged_port_is_retried() {
     let (ours, name) = terminal();
     let feed = Feed::open(source(&format!("uart:{name}")));
-    assert!(matches!(feed.next(LONGEST), Some(Fed::Opened)));
+    assert!(matches!(feed.next(LONGEST), Some(FeedEvent::Opened)));
     drop(ours);
     match feed.next(LONGEST) {
-        Some(Fed::WaitsFor(error)) => assert!(error.to_string().starts_with(&name), "{error}"),
+        Some(FeedEvent::WaitsFor(error)) => {
+            assert!(error.to_string().starts_with(&name), "{error}");
+        }
         other => panic!("{other:?}"),
     }
 }

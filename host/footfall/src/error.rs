@@ -7,7 +7,7 @@ use std::io;
 use estimator_core::{Axis, ParamsError};
 use feet::FootHint;
 use feet::decode::DecodeError;
-use feet::decode::feet::NamedTwice;
+use feet::decode::known_feet::NamedTwice;
 use feet::decode::remedy::Trouble;
 use feet::foot::RequestError;
 use feet::foot::accept::AcceptError;

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::ros::topics::NODE;
 use crate::ros::{Bridge, Published};
-use feet::decode::Feet;
-use feet::feed::Fed;
+use feet::decode::KnownFeet;
+use feet::feed::FeedEvent;
 use feet::link::{LineClock, Remark};
 use feet::session::{SEVERAL_BOARDS, SameFoot};
 use feet::{Feed, LineSource, LinkError, LiveFoot, Session, Update, usb};
@@ -48,7 +48,7 @@ pub trait Sink {
 pub struct Stream {
     feed: Feed,
     /// Events of lines that were open before the others.
-    early: VecDeque<Fed>,
+    early: VecDeque<FeedEvent>,
     session: Session,
     bridge: Bridge,
     /// Feet whose id is used by several boards, as last reported.
@@ -67,19 +67,19 @@ impl Stream {
     ///
     /// # Errors
     /// A source cannot be opened.
-    pub fn open(sources: Vec<Source>, feet: Feet, bridge: Bridge) -> Result<Self, LinkError> {
+    pub fn open(sources: Vec<Source>, feet: KnownFeet, bridge: Bridge) -> Result<Self, LinkError> {
         let feed = feed_of(sources);
         let mut early = VecDeque::new();
         let mut unknown = feed.lines();
         while unknown > 0 && !is_interrupted() {
             match feed.next(QUIET) {
-                Some(Fed::Ended(error)) if early.is_empty() => return Err(error),
-                Some(Fed::WaitsFor(error)) => {
+                Some(FeedEvent::Ended(error)) if early.is_empty() => return Err(error),
+                Some(FeedEvent::WaitsFor(error)) => {
                     warn_of_waiting(&error);
                     unknown -= 1;
                 }
-                Some(Fed::Opened) => unknown -= 1,
-                Some(end @ Fed::Ended(_)) => {
+                Some(FeedEvent::Opened) => unknown -= 1,
+                Some(end @ FeedEvent::Ended(_)) => {
                     early.push_back(end);
                     break;
                 }
@@ -150,12 +150,12 @@ impl Stream {
             match update {
                 Update::Message(foot, _) => self.warn_of_shared_id(foot),
                 Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
-                Update::Line(Fed::WaitsFor(error)) => warn_of_waiting(&error),
-                Update::Line(Fed::Remark(remark)) => warn(remark_text(&remark)),
-                Update::Line(Fed::NotSent(error)) => warn(error),
-                Update::Line(Fed::Ended(error)) => return Ok(Some(error)),
-                Update::Line(Fed::OpenedAgain(line)) => warn(format!("{line} is open again")),
-                Update::Quiet(_) | Update::Line(Fed::Opened | Fed::Arrived(_)) => {}
+                Update::Line(FeedEvent::WaitsFor(error)) => warn_of_waiting(&error),
+                Update::Line(FeedEvent::Remark(remark)) => warn(remark_text(&remark)),
+                Update::Line(FeedEvent::NotSent(error)) => warn(error),
+                Update::Line(FeedEvent::Ended(error)) => return Ok(Some(error)),
+                Update::Line(FeedEvent::OpenedAgain(line)) => warn(format!("{line} is open again")),
+                Update::Quiet(_) | Update::Line(FeedEvent::Opened | FeedEvent::Arrived(_)) => {}
             }
         }
         Ok(None)
@@ -205,14 +205,14 @@ impl Stream {
 
     /// Warns about lost and unreadable data.
     pub fn report(&self) {
-        let listener = self.session.listener();
-        let reports = listener.reports();
+        let decoder = self.session.decoder();
+        let reports = decoder.reports();
         let missing: u64 = reports.iter().map(|(_, report)| report.missing).sum();
         let problems = reports.iter().flat_map(|(_, report)| &report.problems);
         let problems = problems.map(|(name, count)| format!("{name} {count}"));
         let problems: Vec<_> = problems.collect();
         if self.session.feet().is_empty() {
-            let unknown = listener.unknown_foot();
+            let unknown = decoder.unknown_foot();
             let hint = unknown.map(|id| format!(", but node {id} may be one: --node {id}"));
             warn(format!("no foot was heard{}", hint.unwrap_or_default()));
         }

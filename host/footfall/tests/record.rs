@@ -4,7 +4,7 @@ use std::fs;
 use std::time::Duration;
 
 use crate::common::{AXES, Bench, assert_has, cases, kill, read, samples, text};
-use feet::feed::Fed;
+use feet::feed::FeedEvent;
 use feet::{Arrival, Feed};
 use wire::Foot as Position;
 
@@ -224,14 +224,14 @@ fn log_of_two_boards_with_one_id() -> String {
     let mut log = String::new();
     loop {
         match feed.next(Duration::from_secs(600)).expect("it ends") {
-            Fed::Arrived((at, Arrival::Frame { frame, .. })) => {
+            FeedEvent::Arrived((at, Arrival::Frame { frame, .. })) => {
                 let is_right = frame.id() & 0x7F == u16::from(own);
                 let id = frame.id() - if is_right { u16::from(own - left) } else { 0 };
                 let (s, us) = (at.as_micros() / 1_000_000, at.as_micros() % 1_000_000);
                 let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
                 log.push_str(&format!("({s}.{us:06}) can0 {id:03X}#{data}\n"));
             }
-            Fed::Ended(_) => return log,
+            FeedEvent::Ended(_) => return log,
             _ => {}
         }
     }

@@ -160,7 +160,7 @@ impl Robot {
 mod tests {
     use super::*;
     use feet::decode::ContactRow;
-    use feet::decode::live::{FootMessage, Listener, MessageBody};
+    use feet::decode::live::{FootMessage, LiveDecoder, MessageBody};
     use wire::{Foot as Position, Pdo};
 
     fn run(robot: &mut Robot, ticks: u64) -> Vec<(Timestamp, CanFrame)> {
@@ -183,11 +183,11 @@ mod tests {
     #[test]
     fn walking_foot_reports_stance_swing_and_load() {
         let mut robot = Robot::new(1, 1, DemoLine::Can);
-        let mut listener = Listener::default();
+        let mut decoder = LiveDecoder::default();
         for (at, frame) in run(&mut robot, 12_000) {
-            listener.frame("can0", &frame, at);
+            decoder.frame("can0", &frame, at);
         }
-        let messages: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
+        let messages: Vec<FootMessage> = std::iter::from_fn(|| decoder.next_message()).collect();
         let stable = |row: &ContactRow| row.stable > 0.9;
         let rows: Vec<_> = messages
             .iter()
@@ -209,15 +209,15 @@ mod tests {
     #[test]
     fn serial_lines_carry_contacts_and_raw_samples() {
         let mut robot = Robot::new(2, 1, DemoLine::Uart);
-        let mut listener = Listener::default();
+        let mut decoder = LiveDecoder::default();
         for _ in 0..500 {
             robot.tick();
             for foot in 0..2 {
                 let bytes = robot.take_serial(foot);
-                listener.bytes(&foot.to_string(), &bytes, robot.now());
+                decoder.bytes(&foot.to_string(), &bytes, robot.now());
             }
         }
-        let messages: Vec<FootMessage> = std::iter::from_fn(|| listener.next_message()).collect();
+        let messages: Vec<FootMessage> = std::iter::from_fn(|| decoder.next_message()).collect();
         for foot in ["0", "1"] {
             let of = |is_wanted: fn(&MessageBody) -> bool| {
                 let of_foot = messages.iter().filter(|message| &*message.foot.line == foot);

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use estimator_core::{Saturation, Validity};
     use feet::decode::report::BoardReport;
-    use feet::decode::{Feet, decode};
+    use feet::decode::{KnownFeet, decode};
     use gait::{GaitName, Ground, Plan, SensorParams, simulate};
     use recordings::config::default_params;
     use recordings::estimate::estimates_of;
@@ -140,7 +140,7 @@ mod tests {
     /// Last health message of one second on the serial line.
     fn health_after(change: impl FnMut(usize, &mut Measurement)) -> BoardReport {
         let decoded =
-            decode(&sent(change).uart, "uart.bin", &Feet::default()).expect("a recording");
+            decode(&sent(change).uart, "uart.bin", &KnownFeet::default()).expect("a recording");
         decoded.report.board.expect("a health message")
     }
 

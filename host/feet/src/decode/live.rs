@@ -1,6 +1,6 @@
 //! Live decoding of frames of a CAN bus and bytes of serial lines.
 //!
-//! [`Listener`] keeps the sequence numbers of each line and combines the frames of a sample. A contact is
+//! [`LiveDecoder`] keeps the sequence numbers of each line and combines the frames of a sample. A contact is
 //! returned once it is final, which is when its foot has sent the next one, a millisecond later. The output of a foot on a
 //! serial line is returned once its first health message has named it, or 0.2 s later.
 
@@ -16,21 +16,19 @@ use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
 
 use crate::decode::can::{CanDecoder, Reception};
 use crate::decode::uart::{self, HeldBack, UartDecoder};
-use crate::decode::{ContactRow, Feet, Report};
+use crate::decode::{ContactRow, KnownFeet, Report};
+use crate::link::Arrival;
 
-/// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
-const LONGEST_WAIT_US: u64 = 20_000;
-
-/// Longest time from the first faults of a foot to its boot-up, µs.
-const AT_START_US: u64 = 20_000;
-
-/// Source of a message.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct FootKey {
-    /// Line of reception: a CAN interface or a serial port.
-    pub line: Arc<str>,
-    /// Node id; on a serial line known from the first health message on.
-    pub node: Option<u8>,
+/// Decoder of all lines of a robot: arrivals go in, messages of its feet come out.
+pub struct LiveDecoder {
+    can: CanDecoder,
+    serial: BTreeMap<Arc<str>, SerialInput>,
+    /// Names of the lines, shared by all their messages.
+    lines: BTreeMap<String, Arc<str>>,
+    /// Messages that are final and not yet returned.
+    messages: VecDeque<FootMessage>,
+    /// Faults recently raised by each node, with the time of the newest.
+    raised: BTreeMap<FootKey, (Timestamp, Faults)>,
 }
 
 /// A message received from a foot.
@@ -42,6 +40,15 @@ pub struct FootMessage {
     pub foot: FootKey,
     /// Content of the message.
     pub body: MessageBody,
+}
+
+/// Source of a message.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FootKey {
+    /// Line of reception: a CAN interface or a serial port.
+    pub line: Arc<str>,
+    /// Node id; on a serial line known from the first health message on.
+    pub node: Option<u8>,
 }
 
 /// Content of a message sent by a foot or to it.
@@ -71,40 +78,16 @@ pub enum MessageBody {
     Sdo([u8; 8]),
 }
 
-/// Decoder state of all lines, and the messages still to be returned.
-pub struct Listener {
-    can: CanDecoder,
-    serial: BTreeMap<Arc<str>, SerialInput>,
-    lines: BTreeMap<String, Arc<str>>,
-    messages: VecDeque<FootMessage>,
-    /// Faults recently raised by each node, with the time of the newest.
-    raised: BTreeMap<FootKey, (Timestamp, Faults)>,
-}
+/// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
+const CONTACT_TIMEOUT_US: u64 = 20_000;
 
-/// A serial line.
-struct SerialInput {
-    decoder: Decoder,
-    rows: UartDecoder,
-    held: HeldBack<FootMessage>,
-}
+/// Longest time from the first faults of a foot to its boot-up, µs.
+const AT_START_US: u64 = 20_000;
 
-impl SerialInput {
-    /// Returns the messages that are held back no longer, with the foot that sent them.
-    fn released(&self, messages: VecDeque<FootMessage>) -> impl Iterator<Item = FootMessage> + '_ {
-        messages.into_iter().map(|mut message| {
-            message.foot.node = self.rows.node.map(NodeId::get);
-            if let MessageBody::Contact(row) = &mut message.body {
-                self.rows.identify(row);
-            }
-            message
-        })
-    }
-}
-
-impl Listener {
-    /// Creates a listener; `feet` defines the nodes of a CAN bus that are feet, and their names.
+impl LiveDecoder {
+    /// Creates a decoder; `feet` defines the nodes of a CAN bus that are feet, and their names.
     #[must_use]
-    pub fn new(feet: Feet) -> Self {
+    pub fn new(feet: KnownFeet) -> Self {
         Self {
             can: CanDecoder::new(feet, Reception::Live),
             serial: BTreeMap::new(),
@@ -119,7 +102,20 @@ impl Listener {
         self.can.known.add(node);
     }
 
-    /// Processes a frame that `interface` received at `at`.
+    /// Processes data received at `at`. Returns its text if it is unreadable.
+    pub fn take(&mut self, arrival: Arrival, at: Timestamp) -> Option<String> {
+        match arrival {
+            Arrival::Frame { interface, frame } => self.frame(&interface, &frame, at),
+            Arrival::Bytes { port, bytes } => self.bytes(&port, &bytes, at),
+            Arrival::Estimate(row) => self.row(row, at),
+            Arrival::Unreadable(text) => return Some(text),
+            Arrival::Remark(_) => {}
+        }
+        None
+    }
+
+    /// Processes a frame that `interface` received at `at`. A contact waits for its further frames; any other message is
+    /// returned at once.
     pub fn frame(&mut self, interface: &str, frame: &CanFrame, at: Timestamp) {
         let line = self.line(interface);
         self.can.take(interface, frame, Some(at));
@@ -223,8 +219,8 @@ impl Listener {
             let known = serial.held.take_if(&serial.rows, now);
             self.messages.extend(serial.released(known));
         }
-        let overdue = now.as_micros().saturating_sub(LONGEST_WAIT_US);
-        self.settle(Timestamp::from_micros(overdue));
+        let overdue = now.as_micros().saturating_sub(CONTACT_TIMEOUT_US);
+        self.release_contacts(Timestamp::from_micros(overdue));
     }
 
     /// Ends reception: every pending contact is released.
@@ -234,7 +230,7 @@ impl Listener {
             self.messages.extend(serial.released(held));
         }
         self.can.finish();
-        self.settle(Timestamp::from_micros(u64::MAX));
+        self.release_contacts(Timestamp::from_micros(u64::MAX));
     }
 
     /// Returns the next message, if any.
@@ -282,8 +278,10 @@ impl Listener {
         line
     }
 
-    fn settle(&mut self, overdue: Timestamp) {
-        let rows: Vec<ContactRow> = self.can.settle_closed(overdue).collect();
+    /// Releases the contacts on CAN that are final: their foot has sent the next one, or they were received before
+    /// `overdue`.
+    fn release_contacts(&mut self, overdue: Timestamp) {
+        let rows: Vec<ContactRow> = self.can.final_rows(overdue).collect();
         for row in rows {
             let at = row.received.unwrap_or_default();
             self.row(Box::new(row), at);
@@ -291,10 +289,31 @@ impl Listener {
     }
 }
 
-impl Default for Listener {
-    /// A listener for feet with default ids.
+impl Default for LiveDecoder {
+    /// A decoder for feet with default ids.
     fn default() -> Self {
-        Self::new(Feet::default())
+        Self::new(KnownFeet::default())
+    }
+}
+
+/// Decoder of a serial line.
+struct SerialInput {
+    decoder: Decoder,
+    rows: UartDecoder,
+    /// Messages of a foot that has not been named yet.
+    held: HeldBack<FootMessage>,
+}
+
+impl SerialInput {
+    /// Returns the messages that are held back no longer, with the foot that sent them.
+    fn released(&self, messages: VecDeque<FootMessage>) -> impl Iterator<Item = FootMessage> + '_ {
+        messages.into_iter().map(|mut message| {
+            message.foot.node = self.rows.node.map(NodeId::get);
+            if let MessageBody::Contact(row) = &mut message.body {
+                self.rows.identify(row);
+            }
+            message
+        })
     }
 }
 
@@ -348,8 +367,8 @@ mod tests {
         CanFrame::new(0x180 + node, &bytes).expect("a frame")
     }
 
-    fn all(listener: &mut Listener) -> Vec<FootMessage> {
-        std::iter::from_fn(|| listener.next_message()).collect()
+    fn all(decoder: &mut LiveDecoder) -> Vec<FootMessage> {
+        std::iter::from_fn(|| decoder.next_message()).collect()
     }
 
     /// Returns the row and foot of the only contact received.
@@ -362,15 +381,15 @@ mod tests {
 
     #[test]
     fn contact_is_returned_once_its_foot_sends_the_next() {
-        let mut listener = Listener::default();
+        let mut decoder = LiveDecoder::default();
         let acceleration = Acceleration::new(&estimate(1000), Faults::NONE).encode();
-        listener.frame("can0", &contact(0x11, 1000), at(1000));
-        listener.frame("can0", &contact(0x12, 1000), at(1100));
+        decoder.frame("can0", &contact(0x11, 1000), at(1000));
+        decoder.frame("can0", &contact(0x12, 1000), at(1100));
         let frame = CanFrame::new(0x480 + 0x11, &acceleration).expect("a frame");
-        listener.frame("can0", &frame, at(1200));
-        assert_eq!(all(&mut listener), []);
-        listener.frame("can0", &contact(0x11, 2000), at(2000));
-        let messages = all(&mut listener);
+        decoder.frame("can0", &frame, at(1200));
+        assert_eq!(all(&mut decoder), []);
+        decoder.frame("can0", &contact(0x11, 2000), at(2000));
+        let messages = all(&mut decoder);
         let (foot, row) = only_contact(&messages);
         assert_eq!((foot.node, &*foot.line), (Some(0x11), "can0"));
         assert_eq!(row.foot.as_deref(), Some("FL"));
@@ -379,21 +398,21 @@ mod tests {
 
     #[test]
     fn silent_foot_does_not_block_other_feet() {
-        let mut listener = Listener::default();
-        listener.frame("can0", &contact(0x11, 1000), at(1000));
+        let mut decoder = LiveDecoder::default();
+        decoder.frame("can0", &contact(0x11, 1000), at(1000));
         for ms in 2..40 {
-            listener.frame("can0", &contact(0x12, ms * 1000), at(ms * 1000));
+            decoder.frame("can0", &contact(0x12, ms * 1000), at(ms * 1000));
         }
-        let nodes: Vec<_> = all(&mut listener).iter().map(|h| h.foot.node).collect();
+        let nodes: Vec<_> = all(&mut decoder).iter().map(|h| h.foot.node).collect();
         assert_eq!(nodes.len(), 38, "one of 0x11, and all of 0x12 but the newest");
         assert_eq!(nodes[0], Some(0x11));
-        listener.idle(at(100_000));
-        assert_eq!(all(&mut listener).len(), 1, "the newest of 0x12");
+        decoder.idle(at(100_000));
+        assert_eq!(all(&mut decoder).len(), 1, "the newest of 0x12");
     }
 
     #[test]
-    fn faults_states_and_loads_of_a_foot_are_heard() {
-        let mut listener = Listener::default();
+    fn faults_states_and_loads_of_a_foot_are_returned() {
+        let mut decoder = LiveDecoder::default();
         let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
         let frames = [
             (0x091, &emergency.encode()[..]),
@@ -405,9 +424,9 @@ mod tests {
         ];
         for (id, data) in frames {
             let frame = CanFrame::new(id, data).expect("a frame");
-            listener.frame("can0", &frame, at(0));
+            decoder.frame("can0", &frame, at(0));
         }
-        let bodies: Vec<_> = all(&mut listener).into_iter().map(|message| message.body).collect();
+        let bodies: Vec<_> = all(&mut decoder).into_iter().map(|message| message.body).collect();
         assert_eq!(
             bodies,
             [
@@ -421,15 +440,15 @@ mod tests {
 
     #[test]
     fn old_fault_is_not_part_of_a_boot_up() {
-        let mut listener = Listener::default();
+        let mut decoder = LiveDecoder::default();
         let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
         let mut receive = |micros, id, data: &[u8]| {
             let frame = CanFrame::new(id, data).expect("a frame");
-            listener.frame("can0", &frame, at(micros));
+            decoder.frame("can0", &frame, at(micros));
         };
         receive(0, 0x091, &emergency.encode());
         receive(30_000, 0x711, &[0]);
-        let last = all(&mut listener).pop().map(|message| message.body);
+        let last = all(&mut decoder).pop().map(|message| message.body);
         assert_eq!(last, Some(MessageBody::BootUp(Faults::NONE)));
     }
 
@@ -437,15 +456,15 @@ mod tests {
     fn serial_frames_may_arrive_in_pieces() {
         let message = Message::Contact(line::ContactMessage::new(&estimate(5000), Faults::NONE));
         let encoded = line::encode(3, &message);
-        let mut listener = Listener::default();
+        let mut decoder = LiveDecoder::default();
         for byte in encoded.as_bytes() {
-            listener.bytes("ttyACM0", &[*byte], at(1));
+            decoder.bytes("ttyACM0", &[*byte], at(1));
         }
-        assert_eq!(all(&mut listener), [], "the foot has no name yet");
-        listener.idle(at(199_000));
-        assert_eq!(all(&mut listener), []);
-        listener.idle(at(300_000));
-        let messages = all(&mut listener);
+        assert_eq!(all(&mut decoder), [], "the foot has no name yet");
+        decoder.idle(at(199_000));
+        assert_eq!(all(&mut decoder), []);
+        decoder.idle(at(300_000));
+        let messages = all(&mut decoder);
         let (foot, row) = only_contact(&messages);
         assert_eq!((&*foot.line, foot.node), ("ttyACM0", None));
         assert_eq!(row.timestamp.as_micros(), 5000);
@@ -464,16 +483,16 @@ mod tests {
             temperature: wire::pdo::Quantity::default(),
             counters: wire::Counters::default(),
         });
-        let mut listener = Listener::default();
-        listener.bytes("ttyACM0", line::encode(3, &contact).as_bytes(), at(1));
-        assert_eq!(all(&mut listener), []);
-        listener.bytes("ttyACM0", line::encode(4, &health).as_bytes(), at(2));
-        let messages = all(&mut listener);
+        let mut decoder = LiveDecoder::default();
+        decoder.bytes("ttyACM0", line::encode(3, &contact).as_bytes(), at(1));
+        assert_eq!(all(&mut decoder), []);
+        decoder.bytes("ttyACM0", line::encode(4, &health).as_bytes(), at(2));
+        let messages = all(&mut decoder);
         let (foot, row) = only_contact(&messages[..1]);
         assert_eq!((foot.node, row.foot.as_deref()), (Some(0x12), Some("FR")));
         assert_eq!(row.node, NodeId::new(0x12));
         assert!(matches!(messages[1].body, MessageBody::Board(_)));
-        listener.bytes("ttyACM0", line::encode(5, &contact).as_bytes(), at(3));
-        assert_eq!(all(&mut listener).len(), 1, "its name is known");
+        decoder.bytes("ttyACM0", line::encode(5, &contact).as_bytes(), at(3));
+        assert_eq!(all(&mut decoder).len(), 1, "its name is known");
     }
 }

@@ -13,13 +13,13 @@ use wire::uart::{
 use wire::{Fault, NodeId};
 
 use super::report::{BoardReport, Medium, Report};
-use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
+use super::{ContactRow, DecodeError, FileOutcome, KnownFeet, RowSink};
 
 /// Decodes all bytes of a recording; `None` if it contains no frame with a valid CRC.
 pub(super) fn decode(
     source: impl Read,
     file: &str,
-    feet: &Feet,
+    feet: &KnownFeet,
     sink: RowSink<'_>,
 ) -> Result<Option<FileOutcome>, DecodeError> {
     let mut decoder = Decoder::new();
@@ -144,7 +144,7 @@ const fn kind_name(kind: Kind) -> &'static str {
 #[derive(Default)]
 pub(crate) struct UartDecoder {
     pub(crate) report: Report,
-    feet: Feet,
+    feet: KnownFeet,
     /// Name given to the foot of this line.
     given: Option<Arc<str>>,
     newest: Option<u16>,
@@ -161,7 +161,7 @@ pub(crate) struct UartDecoder {
 
 impl UartDecoder {
     /// Creates the state of a line before its first byte.
-    pub(crate) fn new(feet: &Feet, line: &str) -> Self {
+    pub(crate) fn new(feet: &KnownFeet, line: &str) -> Self {
         let given = feet.name_of_line(line);
         Self { report: Report::new(Medium::Uart), feet: feet.clone(), given, ..Self::default() }
     }
@@ -257,7 +257,7 @@ mod tests {
     use crate::decode::Decoded;
 
     fn decode(bytes: &[u8]) -> Option<Decoded> {
-        crate::decode::decode(bytes, "uart.bin", &Feet::default()).ok()
+        crate::decode::decode(bytes, "uart.bin", &KnownFeet::default()).ok()
     }
 
     fn contact(sequence: u16, ms: u64) -> Vec<u8> {

@@ -16,7 +16,7 @@ use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 use super::name::Named;
 use super::request::{FootRequest, RequestError};
 use super::scan::{self, SCAN, upload};
-use crate::decode::live::{FootMessage, Listener, MessageBody};
+use crate::decode::live::{FootMessage, LiveDecoder, MessageBody};
 use crate::link::{LISTEN, LineClock, Link, LinkError, Sending};
 
 /// Response timeout; a foot responds in the tick that receives the request.
@@ -66,7 +66,7 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Client of one foot.
 pub struct Client {
     link: Box<dyn Link>,
-    listener: Listener,
+    decoder: LiveDecoder,
     /// Node addressed by SDO; `None` for the foot at the other end of a serial line.
     node: Option<NodeId>,
     sequence: u16,
@@ -86,14 +86,14 @@ impl Client {
     /// # Errors
     /// There is no foot, or there are several and no node is given.
     pub fn new(mut link: Box<dyn Link>, node: Option<NodeId>) -> Result<Self, RequestError> {
-        let mut listener = Listener::default();
+        let mut decoder = LiveDecoder::default();
         let node = match node {
             Some(node) => {
-                listener.add(node);
+                decoder.add(node);
                 Some(node)
             }
             None => {
-                let heard = scan::feet(link.as_mut(), &mut listener, SCAN)?;
+                let heard = scan::feet(link.as_mut(), &mut decoder, SCAN)?;
                 let nodes: BTreeSet<_> = heard.iter().filter_map(|key| key.node).collect();
                 let is_serial = heard.iter().any(|key| key.node.is_none());
                 match (is_serial, nodes.len(), nodes.first()) {
@@ -101,7 +101,7 @@ impl Client {
                     (false, 1, Some(node)) => NodeId::new(*node),
                     // A foot on a serial line may wait in its bootloader for a program.
                     (false, 0, _) => {
-                        let node = bootloader_node(link.as_mut(), &mut listener)?;
+                        let node = bootloader_node(link.as_mut(), &mut decoder)?;
                         Some(node.ok_or(RequestError::NoFoot)?)
                     }
                     (false, ..) => {
@@ -112,7 +112,7 @@ impl Client {
         };
         Ok(Self {
             link,
-            listener,
+            decoder,
             node,
             sequence: 0,
             emergencies: VecDeque::new(),
@@ -499,7 +499,7 @@ impl Client {
 
     /// Adds a node to those whose messages are decoded.
     pub(super) fn hear(&mut self, node: NodeId) {
-        self.listener.add(node);
+        self.decoder.add(node);
     }
 
     /// Switches to the bootloader, which is starting and must respond within `longest`. On a bus nothing changes: program
@@ -514,7 +514,7 @@ impl Client {
         let clock = self.clock();
         let end = clock.now() + longest;
         loop {
-            if let Some(node) = bootloader_node(self.link.as_mut(), &mut self.listener)? {
+            if let Some(node) = bootloader_node(self.link.as_mut(), &mut self.decoder)? {
                 self.node = Some(node);
                 return Ok(());
             }
@@ -553,9 +553,9 @@ impl Client {
             if let Some((at, arrival)) = self.link.receive(LISTEN)? {
                 self.booted.extend(scan::boot_up(&arrival));
                 // Unreadable arrivals are ignored.
-                arrival.hand_to(&mut self.listener, at);
+                self.decoder.take(arrival, at);
             }
-            while let Some(message) = self.listener.next_message() {
+            while let Some(message) = self.decoder.next_message() {
                 self.keep_emergency(&message);
                 self.keep_clock(&message);
                 if let Some(found) = find(&message) {
@@ -778,7 +778,7 @@ impl Client {
 /// Returns the id with which a bootloader responds on a serial line; `None` if none responds.
 fn bootloader_node(
     link: &mut dyn Link,
-    listener: &mut Listener,
+    decoder: &mut LiveDecoder,
 ) -> Result<Option<NodeId>, RequestError> {
     let Some(line) = link.as_serial_line() else {
         return Ok(None);
@@ -788,7 +788,7 @@ fn bootloader_node(
         Err(LinkError::Adapter { .. }) => return Ok(None),
         Err(error) => return Err(error.into()),
     }
-    let feet = scan::feet(link, listener, SCAN)?;
+    let feet = scan::feet(link, decoder, SCAN)?;
     let node = feet.iter().find_map(|foot| foot.node);
     if let (None, Some(line)) = (node, link.as_serial_line()) {
         line.switch_to_program();

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::decode::live::{FootKey, Listener, MessageBody, body_of};
+use crate::decode::live::{FootKey, LiveDecoder, MessageBody, body_of};
 use wire::dictionary::{PRODUCT_CODE, index};
 use wire::foot::cob_id;
 use wire::{Address, CanFrame, NodeId};
@@ -24,14 +24,14 @@ const TRIES: u32 = 2;
 /// Object of the product code.
 const PRODUCT: Address = Address::new(index::IDENTITY, 2);
 
-/// Returns the feet that send on a line within `time`, by line and id, and adds them to the listener. A serial line
+/// Returns the feet that send on a line within `time`, by line and id, and adds them to the decoder. A serial line
 /// has one foot, whose id is `None`.
 ///
 /// # Errors
 /// The line does not work.
 pub fn feet(
     link: &mut dyn Link,
-    listener: &mut Listener,
+    decoder: &mut LiveDecoder,
     time: Duration,
 ) -> Result<BTreeSet<FootKey>, LinkError> {
     let mut feet = BTreeSet::new();
@@ -41,9 +41,9 @@ pub fn feet(
     while clock.now() < end {
         if let Some((at, arrival)) = link.receive(LISTEN)? {
             others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), (node, line))));
-            arrival.hand_to(listener, at);
+            decoder.take(arrival, at);
         }
-        while let Some(mut message) = listener.next_message() {
+        while let Some(mut message) = decoder.next_message() {
             let is_serial = match &message.body {
                 MessageBody::Raw(_)
                 | MessageBody::Board(_)
@@ -66,9 +66,9 @@ pub fn feet(
     }
     for (id, (node, line)) in others {
         let id = Some(id);
-        match product_code(link, listener, node)? {
+        match product_code(link, decoder, node)? {
             Some(PRODUCT_CODE) => {
-                listener.add(node);
+                decoder.add(node);
                 feet.insert(FootKey { line, node: id });
             }
             // An abort code is not a product code. A node that refuses the request is another device.
@@ -102,7 +102,7 @@ fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
 /// Reads the product code of a node, or the abort code of its refusal; `None` without a response.
 fn product_code(
     link: &mut dyn Link,
-    listener: &mut Listener,
+    decoder: &mut LiveDecoder,
     node: NodeId,
 ) -> Result<Option<u32>, LinkError> {
     let request @ [_, head @ .., _, _, _, _] = upload(PRODUCT);
@@ -124,7 +124,7 @@ fn product_code(
             {
                 return Ok(Some(u32::from_le_bytes(*code)));
             }
-            arrival.hand_to(listener, at);
+            decoder.take(arrival, at);
         }
     }
     Ok(None)

@@ -1,22 +1,17 @@
-//! Lines to feet.
+//! Lines to feet. A [`LineSource`] opens a [`Link`], which receives [`Arrival`]s and sends requests.
 //!
 //! | line | file |
 //! |---|---|
-//! | serial line of a foot, and adapter that speaks slcan | [`serial`] |
-//! | serial port of both | `port` |
-//! | line of a board in lock step instead of a port | `lock_step` |
 //! | interface of `SocketCAN` | `can` |
+//! | serial line of a foot, and adapter that speaks slcan | [`serial`] |
+//! | serial port of both, or the line of a board in lock step | `port` |
 //! | playback of a log or a recording | [`file`](mod@file) |
-//! | several playbacks in order of time | `merged` |
 //! | clock of a line, and pace of a playback | [`clock`] |
 
 #[cfg(target_os = "linux")]
 mod can;
 pub mod clock;
 pub mod file;
-#[cfg(unix)]
-mod lock_step;
-pub(crate) mod merged;
 mod port;
 pub mod serial;
 
@@ -32,15 +27,123 @@ use thiserror::Error;
 use wire::CanFrame;
 
 use crate::decode::ContactRow;
-use crate::decode::live::Listener;
 use crate::hint::FootHint;
 use crate::source::{Source, Speed};
 pub use clock::LineClock;
 pub use file::RecordingError;
 use serial::{SerialLine, SlcanAdapter};
 
-/// Timeout of one receive in a loop: the longest delay until a pending request or another condition is noticed.
-pub(crate) const LISTEN: Duration = Duration::from_millis(5);
+/// Source of a line, which can be opened more than once. Its text is that of the command line.
+pub trait LineSource: fmt::Display + Send {
+    /// Opens the line. A recording is played at its original speed unless the source has another.
+    ///
+    /// # Errors
+    /// The device or file cannot be used.
+    fn open(&self) -> Result<Box<dyn Link>, LinkError>;
+
+    /// Opens the line for requests and their responses.
+    ///
+    /// # Errors
+    /// The device or file cannot be used.
+    fn open_for_requests(&self) -> Result<Box<dyn Link>, LinkError> {
+        self.open()
+    }
+
+    /// Opens the line; a playback is as fast as it is read.
+    ///
+    /// # Errors
+    /// The device or file cannot be used.
+    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
+        self.open()
+    }
+
+    /// Returns the speed of a playback, whose data wait for their reader; `None` for a device, whose data are lost
+    /// unless they are read.
+    fn speed(&self) -> Option<Speed> {
+        None
+    }
+
+    /// Returns whether the line is in lock step: its time passes only while its reader waits.
+    fn is_in_lock_step(&self) -> bool {
+        false
+    }
+}
+
+impl LineSource for Source {
+    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
+        Ok(match self {
+            Self::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
+            Self::Slcan { port, kbit } => Box::new(SlcanAdapter::open(port, *kbit)?),
+            #[cfg(target_os = "linux")]
+            Self::Can { interface } => Box::new(can::Interface::open(interface)?),
+            #[cfg(not(target_os = "linux"))]
+            Self::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
+            Self::File { path, speed, playback } => {
+                file::open(path, speed.unwrap_or(Speed::REAL), playback)?
+            }
+        })
+    }
+
+    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
+        match self {
+            Self::File { path, playback, .. } => file::open(path, Speed::Max, playback),
+            _ => self.open(),
+        }
+    }
+
+    fn speed(&self) -> Option<Speed> {
+        match self {
+            Self::File { speed, .. } => Some(speed.unwrap_or(Speed::REAL)),
+            _ => None,
+        }
+    }
+
+    fn is_in_lock_step(&self) -> bool {
+        match self {
+            #[cfg(unix)]
+            Self::Uart { port, .. } | Self::Slcan { port, .. } => port::is_in_lock_step(port),
+            _ => false,
+        }
+    }
+}
+
+/// Open line to feet.
+pub trait Link {
+    /// Returns the next data, or `None` if there is none within `longest`.
+    ///
+    /// # Errors
+    /// The line has broken or ended.
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError>;
+
+    /// Sends data.
+    ///
+    /// # Errors
+    /// The line has broken, or does not accept this kind of data.
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError>;
+
+    /// Lets the time of boards in lock step pass while another line of this program waits, until this one is used again.
+    /// Other lines do nothing.
+    ///
+    /// # Errors
+    /// The line has broken.
+    fn park(&mut self) -> Result<(), LinkError> {
+        Ok(())
+    }
+
+    /// Returns the clock on which timeouts of the line are measured: that of this machine, unless the line is in lock
+    /// step.
+    fn clock(&self) -> LineClock {
+        LineClock::default()
+    }
+
+    /// Returns the line as the serial line of a foot, if it is one: it must be switched between program and bootloader.
+    fn as_serial_line(&mut self) -> Option<&mut SerialLine> {
+        None
+    }
+}
+
+/// Received data with its time on the clock of the receiver, or of the recording.
+pub type Arrived = (Timestamp, Arrival);
 
 /// Received data.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +167,7 @@ pub enum Arrival {
     /// Unreadable line of a log or of an slcan adapter.
     Unreadable(String),
     /// Remark about a recording that is played. A [`Feed`](crate::Feed) returns it as
-    /// [`Fed::Remark`](crate::feed::Fed::Remark).
+    /// [`FeedEvent::Remark`](crate::feed::FeedEvent::Remark).
     Remark(Remark),
 }
 
@@ -98,20 +201,6 @@ impl InWords for Remark {
     }
 }
 
-impl Arrival {
-    /// Passes the data to a listener, as received at `at`; returns the text if it is unreadable.
-    pub fn hand_to(self, listener: &mut Listener, at: Timestamp) -> Option<String> {
-        match self {
-            Self::Frame { interface, frame } => listener.frame(&interface, &frame, at),
-            Self::Bytes { port, bytes } => listener.bytes(&port, &bytes, at),
-            Self::Estimate(row) => listener.row(row, at),
-            Self::Unreadable(text) => return Some(text),
-            Self::Remark(_) => {}
-        }
-        None
-    }
-}
-
 /// Data to send.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Sending {
@@ -124,6 +213,15 @@ pub enum Sending {
         /// The bytes.
         bytes: Vec<u8>,
     },
+}
+
+/// Timeout of one receive in a loop: the longest delay until a pending request or another condition is noticed.
+pub(crate) const LISTEN: Duration = Duration::from_millis(5);
+
+/// Current time on the clock of this machine, µs since 1970.
+#[must_use]
+pub fn now() -> Timestamp {
+    LineClock::default().stamp()
 }
 
 /// Error of a line.
@@ -215,122 +313,4 @@ impl LinkError {
         let device = device.to_owned();
         |source| Self::Device { device, source }
     }
-}
-
-/// Received data with its time on the clock of the receiver, or of the recording.
-pub type Arrived = (Timestamp, Arrival);
-
-/// Line to feet.
-pub trait Link {
-    /// Returns the next data, or `None` if there is none within `longest`.
-    ///
-    /// # Errors
-    /// The line has broken or ended.
-    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError>;
-
-    /// Sends data.
-    ///
-    /// # Errors
-    /// The line has broken, or does not accept this kind of data.
-    fn send(&mut self, sending: &Sending) -> Result<(), LinkError>;
-
-    /// Lets the time of boards in lock step pass while another line of this program waits, until this one is used again.
-    /// Other lines do nothing.
-    ///
-    /// # Errors
-    /// The line has broken.
-    fn park(&mut self) -> Result<(), LinkError> {
-        Ok(())
-    }
-
-    /// Returns the clock on which timeouts of the line are measured: that of this machine, unless the line is in lock
-    /// step.
-    fn clock(&self) -> LineClock {
-        LineClock::default()
-    }
-
-    /// Returns the line as the serial line of a foot, if it is one: it must be switched between program and bootloader.
-    fn as_serial_line(&mut self) -> Option<&mut SerialLine> {
-        None
-    }
-}
-
-/// Source of a line, which can be opened more than once. Its text is that of the command line.
-pub trait LineSource: fmt::Display + Send {
-    /// Opens the line. A recording is played at its original speed unless the source has another.
-    ///
-    /// # Errors
-    /// The device or file cannot be used.
-    fn open(&self) -> Result<Box<dyn Link>, LinkError>;
-
-    /// Opens the line for requests and their responses.
-    ///
-    /// # Errors
-    /// The device or file cannot be used.
-    fn open_for_requests(&self) -> Result<Box<dyn Link>, LinkError> {
-        self.open()
-    }
-
-    /// Opens the line; a playback is as fast as it is read.
-    ///
-    /// # Errors
-    /// The device or file cannot be used.
-    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
-        self.open()
-    }
-
-    /// Returns the speed of a playback, whose data wait for their reader; `None` for a device, whose data are lost
-    /// unless they are read.
-    fn speed(&self) -> Option<Speed> {
-        None
-    }
-
-    /// Returns whether the line is in lock step: its time passes only while its reader waits.
-    fn is_in_lock_step(&self) -> bool {
-        false
-    }
-}
-
-impl LineSource for Source {
-    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
-        Ok(match self {
-            Self::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
-            Self::Slcan { port, kbit } => Box::new(SlcanAdapter::open(port, *kbit)?),
-            #[cfg(target_os = "linux")]
-            Self::Can { interface } => Box::new(can::Interface::open(interface)?),
-            #[cfg(not(target_os = "linux"))]
-            Self::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
-            Self::File { path, speed, playback } => {
-                file::open(path, speed.unwrap_or(Speed::REAL), playback)?
-            }
-        })
-    }
-
-    fn open_unpaced(&self) -> Result<Box<dyn Link>, LinkError> {
-        match self {
-            Self::File { path, playback, .. } => file::open(path, Speed::Max, playback),
-            _ => self.open(),
-        }
-    }
-
-    fn speed(&self) -> Option<Speed> {
-        match self {
-            Self::File { speed, .. } => Some(speed.unwrap_or(Speed::REAL)),
-            _ => None,
-        }
-    }
-
-    fn is_in_lock_step(&self) -> bool {
-        match self {
-            #[cfg(unix)]
-            Self::Uart { port, .. } | Self::Slcan { port, .. } => lock_step::is_in_lock_step(port),
-            _ => false,
-        }
-    }
-}
-
-/// Current time on the clock of this machine, µs since 1970.
-#[must_use]
-pub fn now() -> Timestamp {
-    LineClock::default().stamp()
 }

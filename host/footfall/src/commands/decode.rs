@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use feet::decode::row::{HEADER, write_row};
-use feet::decode::{self, DecodeError, Feet, FileOutcome};
+use feet::decode::{self, DecodeError, FileOutcome, KnownFeet};
 
 use super::options::{FeetArguments, OUTPUT, OverwriteArguments};
 use crate::error::{Error, with_hint};
@@ -63,7 +63,7 @@ impl DecodeArguments {
     }
 
     /// Writes the rows to a file; `None` if standard output is closed.
-    fn write_rows(&self, path: &Path, feet: &Feet) -> Result<Option<FileOutcome>, Error> {
+    fn write_rows(&self, path: &Path, feet: &KnownFeet) -> Result<Option<FileOutcome>, Error> {
         let mut result = None;
         write_file(path, |to| {
             // Nothing is written of a file that cannot be read.

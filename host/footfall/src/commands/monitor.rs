@@ -10,8 +10,8 @@ use anstyle::AnsiColor;
 use clap::Args;
 use estimator_core::Decision;
 use feet::decode::live::MessageBody;
-use feet::decode::{ContactRow, Feet};
-use feet::feed::Fed;
+use feet::decode::{ContactRow, KnownFeet};
+use feet::feed::FeedEvent;
 use feet::session::SEVERAL_BOARDS;
 use feet::{Feed, LinkError, LiveFoot, Session, Update};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -172,7 +172,7 @@ struct MonitorState {
 
 impl MonitorState {
     /// Creates the state before the first arrival.
-    fn new(feet: Feet) -> Self {
+    fn new(feet: KnownFeet) -> Self {
         Self { session: Session::new(feet), ..Self::default() }
     }
 
@@ -193,18 +193,20 @@ impl MonitorState {
         while let Some(update) = self.session.next_update() {
             match update {
                 Update::Message(foot, message) => self.process_message(foot, &message.body),
-                Update::Quiet(_) | Update::Line(Fed::Opened | Fed::Arrived(_)) => {}
-                Update::Line(Fed::Remark(remark)) => self.add_event(None, remark_text(&remark)),
-                Update::Line(Fed::OpenedAgain(line)) => {
+                Update::Quiet(_) | Update::Line(FeedEvent::Opened | FeedEvent::Arrived(_)) => {}
+                Update::Line(FeedEvent::Remark(remark)) => {
+                    self.add_event(None, remark_text(&remark))
+                }
+                Update::Line(FeedEvent::OpenedAgain(line)) => {
                     self.add_event(None, format!("{line} is open again"));
                 }
-                Update::Line(Fed::WaitsFor(error)) => {
+                Update::Line(FeedEvent::WaitsFor(error)) => {
                     self.add_event(None, format!("{error}; waiting for it"));
                 }
-                Update::Line(Fed::NotSent(error)) => {
+                Update::Line(FeedEvent::NotSent(error)) => {
                     self.add_event(None, format!("not sent: {error}"));
                 }
-                Update::Line(Fed::Ended(error)) => {
+                Update::Line(FeedEvent::Ended(error)) => {
                     self.add_event(None, with_hint(&error, error.hint()));
                     self.ended = Some(error);
                 }
@@ -456,7 +458,7 @@ mod tests {
     use crate::SourceArgument;
 
     impl MonitorState {
-        fn take(&mut self, fed: Fed) {
+        fn take(&mut self, fed: FeedEvent) {
             self.session.take(fed);
             self.process_updates();
         }
@@ -487,7 +489,7 @@ mod tests {
         let feed = Feed::open(
             source.parse::<SourceArgument>().expect("a source").find_one().expect("one"),
         );
-        let mut state = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(KnownFeet::default());
         while !state.has_ended() {
             state.listen(&feed, feed.clock().now() + Duration::from_secs(600));
         }
@@ -499,7 +501,7 @@ mod tests {
         let at = Timestamp::from_micros(at_us);
         let interface = "can0".into();
         let frame = CanFrame::new(id, data).expect("a frame");
-        state.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
+        state.take(FeedEvent::Arrived((at, Arrival::Frame { interface, frame })));
     }
 
     /// Returns the JSON objects of all feet.
@@ -555,10 +557,10 @@ mod tests {
     #[test]
     fn two_boards_with_one_id_report_no_decision() {
         let feed = Feed::open("feet=2,speed=max,seconds=3".parse::<Demo>().expect("keys"));
-        let mut state = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(KnownFeet::default());
         while !state.has_ended() {
             let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");
-            if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed
+            if let FeedEvent::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed
                 && frame.id() & 0x7F == u16::from(wire::Foot::Right.default_node_id().get())
             {
                 let id = frame.id() & !0x7F | u16::from(wire::Foot::Left.default_node_id().get());
@@ -599,7 +601,7 @@ mod tests {
 
     #[test]
     fn start_and_faults_are_events() {
-        let mut state = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(KnownFeet::default());
         let mut receive = |ms: u64, id, data: &[u8]| receive(&mut state, ms * 1000, id, data);
         let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         let cleared = Emergency::cleared(Fault::WatchdogReset, Faults::NONE).encode();
@@ -617,7 +619,7 @@ mod tests {
 
     #[test]
     fn boot_up_ends_the_faults_of_the_previous_run() {
-        let mut state = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(KnownFeet::default());
         let mut receive = |ms: u64, id, data: &[u8]| receive(&mut state, ms * 1000, id, data);
         let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
         let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
@@ -638,7 +640,7 @@ mod tests {
 
     #[test]
     fn missing_contacts_are_counted() {
-        let mut state = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(KnownFeet::default());
         for ms in (0..300_u64).filter(|ms| !(100..105).contains(ms) && *ms != 200) {
             let estimate = ContactEstimate {
                 timestamp: Timestamp::from_micros(ms * 1000),
@@ -652,7 +654,7 @@ mod tests {
 
     #[test]
     fn contacts_lost_in_a_stall_are_counted() {
-        let mut state = MonitorState::new(Feet::default());
+        let mut state = MonitorState::new(KnownFeet::default());
         for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
             // Edges have 10 % jitter; nothing is read from 2 s to 5 s.
             let made_us = ms * 1000 + ms * 37 % 100;

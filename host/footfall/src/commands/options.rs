@@ -17,8 +17,8 @@ use estimator_core::mounting::Mounting;
 use estimator_core::params::{LoadParams, WindowLength};
 use estimator_core::{Gravity, Params};
 use feet::Playback;
-use feet::decode::Feet;
-use feet::decode::feet::{Name, NamedTwice};
+use feet::decode::KnownFeet;
+use feet::decode::known_feet::{Name, NamedTwice};
 use recordings::config::{
     ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
     parse_sample_rate,
@@ -401,7 +401,7 @@ impl ListenArguments {
     ///
     /// # Errors
     /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
-    pub(crate) fn listen(self) -> Result<(Vec<Source>, Feet), Error> {
+    pub(crate) fn listen(self) -> Result<(Vec<Source>, KnownFeet), Error> {
         let feet = self.feet.feet()?;
         Ok((self.played.find(&self.sources)?, feet))
     }
@@ -433,8 +433,8 @@ impl FeetArguments {
     ///
     /// # Errors
     /// A foot is given two names, or two feet are given one name.
-    pub(crate) fn feet(&self) -> Result<Feet, NamedTwice> {
-        let mut feet = Feet::default();
+    pub(crate) fn feet(&self) -> Result<KnownFeet, NamedTwice> {
+        let mut feet = KnownFeet::default();
         self.nodes.iter().for_each(|node| feet.add(*node));
         let (mut nodes, mut lines) = (Vec::new(), Vec::new());
         for (foot, name) in self.names.iter().cloned() {

@@ -439,8 +439,8 @@ fn with_noise(imu: Imu) -> Imu {
 mod tests {
     use std::time::Duration;
 
-    use feet::decode::Feet;
-    use feet::feed::Fed;
+    use feet::decode::KnownFeet;
+    use feet::feed::FeedEvent;
     use feet::{Arrival, Feed};
     use wire::{CanFrame, NodeId};
 
@@ -452,11 +452,12 @@ mod tests {
     fn messages(right: NodeId) -> Vec<Published> {
         let source = "feet=2,speed=max,seconds=3".parse::<simulated_robot::Demo>();
         let feed = Feed::open(source.expect("a source"));
-        let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::new(FRAME, None));
+        let (mut session, mut bridge) =
+            (Session::new(KnownFeet::default()), Bridge::new(FRAME, None));
         let mut published = Vec::new();
         loop {
             let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");
-            if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed {
+            if let FeedEvent::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed {
                 let own = u16::from(wire::Foot::Right.default_node_id().get());
                 if frame.id() & 0x7F == own {
                     let id = frame.id() - own + u16::from(right.get());
@@ -465,7 +466,7 @@ mod tests {
             }
             session.take(fed);
             while let Some(update) = session.next_update() {
-                if let Update::Line(Fed::Ended(_)) = update {
+                if let Update::Line(FeedEvent::Ended(_)) = update {
                     return published;
                 }
                 published.extend(bridge.messages(&session, &update));
@@ -568,7 +569,7 @@ mod tests {
 
     #[test]
     fn silent_foot_is_reported_once_a_second_with_probability_0() {
-        let mut session = Session::new(Feet::default());
+        let mut session = Session::new(KnownFeet::default());
         let decisions = AllFeet::new(&[Compat::Bool], 1.0).expect("one body");
         let mut bridge = Bridge::new(FRAME, Some(decisions));
         let mut next = |session: &mut Session| -> Vec<Published> {
@@ -582,7 +583,7 @@ mod tests {
             let at = Timestamp::from_micros(1000 * ms);
             let row =
                 ContactRow { timestamp: at, foot: Some("FL".into()), ..ContactRow::default() };
-            session.take(Fed::Arrived((at, Arrival::Estimate(Box::new(row)))));
+            session.take(FeedEvent::Arrived((at, Arrival::Estimate(Box::new(row)))));
         };
         for ms in 0..100 {
             contact(&mut session, ms);

@@ -34,7 +34,6 @@ use std::array;
 use std::collections::BTreeSet;
 
 use estimator_core::Timestamp;
-use feet::session::COMPLETION_WAIT_US;
 
 use crate::ros::message::{
     Header, LowState, RosContact, RosMessage, Stances, SupportPhase, Time, WrenchStamped,
@@ -49,6 +48,9 @@ pub const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
 
 /// Names of two feet.
 const BIPED_FEET: [[&str; 2]; 2] = [["L", "left"], ["R", "right"]];
+
+/// Longest wait of a message of all feet for the contacts that it lacks, µs.
+const COMPLETION_WAIT_US: u64 = 20_000;
 
 /// Topic of the states of a Unitree robot.
 pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";

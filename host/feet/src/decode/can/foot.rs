@@ -1,4 +1,5 @@
-//! State of a foot in a log: time and number of its next contact.
+//! State of a foot on CAN: the time of each contact on the clock of the foot, and the number of contacts missing before it.
+//! The clock of reception is called the log's here, for live frames too.
 //!
 //! A contact has 16 bits of its foot's clock, which wrap every 655.36 ms; a health frame has the full clock, ten
 //! times a second. A contact whose number agrees with its time continues the clock. Otherwise, as at the start
@@ -7,7 +8,7 @@
 //!
 //! | type | state |
 //! |---|---|
-//! | [`LoggedFoot`] | the newest contact, the contacts missing before it, the contacts whose turn is not known yet |
+//! | [`FootOnCan`] | the newest contact, the contacts missing before it, the contacts whose turn is not known yet |
 //! | [`Mark`] | one contact: its number, and its time on both clocks |
 //! | [`ContactPace`] | mean period of the contacts, with which numbers and times must agree |
 //! | [`SyncAlignment`] | offset of the foot's clock from the log's, by numbered SYNCs |
@@ -22,9 +23,9 @@ use crate::decode::report::Report;
 use crate::decode::row::{ClockTurn, CommonClock};
 use crate::foot_clock::LeastDelay;
 
-/// The state of a foot in a log.
+/// State of a foot on CAN.
 #[derive(Clone)]
-pub(super) struct LoggedFoot {
+pub(super) struct FootOnCan {
     /// Row of its newest contact; other frames of the foot complete this row.
     pub(super) row: usize,
     /// That contact.
@@ -75,7 +76,7 @@ pub(super) enum ClockCorrection {
     Restart(usize, i64),
 }
 
-impl LoggedFoot {
+impl FootOnCan {
     /// A foot whose first contact, logged at `at`, becomes `row`.
     pub(super) fn new(
         contact: &Contact,

@@ -1,7 +1,8 @@
-//! Decoding of logs of CAN frames, and of frames as they arrive.
+//! Decoding of CAN frames, as they arrive or from a log.
 //!
-//! This file assigns frames to feet and completes the newest rows with them. [`foot`] holds the state of a foot: its
-//! newest contact, and the time of the next one on the clocks of foot and log.
+//! [`CanDecoder`] assigns frames to feet. A contact starts a row, and the frames that its foot sends after it complete that
+//! row. The row is final when the foot sends its next contact. [`foot`] dates the contacts: it counts the turns of the
+//! foot's 16-bit clock.
 
 mod foot;
 #[cfg(test)]
@@ -13,73 +14,16 @@ use std::sync::Arc;
 
 use estimator_core::Timestamp;
 use wire::foot::cob_id;
-use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, P8, Rate, ShortTime};
+use wire::pdo::{
+    Acceleration, Attitude, Axes, Bias, ClockReading, Contact, Health, Load, P8, Rate, ShortTime,
+};
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
 use super::can_log::{Lines, LogContent, LogReader, LogTimes};
 use super::report::{EmergencyReport, Report};
 use super::row::{ClockTurn, CommonClock};
-use super::{ContactRow, DecodeError, DecodeNotice, Feet, FileOutcome, RowSink};
-use foot::{ClockCorrection, LoggedFoot, Syncs};
-
-/// Number of malformed lines that are quoted; further ones are only counted.
-const NAMED_LINES: u64 = 10;
-
-/// Decodes all lines of a log.
-pub(super) fn decode(
-    mut lines: Lines<impl BufRead>,
-    mut reader: LogReader,
-    file: &str,
-    feet: &Feet,
-    sink: RowSink<'_>,
-) -> Result<FileOutcome, DecodeError> {
-    let mut log = CanDecoder::new(feet.clone(), Reception::Logged);
-    log.report.log = Some(reader.form);
-    let mut notices = Vec::new();
-    let mut malformed = 0;
-    let mut has_times = false;
-    let unreadable = DecodeError::unreadable(file);
-    while let Some((number, line)) = lines.next().map_err(&unreadable)? {
-        if line.trim().is_empty() {
-            continue;
-        }
-        let read = reader.read(&line);
-        has_times |= matches!(&read, Some(read) if read.time.is_some());
-        match read.map(|read| (read.content, read.time)) {
-            Some((LogContent::Frame(interface, frame), at)) => log.take(interface, &frame, at),
-            Some((LogContent::Other(other), _)) => log.report.count_frame(other.name()),
-            Some((LogContent::Dropped(count), _)) => {
-                log.report.count_problems("dropped_before_the_log", count);
-            }
-            None => {
-                log.report.count_problem("malformed_lines");
-                malformed += 1;
-                if malformed <= NAMED_LINES {
-                    let start: String = line.chars().take(60).collect();
-                    let form = reader.form;
-                    notices.push(DecodeNotice::MalformedLine { number, start, form });
-                }
-            }
-        }
-        log.rows.settle(KEPT, &mut log.report, sink)?;
-    }
-    log.finish();
-    log.rows.settle(0, &mut log.report, sink)?;
-    if malformed > NAMED_LINES {
-        let more = malformed - NAMED_LINES;
-        notices.push(DecodeNotice::MoreMalformedLines(more, reader.form));
-    }
-    if log.report.rows == 0
-        && let Some(node) = log.unknown_foot
-    {
-        notices.push(DecodeNotice::UnknownFoot { known: feet.ids(), node });
-    }
-    if reader.times == LogTimes::Differences {
-        notices.push(DecodeNotice::TimesAreDifferences);
-    }
-    notices.extend(log.clock_notice(has_times));
-    Ok(FileOutcome { file: file.to_owned(), report: log.report, notices })
-}
+use super::{ContactRow, DecodeError, DecodeNotice, FileOutcome, KnownFeet, RowSink};
+use foot::{ClockCorrection, FootOnCan, Syncs};
 
 /// Meaning of a frame's time of reception.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -91,17 +35,18 @@ pub(crate) enum Reception {
     Live,
 }
 
-/// State of the log up to the newest line.
+/// Decoder of CAN frames. A contact becomes a row, which further frames of its foot complete.
 #[derive(Default)]
 pub(crate) struct CanDecoder {
-    pub(crate) rows: Pending,
+    /// Newest rows.
+    pub(crate) rows: PendingRows,
     pub(crate) report: Report,
-    /// By interface and node id: feet on two buses may share an id.
+    /// Feet by interface and node id: feet on two buses may share an id.
     feet: BTreeMap<(String, u8), FootEntry>,
-    /// By interface.
+    /// SYNCs by interface.
     syncs: BTreeMap<String, Syncs>,
     /// Nodes that are feet.
-    pub(crate) known: Feet,
+    pub(crate) known: KnownFeet,
     /// Another node whose frames may be contacts.
     pub(crate) unknown_foot: Option<u8>,
     /// Interface of the newest row.
@@ -113,7 +58,7 @@ pub(crate) struct CanDecoder {
 #[derive(Default)]
 struct FootEntry {
     /// `None` from a boot-up to the next contact.
-    foot: Option<LoggedFoot>,
+    foot: Option<FootOnCan>,
     /// Its newest contact, if that is number 0.
     first: Option<First>,
     /// Number of restarts.
@@ -131,24 +76,8 @@ struct First {
 }
 
 impl CanDecoder {
-    pub(crate) fn new(known: Feet, reception: Reception) -> Self {
+    pub(crate) fn new(known: KnownFeet, reception: Reception) -> Self {
         Self { known, reception, ..Self::default() }
-    }
-
-    /// Notice of the common clock of several feet; `None` for a single foot.
-    fn clock_notice(&self, has_times: bool) -> Option<DecodeNotice> {
-        let feet = self.feet.values().filter(|entry| entry.foot.is_some());
-        if feet.count() < 2 {
-            return None;
-        }
-        let of = |clock: CommonClock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
-        Some(if !has_times {
-            DecodeNotice::NoCommonClock
-        } else if of(CommonClock::Sync) == 0 {
-            DecodeNotice::CommonByReception
-        } else {
-            DecodeNotice::CommonBySync { received: of(CommonClock::Received) }
-        })
     }
 
     /// Processes a frame received at `at`.
@@ -189,7 +118,123 @@ impl CanDecoder {
         self.report.count_frame(kind);
     }
 
-    /// Resets the state of a foot: its clock and sequence numbers restart.
+    /// Processes a frame of a foot's values: a contact starts a row, other frames complete the newest row of their foot.
+    fn pdo(
+        &mut self,
+        interface: &str,
+        pdo: Pdo,
+        node: NodeId,
+        frame: &CanFrame,
+        at: Option<Timestamp>,
+    ) {
+        let Some(bytes) = frame.data8() else {
+            let problem = format!("{}_of_wrong_length", kind_name(pdo));
+            return self.report.count_problem(problem);
+        };
+        self.report.count_frame(kind_name(pdo));
+        if pdo == Pdo::Contact {
+            return self.contact(interface, node, &Contact::decode(bytes), at);
+        }
+        // Other frames of a foot belong to the contact that it sent just before.
+        let key = (interface.to_owned(), node.get());
+        let Some(FootEntry { foot: Some(foot), .. }) = self.feet.get(&key) else {
+            return self.report.count_problem("frames_before_any_contact");
+        };
+        let row = self.rows.get_mut(foot.row);
+        if !row.is_some_and(|row| complete_row(row, pdo, bytes, foot.newest.short)) {
+            self.report.count_problem("frames_without_their_contact");
+        }
+        if pdo == Pdo::Health {
+            self.correct_clock(interface, node, Health::decode(bytes).clock);
+        }
+    }
+
+    /// Starts a row with a contact.
+    fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Option<Timestamp>) {
+        let index = self.rows.next_index();
+        let name = self.name(interface);
+        let entry = self.feet.entry((interface.to_owned(), node.get()));
+        let entry = entry.or_default();
+        if let Some(first) = entry.first.take() {
+            self.report.add_contact(first.counted);
+        }
+        let may_be_first = entry.foot.is_some() && contact.sequence == 0;
+        let mut counted = Report::default();
+        let report = if may_be_first { &mut counted } else { &mut self.report };
+        let mut foot = match entry.foot.clone() {
+            None => FootOnCan::new(contact, index, at, self.reception),
+            Some(mut foot) => match foot.take(contact, index, at, report) {
+                Some(_) => foot,
+                None => return self.report.add_contact(counted),
+            },
+        };
+        let micros = foot.newest.micros;
+        entry.first = may_be_first.then_some(First { contact: *contact, index, at, counted });
+        self.rows.push(ContactRow {
+            timestamp: Timestamp::from_micros(micros),
+            turn: foot.turn(),
+            missing: foot.take_missing(),
+            received: at,
+            common: foot.common(micros).or(at.map(|at| (at, CommonClock::Received))),
+            interface: name,
+            foot: self.known.name(node),
+            node: Some(node),
+            segment: entry.segment,
+            sequence: u16::from(contact.sequence),
+            stable: contact.stable.probability(),
+            tangential: contact.tangential.probability(),
+            vertical: contact.vertical.probability(),
+            status: contact.status,
+            ..ContactRow::default()
+        });
+        entry.foot = Some(foot);
+    }
+
+    /// Name of the interface, shared with the newest row if equal; `None` if the log does not name it.
+    fn name(&mut self, interface: &str) -> Option<Arc<str>> {
+        if self.interface.as_deref() != Some(interface) {
+            self.interface = Some(interface.into());
+        }
+        self.interface.clone().filter(|name| !name.is_empty())
+    }
+
+    /// Corrects the times of a foot's newest rows by the full clock in its health frame.
+    fn correct_clock(&mut self, interface: &str, node: NodeId, reading: ClockReading) {
+        let key = (interface.to_owned(), node.get());
+        let Some(FootEntry { foot: Some(foot), segment, .. }) = self.feet.get_mut(&key) else {
+            return;
+        };
+        let (newest, change) = (foot.row, foot.read_clock(reading, &mut self.report));
+        match change {
+            ClockCorrection::None => {}
+            ClockCorrection::Turn(from, shift_us) => {
+                let common = |row: &mut ContactRow| {
+                    row.common = foot.common(row.timestamp.as_micros()).or(row.common);
+                };
+                self.rows.shift(from, newest, shift_us, common);
+            }
+            // The boot-up was lost.
+            ClockCorrection::Restart(from, shift_us) => {
+                self.report.restarts += 1;
+                *segment += 1;
+                let restarted = |row: &mut ContactRow| {
+                    row.segment = *segment;
+                    row.common = row.received.map(|at| (at, CommonClock::Received));
+                };
+                self.rows.shift(from, newest, shift_us, restarted);
+            }
+        }
+        if let Some(row) = self.rows.get_mut(newest) {
+            row.missing += foot.take_missing();
+        }
+        if let Some(syncs) = self.syncs.get(interface)
+            && let Some(offset) = foot.align(reading, syncs)
+        {
+            self.rows.align(newest, offset);
+        }
+    }
+
+    /// Processes the start of a foot: its clock and sequence numbers restart.
     fn boot_up(&mut self, interface: &str, node: NodeId) {
         let entry = self.feet.get_mut(&(interface.to_owned(), node.get()));
         let Some(entry) = entry.filter(|entry| entry.foot.is_some()) else {
@@ -206,7 +251,7 @@ impl CanDecoder {
             return self.report.add_contact(first.counted);
         }
         let (index, at) = (first.index, first.at);
-        let foot = LoggedFoot::new(&first.contact, index, at, self.reception);
+        let foot = FootOnCan::new(&first.contact, index, at, self.reception);
         if let Some(row) = self.rows.get_mut(index) {
             row.timestamp = Timestamp::from_micros(foot.newest.micros);
             row.turn = foot.turn();
@@ -217,14 +262,7 @@ impl CanDecoder {
         entry.foot = Some(foot);
     }
 
-    /// Ends the log: applies the pending counts.
-    pub(crate) fn finish(&mut self) {
-        let feet = self.feet.values_mut();
-        for first in feet.filter_map(|entry| entry.first.take()) {
-            self.report.add_contact(first.counted);
-        }
-    }
-
+    /// Reports an emergency at the time of the newest contact of its foot.
     fn emergency(&mut self, interface: &str, node: NodeId, frame: &CanFrame) {
         self.report.count_frame("emergency");
         let Some(bytes) = frame.data8() else {
@@ -256,77 +294,9 @@ impl CanDecoder {
         }
     }
 
-    /// Name of the interface, shared with the newest row if equal; `None` if the log does not name it.
-    fn name(&mut self, interface: &str) -> Option<Arc<str>> {
-        if self.interface.as_deref() != Some(interface) {
-            self.interface = Some(interface.into());
-        }
-        self.interface.clone().filter(|name| !name.is_empty())
-    }
-
-    fn pdo(
-        &mut self,
-        interface: &str,
-        pdo: Pdo,
-        node: NodeId,
-        frame: &CanFrame,
-        at: Option<Timestamp>,
-    ) {
-        let Some(bytes) = frame.data8() else {
-            let problem = format!("{}_of_wrong_length", kind_name(pdo));
-            return self.report.count_problem(problem);
-        };
-        self.report.count_frame(kind_name(pdo));
-        if pdo == Pdo::Contact {
-            return self.contact(interface, node, &Contact::decode(bytes), at);
-        }
-        // Other frames of a foot belong to the contact that it sent just before.
-        let Some(FootEntry { foot: Some(foot), segment, .. }) =
-            self.feet.get_mut(&(interface.to_owned(), node.get()))
-        else {
-            return self.report.count_problem("frames_before_any_contact");
-        };
-        let row = self.rows.get_mut(foot.row);
-        if !row.is_some_and(|row| complete(row, pdo, bytes, foot.newest.short)) {
-            self.report.count_problem("frames_without_their_contact");
-        }
-        if pdo != Pdo::Health {
-            return;
-        }
-        let reading = Health::decode(bytes).clock;
-        let (newest, change) = (foot.row, foot.read_clock(reading, &mut self.report));
-        match change {
-            ClockCorrection::None => {}
-            ClockCorrection::Turn(from, shift_us) => {
-                let common = |row: &mut ContactRow| {
-                    row.common = foot.common(row.timestamp.as_micros()).or(row.common);
-                };
-                self.rows.place(from, newest, shift_us, common);
-            }
-            // The boot-up was lost.
-            ClockCorrection::Restart(from, shift_us) => {
-                self.report.restarts += 1;
-                *segment += 1;
-                let restarted = |row: &mut ContactRow| {
-                    row.segment = *segment;
-                    row.common = row.received.map(|at| (at, CommonClock::Received));
-                };
-                self.rows.place(from, newest, shift_us, restarted);
-            }
-        }
-        if let Some(row) = self.rows.get_mut(newest) {
-            row.missing += foot.take_missing();
-        }
-        if let Some(syncs) = self.syncs.get(interface)
-            && let Some(offset) = foot.align(reading, syncs)
-        {
-            self.rows.align(newest, offset);
-        }
-    }
-
     /// Returns the rows that are final: their foot has sent its next contact, or they were received before
     /// `overdue`.
-    pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = ContactRow> {
+    pub(crate) fn final_rows(&mut self, overdue: Timestamp) -> impl Iterator<Item = ContactRow> {
         let (rows, feet, report) = (&mut self.rows, &self.feet, &mut self.report);
         std::iter::from_fn(move || {
             let index = rows.first_index();
@@ -340,54 +310,22 @@ impl CanDecoder {
             if is_newest && row.received.is_none_or(|received| received >= overdue) {
                 return None;
             }
-            rows.take(report)
+            rows.pop(report)
         })
     }
 
-    fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Option<Timestamp>) {
-        let index = self.rows.next_index();
-        let name = self.name(interface);
-        let entry = self.feet.entry((interface.to_owned(), node.get()));
-        let entry = entry.or_default();
-        if let Some(first) = entry.first.take() {
+    /// Ends reception: applies the pending counts.
+    pub(crate) fn finish(&mut self) {
+        let feet = self.feet.values_mut();
+        for first in feet.filter_map(|entry| entry.first.take()) {
             self.report.add_contact(first.counted);
         }
-        let may_be_first = entry.foot.is_some() && contact.sequence == 0;
-        let mut counted = Report::default();
-        let report = if may_be_first { &mut counted } else { &mut self.report };
-        let mut foot = match entry.foot.clone() {
-            None => LoggedFoot::new(contact, index, at, self.reception),
-            Some(mut foot) => match foot.take(contact, index, at, report) {
-                Some(_) => foot,
-                None => return self.report.add_contact(counted),
-            },
-        };
-        let micros = foot.newest.micros;
-        entry.first = may_be_first.then_some(First { contact: *contact, index, at, counted });
-        self.rows.push(ContactRow {
-            timestamp: Timestamp::from_micros(micros),
-            turn: foot.turn(),
-            missing: foot.take_missing(),
-            received: at,
-            common: foot.common(micros).or(at.map(|at| (at, CommonClock::Received))),
-            interface: name,
-            foot: self.known.name(node),
-            node: Some(node),
-            segment: entry.segment,
-            sequence: u16::from(contact.sequence),
-            stable: contact.stable.probability(),
-            tangential: contact.tangential.probability(),
-            vertical: contact.vertical.probability(),
-            status: contact.status,
-            ..ContactRow::default()
-        });
-        entry.foot = Some(foot);
     }
 }
 
 /// Completes the row of the contact at `short` with another frame of the foot, and returns whether it belongs to that
 /// contact. The values of a frame with another time are discarded.
-fn complete(row: &mut ContactRow, pdo: Pdo, bytes: &[u8; 8], short: ShortTime) -> bool {
+fn complete_row(row: &mut ContactRow, pdo: Pdo, bytes: &[u8; 8], short: ShortTime) -> bool {
     let mut time = short;
     match pdo {
         Pdo::Contact => {}
@@ -430,35 +368,31 @@ const fn kind_name(pdo: Pdo) -> &'static str {
     }
 }
 
-/// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
-/// milliseconds; the first SYNC that a foot reports follows within a tenth of a second.
-const KEPT: usize = 4096;
-
-/// The newest rows of a log, which further frames may still complete, and the number of rows already handed on.
+/// The newest rows, which further frames may still complete, and the number of rows already returned.
 #[derive(Default)]
-pub(crate) struct Pending {
+pub(crate) struct PendingRows {
     rows: VecDeque<ContactRow>,
-    left: usize,
+    returned: usize,
 }
 
-impl Pending {
+impl PendingRows {
     /// Index of the next row, from the start of the log.
     fn next_index(&self) -> usize {
-        self.left + self.rows.len()
+        self.returned + self.rows.len()
     }
 
     /// Index of the oldest row kept.
     const fn first_index(&self) -> usize {
-        self.left
+        self.returned
     }
 
     fn push(&mut self, row: ContactRow) {
         self.rows.push_back(row);
     }
 
-    /// The row with this index; `None` if it was already handed on.
+    /// The row with this index; `None` if it was already returned.
     fn get_mut(&mut self, index: usize) -> Option<&mut ContactRow> {
-        self.rows.get_mut(index.checked_sub(self.left)?)
+        self.rows.get_mut(index.checked_sub(self.returned)?)
     }
 
     /// Sets the common time of all kept rows of the foot of row `index` to its own clock plus `offset`, µs, if
@@ -483,7 +417,7 @@ impl Pending {
 
     /// Makes the turn of the rows of a foot from row `from` on known: shifts their times by `shift_us`. `change`
     /// is applied to each.
-    fn place(
+    fn shift(
         &mut self,
         from: usize,
         newest: usize,
@@ -494,7 +428,7 @@ impl Pending {
             return;
         };
         let (interface, node) = (last.interface.clone(), last.node);
-        for row in self.rows.iter_mut().skip(from.saturating_sub(self.left)) {
+        for row in self.rows.iter_mut().skip(from.saturating_sub(self.returned)) {
             if row.node == node && row.interface == interface {
                 let micros = row.timestamp.as_micros().saturating_add_signed(shift_us);
                 row.timestamp = Timestamp::from_micros(micros);
@@ -504,26 +438,105 @@ impl Pending {
         }
     }
 
-    /// Hands on the oldest rows until `kept` are left.
-    fn settle(
+    /// Writes the oldest rows until `kept` are left.
+    fn write_but(
         &mut self,
         kept: usize,
         report: &mut Report,
         sink: RowSink<'_>,
     ) -> Result<(), DecodeError> {
         while self.rows.len() > kept
-            && let Some(row) = self.take(report)
+            && let Some(row) = self.pop(report)
         {
             sink(row).map_err(DecodeError::Rows)?;
         }
         Ok(())
     }
 
-    /// Removes and returns the oldest row.
-    fn take(&mut self, report: &mut Report) -> Option<ContactRow> {
+    /// Removes, counts and returns the oldest row.
+    fn pop(&mut self, report: &mut Report) -> Option<ContactRow> {
         let row = self.rows.pop_front()?;
-        self.left += 1;
+        self.returned += 1;
         report.count_row(&row);
         Some(row)
     }
+}
+
+/// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
+/// milliseconds; the first SYNC that a foot reports follows within a tenth of a second.
+const KEPT: usize = 4096;
+
+/// Number of malformed lines that are quoted; further ones are only counted.
+const NAMED_LINES: u64 = 10;
+
+/// Decodes all lines of a log.
+pub(super) fn decode(
+    mut lines: Lines<impl BufRead>,
+    mut reader: LogReader,
+    file: &str,
+    feet: &KnownFeet,
+    sink: RowSink<'_>,
+) -> Result<FileOutcome, DecodeError> {
+    let mut log = CanDecoder::new(feet.clone(), Reception::Logged);
+    log.report.log = Some(reader.form);
+    let mut notices = Vec::new();
+    let mut malformed = 0;
+    let mut has_times = false;
+    let unreadable = DecodeError::unreadable(file);
+    while let Some((number, line)) = lines.next().map_err(&unreadable)? {
+        if line.trim().is_empty() {
+            continue;
+        }
+        let read = reader.read(&line);
+        has_times |= matches!(&read, Some(read) if read.time.is_some());
+        match read.map(|read| (read.content, read.time)) {
+            Some((LogContent::Frame(interface, frame), at)) => log.take(interface, &frame, at),
+            Some((LogContent::Other(other), _)) => log.report.count_frame(other.name()),
+            Some((LogContent::Dropped(count), _)) => {
+                log.report.count_problems("dropped_before_the_log", count);
+            }
+            None => {
+                log.report.count_problem("malformed_lines");
+                malformed += 1;
+                if malformed <= NAMED_LINES {
+                    let start: String = line.chars().take(60).collect();
+                    let form = reader.form;
+                    notices.push(DecodeNotice::MalformedLine { number, start, form });
+                }
+            }
+        }
+        log.rows.write_but(KEPT, &mut log.report, sink)?;
+    }
+    log.finish();
+    log.rows.write_but(0, &mut log.report, sink)?;
+    if malformed > NAMED_LINES {
+        let more = malformed - NAMED_LINES;
+        notices.push(DecodeNotice::MoreMalformedLines(more, reader.form));
+    }
+    if log.report.rows == 0
+        && let Some(node) = log.unknown_foot
+    {
+        notices.push(DecodeNotice::UnknownFoot { known: feet.ids(), node });
+    }
+    if reader.times == LogTimes::Differences {
+        notices.push(DecodeNotice::TimesAreDifferences);
+    }
+    notices.extend(clock_notice(&log, has_times));
+    Ok(FileOutcome { file: file.to_owned(), report: log.report, notices })
+}
+
+/// Notice of the common clock of several feet; `None` for a single foot.
+fn clock_notice(log: &CanDecoder, has_times: bool) -> Option<DecodeNotice> {
+    let feet = log.feet.values().filter(|entry| entry.foot.is_some());
+    if feet.count() < 2 {
+        return None;
+    }
+    let of = |clock: CommonClock| log.report.clocks.get(clock.name()).copied().unwrap_or(0);
+    Some(if !has_times {
+        DecodeNotice::NoCommonClock
+    } else if of(CommonClock::Sync) == 0 {
+        DecodeNotice::CommonByReception
+    } else {
+        DecodeNotice::CommonBySync { received: of(CommonClock::Received) }
+    })
 }

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bootloader::image::Refusal;
 use clap::{Args, Subcommand};
-use feet::decode::live::Listener;
+use feet::decode::live::LiveDecoder;
 use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::update::programs;
@@ -280,12 +280,12 @@ impl FootArguments {
         let mut feet = Vec::new();
         for source in sources {
             let mut link = source.open_for_requests()?;
-            let mut listener = Listener::default();
-            let heard = scan::feet(link.as_mut(), &mut listener, scan::SCAN)?;
+            let mut decoder = LiveDecoder::default();
+            let heard = scan::feet(link.as_mut(), &mut decoder, scan::SCAN)?;
             let named = heard.iter().map(|foot| Scanned {
                 line: foot.line.to_string(),
                 node: foot.node,
-                name: listener.name(foot).map(|name| name.to_string()),
+                name: decoder.name(foot).map(|name| name.to_string()),
                 serial: usb::serial_number(&foot.line),
             });
             feet.extend(named);

@@ -4,7 +4,7 @@ use std::fs;
 use std::mem::discriminant;
 use std::path::Path;
 
-use feet::decode::live::Listener;
+use feet::decode::live::LiveDecoder;
 use feet::foot::update::{self, FootProgram, Image, UpdateError, UpdateStage, Updated};
 use feet::foot::{Client, RequestError, scan};
 use feet::link::Link;
@@ -83,7 +83,7 @@ pub(super) fn send(
     let (mut client, mut feet) = match which {
         // There is one foot on a serial line.
         Which::All | Which::Numbered(_) if link.as_serial_line().is_none() => {
-            let heard = scan::feet(link.as_mut(), &mut Listener::default(), scan::SCAN)?;
+            let heard = scan::feet(link.as_mut(), &mut LiveDecoder::default(), scan::SCAN)?;
             let nodes = heard.iter().map(|foot| foot.node.and_then(NodeId::new));
             let nodes: Vec<_> = nodes.collect();
             let first = *nodes.first().ok_or(RequestError::NoFoot)?;

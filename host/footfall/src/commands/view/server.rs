@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use feet::LinkError;
-use feet::decode::Feet;
+use feet::decode::KnownFeet;
 use foxglove::{
     AppUrl, ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema,
     WebSocketServer, WebSocketServerHandle,
@@ -43,7 +43,7 @@ const DEADLINE_CHECK: Duration = Duration::from_millis(50);
 pub fn serve(
     sources: Vec<Source>,
     (host, port): (&str, u16),
-    (feet, bridge): (Feet, Bridge),
+    (feet, bridge): (KnownFeet, Bridge),
     seconds: Option<f64>,
 ) -> Result<(), Error> {
     let text = text_of(&sources);

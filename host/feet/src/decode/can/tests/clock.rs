@@ -10,7 +10,7 @@ use wire::pdo::{ClockReading, Contact, Health, LongTime, ShortTime};
 use super::decode;
 use crate::decode::Report;
 use crate::decode::can_log::Logged;
-use crate::decode::live::{Listener, MessageBody};
+use crate::decode::live::{LiveDecoder, MessageBody};
 use crate::decode::row::{ClockTurn, ContactRow};
 
 /// Start of the receiver's clock, µs.
@@ -135,7 +135,7 @@ struct Received {
 
 impl Received {
     fn of(sent: &[SentFrame], stalls: &[Stall]) -> Self {
-        let mut listener = Listener::default();
+        let mut decoder = LiveDecoder::default();
         let (mut truth, mut came): (BTreeMap<u8, Vec<u64>>, _) = (BTreeMap::new(), Vec::new());
         let (mut lost, mut kept, mut newest) = (0, 0, 0);
         for sent in sent {
@@ -160,11 +160,11 @@ impl Received {
                 truth.entry(node).or_default().push(clock_us);
             }
             let at = Timestamp::from_micros(EPOCH_US + newest);
-            listener.frame("can0", &sent.frame, at);
+            decoder.frame("can0", &sent.frame, at);
         }
-        listener.finish();
+        decoder.finish();
         let mut places: BTreeMap<u8, usize> = BTreeMap::new();
-        while let Some(message) = listener.next_message() {
+        while let Some(message) = decoder.next_message() {
             let MessageBody::Contact(row) = message.body else {
                 continue;
             };
@@ -175,7 +175,7 @@ impl Received {
             came.push(TimedContact { node, row, clock_us });
             *place += 1;
         }
-        let report = listener.reports()[0].1.clone();
+        let report = decoder.reports()[0].1.clone();
         Self { came, lost, report }
     }
 

@@ -19,7 +19,7 @@ fn contact(interface: &str, log_ms: u64, sequence: u8, step: u16) -> String {
 }
 
 fn decode(log: &str, file: &str, others: &[NodeId]) -> Decoded {
-    let mut feet = Feet::default();
+    let mut feet = KnownFeet::default();
     others.iter().for_each(|node| feet.add(*node));
     crate::decode::decode(log.as_bytes(), file, &feet).unwrap()
 }

@@ -10,14 +10,14 @@ use crate::usb;
 
 /// Nodes that are feet, with their names.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Feet {
+pub struct KnownFeet {
     /// By node id; the name is optional.
     names: BTreeMap<u8, Option<Arc<str>>>,
     /// Names by line: a port, a file, or the serial number of a board on USB.
     lines: BTreeMap<String, Arc<str>>,
 }
 
-impl Default for Feet {
+impl Default for KnownFeet {
     /// The feet of [`wire::Foot`] with their default ids: 0x11 is `FL`, 0x12 `FR`, 0x13 `RL`, 0x14 `RR`,
     /// 0x15 `L`, 0x16 `R`.
     fn default() -> Self {
@@ -26,7 +26,7 @@ impl Default for Feet {
     }
 }
 
-impl Feet {
+impl KnownFeet {
     /// Adds a node that is a foot; an existing name is kept.
     pub fn add(&mut self, node: NodeId) {
         self.names.entry(node.get()).or_default();
@@ -179,17 +179,17 @@ mod tests {
 
     #[test]
     fn feet_names_are_unique() {
-        let mut feet = Feet::default();
+        let mut feet = KnownFeet::default();
         let twice = [(node(33), name("A")), (node(34), name("A"))];
         assert_eq!(feet.call(&twice), Err(NamedTwice::Name("A".to_owned())));
         let twice = [(node(33), name("A")), (node(33), name("B"))];
         assert_eq!(feet.call(&twice), Err(NamedTwice::Node(33)));
-        assert_eq!(feet, Feet::default());
+        assert_eq!(feet, KnownFeet::default());
         // A given name is taken from the node that has it by default.
         feet.call(&[(node(33), name("FL"))]).unwrap();
         assert_eq!(feet.name(node(33)).as_deref(), Some("FL"));
         assert!(feet.contains(node(0x11)) && feet.name(node(0x11)).is_none());
-        let mut feet = Feet::default();
+        let mut feet = KnownFeet::default();
         feet.call(&[(node(0x11), name("FR")), (node(0x12), name("FL"))]).unwrap();
         assert_eq!(feet.name(node(0x11)).as_deref(), Some("FR"));
         assert_eq!(feet.name(node(0x12)).as_deref(), Some("FL"));
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn feet_have_default_names_until_renamed() {
-        let mut feet = Feet::default();
+        let mut feet = KnownFeet::default();
         assert_eq!(feet.name(node(0x11)).as_deref(), Some("FL"));
         assert_eq!(feet.name(node(0x16)).as_deref(), Some("R"));
         assert_eq!(feet.ids(), "17 to 22");
