@@ -352,7 +352,7 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     assert!(again.contains("from an earlier estimate"), "{again}");
     assert!(!out.path().join("again.mcap").exists());
     let table = run(&folder.join("walk.csv"), &copy).expect_err("no bag");
-    assert!(table.contains("each recording must be mcap or rosbag2"), "{table}");
+    assert!(table.contains("each recording must be mcap, rosbag2 or rosbag1"), "{table}");
 }
 
 #[test]

@@ -13,7 +13,6 @@ use pyo3::exceptions::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::config::{GRAVITIES, Resolved, word_of};
-use recordings::file_kind::FileKind;
 use recordings::input::{
     About, BagOptions, ContactUse, Format, InputError, InputOptions, Opened, Problem, Stored,
     TableOptions, Topics,
@@ -110,7 +109,7 @@ impl ReadOptions {
 }
 
 /// Returns the Python exception of an error: a subclass of `OSError` if the file cannot be read, `ImportError` if a feature
-/// or a program is missing, `ValueError` if the content is wrong.
+/// is missing, `ValueError` if the content is wrong.
 pub(crate) fn input_error(error: InputError) -> PyErr {
     let text = in_words(&error);
     match error.problem {
@@ -125,8 +124,6 @@ pub(crate) fn input_error(error: InputError) -> PyErr {
              pip install ./python --config-settings build-args='--features {feature}'",
             error.file
         )),
-        // A program is missing on this machine; the file is not at fault.
-        Problem::Foreign(FileKind::Ros1Bag) => PyImportError::new_err(text),
         _ => value_error(text),
     }
 }

@@ -121,7 +121,7 @@ def test_errors_and_findings_name_arguments(tmp_path: Path) -> None:
     path.write_text("t,ax,ay,az,wx,wy,wz\n0,0,0,1,0,0,0\n0,0,0,1,0,0,0\n")
     with pytest.raises(ValueError, match='leave such rows out with times="drop-bad", or smooth'):
         footfall.read(path)
-    with pytest.raises(ValueError, match='topic=, not_topic=, frame= and load_topic= are for mcap and rosbag2'):
+    with pytest.raises(ValueError, match='topic=, not_topic=, frame= and load_topic= are for mcap, rosbag2 and rosbag1'):
         footfall.read(path, topic="/imu")
 
 

@@ -10,7 +10,7 @@ recordings::named! {
     /// A part that is built with `--features NAME`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Feature {
-        /// Reads and writes ROS 2 bags, MCAP and rosbag2.
+        /// Reads bags of ROS 2 (MCAP and rosbag2) and of ROS 1, and writes MCAP.
         Bags = "bags",
         /// Shows streaming feet in Foxglove and `PlotJuggler`.
         Foxglove = "foxglove",

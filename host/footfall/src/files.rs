@@ -281,7 +281,7 @@ pub enum OutputError {
     },
     /// Contacts go into a copy of bags, and an input is another file.
     #[error(
-        "{0} would be a copy of the replayed bags with their contacts, so each recording must be mcap or rosbag2"
+        "{0} would be a copy of the replayed bags with their contacts, so each recording must be mcap, rosbag2 or rosbag1"
     )]
     BagsOnly(String),
     /// Options for a copy of a bag are given, but no copy is written.

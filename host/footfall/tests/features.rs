@@ -4,9 +4,10 @@ use crate::common::Bench;
 use footfall::feature::Feature;
 
 /// Commands by the feature they need.
-const NEEDS: [(Feature, &str); 9] = [
+const NEEDS: [(Feature, &str); 10] = [
     (Feature::Bags, "replay walk.mcap"),
     (Feature::Bags, "replay walk.db3"),
+    (Feature::Bags, "replay walk.bag"),
     (Feature::Bags, "convert walk.csv new.mcap"),
     (Feature::Bags, "record demo:feet=1 --output new.mcap"),
     (Feature::Foxglove, "view demo:feet=1"),
@@ -20,10 +21,11 @@ const NEEDS: [(Feature, &str); 9] = [
 fn missing_feature_error_names_the_build_command() {
     let bench = Bench::new();
     let table = b"t,ax,ay,az,wx,wy,wz\n0,0,0,9.8,0,0,0\n0.001,0,0,9.8,0,0,0\n";
-    let files: [(_, &[u8]); 4] = [
+    let files: [(_, &[u8]); 5] = [
         ("walk.csv", table),
         ("walk.mcap", b"\x89MCAP0\r\n"),
         ("walk.db3", b"SQLite format 3\0"),
+        ("walk.bag", b"#ROSBAG V2.0\n"),
         ("walk.parquet", b"PAR1"),
     ];
     for (name, content) in files {

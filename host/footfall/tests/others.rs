@@ -44,18 +44,14 @@ fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
     assert_near(&probabilities(&bench, scaled), &of_counts);
     assert_near(&probabilities(&bench, "milli.csv --units mg,mdps"), &expected);
 
-    bench.refuses("replay ros1.mcap", "these are messages of ROS 1");
-
-    let said = bench.error("replay walk.bag");
-    assert!(said.contains("is a ROS 1 bag; convert it: pip install rosbags"), "{said}");
-    let converted = Command::new(packages.folder.join("bin/rosbags-convert"))
-        .args(["--src", "walk.bag", "--dst", "walk"])
-        .current_dir(&bench.directory)
-        .env("PYTHONPATH", &packages.folder)
-        .output()
-        .expect("the program of the advice");
-    assert!(converted.status.success(), "{}", text(&converted.stderr));
-    assert_eq!(probabilities(&bench, "walk --load-topic /ft"), expected);
+    for bag in ["walk.bag", "bz2.bag", "lz4.bag", "ros1.mcap"] {
+        assert_eq!(probabilities(&bench, &format!("{bag} --load-topic /ft")), expected, "{bag}");
+    }
+    // The copy is a bag of ROS 2 that others read.
+    bench.stdout("replay bz2.bag --load-topic /ft --output copy.mcap");
+    let counts = run(&packages, &bench, WHOLE, &["copy.mcap"]);
+    let counts: Vec<Vec<usize>> = serde_json::from_str(&counts).expect("counts");
+    assert!(counts[0][0] > 2 * expected.len() && counts[0][0] == counts[0][1], "{counts:?}");
 }
 
 /// Installs the packages, and runs a script with the walk in the folder of a bench; `None` if they cannot be installed.

@@ -399,6 +399,6 @@ fn fixed_unit_formats_reject_table_options() {
     assert_eq!(
         Bench::with("x.csv", row).error("replay x.csv --format pce-atlas --units g"),
         "footfall: x.csv is read as pce-atlas, which has columns, units and times of its own: \
-         --time-unit is for csv and parquet, --map, --units and --times for mcap and rosbag2, too\n"
+         --time-unit is for csv and parquet, --map, --units and --times for mcap, rosbag2 and rosbag1, too\n"
     );
 }

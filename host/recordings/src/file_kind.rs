@@ -40,7 +40,11 @@ macro_rules! kinds {
 kinds! {
     /// A bag of ROS 1.
     Ros1Bag = "a ROS 1 bag",
-        Some("convert it: pip install rosbags, then rosbags-convert --src walk.bag --dst walk"),
+        None,
+        Some("it holds topics, no frames: see footfall replay and docs/reference/formats.md");
+    /// A bag of ROS 1 before 2010.
+    OldRos1Bag = "a ROS 1 bag of a version before 2.0",
+        Some("write it again with ROS 1: rosbag filter walk.bag new.bag True"),
         Some("it holds topics, no frames: see footfall replay and docs/reference/formats.md");
     /// HDF5, also of pandas.
     Hdf5 = "an HDF5 file",
@@ -130,7 +134,9 @@ const BEGINNINGS: &[(&[u8], FileKind)] = &[
     (b"PAR1", FileKind::Parquet),
     // Parquet with an encrypted footer.
     (b"PARE", FileKind::Parquet),
-    (b"#ROSBAG V", FileKind::Ros1Bag),
+    // http://wiki.ros.org/Bags/Format/2.0
+    (b"#ROSBAG V2.0\n", FileKind::Ros1Bag),
+    (b"#ROSRECORD V1.", FileKind::OldRos1Bag),
     (b"\x89HDF\r\n\x1a\n", FileKind::Hdf5),
     (b"MATLAB 5.0 MAT-file", FileKind::Matlab),
     (b"MATLAB 7.3 MAT-file", FileKind::Matlab),

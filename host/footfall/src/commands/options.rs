@@ -105,7 +105,7 @@ impl OverwriteArguments {
 #[derive(Debug, Args)]
 pub struct ReadingArguments {
     /// Format of the input; not needed if a header names the columns (csv) or the first bytes show it
-    /// (parquet, mcap, rosbag2)
+    /// (parquet, mcap, rosbag2, rosbag1)
     #[arg(long, value_parser = name_parser(Format::ALL, Format::name, Format::help), help_heading = INPUT)]
     pub format: Option<Format>,
     /// Sample rate, if the input does not state it or its nominal rate is wrong
@@ -233,7 +233,7 @@ impl TableArguments {
     }
 }
 
-/// Topics of a ROS 2 bag that are read.
+/// Topics of a bag that are read.
 #[derive(Clone, Debug, Default, Args)]
 pub struct BagArguments {
     /// Topics of the feet.

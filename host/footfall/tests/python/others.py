@@ -21,39 +21,54 @@ START_NS = 1_700_000_000_000_000_000
 IMU, LOAD = "sensor_msgs/msg/Imu", "std_msgs/msg/Float64"
 
 
-def bag(path, walk):
-    store = get_typestore(Stores.ROS1_NOETIC)
-    types = store.types
+STORE = get_typestore(Stores.ROS1_NOETIC)
+TOPICS = {"/ft": LOAD, "/imu": IMU}
+
+
+def messages(walk):
+    """Topics, times and messages of a walk, in the serialisation of ROS 1."""
+    types = STORE.types
     vector = types["geometry_msgs/msg/Vector3"]
-    with Writer(path) as writer:
-        imu = writer.add_connection("/imu", IMU, typestore=store)
-        load = writer.add_connection("/ft", LOAD, typestore=store)
-        for k, row in enumerate(walk.itertuples()):
-            now_ns = START_NS + round(row.t * 1e9)
-            sec, nanosec = divmod(now_ns, 1_000_000_000)
-            stamp = types["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec)
-            message = types[IMU](
-                header=types["std_msgs/msg/Header"](seq=k, stamp=stamp, frame_id="foot"),
-                orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
-                orientation_covariance=numpy.array([-1.0] + 8 * [0.0]),
-                angular_velocity=vector(x=row.wx, y=row.wy, z=row.wz),
-                angular_velocity_covariance=numpy.zeros(9),
-                linear_acceleration=vector(x=row.ax, y=row.ay, z=row.az),
-                linear_acceleration_covariance=numpy.zeros(9),
-            )
-            force = types[LOAD](data=float(row.force))
-            writer.write(load, now_ns, store.serialize_ros1(force, LOAD))
-            writer.write(imu, now_ns + 1, store.serialize_ros1(message, IMU))
+    for k, row in enumerate(walk.itertuples()):
+        now_ns = START_NS + round(row.t * 1e9)
+        sec, nanosec = divmod(now_ns, 1_000_000_000)
+        stamp = types["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec)
+        message = types[IMU](
+            header=types["std_msgs/msg/Header"](seq=k, stamp=stamp, frame_id="foot"),
+            orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+            orientation_covariance=numpy.array([-1.0] + 8 * [0.0]),
+            angular_velocity=vector(x=row.wx, y=row.wy, z=row.wz),
+            angular_velocity_covariance=numpy.zeros(9),
+            linear_acceleration=vector(x=row.ax, y=row.ay, z=row.az),
+            linear_acceleration_covariance=numpy.zeros(9),
+        )
+        force = types[LOAD](data=float(row.force))
+        yield "/ft", now_ns, bytes(STORE.serialize_ros1(force, LOAD))
+        yield "/imu", now_ns + 1, bytes(STORE.serialize_ros1(message, IMU))
 
 
-def bag_in_mcap(path):
+def bag(path, walk, compression=None):
+    writer = Writer(path)
+    if compression:
+        writer.set_compression(compression)
+    with writer:
+        connections = {topic: writer.add_connection(topic, TOPICS[topic], typestore=STORE) for topic in TOPICS}
+        for topic, now_ns, message in messages(walk):
+            writer.write(connections[topic], now_ns, message)
+
+
+def bag_in_mcap(path, walk):
     """What the MCAP CLI makes of a bag of ROS 1: its messages as they are."""
     with path.open("wb") as file:
         writer = McapWriter(file)
         writer.start(profile="ros1", library="others")
-        schema = writer.register_schema("sensor_msgs/Imu", "ros1msg", b"Header header")
-        channel = writer.register_channel("/imu", "ros1", schema)
-        writer.add_message(channel, START_NS, bytes(16), START_NS)
+        channels = {}
+        for topic, of_type in TOPICS.items():
+            definition, _ = STORE.generate_msgdef(of_type)
+            schema = writer.register_schema(of_type.replace("/msg/", "/"), "ros1msg", definition.encode())
+            channels[topic] = writer.register_channel(topic, "ros1", schema)
+        for topic, now_ns, message in messages(walk):
+            writer.add_message(channels[topic], now_ns, message, now_ns)
         writer.finish()
 
 
@@ -75,7 +90,9 @@ def main(table, folder):
     milli[GYR] = numpy.degrees(walk[GYR]) * 1000
     milli.to_csv(folder / "milli.csv", index=False)
     bag(folder / "walk.bag", walk)
-    bag_in_mcap(folder / "ros1.mcap")
+    bag(folder / "bz2.bag", walk, Writer.CompressionFormat.BZ2)
+    bag(folder / "lz4.bag", walk, Writer.CompressionFormat.LZ4)
+    bag_in_mcap(folder / "ros1.mcap", walk)
 
 
 main(*sys.argv[1:])

@@ -125,6 +125,8 @@ pub enum Problem {
         /// Advice for recovery.
         advice: Option<&'static str>,
     },
+    /// The file uses a part of its format that is not read: a predicate of the file.
+    NotSupported(String),
     /// Options are given for a file to which they do not apply.
     Options {
         /// Format of the file.
@@ -423,12 +425,6 @@ impl InputError {
         Self::of_file(file, Problem::Spool(source))
     }
 
-    /// Returns whether the same file may be read elsewhere: a program or a feature is missing here.
-    #[must_use]
-    pub const fn is_of_this_machine(&self) -> bool {
-        matches!(self.problem, Problem::Foreign(FileKind::Ros1Bag) | Problem::NotBuilt { .. })
-    }
-
     /// Returns whether compressed data end early.
     pub(super) fn ended_early(&self) -> bool {
         matches!(&self.problem, Problem::Unreadable(source) if source.kind() == io::ErrorKind::UnexpectedEof)
@@ -544,6 +540,7 @@ impl Problem {
                 write!(f, " is damaged: {source}")?;
                 advice.map_or(Ok(()), |advice| write!(f, "; {advice}"))
             }
+            Self::NotSupported(what) => write!(f, " {what}"),
             Self::Options { format, given } => given.write(*format, words, f),
             Self::Folder => f.write_str(" is a folder without files of a rosbag2: .mcap or .db3"),
             Self::RowsInQuotes { until } => write!(
@@ -692,7 +689,7 @@ impl OptionsFor {
         match self {
             Self::Tables => write!(
                 f,
-                ": {time_unit} is for csv and parquet, {}, {} and {} for mcap and rosbag2, too",
+                ": {time_unit} is for csv and parquet, {}, {} and {} for mcap, rosbag2 and rosbag1, too",
                 name(Setting::Map),
                 name(Setting::Units),
                 name(Setting::Times)
@@ -705,7 +702,7 @@ impl OptionsFor {
             ),
             Self::Bags => write!(
                 f,
-                ": {}, {}, {} and {} are for mcap and rosbag2",
+                ": {}, {}, {} and {} are for mcap, rosbag2 and rosbag1",
                 name(Setting::Topic),
                 name(Setting::NotTopic),
                 name(Setting::Frame),
@@ -764,11 +761,11 @@ pub(super) const MAX_TIME_S: f64 = 4.0e9;
 pub(super) const STREAM_ADVICE: &str =
     "; a foot sends its samples on a serial line while its setting uart_streams.raw_sample is 1";
 
-/// End of the description of a topic whose messages are those of ROS 1.
+/// End of the description of a topic of ROS 1 whose messages have no definition. With one they are read as CDR.
 const OF_ROS_1: &str = " in ros1)";
 
 const ROS_1_ADVICE: &str =
-    "; these are messages of ROS 1: give the .bag that they are from, or record with ROS 2";
+    "; messages of ROS 1 are read by their definitions, and here these are missing or not complete";
 
 /// Hint on a cell that should hold a number, if the text shows its kind.
 fn cell_hint(text: &str) -> Option<Hint> {

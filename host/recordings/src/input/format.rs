@@ -21,6 +21,8 @@ crate::named! {
         Mcap = "mcap",
         /// The same in the `SQLite` database of a rosbag2, or the folder of a rosbag2.
         Rosbag2 = "rosbag2",
+        /// `sensor_msgs/Imu` of ROS 1 in a `.bag`.
+        Rosbag1 = "rosbag1",
     } or |name| {
         let known = Self::ALL.map(Self::name).join(", ");
         format!("there is no format `{name}`; known are {known}")
@@ -60,6 +62,7 @@ impl Format {
             Self::Rosbag2 => {
                 "The same in a .db3 of rosbag2, or the folder of a rosbag2; known by its first bytes"
             }
+            Self::Rosbag1 => "sensor_msgs/Imu of ROS 1 in a .bag; known by its first bytes",
         }
     }
 
@@ -69,14 +72,14 @@ impl Format {
         match self {
             Self::PceAtlas | Self::PceGo1 | Self::Lcd => Content::Fixed,
             Self::Csv | Self::Parquet => Content::Columns,
-            Self::Mcap | Self::Rosbag2 => Content::Messages,
+            Self::Mcap | Self::Rosbag2 | Self::Rosbag1 => Content::Messages,
         }
     }
 
     /// Returns whether its files are recognised by their first bytes and read from a disk only.
     #[must_use]
     pub const fn is_container(self) -> bool {
-        matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2)
+        matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2 | Self::Rosbag1)
     }
 
     /// Format of a kind of file that is recognised by its first bytes; `None` if it is not read.
@@ -84,6 +87,7 @@ impl Format {
         match kind {
             FileKind::Mcap => Some(Self::Mcap),
             FileKind::Sqlite => Some(Self::Rosbag2),
+            FileKind::Ros1Bag => Some(Self::Rosbag1),
             FileKind::Parquet => Some(Self::Parquet),
             _ => None,
         }
@@ -94,7 +98,7 @@ impl Format {
     pub const fn missing_feature(self) -> Option<&'static str> {
         match self {
             Self::Parquet if !cfg!(feature = "parquet") => Some("parquet"),
-            Self::Mcap | Self::Rosbag2 if !cfg!(feature = "bags") => Some("bags"),
+            Self::Mcap | Self::Rosbag2 | Self::Rosbag1 if !cfg!(feature = "bags") => Some("bags"),
             _ => None,
         }
     }
@@ -125,7 +129,7 @@ mod tests {
         assert_eq!(
             "xls".parse::<Format>(),
             Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
-             parquet, mcap, rosbag2"
+             parquet, mcap, rosbag2, rosbag1"
                 .to_owned())
         );
     }

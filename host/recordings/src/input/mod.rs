@@ -6,7 +6,7 @@
 //! | formats by name; opening of files by their first bytes | `format`, `open` |
 //! | properties that a format does not carry: units, times, gravity, mounting, topics | `options` |
 //! | `csv`, `parquet`: named columns | [`table`] |
-//! | `mcap`, `rosbag2`: bags of ROS 2 | `bag` |
+//! | `mcap`, `rosbag2`, `rosbag1`: bags of ROS 2 and ROS 1 | `bag` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`published`] |
 //! | rows in order on one clock, and their storage: the result | `stored`; their rate `rate`, recorded contacts [`contacts`] |
 //! | errors, with their position | [`error`] |
@@ -207,7 +207,7 @@ fn read_table(
         Format::PceAtlas | Format::Lcd => published::read_simulated(table, format, input_options),
         Format::PceGo1 => published::read_go1(table, input_options),
         // The content of a container is not a table.
-        Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => {
+        Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 | Format::Rosbag1 => {
             csv::read(table, input_options)
         }
     }

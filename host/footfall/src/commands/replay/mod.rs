@@ -16,7 +16,7 @@ use indicatif::ProgressBar;
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::events::{ContactEvent, HEADER};
 use recordings::hint::Notice;
-use recordings::input::{About, ContactUse, Format, InputOptions, Stored, without_effect};
+use recordings::input::{About, ContactUse, Content, Format, InputOptions, Stored, without_effect};
 use recordings::jobs;
 use recordings::output::TableFeet;
 use recordings::replay::{
@@ -264,7 +264,7 @@ impl ReplayArguments {
         let opened = progress::open(input, self.recording.reading.format, bars)?;
         let format = opened.format();
         if let Some(bag) = self.bag()
-            && !matches!(format, Format::Mcap | Format::Rosbag2)
+            && format.content() != Content::Messages
         {
             let file = bag.display().to_string();
             return Err(OutputError::BagsOnly(file).into());

@@ -13,6 +13,7 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
 use crate::input::error::{InputError, Problem};
 use crate::input::open::ContainerFile;
@@ -93,8 +94,8 @@ pub(super) fn visit(
 struct Bag<'a> {
     /// Names of types, with their definitions.
     schemas: HashMap<u16, (String, Option<Arc<Schema>>)>,
-    /// Channels, and whether their messages are needed.
-    channels: HashMap<u16, (Channel, bool)>,
+    /// Channels, the conversion of messages of ROS 1, and whether the messages are needed.
+    channels: HashMap<u16, (Channel, Option<Converter>, bool)>,
     visitor: &'a mut dyn Visitor,
     /// The current record.
     record: Vec<u8>,
@@ -248,23 +249,27 @@ impl Bag<'_> {
             Record::Channel(channel) => {
                 let schema = self.schemas.get(&channel.schema_id);
                 let (message, schema) = schema.cloned().unwrap_or_default();
-                let declared = Channel {
+                let (declared, converter) = as_ros2(Channel {
                     topic: channel.topic,
                     message,
                     encoding: channel.message_encoding,
                     schema,
                     metadata: channel.metadata,
-                };
+                });
                 let is_needed = self.visitor.channel(&declared);
-                self.channels.insert(channel.id, (declared, is_needed));
+                self.channels.insert(channel.id, (declared, converter, is_needed));
             }
             Record::Message { header, data } => {
-                if let Some((channel, true)) = self.channels.get(&header.channel_id) {
+                if let Some((channel, converter, true)) = self.channels.get(&header.channel_id) {
                     let nanos = |time| i64::try_from(time).unwrap_or(i64::MAX);
                     let times = MessageTimes {
                         log_ns: nanos(header.log_time),
                         publish_ns: nanos(header.publish_time),
                         sequence: Some(header.sequence),
+                    };
+                    let data = match converter {
+                        Some(converter) => converter.cdr(&data).into(),
+                        None => data,
                     };
                     let shown = self.visitor.message(channel, times, &data);
                     shown.map_err(Stop::Refused)?;

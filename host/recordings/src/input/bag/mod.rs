@@ -1,11 +1,12 @@
-//! Bags of ROS 2: `sensor_msgs/msg/Imu` by topic and frame, one foot per topic, or per frame of a topic. Also six named
+//! Bags of ROS 2 and ROS 1: `sensor_msgs/msg/Imu` by topic and frame, one foot per topic, or per frame of a topic. Also six named
 //! axes of messages of any type.
 //!
 //! | step | file |
 //! |---|---|
 //! | a message, its topic and type, as stored and decoded from CDR | `messages` |
 //! | numbers in messages of any type, by the definition of the type | `definition` |
-//! | visiting the messages of all topics; a copy of them | `visit`, over `mcap` and `rosbag2` |
+//! | messages of ROS 1, converted to those of ROS 2 | `definition/ros1` |
+//! | visiting the messages of all topics; a copy of them | `visit`, over `mcap`, `rosbag2` and `rosbag1` |
 //! | which topics are feet, and the names of the feet | `selection` |
 //! | loads of the feet, from other topics: the first reading | `loads` |
 //! | samples of the feet: the second reading | `reader`, a `feed` for each IMU |
@@ -21,6 +22,7 @@ mod loads;
 mod mcap;
 mod messages;
 mod reader;
+mod rosbag1;
 mod rosbag2;
 mod selection;
 mod visit;

@@ -289,10 +289,10 @@ impl<'a> Reader<'a> {
             let with_axes = self.others.iter().find_map(|channel| {
                 let topic = channel.topic.clone();
                 if has_axes(channel, "") {
-                    Some(topic)
-                } else {
-                    has_axes(channel, TRUNK).then(|| format!("{topic}.{TRUNK}"))
+                    return Some(topic);
                 }
+                let trunk = TRUNKS.into_iter().find(|part| has_axes(channel, part));
+                trunk.map(|part| format!("{topic}.{part}"))
             });
             let problem = Problem::NoImu {
                 topics: self.others.iter().map(described).collect(),
@@ -320,8 +320,8 @@ fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError 
 /// End of the types of states of Unitree's robots, whose one IMU is that of the trunk.
 const LOW_STATE: &str = "/LowState";
 
-/// The part of such a state that is this IMU.
-pub(super) const TRUNK: &str = "imu_state";
+/// The part of such a state that is this IMU: in ROS 2, and in ROS 1 (`unitree_legged_msgs`).
+const TRUNKS: [&str; 2] = ["imu_state", "imu"];
 
 /// Axes of one IMU in the messages of a topic.
 pub(super) struct Fields {
@@ -354,8 +354,10 @@ impl Fields {
             let no_axes = || FieldsProblem::NoAxes(definition.listed(part));
             let axes = recognised(&names).ok_or_else(no_axes)?;
             if part.is_empty() && channel.message.ends_with(LOW_STATE) {
-                let address = format!("{}.{TRUNK}", channel.topic);
-                return Err(FieldsProblem::OfTrunk { part: TRUNK, address });
+                let of_trunk = |part: &&&str| definition.numbers(part).is_ok();
+                let part = TRUNKS.iter().find(of_trunk).copied().unwrap_or(TRUNKS[0]);
+                let address = format!("{}.{part}", channel.topic);
+                return Err(FieldsProblem::OfTrunk { part, address });
             }
             let names = Axis::ALL.iter().zip(axes);
             let named =

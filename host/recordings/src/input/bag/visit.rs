@@ -12,7 +12,7 @@ use std::thread::{self, ScopedJoinHandle};
 use crate::input::bag::definition::{Definition, FieldPath};
 use crate::input::bag::mcap::LONGEST_RECORD;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decompressed_message};
-use crate::input::bag::{mcap, rosbag2};
+use crate::input::bag::{mcap, rosbag1, rosbag2};
 use crate::input::error::InputError;
 use crate::input::format::Format;
 use crate::input::open::{ContainerFile, Readable};
@@ -29,6 +29,7 @@ pub(super) fn visit(
         let name = if is_alone { file.to_owned() } else { part.path.display().to_string() };
         let early = match part.format {
             Format::Mcap => mcap::visit(part, &name, visitor)?,
+            Format::Rosbag1 => rosbag1::visit(part, &name, visitor)?,
             _ => rosbag2::visit(part, &name, visitor)?,
         };
         notices.extend(early.map(|why| {

@@ -3,13 +3,19 @@
 //! A definition (`ros2msg`) is parsed into records of fields. A name such as `imu_state.accelerometer[0]` is a path
 //! through them. The numbers of a message in CDR are found by walking through all of it.
 //!
+//! Messages of ROS 1 are converted to CDR first: see `ros1`.
+//!
 //! Sources: <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>; the concatenation of definitions
 //! is that of <https://mcap.dev/spec/registry#ros2msg>.
+
+mod ros1;
 
 use std::collections::HashMap;
 
 use crate::input::bag::messages::{Channel, ENCODING, LONGEST_PADDING, Order, content};
 use crate::input::error::first_of;
+
+pub(super) use ros1::{Converter, as_ros2};
 
 /// Most types within each other.
 const DEEPEST: usize = 32;

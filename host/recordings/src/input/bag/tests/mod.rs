@@ -1,4 +1,5 @@
 mod parts;
+mod ros1;
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
@@ -794,7 +795,7 @@ fn options_for_other_formats_are_rejected() {
     let table = b"t,ax,ay,az,wx,wy,wz\n0,0,0,0,0,0,0\n";
     assert_eq!(
         why(open(table, &topics(&["/imu"]))),
-        " is read as csv: topic, not topic, frame and load topic are for mcap and rosbag2"
+        " is read as csv: topic, not topic, frame and load topic are for mcap, rosbag2 and rosbag1"
     );
     let given = |bytes: &[u8], format| {
         let mut file = tempfile::NamedTempFile::new().unwrap();

@@ -1,0 +1,412 @@
+//! Bags of ROS 1, version 2.0: a sequence of records, most of them in chunks. The index is not used. Source:
+//! <http://wiki.ros.org/Bags/Format/2.0>.
+//!
+//! A record is a header of named fields, and data. The header of a chunk that is being written has the length 0: its records
+//! reach to the end of the file.
+
+use std::collections::HashMap;
+use std::io::{self, BufReader, Read, Take};
+use std::sync::Arc;
+
+use bzip2::read::BzDecoder;
+use thiserror::Error;
+
+use crate::input::bag::definition::{Converter, as_ros2};
+use crate::input::bag::mcap::LONGEST_RECORD;
+use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
+use crate::input::error::{InputError, Problem};
+use crate::input::open::ContainerFile;
+
+/// Length of the first line.
+const VERSION: u64 = b"#ROSBAG V2.0\n".len() as u64;
+
+/// Longest header of a record, bytes. Topics are the longest fields.
+const LONGEST_HEADER: u32 = 1 << 20;
+
+/// Bytes read at once.
+const AT_ONCE: usize = 64 << 10;
+
+/// Advice in the error about a file that is damaged rather than truncated.
+const ADVICE: &str = "rosbag reindex, of ROS 1, saves what can be";
+
+/// Kinds of records: the field `op`.
+mod op {
+    pub(super) const MESSAGE: u8 = 2;
+    pub(super) const BAG: u8 = 3;
+    pub(super) const CHUNK: u8 = 5;
+    pub(super) const CONNECTION: u8 = 7;
+}
+
+/// Damage of a file.
+#[derive(Debug, Error)]
+enum Damage {
+    #[error("a record has a header of {0} bytes")]
+    LongHeader(u32),
+    #[error("the header of a record is not made of fields")]
+    Fields,
+    #[error("a record lacks the field {0}")]
+    Field(&'static str),
+    #[error("a record has {0} bytes")]
+    LongRecord(u32),
+    #[error("a chunk ends within a record")]
+    Chunk,
+    #[error("a chunk has {found} bytes instead of {stated}")]
+    ChunkSize { found: u64, stated: u64 },
+    #[error("a chunk cannot be decompressed: {0}")]
+    Compression(io::Error),
+}
+
+/// Reason to stop reading a file.
+enum Stop {
+    /// The file ends early, for this reason.
+    Early(&'static str),
+    Unreadable(io::Error),
+    Damaged(Damage),
+    /// The file is not read: a predicate of it.
+    NotSupported(String),
+    /// The visitor refused a message.
+    Refused(InputError),
+}
+
+impl From<Damage> for Stop {
+    fn from(damage: Damage) -> Self {
+        Self::Damaged(damage)
+    }
+}
+
+const CUT: Stop = Stop::Early("it ends within a record");
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => CUT,
+            _ => Self::Unreadable(error),
+        }
+    }
+}
+
+/// Passes the messages of a file to a visitor; returns the reason why the file ends early, if it does.
+pub(super) fn visit(
+    part: &mut ContainerFile,
+    file: &str,
+    visitor: &mut dyn Visitor,
+) -> Result<Option<String>, InputError> {
+    let mut bag =
+        Bag { connections: HashMap::new(), visitor, header: Vec::new(), data: Vec::new() };
+    let read = part.bytes().map_err(Stop::Unreadable).and_then(|bytes| {
+        let bytes = BufReader::with_capacity(AT_ONCE, bytes);
+        bag.file(&mut Counted::new(bytes))
+    });
+    match read {
+        Ok(()) => Ok(None),
+        Err(Stop::Early(why)) => Ok(Some(why.to_owned())),
+        Err(Stop::Unreadable(source)) => Err(InputError::unreadable(file, source)),
+        Err(Stop::Damaged(damage)) => {
+            let problem = Problem::Damaged { source: Box::new(damage), advice: Some(ADVICE) };
+            Err(InputError::of_file(file, problem))
+        }
+        Err(Stop::NotSupported(what)) => {
+            Err(InputError::of_file(file, Problem::NotSupported(what)))
+        }
+        Err(Stop::Refused(error)) => Err(error),
+    }
+}
+
+/// Reader with the number of bytes that were read.
+struct Counted<R> {
+    bytes: R,
+    count: u64,
+}
+
+impl<R> Counted<R> {
+    const fn new(bytes: R) -> Self {
+        Self { bytes, count: 0 }
+    }
+}
+
+/// Reader of a file.
+type FileBytes = Counted<BufReader<Box<dyn Read>>>;
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+        let count = self.bytes.read(room)?;
+        self.count += count as u64;
+        Ok(count)
+    }
+}
+
+/// Topic of a publisher.
+struct Connection {
+    channel: Channel,
+    /// `None` if the type has no valid definition.
+    converter: Option<Converter>,
+    /// Whether the messages are needed.
+    is_needed: bool,
+}
+
+/// State of the parser.
+struct Bag<'a> {
+    connections: HashMap<u32, Connection>,
+    visitor: &'a mut dyn Visitor,
+    /// Header of the current record.
+    header: Vec<u8>,
+    /// Data of the current record.
+    data: Vec<u8>,
+}
+
+impl Bag<'_> {
+    /// Reads all records.
+    fn file(&mut self, bytes: &mut FileBytes) -> Result<(), Stop> {
+        skip(bytes, VERSION)?;
+        // Position of the index, behind the last message; 0 until the recording is closed.
+        let mut index = 0;
+        loop {
+            let start = bytes.count;
+            let read = self.record(bytes, &mut index);
+            let is_in_index = index > 0 && start >= index;
+            match read {
+                Ok(true) => {}
+                Ok(false) if is_in_index => return Ok(()),
+                Ok(false) => return Err(Stop::Early("it has no index")),
+                // Nothing is lost with a part of the index.
+                Err(Stop::Early(_)) if is_in_index => return Ok(()),
+                Err(stop) => return Err(stop),
+            }
+        }
+    }
+
+    /// Reads a record that is not within a chunk; returns whether there was one.
+    fn record(&mut self, bytes: &mut FileBytes, index: &mut u64) -> Result<bool, Stop> {
+        if !self.load_header(bytes)? {
+            return Ok(false);
+        }
+        let length = length(bytes)?;
+        match self.op()? {
+            op::BAG => {
+                *index = self.number::<8>("index_pos")?;
+                let encryptor = self.field("encryptor")?.unwrap_or_default();
+                if !encryptor.is_empty() {
+                    let name = String::from_utf8_lossy(encryptor);
+                    return Err(Stop::NotSupported(format!(
+                        "is encrypted ({name}); write it again without encryption: rosbag decrypt walk.bag"
+                    )));
+                }
+                skip(bytes, length.into())?;
+            }
+            op::CHUNK => self.chunk(bytes, length)?,
+            // A chunk that was not finished has its records here.
+            _ => self.take(bytes, length)?,
+        }
+        Ok(true)
+    }
+
+    /// Reads the records of a chunk.
+    fn chunk(&mut self, bytes: &mut FileBytes, length: u32) -> Result<(), Stop> {
+        let compression = self.field("compression")?.ok_or(Damage::Field("compression"))?;
+        let compression = String::from_utf8_lossy(compression).into_owned();
+        // Even nothing is some bytes in a compressed chunk.
+        let is_open = length == 0 && compression != "none";
+        let length = if is_open { u64::MAX } else { length.into() };
+        let stated = self.number::<4>("size")?;
+        let mut chunk = bytes.take(length);
+        let read = match compression.as_str() {
+            "none" => self.records(&mut chunk),
+            "bz2" => self.compressed(BzDecoder::new(&mut chunk), stated),
+            "lz4" => lz4::Decoder::new(&mut chunk)
+                .map_err(Stop::from)
+                .and_then(|chunk| self.compressed(chunk, stated)),
+            other => {
+                return Err(Stop::NotSupported(format!(
+                    "has chunks with the compression {other:?}, and bz2, lz4 and none are read; \
+                     write it again: rosbag decompress walk.bag"
+                )));
+            }
+        };
+        if is_open {
+            return match read {
+                Ok(()) | Err(Stop::Damaged(_)) => {
+                    Err(Stop::Early("its last chunk is not finished"))
+                }
+                stop => stop,
+            };
+        }
+        if let Err(stop @ Stop::Damaged(_)) = read {
+            // A chunk without its end cannot be told from a damaged one by its decoder.
+            return Err(if is_at_end(&mut chunk)? { CUT } else { stop });
+        }
+        read?;
+        let rest = chunk.limit();
+        skip(bytes, rest)
+    }
+
+    /// Reads the records of a compressed chunk by its decoder. The end of the compressed data is no error of every decoder.
+    fn compressed(&mut self, decoder: impl Read, stated: u64) -> Result<(), Stop> {
+        let mut chunk = Counted::new(decoder);
+        self.records(&mut chunk)?;
+        let found = chunk.count;
+        if found == stated { Ok(()) } else { Err(Damage::ChunkSize { found, stated }.into()) }
+    }
+
+    /// Reads records up to the end of a chunk.
+    fn records(&mut self, chunk: &mut impl Read) -> Result<(), Stop> {
+        let mut record = || {
+            if !self.load_header(chunk)? {
+                return Ok(false);
+            }
+            let length = length(chunk)?;
+            self.take(chunk, length)?;
+            Ok(true)
+        };
+        loop {
+            match record() {
+                Ok(true) => {}
+                Ok(false) => return Ok(()),
+                Err(Stop::Early(_)) => return Err(Damage::Chunk.into()),
+                Err(Stop::Unreadable(error)) if error.raw_os_error().is_none() => {
+                    return Err(Damage::Compression(error).into());
+                }
+                Err(stop) => return Err(stop),
+            }
+        }
+    }
+
+    /// Reads the header of the next record; returns whether there is one.
+    fn load_header(&mut self, from: &mut impl Read) -> Result<bool, Stop> {
+        let mut first = [0; 1];
+        if read_some(from, &mut first)? == 0 {
+            return Ok(false);
+        }
+        let mut others = [0; 3];
+        from.read_exact(&mut others)?;
+        let length = u32::from_le_bytes([first[0], others[0], others[1], others[2]]);
+        match length {
+            // File systems leave zeros after a loss of power.
+            0 => return Err(Stop::Early("zeros follow")),
+            1..=LONGEST_HEADER => load(&mut self.header, from, length)?,
+            _ => return Err(Damage::LongHeader(length).into()),
+        }
+        Ok(true)
+    }
+
+    /// Processes the data of a record, which follow.
+    fn take(&mut self, from: &mut impl Read, length: u32) -> Result<(), Stop> {
+        match self.op()? {
+            op::MESSAGE => {
+                let connection = self.number::<4>("conn")? as u32;
+                let Some(connection) = self.connections.get(&connection) else {
+                    return skip(from, length.into());
+                };
+                if !connection.is_needed {
+                    return skip(from, length.into());
+                }
+                let time = self.number::<8>("time")?;
+                load(&mut self.data, from, length)?;
+                let (seconds, nanoseconds) = (time & 0xFFFF_FFFF, time >> 32);
+                let log_ns = (seconds * 1_000_000_000 + nanoseconds).cast_signed();
+                let times = MessageTimes { log_ns, publish_ns: log_ns, sequence: None };
+                let converted =
+                    connection.converter.as_ref().map(|converter| converter.cdr(&self.data));
+                let payload = converted.as_deref().unwrap_or(&self.data);
+                let shown = self.visitor.message(&connection.channel, times, payload);
+                shown.map_err(Stop::Refused)
+            }
+            op::CONNECTION => {
+                load(&mut self.data, from, length)?;
+                self.connect()
+            }
+            _ => skip(from, length.into()),
+        }
+    }
+
+    /// Adds the connection of the current record. The bag has each of them again in its index.
+    fn connect(&mut self) -> Result<(), Stop> {
+        let id = self.number::<4>("conn")? as u32;
+        if self.connections.contains_key(&id) {
+            return Ok(());
+        }
+        let topic = self.field("topic")?.ok_or(Damage::Field("topic"))?;
+        let of_type = |name| Ok::<_, Damage>(field(&self.data, name)?.ok_or(Damage::Field(name))?);
+        let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
+        let definition = field(&self.data, "message_definition")?.unwrap_or_default().to_vec();
+        let (channel, converter) = as_ros2(Channel {
+            topic: text(topic),
+            message: text(of_type("type")?),
+            encoding: "ros1".to_owned(),
+            schema: Some(Arc::new(Schema { encoding: "ros1msg".to_owned(), text: definition })),
+            metadata: Default::default(),
+        });
+        let is_needed = self.visitor.channel(&channel);
+        self.connections.insert(id, Connection { channel, converter, is_needed });
+        Ok(())
+    }
+
+    /// Kind of the current record.
+    fn op(&self) -> Result<u8, Damage> {
+        Ok(self.number::<1>("op")? as u8)
+    }
+
+    /// A field of the header of the current record.
+    fn field(&self, name: &str) -> Result<Option<&[u8]>, Damage> {
+        field(&self.header, name)
+    }
+
+    /// A little-endian number of `N` bytes in the header of the current record.
+    fn number<const N: usize>(&self, name: &'static str) -> Result<u64, Damage> {
+        let bytes: &[u8; N] =
+            self.field(name)?.and_then(|bytes| bytes.try_into().ok()).ok_or(Damage::Field(name))?;
+        let add = |number, byte: &u8| number << 8 | u64::from(*byte);
+        Ok(bytes.iter().rev().fold(0, add))
+    }
+}
+
+/// A field among fields, each of which is a length and `name=value`.
+fn field<'a>(mut fields: &'a [u8], name: &str) -> Result<Option<&'a [u8]>, Damage> {
+    while let Some((length, rest)) = fields.split_first_chunk() {
+        let (field, rest) =
+            rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or(Damage::Fields)?;
+        let value = field.strip_prefix(name.as_bytes()).and_then(|rest| rest.strip_prefix(b"="));
+        if value.is_some() {
+            return Ok(value);
+        }
+        fields = rest;
+    }
+    if fields.is_empty() { Ok(None) } else { Err(Damage::Fields) }
+}
+
+/// Length of the data of a record.
+fn length(from: &mut impl Read) -> Result<u32, Stop> {
+    let mut bytes = [0; 4];
+    from.read_exact(&mut bytes)?;
+    Ok(u32::from_le_bytes(bytes))
+}
+
+/// Reads a part of a record. Its declared length may exceed the data: memory grows with the data read.
+fn load(to: &mut Vec<u8>, from: &mut impl Read, length: u32) -> Result<(), Stop> {
+    if length as usize > LONGEST_RECORD {
+        return Err(Damage::LongRecord(length).into());
+    }
+    to.clear();
+    from.take(length.into()).read_to_end(to)?;
+    if to.len() < length as usize { Err(CUT) } else { Ok(()) }
+}
+
+fn skip(from: &mut impl Read, length: u64) -> Result<(), Stop> {
+    let skipped = io::copy(&mut from.take(length), &mut io::sink())?;
+    if skipped < length { Err(CUT) } else { Ok(()) }
+}
+
+/// Returns whether a file ends before the rest of a chunk, which is skipped.
+fn is_at_end(chunk: &mut Take<&mut FileBytes>) -> io::Result<bool> {
+    io::copy(chunk, &mut io::sink())?;
+    Ok(chunk.limit() > 0)
+}
+
+/// Reads the available bytes; 0 at the end.
+fn read_some(bytes: &mut impl Read, room: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match bytes.read(room) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other,
+        }
+    }
+}
