@@ -4,7 +4,7 @@
 //! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test host recordings::` writes them again.
 
 use estimator_core::{ContactEstimate, Flag, ImuSample, Phase, Timestamp};
-use footfall::files::write_file;
+use footfall::files::{Existing, write_file};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Simulation, record, simulate};
 use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
@@ -89,7 +89,8 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
     assert!(live.iter().any(|e| e.flags.contains(Flag::Saturated)));
     let folder = tempfile::tempdir().expect("a temporary directory");
     let path = folder.path().join("samples.csv");
-    write_file(&path, |to| write_samples(&recording.samples, &live, to)).expect("a file");
+    write_file(&path, Existing::Replaced, |to| write_samples(&recording.samples, &live, to))
+        .expect("a file");
     let loaded = input::read(&path, Format::Csv, &InputOptions::default()).expect("a recording");
     assert_eq!(loaded.recording.sample_rate, recording.sample_rate);
     // A replay's clock starts with its first row.

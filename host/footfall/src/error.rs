@@ -230,8 +230,8 @@ pub enum Error {
     #[cfg(feature = "foxglove")]
     #[error(transparent)]
     View(#[from] crate::commands::view::server::ViewError),
-    /// The summary cannot be printed.
-    #[error("the summary cannot be printed: {0}")]
+    /// Standard output cannot be written.
+    #[error("standard output cannot be written: {0}")]
     Print(#[source] io::Error),
 }
 

@@ -197,13 +197,19 @@ pub fn name_among(inputs: &[PathBuf], input: &Path) -> Option<String> {
 /// Writes a file that appears under its name only when complete, and not at all on an error.
 ///
 /// # Errors
-/// The directory is missing, or the file cannot be written.
+/// The directory is missing, the file cannot be written, or a file of this name has appeared and is kept.
 pub fn write_file(
     path: &Path,
+    existing: Existing,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
     check_directory_of(path)?;
-    write(path, content).map_err(OutputError::unwritable(path))
+    // Another program may have written it since the results were checked.
+    existing.check(path)?;
+    write(path, existing, content).map_err(|error| match (existing, error.kind()) {
+        (Existing::Kept, io::ErrorKind::AlreadyExists) => OutputError::Exists(named(path)),
+        _ => OutputError::unwritable(path)(error),
+    })
 }
 
 /// Checks that the directory of a file exists.
@@ -391,7 +397,11 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+fn write(
+    path: &Path,
+    existing: Existing,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
     if path == Path::new(STANDARD) {
         return to_stdout(content);
     }
@@ -401,7 +411,10 @@ fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     }
     let mut file = WholeFile::create(path)?;
     content(&mut file)?;
-    file.finish()
+    match existing {
+        Existing::Kept => file.finish_new(),
+        Existing::Replaced => file.finish(),
+    }
 }
 
 fn in_place(
@@ -422,12 +435,30 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("out.csv");
         fs::write(&path, "before").unwrap();
-        let result = write_file(&path, |to| {
+        let result = write_file(&path, Existing::Replaced, |to| {
             to.write_all(b"half")?;
             Err(io::Error::other("disk full"))
         });
         assert!(result.is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "before");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn file_that_appears_during_the_write_is_kept() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("out.csv");
+        let write = |existing| {
+            write_file(&path, existing, |to| {
+                fs::write(&path, "of another program")?;
+                to.write_all(b"own")
+            })
+        };
+        let refused = write(Existing::Kept);
+        assert!(matches!(refused, Err(OutputError::Exists(_))), "{refused:?}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "of another program");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+        write(Existing::Replaced).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "own");
     }
 }

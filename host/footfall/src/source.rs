@@ -301,6 +301,18 @@ impl Source {
         }
     }
 
+    /// Returns the name of the line in messages, if the source is a device: its port or interface.
+    #[must_use]
+    pub fn device(&self) -> Option<&str> {
+        match self {
+            Self::Line(feet::Source::Uart { port, .. } | feet::Source::Slcan { port, .. }) => {
+                Some(port)
+            }
+            Self::Line(feet::Source::Can { interface }) => Some(interface),
+            Self::Line(feet::Source::File { .. }) | Self::Demo(_) => None,
+        }
+    }
+
     /// Sets how a recording of an IMU is read and estimated. Other sources do not change.
     #[must_use]
     pub fn played_with(self, playback: Playback) -> Self {

@@ -27,6 +27,9 @@ const SILENCE_CHECK: Duration = Duration::from_millis(20);
 /// Maximum duration of a stream, s: about thirty years.
 const LONGEST_S: f64 = 1.0e9;
 
+/// Time after which a line without a foot is reported.
+const UNHEARD: Duration = Duration::from_secs(2);
+
 /// Destination of messages.
 pub trait Sink {
     /// Publishes a message.
@@ -53,6 +56,8 @@ pub struct Stream {
     bridge: Bridge,
     /// Feet whose id is used by several boards, as last reported.
     shared: BTreeSet<usize>,
+    /// Lines on which no foot was received so far.
+    unheard: UnheardLines,
     /// Reported feet that have no place in messages of all feet.
     without_place: BTreeSet<String>,
     /// Whether feet without contacts in messages of all feet were reported.
@@ -68,6 +73,7 @@ impl Stream {
     /// # Errors
     /// A source cannot be opened.
     pub fn open(sources: Vec<Source>, feet: KnownFeet, bridge: Bridge) -> Result<Self, LinkError> {
+        let mut unheard = UnheardLines::of(&sources);
         let feed = feed_of(sources);
         let mut early = VecDeque::new();
         let mut unknown = feed.lines();
@@ -76,6 +82,7 @@ impl Stream {
                 Some(FeedEvent::Ended(error)) if early.is_empty() => return Err(error),
                 Some(FeedEvent::WaitsFor(error)) => {
                     warn_of_waiting(&error);
+                    unheard.remove(&error);
                     unknown -= 1;
                 }
                 Some(FeedEvent::Opened) => unknown -= 1,
@@ -93,6 +100,7 @@ impl Stream {
             session: Session::new(feet),
             bridge,
             shared: BTreeSet::new(),
+            unheard,
             without_place: BTreeSet::new(),
             warned_of_absent: false,
             was_shared: false,
@@ -120,6 +128,8 @@ impl Stream {
                 Some(fed) => self.session.take(fed),
                 None => self.session.listen(&self.feed, SILENCE_CHECK),
             }
+            let now = self.clock().now();
+            self.unheard.take_overdue(now, &self.session).into_iter().for_each(warn);
             ended = self.publish_updates(sink)?;
         }
         self.session.finish();
@@ -150,7 +160,10 @@ impl Stream {
             match update {
                 Update::Message(foot, _) => self.warn_of_shared_id(foot),
                 Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
-                Update::Line(FeedEvent::WaitsFor(error)) => warn_of_waiting(&error),
+                Update::Line(FeedEvent::WaitsFor(error)) => {
+                    warn_of_waiting(&error);
+                    self.unheard.remove(&error);
+                }
                 Update::Line(FeedEvent::Remark(remark)) => warn(remark_text(&remark)),
                 Update::Line(FeedEvent::NotSent(error)) => warn(error),
                 Update::Line(FeedEvent::Ended(error)) => return Ok(Some(error)),
@@ -233,6 +246,63 @@ impl Stream {
 pub fn feed_of(sources: Vec<Source>) -> Feed {
     let boxed = |source| Box::new(source) as Box<dyn LineSource>;
     Feed::open_all(sources.into_iter().map(boxed).collect())
+}
+
+/// Devices on which no foot was received so far. Each is reported once.
+#[derive(Debug, Default)]
+pub struct UnheardLines {
+    /// Sources of the lines.
+    sources: Vec<Source>,
+    /// Time of the first check on the clock of the feed.
+    began: Option<Duration>,
+}
+
+impl UnheardLines {
+    /// Returns the lines of these sources that are devices. A file or a demo ends instead.
+    #[must_use]
+    pub fn of(sources: &[Source]) -> Self {
+        let devices = sources.iter().filter(|source| source.device().is_some());
+        Self { sources: devices.cloned().collect(), began: None }
+    }
+
+    /// Removes a line that is missing or has broken, which was reported.
+    pub fn remove(&mut self, error: &LinkError) {
+        self.sources.retain(|source| source.device() != error.device_name());
+    }
+
+    /// Takes the lines without a foot two seconds after the first call, and returns a sentence about each. `now` is the
+    /// time on the clock of the feed.
+    pub fn take_overdue(&mut self, now: Duration, session: &Session) -> Vec<String> {
+        let began = *self.began.get_or_insert(now);
+        if self.sources.is_empty() || now.saturating_sub(began) < UNHEARD {
+            return Vec::new();
+        }
+        let unheard = std::mem::take(&mut self.sources).into_iter().filter_map(|source| {
+            let line = source.device()?;
+            let is_heard = session.feet().iter().any(|foot| *foot.key.line == *line);
+            (!is_heard).then(|| unheard_text(&source, line, session))
+        });
+        unheard.collect()
+    }
+}
+
+/// Sentence about a line without a foot.
+fn unheard_text(source: &Source, line: &str, session: &Session) -> String {
+    let decoder = session.decoder();
+    let seconds = UNHEARD.as_secs();
+    match (source, decoder.unknown_foot()) {
+        (Source::Line(feet::Source::Uart { baud, .. }), _) if decoder.is_serial(line) => format!(
+            "uart:{line}: bytes arrive at {baud} Bd, but no message of a foot: it is another device, or has another rate, \
+             uart:{line}@BAUD"
+        ),
+        (Source::Line(feet::Source::Uart { .. }), _) => {
+            format!("uart:{line}: nothing has arrived for {seconds} s")
+        }
+        (_, Some(node)) => format!(
+            "{source}: no foot was heard for {seconds} s, but node {node} may be one: --node {node}"
+        ),
+        (_, None) => format!("{source}: no foot was heard for {seconds} s"),
+    }
 }
 
 /// Two boards have the name of one foot, so that their messages would be mixed.
@@ -363,5 +433,69 @@ pub fn warn_of_lost(feed: &Feed) {
     let lost = feed.lost();
     if lost > 0 {
         warn(format!("{lost} arrivals were lost: this machine did not keep up"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use estimator_core::{ContactEstimate, Timestamp};
+    use feet::Arrival;
+    use wire::uart::{ContactMessage, Message, encode};
+    use wire::{CanFrame, Faults};
+
+    use super::*;
+
+    fn lines(sources: &[&str]) -> UnheardLines {
+        let sources = sources.iter().map(|text| {
+            let argument = text.parse::<crate::SourceArgument>().expect("a source");
+            argument.find_one().expect("one line")
+        });
+        UnheardLines::of(&sources.collect::<Vec<_>>())
+    }
+
+    fn arrive(session: &mut Session, arrival: Arrival) {
+        session.take(FeedEvent::Arrived((Timestamp::from_micros(1), arrival)));
+        session.idle(Duration::from_secs(1));
+        while session.next_update().is_some() {}
+    }
+
+    fn bytes(port: &str, bytes: &[u8]) -> Arrival {
+        Arrival::Bytes { port: port.into(), bytes: bytes.to_vec() }
+    }
+
+    #[test]
+    fn line_without_a_foot_is_reported_once() {
+        let mut session = Session::new(KnownFeet::default());
+        let mut unheard =
+            lines(&["uart:/a", "uart:/b@9600", "uart:/c", "can:can0", "demo", "file:walk.csv"]);
+        let contact = ContactMessage::new(&ContactEstimate::default(), Faults::NONE);
+        let contact = encode(0, &Message::Contact(contact));
+        arrive(&mut session, bytes("/a", contact.as_bytes()));
+        arrive(&mut session, bytes("/b", b"hello\0"));
+        let interface = "can0".into();
+        let frame = CanFrame::new(0x1A2, &[0; 8]).expect("a frame");
+        arrive(&mut session, Arrival::Frame { interface, frame });
+        let at = Duration::from_secs;
+        assert!(unheard.take_overdue(at(5), &session).is_empty());
+        assert!(unheard.take_overdue(at(6), &session).is_empty());
+        let reported = unheard.take_overdue(at(7), &session);
+        let [rate, silent, bus] = &reported[..] else { panic!("{reported:?}") };
+        assert!(rate.starts_with("uart:/b: bytes arrive at 9600 Bd, but no message of a foot"));
+        assert_eq!(silent, "uart:/c: nothing has arrived for 2 s");
+        assert!(bus.starts_with("can:can0: no foot was heard for 2 s"), "{bus}");
+        assert!(unheard.take_overdue(at(9), &session).is_empty());
+    }
+
+    #[test]
+    fn missing_device_is_not_reported_as_unheard() {
+        let session = Session::new(KnownFeet::default());
+        let mut unheard = lines(&["uart:/a", "uart:/b"]);
+        let error = "uart:/b/none".parse::<feet::Source>().expect("a source").open().err();
+        unheard.remove(&error.expect("no such port"));
+        let device = || "/b".to_owned();
+        unheard.remove(&LinkError::Adapter { device: device(), what: "no answer" });
+        unheard.take_overdue(Duration::ZERO, &session);
+        let reported = unheard.take_overdue(UNHEARD, &session);
+        assert_eq!(reported, ["uart:/a: nothing has arrived for 2 s"]);
     }
 }

@@ -20,6 +20,16 @@ fn learnt(bench: &Bench, file: &str) -> Learnt {
 }
 
 #[test]
+fn configuration_on_stdout_is_alone_there() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    bench.stdout("calibrate walk.csv --output robot.toml");
+    let output = bench.run("calibrate walk.csv --output -");
+    assert_eq!(text(&output.stdout), read(&bench.path("robot.toml")));
+    assert_has(&text(&output.stderr), "acceleration at rest ");
+    bench.refuses("calibrate walk.csv --output - --json", "standard output takes one result");
+}
+
+#[test]
 fn learnt_values_are_reported_and_replayed() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     let report = bench.stdout("calibrate walk.csv --output robot.toml");

@@ -19,6 +19,7 @@ const CONTENTS: &str = r#"
     t,ax,ay,az,wx,wy,gz\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: wz
     T,AX,AY,AZ,WX,WY,WZ\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: ax, ay, az, wx, wy, wz; names are written in lower case
     t|ax|ay|az|wx|wy|wz\n0,0,0,0,0,0,0\n => x.csv, line 1: missing in the header: ax, ay, az, wx, wy, wz; columns are separated by commas, semicolons or tabs, not by '|'
+    t,AXES\r0,0,0,0,0,0,0\r0.1,0,0,0,0,0,0 => x.csv, line 1: missing in the header: ax, ay, az, wx, wy, wz; lines end in a carriage return alone: save the table with line feeds, such as with tr '\r' '\n'
     AXES,ay\n0,0,0,0,0,0,0\n => x.csv, line 1, column 7 (ay): the header has this name twice
     0,0,0,0,0,0,0,0,0,0,0,0,1\n0,0,0\n ~ --format pce-atlas => x.csv, line 2: 3 columns where 13 are expected
     AXES\n0,0,0,0,0,0,0\n ~ --sample-rate 100 => x.csv, line 2: 7 columns where 6 are expected

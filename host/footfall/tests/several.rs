@@ -81,6 +81,7 @@ fn impossible_spans_are_rejected() {
     for (span, expected) in cases(
         "
         --from 2 => x.csv: --from 2 is after its end; the recording lasts 0.999 s
+        --from 0.5001 --to 0.5005 => footfall: x.csv: there is no sample from --from to --to
         --from 2 --to 1.5 => --to 1.5 is not after --from 2
         --from=-1 => is not a time since the first sample
         --to soon => is not a time since the first sample

@@ -1,5 +1,6 @@
 //! Files compressed with gzip or zstd, recognised by their first bytes.
 
+use std::error::Error;
 use std::ffi::OsStr;
 use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
@@ -49,7 +50,25 @@ pub fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
 type FrameReader = StreamingDecoder<Box<dyn Read>, ruzstd::decoding::FrameDecoder>;
 
 fn decoder(source: Box<dyn Read>) -> io::Result<FrameReader> {
-    StreamingDecoder::new(source).map_err(io::Error::other)
+    StreamingDecoder::new(source).map_err(io::Error::other).map_err(zstd_error)
+}
+
+/// Returns an error of a zstd frame in words: whether the file ends early, or is damaged.
+fn zstd_error(error: io::Error) -> io::Error {
+    let mut cause: Option<&(dyn Error + 'static)> = Some(&error);
+    while let Some(next) = cause {
+        let inner = next.downcast_ref::<io::Error>();
+        if inner.is_some_and(|inner| inner.kind() == io::ErrorKind::UnexpectedEof) {
+            let early = "the zstd data end early; zstd -dc writes the complete blocks before that";
+            return io::Error::new(io::ErrorKind::InvalidData, early);
+        }
+        // The content of an error of the system is not its source.
+        cause = match inner.and_then(io::Error::get_ref) {
+            Some(content) => Some(content),
+            None => next.source(),
+        };
+    }
+    io::Error::new(io::ErrorKind::InvalidData, format!("the zstd data are damaged: {error}"))
 }
 
 /// The consecutive frames of a zstd file: a file that was appended to has several.
@@ -64,7 +83,7 @@ impl Read for Frames {
             return Ok(0);
         }
         while let Some(frame) = &mut self.decoder {
-            let count = frame.read(to)?;
+            let count = frame.read(to).map_err(zstd_error)?;
             if count > 0 {
                 return Ok(count);
             }
@@ -139,7 +158,10 @@ mod tests {
     fn truncated_or_damaged_compressed_file_is_an_error() {
         let gzip = gzip("t,ax\n");
         assert!(read(&gzip[..gzip.len() - 4]).is_err());
-        assert!(read(&T_AX[..T_AX.len() - 6]).is_err());
+        for length in ZSTD.len()..T_AX.len() {
+            let early = read(&T_AX[..length]).unwrap_err().to_string();
+            assert!(early.starts_with("the zstd data end early"), "{length}: {early}");
+        }
         let mut damaged = T_AX.to_vec();
         damaged[12] ^= 1;
         assert!(read(&damaged).is_err_and(|error| error.to_string().contains("checksum")));

@@ -185,6 +185,8 @@ pub enum Hint {
     SampleRate,
     /// The known names of a header are in upper case.
     LowerCase,
+    /// The lines end in a carriage return without a line feed.
+    LineEnds,
     /// The known names of a header are separated by this character.
     Separator(char),
     /// Mapping that may be intended.
@@ -306,6 +308,9 @@ impl InWords for Hint {
             }
             Self::SampleRate => f.write_str(&words.set(Setting::SampleRate, &"HZ")),
             Self::LowerCase => f.write_str("names are written in lower case"),
+            Self::LineEnds => f.write_str(
+                "lines end in a carriage return alone: save the table with line feeds, such as with tr '\\r' '\\n'",
+            ),
             Self::Separator(found) => {
                 write!(f, "columns are separated by commas, semicolons or tabs, not by {found:?}")
             }

@@ -7,6 +7,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use tempfile::TempPath;
+
 /// Suffix of unfinished files.
 const PART: &str = ".part";
 
@@ -42,13 +44,30 @@ impl WholeFile {
         Ok(Self { to: BufWriter::new(file), unfinished, path })
     }
 
-    /// Renames the file to its final name.
+    /// Renames the file to its final name. It replaces a file of this name.
     ///
     /// # Errors
     /// An error of the operating system.
     pub fn finish(mut self) -> io::Result<()> {
         self.to.flush()?;
         fs::rename(&self.unfinished.0, &self.path)
+    }
+
+    /// Renames the file to its final name unless a file has this name, even if that appeared only while this one was
+    /// written.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::AlreadyExists`] if a file has this name, or another error of the operating system.
+    pub fn finish_new(mut self) -> io::Result<()> {
+        self.to.flush()?;
+        let part = TempPath::try_from_path(&self.unfinished.0)?;
+        match part.persist_noclobber(&self.path) {
+            Ok(()) => Ok(()),
+            Err(failed) if failed.error.kind() == io::ErrorKind::AlreadyExists => Err(failed.error),
+            // The file system has neither an exclusive rename nor links. A file that appears just now is replaced.
+            Err(failed) if self.path.exists() => Err(failed.error),
+            Err(failed) => fs::rename(&failed.path, &self.path),
+        }
     }
 }
 
@@ -142,5 +161,24 @@ mod tests {
         assert_eq!(names(), std::slice::from_ref(&path));
         assert_eq!(fs::read(&path).unwrap(), b"one");
         assert!(!is_unfinished(&path));
+    }
+
+    #[test]
+    fn new_file_does_not_replace_one_that_appeared_meanwhile() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let write = |before_the_end: &dyn Fn()| {
+            let mut file = WholeFile::create(&path).unwrap();
+            file.write_all(b"own").unwrap();
+            before_the_end();
+            file.finish_new()
+        };
+        let refused = write(&|| fs::write(&path, "of another program").unwrap()).unwrap_err();
+        assert_eq!(refused.kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(fs::read(&path).unwrap(), b"of another program");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        write(&|| fs::remove_file(&path).unwrap()).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"own");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

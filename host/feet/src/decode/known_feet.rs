@@ -1,6 +1,8 @@
 //! Nodes of a CAN bus that are feet; names of feet by node and by line.
 
 use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -85,15 +87,8 @@ impl KnownFeet {
     /// Name given to the foot of a line, if any.
     #[must_use]
     pub fn name_of_line(&self, line: &str) -> Option<Arc<str>> {
-        if self.lines.is_empty() {
-            return None;
-        }
-        let serial = usb::serial_number(line);
-        let is_of_line = |of: &str| {
-            of == line || serial.as_deref().is_some_and(|serial| usb::is_serial_number(of, serial))
-        };
         let mut lines = self.lines.iter();
-        lines.find(|(of, _)| is_of_line(of)).map(|(_, name)| Arc::clone(name))
+        lines.find(|(of, _)| names_line(of, line)).map(|(_, name)| Arc::clone(name))
     }
 
     /// Returns whether a node is a foot.
@@ -124,6 +119,15 @@ impl KnownFeet {
     }
 }
 
+/// Returns whether `of` names a serial line: its port or file, the last part of that path, or the serial number of its
+/// board on USB.
+#[must_use]
+pub fn names_line(of: &str, line: &str) -> bool {
+    of == line
+        || Path::new(line).file_name().is_some_and(|name| name == of)
+        || usb::serial_number(line).is_some_and(|serial| usb::is_serial_number(of, &serial))
+}
+
 /// Conflicting names.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NamedTwice {
@@ -141,6 +145,12 @@ pub enum NamedTwice {
 /// Name of a foot, valid in tables.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(Arc<str>);
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
 
 /// The text is not a valid name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -193,6 +203,20 @@ mod tests {
         feet.call(&[(node(0x11), name("FR")), (node(0x12), name("FL"))]).unwrap();
         assert_eq!(feet.name(node(0x11)).as_deref(), Some("FR"));
         assert_eq!(feet.name(node(0x12)).as_deref(), Some("FL"));
+    }
+
+    #[test]
+    fn line_is_named_by_its_path_or_the_last_part_of_it() {
+        let mut feet = KnownFeet::default();
+        let names = [("ttyACM0".to_owned(), name("FR")), ("/dev/ttyACM1".to_owned(), name("RL"))];
+        feet.call_lines(&names).unwrap();
+        let name_of = |line: &str| feet.name_of_line(line).map(|name| name.to_string());
+        assert_eq!(name_of("/dev/ttyACM0").as_deref(), Some("FR"));
+        assert_eq!(name_of("ttyACM0").as_deref(), Some("FR"));
+        assert_eq!(name_of("/dev/ttyACM1").as_deref(), Some("RL"));
+        for other in ["ttyACM1", "/dev/ttyACM01", "/ttyACM0/x"] {
+            assert_eq!(name_of(other), None, "{other}");
+        }
     }
 
     #[test]

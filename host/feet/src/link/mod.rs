@@ -294,6 +294,15 @@ impl LinkError {
         matches!(self, Self::Device { .. } | Self::Adapter { .. })
     }
 
+    /// Returns the name of the device that is missing or cannot be used, if the error is about one.
+    #[must_use]
+    pub fn device_name(&self) -> Option<&str> {
+        match self {
+            Self::Device { device, .. } | Self::Adapter { device, .. } => Some(device),
+            _ => None,
+        }
+    }
+
     /// Returns the remedy, if it depends on the program.
     #[must_use]
     pub const fn hint(&self) -> Option<FootHint> {

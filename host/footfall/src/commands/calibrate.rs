@@ -26,8 +26,8 @@ use super::options::{
     self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, check, parse_node,
 };
 use crate::error::{CommandLine, Error, in_words};
-use crate::files::{self, Target, write_file};
-use crate::messages::{detail, warn};
+use crate::files::{self, OutputError, STANDARD, Target, write_file};
+use crate::messages::{aside, detail, warn};
 use crate::progress::{self, Bars};
 use crate::report::{Described, SummaryStyle, print};
 
@@ -97,7 +97,16 @@ impl CalibrateArguments {
     /// Checks that the configuration file can be written.
     fn check_output(&self, inputs: &[PathBuf]) -> Result<(), Error> {
         let configuration = self.output.as_deref().map(Target::Configuration);
-        Ok(files::check(inputs, configuration.as_slice(), self.overwrite.existing())?)
+        files::check(inputs, configuration.as_slice(), self.overwrite.existing())?;
+        if self.json && self.fills_stdout() {
+            return Err(OutputError::StdoutTwice.into());
+        }
+        Ok(())
+    }
+
+    /// Returns whether the configuration file goes to standard output.
+    fn fills_stdout(&self) -> bool {
+        self.output.as_deref() == Some(Path::new(STANDARD))
     }
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
@@ -299,7 +308,12 @@ impl CalibrateArguments {
                 source: io::Error::other(error),
             })?;
             let text = set(file).text();
-            write_file(path, |to| to.write_all(text.as_bytes()))?;
+            let existing = self.overwrite.existing();
+            write_file(path, existing, |to| to.write_all(text.as_bytes()))?;
+        }
+        if self.fills_stdout() {
+            aside(report);
+            return Ok(());
         }
         print(report, SummaryStyle::of(self.json), &self.output).map_err(Error::Print)
     }

@@ -166,9 +166,10 @@ impl ConvertArguments {
         scans: &[Scan],
         span: Span,
     ) -> Result<Option<Bag>, Error> {
+        let existing = self.overwrite.existing();
         if !format.holds_several() {
             for foot in feet {
-                write_file(path, |to| write_table(format, &mut foot.stored, span, to))?;
+                write_file(path, existing, |to| write_table(format, &mut foot.stored, span, to))?;
             }
             return Ok(None);
         }
@@ -176,7 +177,7 @@ impl ConvertArguments {
         let bag = Bag::new(feet, has_loads)
             .ok_or_else(|| OutputError::TooLate(path.display().to_string()))?;
         #[cfg(feature = "bags")]
-        write_file(path, |to| bag.write(feet, span, to))?;
+        write_file(path, existing, |to| bag.write(feet, span, to))?;
         if bag.shift_us != 0 {
             warn(format!(
                 "{}: times of a bag begin after 1970-01-01 00:00:00, so all are {} s later than in {}",

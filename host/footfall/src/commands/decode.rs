@@ -65,7 +65,7 @@ impl DecodeArguments {
     /// Writes the rows to a file; `None` if standard output is closed.
     fn write_rows(&self, path: &Path, feet: &KnownFeet) -> Result<Option<FileOutcome>, Error> {
         let mut result = None;
-        write_file(path, |to| {
+        write_file(path, self.overwrite.existing(), |to| {
             // Nothing is written of a file that cannot be read.
             let mut is_begun = false;
             let read = decode::read(&self.input, feet, &mut |row| {

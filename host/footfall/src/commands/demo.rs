@@ -57,10 +57,12 @@ impl DemoArguments {
         create_directory(directory)?;
         let (recording, estimates) = (&simulation.recording, &sent.estimates);
         let [samples, picture, can, uart] = &files;
-        write_file(can, |to| to.write_all(sent.can_log().as_bytes()))?;
-        write_file(uart, |to| to.write_all(&sent.uart))?;
-        write_file(samples, |to| write_samples(&recording.samples, estimates, to))?;
-        write_file(picture, |to| to.write_all(plot::svg(recording, estimates)?.as_bytes()))?;
+        write_file(can, existing, |to| to.write_all(sent.can_log().as_bytes()))?;
+        write_file(uart, existing, |to| to.write_all(&sent.uart))?;
+        write_file(samples, existing, |to| write_samples(&recording.samples, estimates, to))?;
+        write_file(picture, existing, |to| {
+            to.write_all(plot::svg(recording, estimates)?.as_bytes())
+        })?;
         let summary = Summaries { recordings: vec![Summary::of(recording, estimates)] };
         print(&summary, SummaryStyle::Text, &files).map_err(Error::Print)
     }

@@ -23,8 +23,8 @@ use crate::error::{Error, with_hint};
 use crate::files::unless_closed;
 use crate::report::{Described, Document};
 use crate::stream::{
-    SameName, deadline, feed_of, is_over, next, parse_seconds, remark_text, unless_ended,
-    warn_of_lost,
+    SameName, UnheardLines, deadline, feed_of, is_over, next, parse_seconds, remark_text,
+    unless_ended, warn_of_lost,
 };
 
 /// Period of the lines of a foot.
@@ -50,9 +50,10 @@ pub struct MonitorArguments {
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let (sources, feet) = self.listen.listen()?;
+        let mut state = MonitorState::new(feet);
+        state.unheard = UnheardLines::of(&sources);
         let feed = feed_of(sources);
         let end = deadline(feed.clock(), self.seconds);
-        let mut state = MonitorState::new(feet);
         let watched = unless_closed(watch(&feed, &mut state, end, self.json));
         warn_of_lost(&feed);
         watched.map_err(Error::Print)?;
@@ -77,6 +78,7 @@ fn watch(
         // Events are printed on arrival.
         while clock.now() < due && !state.has_ended() {
             state.listen(feed, due.min(clock.now() + EVENT_DELAY));
+            state.add_unheard(clock.now());
             for event in state.take_events() {
                 match &screen {
                     _ if json => write_event_json(&event, &mut to)?,
@@ -166,6 +168,8 @@ struct MonitorState {
     known: Vec<Faults>,
     /// Events that have not been taken.
     events: Vec<MonitorEvent>,
+    /// Lines on which no foot was received so far.
+    unheard: UnheardLines,
     /// Reason the source has ended.
     ended: Option<LinkError>,
 }
@@ -201,6 +205,7 @@ impl MonitorState {
                     self.add_event(None, format!("{line} is open again"));
                 }
                 Update::Line(FeedEvent::WaitsFor(error)) => {
+                    self.unheard.remove(&error);
                     self.add_event(None, format!("{error}; waiting for it"));
                 }
                 Update::Line(FeedEvent::NotSent(error)) => {
@@ -222,6 +227,13 @@ impl MonitorState {
         if let Some(text) = event_text(body, known) {
             let name = foot.name_or("node ").into_owned();
             self.add_event(Some(name), text);
+        }
+    }
+
+    /// Adds an event for each line on which no foot was received until `now` on the clock of the feed.
+    fn add_unheard(&mut self, now: Duration) {
+        for text in self.unheard.take_overdue(now, &self.session) {
+            self.add_event(None, text);
         }
     }
 

@@ -18,7 +18,7 @@ use estimator_core::params::{LoadParams, WindowLength};
 use estimator_core::{Gravity, Params};
 use feet::Playback;
 use feet::decode::KnownFeet;
-use feet::decode::known_feet::{Name, NamedTwice};
+use feet::decode::known_feet::{Name, NamedTwice, names_line};
 use recordings::config::{
     ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
     parse_sample_rate,
@@ -401,9 +401,13 @@ impl ListenArguments {
     ///
     /// # Errors
     /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
-    pub(crate) fn listen(self) -> Result<(Vec<Source>, KnownFeet), Error> {
-        let feet = self.feet.feet()?;
-        Ok((self.played.find(&self.sources)?, feet))
+    pub(crate) fn listen(mut self) -> Result<(Vec<Source>, KnownFeet), Error> {
+        self.feet.feet()?;
+        let sources = self.played.find(&self.sources)?;
+        for unused in self.feet.take_unused(&sources) {
+            warn(unused);
+        }
+        Ok((sources, self.feet.feet()?))
     }
 }
 
@@ -446,6 +450,29 @@ impl FeetArguments {
         feet.call(&nodes)?;
         feet.call_lines(&lines)?;
         Ok(feet)
+    }
+
+    /// Removes the names of lines that are not among the sources, and returns a sentence about each. Otherwise such a name
+    /// would be taken from the node that has it by default. Names for files and simulated feet are kept, because their lines
+    /// are known only when they are read.
+    fn take_unused(&mut self, sources: &[Source]) -> Vec<String> {
+        let lines: Option<Vec<&str>> = sources.iter().map(Source::device).collect();
+        let Some(lines) = lines else {
+            return Vec::new();
+        };
+        let is_used = |of: &NamedFoot| match of {
+            NamedFoot::Node(_) => true,
+            NamedFoot::Line(of) => lines.iter().any(|line| names_line(of, line)),
+        };
+        let unused = self.names.extract_if(.., |(of, _)| !is_used(of));
+        let sentence = |(of, name): (NamedFoot, Name)| match of {
+            NamedFoot::Node(_) => None,
+            NamedFoot::Line(of) => Some(format!(
+                "--names {of}={name} names no line; the lines are {}",
+                lines.join(", ")
+            )),
+        };
+        unused.filter_map(sentence).collect()
     }
 }
 
@@ -619,4 +646,33 @@ pub(crate) fn parse_force(text: &str) -> Result<f64, &'static str> {
 /// Parser of a program's name; the help lists its message and topic.
 pub(crate) fn compat_parser() -> impl TypedValueParser<Value = Compat> {
     name_parser(Compat::ALL, Compat::name, Compat::about)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the names that are left for these sources, and the sentences about the others.
+    fn names(given: &str, sources: &[&str]) -> (Vec<String>, Vec<String>) {
+        let names = given.split(',').map(|text| parse_name(text).expect("a name")).collect();
+        let mut feet = FeetArguments { nodes: Vec::new(), names };
+        let sources = sources.iter().map(|text| text.parse::<SourceArgument>().expect("a source"));
+        let sources = find_all(&sources.collect::<Vec<_>>()).expect("sources");
+        let unused = feet.take_unused(&sources);
+        (feet.names.into_iter().map(|(_, name)| name.to_string()).collect(), unused)
+    }
+
+    #[test]
+    fn name_of_no_line_is_reported_and_not_used() {
+        let (left, unused) = names(
+            "ttyACM9=FL,/dev/ttyACM1=FR,ttyACM0=RL,33=RR",
+            &["uart:/dev/ttyACM0", "uart:/dev/ttyACM1"],
+        );
+        assert_eq!(left, ["FR", "RL", "RR"]);
+        let expected = "--names ttyACM9=FL names no line; the lines are /dev/ttyACM0, /dev/ttyACM1";
+        assert_eq!(unused, [expected]);
+        // The lines of a file are known when it is read.
+        let (left, unused) = names("ttyACM9=FL", &["file:walk.mcap", "uart:/dev/ttyACM0"]);
+        assert_eq!((left.len(), unused.len()), (1, 0));
+    }
 }

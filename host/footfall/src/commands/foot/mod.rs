@@ -232,14 +232,14 @@ impl FootArguments {
                 };
                 self.changes(&settings::differences(&other, &own))
             }
-            FootAction::Export { file, .. } => {
+            FootAction::Export { file, overwrite } => {
                 let own = settings::read(client)?;
                 let version = client.read_text(Address::new(index::SOFTWARE_VERSION, 0))?;
                 let about = format!(
                     "settings of a foot, version {version}; footfall foot … import writes them"
                 );
                 let text = settings::to_text(&own, &about);
-                write_file(file, |to| to.write_all(text.as_bytes()))?;
+                write_file(file, overwrite.existing(), |to| to.write_all(text.as_bytes()))?;
                 String::new()
             }
             FootAction::Import { file } => {

@@ -16,7 +16,7 @@ use recordings::input::bag::{Channel, MessageTimes, Replacement, copy_merged};
 
 use super::CopiedFoot;
 use crate::error::Error;
-use crate::files::write_file;
+use crate::files::{Existing, write_file};
 use crate::ros::compat::{Body, FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
 use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
@@ -99,7 +99,7 @@ pub(super) fn write(
     feet: &mut [CopiedFoot],
     options: &AllFeetOptions,
     again: bool,
-    path: &Path,
+    (path, existing): (&Path, Existing),
 ) -> Result<Vec<String>, Error> {
     let mut notices = Vec::new();
     let files: Vec<String> = inputs.iter().map(|input| input.display().to_string()).collect();
@@ -111,7 +111,7 @@ pub(super) fn write(
         }
         options.check_places(body, feet)?;
     }
-    write_file(path, |to| {
+    write_file(path, existing, |to| {
         let mut bag = McapFile::new(NoSeek::new(to))?;
         let mut streams = Vec::new();
         let mut names: Vec<String> = Vec::new();
@@ -440,7 +440,10 @@ mod tests {
         };
         let mut feet = ["front left", "front_left"].map(foot);
         let options = AllFeetOptions::default();
-        write(&[path("walk.mcap")], &mut feet, &options, false, &path("contacts.mcap")).unwrap();
+        {
+            let to = path("contacts.mcap");
+            write(&[path("walk.mcap")], &mut feet, &options, false, (&to, Existing::Kept)).unwrap()
+        };
         let bytes = std::fs::read(path("contacts.mcap")).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let counts = summary.stats.unwrap().channel_message_counts;

@@ -30,7 +30,7 @@ use super::options::{
     estimator_options, parse_force, with_mounting,
 };
 use crate::error::{CommandLine, Error, in_words};
-use crate::files::{self, Drawing, OutputError, STANDARD, Target, write_file};
+use crate::files::{self, Drawing, Existing, OutputError, STANDARD, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::plot::page::{self, PageFoot};
 use crate::plot::{self, RecordingPlot};
@@ -195,13 +195,18 @@ impl ReplayArguments {
             }
             feet.extend(recording.feet);
         }
+        if feet.iter().all(|foot| foot.results.summary.samples == 0) {
+            let files = self.inputs.iter().map(|input| input.display().to_string());
+            return Err(Error::NothingInSpan(files.collect::<Vec<_>>().join(", ")));
+        }
         // The names of pictures of several feet are known only now.
         let pictures = self.plot.as_deref().map(|path| picture_paths(path, &feet));
         let pictures = pictures.unwrap_or_default();
         pictures.iter().try_for_each(|path| self.overwrite.existing().check(path))?;
         #[cfg(feature = "bags")]
         if let Some(bag) = self.bag() {
-            self.copied.copy(&self.inputs, bag, &mut copied, self.estimate_again)?;
+            let to = (bag, self.overwrite.existing());
+            self.copied.copy(&self.inputs, to, &mut copied, self.estimate_again)?;
         }
         self.write(feet, &pictures)
     }
@@ -418,21 +423,22 @@ impl ReplayArguments {
     /// Writes the results, with the pictures to these paths, and prints the summary.
     fn write(&self, mut feet: Vec<ReplayedFoot>, pictures: &[PathBuf]) -> Result<(), Error> {
         let mut written = Vec::new();
+        let existing = self.overwrite.existing();
         let several = self.inputs.len() > 1 || feet.len() > 1;
         if let Some(path) = &self.output {
             let tables = feet.iter_mut().filter_map(|foot| foot.results.table.take());
             let tables = tables.collect();
             let named = if several { TableFeet::Several } else { TableFeet::One };
             if !is_bag(path) {
-                write_file(path, |to| write_tables(tables, named, to))?;
+                write_file(path, existing, |to| write_tables(tables, named, to))?;
             }
             written.push(path.clone());
         }
         if let Some(path) = &self.events {
-            write_events(path, &mut feet, several)?;
+            write_events((path, existing), &mut feet, several)?;
             written.push(path.clone());
         }
-        write_pictures(pictures, &mut feet)?;
+        write_pictures(pictures, existing, &mut feet)?;
         written.extend_from_slice(pictures);
         let style =
             if self.fills_stdout() { SummaryStyle::Silent } else { SummaryStyle::of(self.json) };
@@ -497,7 +503,7 @@ impl CopiedArguments {
     fn copy(
         &self,
         inputs: &[PathBuf],
-        to: &Path,
+        to: (&Path, Existing),
         feet: &mut [CopiedFoot],
         again: bool,
     ) -> Result<(), Error> {
@@ -583,8 +589,12 @@ impl Observer for FootObserver {
 }
 
 /// Writes the events of all feet. The table of `several` feet names the foot of each event.
-fn write_events(path: &Path, feet: &mut [ReplayedFoot], several: bool) -> Result<(), OutputError> {
-    write_file(path, |to| {
+fn write_events(
+    (path, existing): (&Path, Existing),
+    feet: &mut [ReplayedFoot],
+    several: bool,
+) -> Result<(), OutputError> {
+    write_file(path, existing, |to| {
         let foot = if several { "foot," } else { "" };
         writeln!(to, "{foot}{HEADER}")?;
         let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
@@ -607,7 +617,11 @@ fn picture_paths(path: &Path, feet: &[ReplayedFoot]) -> Vec<PathBuf> {
 }
 
 /// Writes the page of all feet, or the figure of each, to these paths.
-fn write_pictures(paths: &[PathBuf], feet: &mut [ReplayedFoot]) -> Result<(), OutputError> {
+fn write_pictures(
+    paths: &[PathBuf],
+    existing: Existing,
+    feet: &mut [ReplayedFoot],
+) -> Result<(), OutputError> {
     let mut page = Vec::new();
     let mut figures = Vec::new();
     for picture in feet.iter_mut().filter_map(|foot| foot.picture.take()) {
@@ -617,10 +631,10 @@ fn write_pictures(paths: &[PathBuf], feet: &mut [ReplayedFoot]) -> Result<(), Ou
         }
     }
     for (path, figure) in paths.iter().zip(figures) {
-        write_file(path, |to| to.write_all(figure.svg()?.as_bytes()))?;
+        write_file(path, existing, |to| to.write_all(figure.svg()?.as_bytes()))?;
     }
     match paths {
-        [path] if !page.is_empty() => write_file(path, |to| page::write(page, to)),
+        [path] if !page.is_empty() => write_file(path, existing, |to| page::write(page, to)),
         _ => Ok(()),
     }
 }

@@ -335,7 +335,11 @@ impl Columns {
         if missing.is_empty() {
             return Ok(columns);
         }
-        let hint = columns.slip().or_else(|| suggestion(header, &missing));
+        // The whole file is one row then. Carriage returns at its end were trimmed.
+        let is_one_row = header.cells().any(|name| name.contains('\r'));
+        let line_ends = is_one_row.then_some(Hint::LineEnds);
+        let hint = line_ends.or_else(|| columns.slip());
+        let hint = hint.or_else(|| suggestion(header, &missing));
         let problem = Problem::MissingColumns { columns: missing.join(", "), hint };
         Err(InputError::of_row(&header.file, header.place, problem))
     }
