@@ -2,7 +2,8 @@
 
 #![forbid(unsafe_code)]
 
-mod commands;
+#[cfg(unix)]
+mod serve;
 
 use std::process::ExitCode;
 
@@ -21,13 +22,13 @@ enum Sub {
     /// Run an ELF in real time behind pseudo-terminals, or in lock step behind sockets: a serial line for each foot,
     /// and one bus behind an slcan adapter.
     #[cfg(unix)]
-    Serve(commands::serve::ServeArguments),
+    Serve(serve::ServeArguments),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         #[cfg(unix)]
-        Sub::Serve(arguments) => commands::serve::serve(&arguments),
+        Sub::Serve(arguments) => serve::serve(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,6 +4,23 @@
 use super::unknown;
 use crate::emulator::time::{NEVER, cycle, from_us};
 
+// Offsets of the registers (RM0090, 13.13).
+const SR: u32 = 0x00;
+const CR1: u32 = 0x04;
+const CR2: u32 = 0x08;
+const SMPR1: u32 = 0x0C;
+const SMPR2: u32 = 0x10;
+const JOFR1: u32 = 0x14;
+const LTR: u32 = 0x28;
+const SQR1: u32 = 0x2C;
+const SQR3: u32 = 0x34;
+const JSQR: u32 = 0x38;
+const JDR4: u32 = 0x48;
+const DR: u32 = 0x4C;
+const CSR: u32 = 0x300;
+const CCR: u32 = 0x304;
+
+// Bits of SR, CR1 and CR2.
 const EOC: u32 = 1 << 1;
 const STRT: u32 = 1 << 4;
 const EOCIE: u32 = 1 << 5;
@@ -92,18 +109,20 @@ impl Adc {
     pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
         self.advance(now);
         Ok(match offset {
-            0x00 => self.status,
-            0x04 | 0x08 => self.control[(offset as usize - 4) / 4],
-            0x0C | 0x10 => self.sampling[(offset as usize - 0xC) / 4],
-            0x14..=0x28 => self.others[(offset as usize - 0x14) / 4],
-            0x2C..=0x34 => self.sequence[(offset as usize - 0x2C) / 4],
-            0x38..=0x48 => 0,
-            0x4C => {
+            SR => self.status,
+            CR1 => self.control[0],
+            CR2 => self.control[1],
+            SMPR1 => self.sampling[0],
+            SMPR2 => self.sampling[1],
+            JOFR1..=LTR => self.others[(offset - JOFR1) as usize / 4],
+            SQR1..=SQR3 => self.sequence[(offset - SQR1) as usize / 4],
+            JSQR..=JDR4 => 0,
+            DR => {
                 self.status &= !EOC;
                 self.data
             }
-            0x300 => self.status,
-            0x304 => self.common,
+            CSR => self.status,
+            CCR => self.common,
             _ => return unknown("ADC", offset),
         })
     }
@@ -115,12 +134,12 @@ impl Adc {
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         self.advance(now);
         match offset {
-            0x00 => self.status &= value | !0x3F,
-            0x04 if value & EOCIE != 0 => {
+            SR => self.status &= value | !0x3F,
+            CR1 if value & EOCIE != 0 => {
                 return Err("interrupts of the converter are not modelled".into());
             }
-            0x04 => self.control[0] = value,
-            0x08 => {
+            CR1 => self.control[0] = value,
+            CR2 => {
                 if value & (1 << 8 | 1 << 22) != 0 {
                     return Err("injected and DMA conversions are not modelled".into());
                 }
@@ -129,11 +148,12 @@ impl Adc {
                     self.start(now, pclk)?;
                 }
             }
-            0x0C | 0x10 => self.sampling[(offset as usize - 0xC) / 4] = value,
-            0x14..=0x28 => self.others[(offset as usize - 0x14) / 4] = value,
-            0x2C..=0x34 => self.sequence[(offset as usize - 0x2C) / 4] = value,
-            0x38 => {}
-            0x304 => self.common = value,
+            SMPR1 => self.sampling[0] = value,
+            SMPR2 => self.sampling[1] = value,
+            JOFR1..=LTR => self.others[(offset - JOFR1) as usize / 4] = value,
+            SQR1..=SQR3 => self.sequence[(offset - SQR1) as usize / 4] = value,
+            JSQR => {}
+            CCR => self.common = value,
             _ => return unknown("ADC", offset),
         }
         Ok(())
@@ -176,13 +196,6 @@ mod tests {
     use super::*;
 
     const PCLK: u32 = 80_000_000;
-
-    /// Registers: control 2, sampling times of channels 10 to 18, first of the sequence, data, common.
-    const CR2: u32 = 0x08;
-    const SMPR1: u32 = 0x0C;
-    const SQR3: u32 = 0x34;
-    const DR: u32 = 0x4C;
-    const CCR: u32 = 0x304;
 
     /// Converts the reference with these settings: the code 30 µs later.
     fn convert(common: u32, sampling: u32, supply_mv: u32) -> Result<u32, String> {

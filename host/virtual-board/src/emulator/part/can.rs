@@ -1,4 +1,4 @@
-//! The CAN controller bxCAN, and a bus with a second node (RM0090, 32).
+//! The CAN controller bxCAN, and a bus with a second node (RM0090, 32). Registers and bits have the names of the manual.
 //!
 //! In the order of a frame: the program puts it into a mailbox ([`Can::write`]); mailboxes and other nodes compete for
 //! the bus, and the frame ends ([`Can::advance`]); errors are counted; a frame of another node passes the filters, and the
@@ -14,29 +14,36 @@ use crate::emulator::time::{NEVER, cycle};
 /// The controller and its bus.
 #[derive(Clone, Debug, Default)]
 pub struct Can {
-    control: u32,
-    status: u32,
-    transmit: u32,
+    mcr: u32,
+    msr: u32,
+    /// `TSR` without `CODE` and `TME`, which follow from the mailboxes.
+    tsr: u32,
+    /// `RF0R` and `RF1R` without `FMP`, which follows from the FIFO.
+    rfr: [u32; 2],
+    ier: u32,
+    btr: u32,
+    fmr: u32,
+    fm1r: u32,
+    fs1r: u32,
+    ffa1r: u32,
+    fa1r: u32,
+    /// Filter banks, each with `FxR1` and `FxR2`.
+    filters: [[u32; 2]; 28],
+    mailboxes: [Mailbox; 3],
+    /// Order of the next request among those of all mailboxes.
+    order: u64,
+    /// Received frames, each as `RIxR`, `RDTxR`, `RDLxR` and `RDHxR`.
     fifo: [VecDeque<[u32; 4]>; 2],
-    fifo_flags: [u32; 2],
-    interrupts: u32,
+    /// `LEC`, `TEC` and `REC` of `ESR`.
     last_error: u32,
     transmit_errors: u32,
     receive_errors: u32,
     /// Whether the controller is off the bus.
     pub off: bool,
-    timing: u32,
-    mailboxes: [Mailbox; 3],
-    order: u64,
-    filter_master: u32,
-    filter_mode: u32,
-    filter_scale: u32,
-    filter_fifo: u32,
-    filter_active: u32,
-    filters: [[u32; 2]; 28],
     /// Clock of the peripheral, Hz.
     pub(crate) pclk: u32,
     now: u64,
+    /// Sender of the frame on the bus, and the time of its end.
     busy: Option<(Sender, u64)>,
     /// Time at which the bus was idle long enough to join, or to recover from bus-off.
     joined_at: u64,
@@ -152,26 +159,116 @@ pub struct TimedFrame {
     pub frame: BusFrame,
 }
 
-// Bits of the registers.
+// Offsets of the registers (RM0090, 32.9.5).
+const MCR: u32 = 0x000;
+const MSR: u32 = 0x004;
+const TSR: u32 = 0x008;
+const RF0R: u32 = 0x00C;
+const RF1R: u32 = 0x010;
+const IER: u32 = 0x014;
+const ESR: u32 = 0x018;
+const BTR: u32 = 0x01C;
+/// First register of the three mailboxes, each with `TIxR`, `TDTxR`, `TDLxR` and `TDHxR`.
+const TI0R: u32 = 0x180;
+/// First register of the outputs of the two FIFOs, each with `RIxR`, `RDTxR`, `RDLxR` and `RDHxR`.
+const RI0R: u32 = 0x1B0;
+const FIFOS_END: u32 = 0x1D0;
+const FMR: u32 = 0x200;
+const FM1R: u32 = 0x204;
+const FS1R: u32 = 0x20C;
+const FFA1R: u32 = 0x214;
+const FA1R: u32 = 0x21C;
+/// First register of the 28 filter banks, each with `FxR1` and `FxR2`.
+const F0R1: u32 = 0x240;
+const FILTERS_END: u32 = 0x320;
+
+// Bits of MCR.
 const INRQ: u32 = 1;
-const SLEEP: u32 = 2;
-const TXFP: u32 = 4;
+const SLEEP: u32 = 1 << 1;
+const TXFP: u32 = 1 << 2;
+const RFLM: u32 = 1 << 3;
 const NART: u32 = 1 << 4;
 const ABOM: u32 = 1 << 6;
+const RESET: u32 = 1 << 15;
+const DBF: u32 = 1 << 16;
+
+// Bits of MSR.
 const INAK: u32 = 1;
-const SLAK: u32 = 2;
-const ERRI: u32 = 4;
-/// Of a mailbox, in the status of transmission.
-const ABRQ: u32 = 0x80;
+const SLAK: u32 = 1 << 1;
+const ERRI: u32 = 1 << 2;
+const WKUI: u32 = 1 << 3;
+const SLAKI: u32 = 1 << 4;
+const SAMP: u32 = 1 << 10;
+const RX: u32 = 1 << 11;
+
+// Bits of TSR: those of mailbox 0, and of mailbox x 8 · x bits higher.
+const RQCP: u32 = 1;
+const TXOK: u32 = 1 << 1;
+const ALST: u32 = 1 << 2;
+const TERR: u32 = 1 << 3;
+const ABRQ: u32 = 1 << 7;
+/// `RQCP` of all mailboxes.
+const RQCPS: u32 = RQCP | RQCP << 8 | RQCP << 16;
+/// Positions of `CODE`, and of `TME` of mailbox 0.
+const CODE: u32 = 24;
+const TME: u32 = 26;
+
+// Bits of RF0R and RF1R.
+const FULL: u32 = 1 << 3;
+const FOVR: u32 = 1 << 4;
+const RFOM: u32 = 1 << 5;
+
+// Bits of IER. Those of FIFO 1 are three bits higher than those of FIFO 0.
+const TMEIE: u32 = 1;
+const FMPIE0: u32 = 1 << 1;
+const FFIE0: u32 = 1 << 2;
+const FOVIE0: u32 = 1 << 3;
+const LECIE: u32 = 1 << 11;
+const ERRIE: u32 = 1 << 15;
+/// Position of `EWGIE`, `EPVIE` and `BOFIE`, which are in the order of their flags in `ESR`.
+const EWGIE: u32 = 8;
+
+// Bits of ESR, and positions of its counts.
+const EWGF: u32 = 1;
+const EPVF: u32 = 1 << 1;
+const BOFF: u32 = 1 << 2;
+const LEC: u32 = 4;
+const TEC: u32 = 16;
+const REC: u32 = 24;
+/// Values of `LEC`.
+const ACKNOWLEDGMENT_ERROR: u32 = 3;
+const BIT_DOMINANT_ERROR: u32 = 5;
+
+// Fields of BTR.
+const BRP: u32 = 0x3FF;
+const TS1: u32 = 16;
+const TS2: u32 = 20;
+const LBKM: u32 = 1 << 30;
+const SILM: u32 = 1 << 31;
 /// Bit timing after a reset.
 const RESET_TIMING: u32 = 0x0123_0000;
-const LOOPBACK: u32 = 1 << 30;
-const SILENT: u32 = 1 << 31;
+
+// Bits of the registers of a mailbox and of the output of a FIFO.
+const TXRQ: u32 = 1;
+const RTR: u32 = 1 << 1;
+const IDE: u32 = 1 << 2;
+const STID: u32 = 21;
+const DLC: u32 = 0xF;
+const FMI: u32 = 8;
+
+// Bits of FMR.
+const FINIT: u32 = 1;
+const CAN2SB: u32 = 8;
+
+/// Number of frames in a full FIFO.
+const FIFO_LENGTH: usize = 3;
 
 /// A frame that waits for transmission.
 #[derive(Clone, Debug, Default)]
 struct Mailbox {
+    /// `TIxR` without `TXRQ`, `TDTxR`, `TDLxR` and `TDHxR`.
     registers: [u32; 4],
+    /// Whether `TXRQ` is set.
     pending: bool,
     order: u64,
 }
@@ -180,8 +277,8 @@ impl Mailbox {
     fn frame(&self) -> BusFrame {
         let [identifier, length, low, high] = self.registers;
         let mut data = [low.to_le_bytes(), high.to_le_bytes()].concat();
-        data.truncate((length & 0xF) as usize);
-        BusFrame { id: identifier >> 21, data }
+        data.truncate((length & DLC) as usize);
+        BusFrame { id: identifier >> STID, data }
     }
 }
 
@@ -190,10 +287,10 @@ impl Can {
     #[must_use]
     pub fn new(pclk: u32) -> Self {
         Self {
-            control: 0x0001_0002,
-            status: SLAK,
-            timing: RESET_TIMING,
-            filter_master: 0x2A1C_0E01,
+            mcr: DBF | SLEEP,
+            msr: SLAK,
+            btr: RESET_TIMING,
+            fmr: 0x2A1C_0E01,
             pclk,
             joined_at: NEVER,
             ..Self::default()
@@ -216,8 +313,8 @@ impl Can {
     /// The bit rate, hertz.
     #[must_use]
     pub const fn bit_rate(&self) -> u32 {
-        let quanta = 3 + (self.timing >> 16 & 0xF) + (self.timing >> 20 & 7);
-        self.pclk / ((self.timing & 0x3FF) + 1) / quanta
+        let quanta = 3 + (self.btr >> TS1 & 0xF) + (self.btr >> TS2 & 7);
+        self.pclk / ((self.btr & BRP) + 1) / quanta
     }
 
     const fn bit(&self) -> u64 {
@@ -239,7 +336,7 @@ impl Can {
     }
 
     const fn is_normal(&self) -> bool {
-        self.status & (INAK | SLAK) == 0
+        self.msr & (INAK | SLAK) == 0
     }
 
     /// Returns whether the controller takes part in bus traffic: it is initialised, and not off the bus.
@@ -255,15 +352,15 @@ impl Can {
     pub fn lines(&self) -> [bool; 4] {
         let fifo = |index: usize| {
             let shift = 3 * index;
-            self.interrupts & 2 << shift != 0 && !self.fifo[index].is_empty()
-                || self.interrupts & 4 << shift != 0 && self.fifo_flags[index] & 8 != 0
-                || self.interrupts & 8 << shift != 0 && self.fifo_flags[index] & 0x10 != 0
+            self.ier & FMPIE0 << shift != 0 && !self.fifo[index].is_empty()
+                || self.ier & FFIE0 << shift != 0 && self.rfr[index] & FULL != 0
+                || self.ier & FOVIE0 << shift != 0 && self.rfr[index] & FOVR != 0
         };
         [
-            self.interrupts & 1 != 0 && self.transmit & 0x01_0101 != 0,
+            self.ier & TMEIE != 0 && self.tsr & RQCPS != 0,
             fifo(0),
             fifo(1),
-            self.interrupts & 1 << 15 != 0 && self.status & ERRI != 0,
+            self.ier & ERRIE != 0 && self.msr & ERRI != 0,
         ]
     }
 
@@ -274,50 +371,52 @@ impl Can {
     pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
         self.advance(now);
         Ok(match offset {
-            0x00 => self.control & !(1 << 15),
+            MCR => self.mcr & !RESET,
             // The receive pin is recessive while no node sends.
-            0x04 => self.status | 0xC00,
-            0x08 => {
-                let empty = (0..3)
-                    .filter(|&index| !self.mailboxes[index].pending)
-                    .fold(0, |word, index| word | 1 << (26 + index));
+            MSR => self.msr | SAMP | RX,
+            TSR => {
+                let empty = (0..)
+                    .zip(&self.mailboxes)
+                    .filter(|(_, mailbox)| !mailbox.pending)
+                    .fold(0, |word, (index, _)| word | 1 << (TME + index));
                 let code = self
                     .mailboxes
                     .iter()
                     .position(|mailbox| !mailbox.pending)
                     .or_else(|| self.next_mailbox())
                     .unwrap_or(0) as u32;
-                self.transmit | empty | code << 24
+                self.tsr | empty | code << CODE
             }
-            0x0C | 0x10 => {
-                let index = (offset as usize - 0xC) / 4;
-                self.fifo[index].len() as u32 | self.fifo_flags[index]
+            RF0R | RF1R => {
+                let index = usize::from(offset == RF1R);
+                self.fifo[index].len() as u32 | self.rfr[index]
             }
-            0x14 => self.interrupts,
-            0x18 => {
+            IER => self.ier,
+            ESR => {
                 self.error_state()
-                    | self.last_error << 4
-                    | (self.transmit_errors & 0xFF) << 16
-                    | (self.receive_errors & 0xFF) << 24
+                    | self.last_error << LEC
+                    | (self.transmit_errors & 0xFF) << TEC
+                    | (self.receive_errors & 0xFF) << REC
             }
-            0x1C => self.timing,
-            0x180..0x1B0 => {
-                let at = offset as usize - 0x180;
-                let mailbox = &self.mailboxes[at / 16];
-                mailbox.registers[at % 16 / 4] | u32::from(mailbox.pending && at.is_multiple_of(16))
+            BTR => self.btr,
+            TI0R..RI0R => {
+                let (index, register) = place(offset - TI0R, 4);
+                let mailbox = &self.mailboxes[index];
+                let request = if mailbox.pending && register == 0 { TXRQ } else { 0 };
+                mailbox.registers[register] | request
             }
-            0x1B0..0x1D0 => {
-                let at = offset as usize - 0x1B0;
-                self.fifo[at / 16].front().map_or(0, |entry| entry[at % 16 / 4])
+            RI0R..FIFOS_END => {
+                let (index, register) = place(offset - RI0R, 4);
+                self.fifo[index].front().map_or(0, |entry| entry[register])
             }
-            0x200 => self.filter_master,
-            0x204 => self.filter_mode,
-            0x20C => self.filter_scale,
-            0x214 => self.filter_fifo,
-            0x21C => self.filter_active,
-            0x240..0x320 => {
-                let at = offset as usize - 0x240;
-                self.filters[at / 8][at % 8 / 4]
+            FMR => self.fmr,
+            FM1R => self.fm1r,
+            FS1R => self.fs1r,
+            FFA1R => self.ffa1r,
+            FA1R => self.fa1r,
+            F0R1..FILTERS_END => {
+                let (bank, register) = place(offset - F0R1, 2);
+                self.filters[bank][register]
             }
             _ => return unknown("CAN", offset),
         })
@@ -331,95 +430,112 @@ impl Can {
         self.advance(now);
         self.now = self.now.max(now);
         match offset {
-            0x00 if value & 1 << 15 != 0 => self.reset(self.pclk, now),
-            0x00 => self.set_control(value)?,
-            0x04 => self.status &= !(value & 0x1C),
-            0x08 => {
-                for index in 0..3 {
-                    let shift = 8 * index;
-                    if value >> shift & 1 == 1 {
-                        self.transmit &= !(0xF << shift);
-                    }
-                    if value >> shift & ABRQ != 0 && self.mailboxes[index].pending {
-                        self.transmit |= ABRQ << shift;
-                        // The frame on the bus is completed first.
-                        let sending =
-                            matches!(self.busy, Some((Sender::Mailbox(at), _)) if at == index);
-                        if !sending && self.is_aborted(index) {
-                            self.complete(index, false);
-                        }
-                    }
+            MCR if value & RESET != 0 => self.reset(self.pclk, now),
+            MCR => self.set_control(value)?,
+            MSR => self.msr &= !(value & (ERRI | WKUI | SLAKI)),
+            TSR => {
+                for index in 0..self.mailboxes.len() {
+                    self.write_transmit_status(index, value >> (8 * index));
                 }
             }
-            0x0C | 0x10 => {
-                let index = (offset as usize - 0xC) / 4;
-                self.fifo_flags[index] &= !(value & 0x18);
-                if value & 0x20 != 0 {
+            RF0R | RF1R => {
+                let index = usize::from(offset == RF1R);
+                self.rfr[index] &= !(value & (FULL | FOVR));
+                if value & RFOM != 0 {
                     self.fifo[index].pop_front();
-                    self.fifo_flags[index] &= !8;
+                    self.rfr[index] &= !FULL;
                 }
             }
-            0x14 => self.interrupts = value,
-            0x18 => self.last_error = value >> 4 & 7,
-            0x1C if self.status & INAK == 0 => {
+            IER => self.ier = value,
+            ESR => self.last_error = value >> LEC & 7,
+            BTR if self.msr & INAK == 0 => {
                 return Err("the bit timing is set outside initialisation".into());
             }
-            0x1C => self.timing = value,
-            0x180..0x1B0 => {
-                let at = offset as usize - 0x180;
-                let order = self.order;
-                let mailbox = &mut self.mailboxes[at / 16];
-                if mailbox.pending {
-                    return Err("a mailbox is written while its frame waits".into());
-                }
-                if at.is_multiple_of(16) && value & 0b110 != 0 {
-                    return Err("29-bit identifiers and remote frames are not modelled".into());
-                }
-                mailbox.registers[at % 16 / 4] = value;
-                if at.is_multiple_of(16) {
-                    mailbox.registers[0] = value & !1;
-                    if value & 1 != 0 {
-                        mailbox.pending = true;
-                        mailbox.order = order;
-                        let id = mailbox.frame().id;
-                        self.requested.push((now, id));
-                        self.order += 1;
-                        self.transmit &= !(0xF << (8 * (at / 16)));
-                    }
-                }
+            BTR => self.btr = value,
+            TI0R..RI0R => {
+                let (index, register) = place(offset - TI0R, 4);
+                self.write_mailbox(index, register, value, now)?;
             }
-            0x200 => self.filter_master = value & 0x3F01 | 0x2A1C_0000,
-            0x204 | 0x20C if self.filter_master & 1 == 0 => {
+            FMR => self.fmr = value & 0x3F01 | 0x2A1C_0000,
+            FM1R | FS1R if self.fmr & FINIT == 0 => {
                 return Err("filters are set outside their initialisation".into());
             }
-            0x204 => self.filter_mode = value,
-            0x20C => self.filter_scale = value,
-            0x214 => self.filter_fifo = value,
-            0x21C => self.filter_active = value,
-            0x240..0x320 => {
-                let at = offset as usize - 0x240;
-                self.filters[at / 8][at % 8 / 4] = value;
+            FM1R => self.fm1r = value,
+            FS1R => self.fs1r = value,
+            FFA1R => self.ffa1r = value,
+            FA1R => self.fa1r = value,
+            F0R1..FILTERS_END => {
+                let (bank, register) = place(offset - F0R1, 2);
+                self.filters[bank][register] = value;
             }
             _ => return unknown("CAN", offset),
         }
         Ok(())
     }
 
+    /// Writes the bits of a mailbox in `TSR`: clears its flags, or aborts its request.
+    fn write_transmit_status(&mut self, index: usize, bits: u32) {
+        let shift = 8 * index;
+        if bits & RQCP != 0 {
+            self.tsr &= !((RQCP | TXOK | ALST | TERR) << shift);
+        }
+        if bits & ABRQ != 0 && self.mailboxes[index].pending {
+            self.tsr |= ABRQ << shift;
+            // The frame on the bus is completed first.
+            let sending = matches!(self.busy, Some((Sender::Mailbox(at), _)) if at == index);
+            if !sending && self.is_aborted(index) {
+                self.complete(index, false);
+            }
+        }
+    }
+
+    /// Writes a register of a mailbox. `TXRQ` in its `TIxR` requests the transmission.
+    fn write_mailbox(
+        &mut self,
+        index: usize,
+        register: usize,
+        value: u32,
+        now: u64,
+    ) -> Result<(), String> {
+        let order = self.order;
+        let mailbox = &mut self.mailboxes[index];
+        if mailbox.pending {
+            return Err("a mailbox is written while its frame waits".into());
+        }
+        if register != 0 {
+            mailbox.registers[register] = value;
+            return Ok(());
+        }
+        if value & (IDE | RTR) != 0 {
+            return Err("29-bit identifiers and remote frames are not modelled".into());
+        }
+        mailbox.registers[register] = value & !TXRQ;
+        if value & TXRQ != 0 {
+            mailbox.pending = true;
+            mailbox.order = order;
+            let id = mailbox.frame().id;
+            self.requested.push((now, id));
+            self.order += 1;
+            self.tsr &= !((RQCP | TXOK | ALST | TERR) << (8 * index));
+        }
+        Ok(())
+    }
+
     /// Enters initialisation mode, if requested.
     const fn acknowledge(&mut self) {
-        if self.control & INRQ == 0 {
+        if self.mcr & INRQ == 0 {
             return;
         }
-        self.status = self.status & !SLAK | INAK;
+        self.msr = self.msr & !SLAK | INAK;
         self.joined_at = NEVER;
-        if self.control & SLEEP == 0 {
+        if self.mcr & SLEEP == 0 {
             // Initialisation ends bus-off after a time; the model ends it at once.
             self.off = false;
         }
     }
 
     fn set_control(&mut self, value: u32) -> Result<(), String> {
-        let old = core::mem::replace(&mut self.control, value & 0x1_00FF);
+        let old = core::mem::replace(&mut self.mcr, value & (DBF | 0xFF));
         if value & INRQ != 0 {
             // The frame on the bus is completed first, and a bus that is never idle delays this indefinitely.
             let is_held = self.busy.is_some() || self.is_shorted();
@@ -427,10 +543,10 @@ impl Can {
                 self.acknowledge();
             }
         } else if value & SLEEP != 0 {
-            self.status = self.status & !INAK | SLAK;
+            self.msr = self.msr & !INAK | SLAK;
             self.joined_at = NEVER;
         } else if old & (INRQ | SLEEP) != 0 {
-            if self.timing == RESET_TIMING {
+            if self.btr == RESET_TIMING {
                 return Err("the bus is joined at the bit timing after a reset".into());
             }
             // Synchronises to eleven recessive bits.
@@ -442,7 +558,7 @@ impl Can {
     fn next_mailbox(&self) -> Option<usize> {
         (0..3).filter(|&index| self.mailboxes[index].pending).min_by_key(|&index| {
             let mailbox = &self.mailboxes[index];
-            let rank = match self.control & TXFP {
+            let rank = match self.mcr & TXFP {
                 0 => u64::from(mailbox.frame().id),
                 _ => mailbox.order,
             };
@@ -452,14 +568,14 @@ impl Can {
 
     /// Returns whether the program has withdrawn the frame of a mailbox, and the controller obeys.
     fn is_aborted(&self, index: usize) -> bool {
-        self.transmit >> (8 * index) & ABRQ != 0 && self.fault != BusFault::AbortIgnored
+        self.tsr >> (8 * index) & ABRQ != 0 && self.fault != BusFault::AbortIgnored
     }
 
     fn complete(&mut self, index: usize, sent: bool) {
         self.mailboxes[index].pending = false;
         let shift = 8 * index;
-        self.transmit &= !((ABRQ | 0xF) << shift);
-        self.transmit |= (1 | u32::from(sent) << 1) << shift;
+        self.tsr &= !((ABRQ | RQCP | TXOK | ALST | TERR) << shift);
+        self.tsr |= (if sent { RQCP | TXOK } else { RQCP }) << shift;
     }
 }
 
@@ -489,12 +605,12 @@ impl Can {
     }
 
     fn hears_others(&self) -> bool {
-        self.timing & LOOPBACK == 0 && matches!(self.fault, BusFault::None | BusFault::Saturated)
+        self.btr & LBKM == 0 && matches!(self.fault, BusFault::None | BusFault::Saturated)
     }
 
     /// Returns whether the controller sees a shorted bus. In loop-back mode it disregards its pin (RM0090, 32.5.3).
     fn is_shorted(&self) -> bool {
-        self.fault == BusFault::Shorted && self.timing & LOOPBACK == 0
+        self.fault == BusFault::Shorted && self.btr & LBKM == 0
     }
 
     /// Advances to `now`.
@@ -553,9 +669,8 @@ impl Can {
         if let Some(index) = own
             && sender != Sender::Mailbox(index)
         {
-            // ALST.
-            self.transmit |= 4 << (8 * index);
-            if self.control & NART != 0 {
+            self.tsr |= ALST << (8 * index);
+            if self.mcr & NART != 0 {
                 self.complete(index, false);
             }
         }
@@ -568,22 +683,24 @@ impl Can {
     fn finish(&mut self, sender: Sender, time: u64) {
         match sender {
             Sender::Mailbox(index) => {
-                let alone = self.timing & (LOOPBACK | SILENT) == 0;
+                let alone = self.btr & (LBKM | SILM) == 0;
                 let error = match self.fault {
-                    BusFault::Shorted if alone => Some(5),
-                    BusFault::NoAcknowledge | BusFault::AbortIgnored if alone => Some(3),
+                    BusFault::Shorted if alone => Some(BIT_DOMINANT_ERROR),
+                    BusFault::NoAcknowledge | BusFault::AbortIgnored if alone => {
+                        Some(ACKNOWLEDGMENT_ERROR)
+                    }
                     _ => None,
                 };
                 if let Some(code) = error {
                     self.last_error = code;
                     // A passive node does not count further errors without an acknowledge.
-                    if !(code == 3 && self.transmit_errors >= 128) {
+                    if !(code == ACKNOWLEDGMENT_ERROR && self.transmit_errors >= 128) {
                         self.transmit_errors += 8;
                     }
-                    self.transmit |= 8 << (8 * index);
-                    if self.control & NART != 0 || self.is_aborted(index) {
+                    self.tsr |= TERR << (8 * index);
+                    if self.mcr & NART != 0 || self.is_aborted(index) {
                         self.complete(index, false);
-                        self.transmit |= 8 << (8 * index);
+                        self.tsr |= TERR << (8 * index);
                     }
                     self.error_raised();
                 } else {
@@ -591,10 +708,10 @@ impl Can {
                     self.transmit_errors = self.transmit_errors.saturating_sub(1);
                     self.last_error = 0;
                     self.complete(index, true);
-                    if self.timing & LOOPBACK != 0 {
+                    if self.btr & LBKM != 0 {
                         self.receive(&frame);
                     }
-                    if self.timing & SILENT == 0 {
+                    if self.btr & SILM == 0 {
                         self.sent.push(TimedFrame { time, frame });
                     }
                 }
@@ -626,8 +743,8 @@ impl Can {
             self.transmit_errors = 0;
             self.receive_errors = 0;
         }
-        if self.control & (INRQ | SLEEP) == 0 {
-            self.status &= !(INAK | SLAK);
+        if self.mcr & (INRQ | SLEEP) == 0 {
+            self.msr &= !(INAK | SLAK);
         }
     }
 
@@ -638,48 +755,55 @@ impl Can {
             self.acknowledge();
         }
         if was == BusFault::Shorted && self.joined_at == NEVER {
-            if self.off && self.control & ABOM != 0 {
+            if self.off && self.mcr & ABOM != 0 {
                 self.wait_for_idle(128 * 11);
-            } else if !self.is_normal() && self.control & (INRQ | SLEEP) == 0 {
+            } else if !self.is_normal() && self.mcr & (INRQ | SLEEP) == 0 {
                 self.wait_for_idle(11);
             }
         }
     }
 }
 
+/// Index of the group of `count` registers at this distance from the first group, and of the register in it.
+const fn place(distance: u32, count: u32) -> (usize, usize) {
+    let register = distance / 4;
+    ((register / count) as usize, (register % count) as usize)
+}
+
+/// Frame of the node that saturates the bus.
 fn flooding() -> BusFrame {
     BusFrame::new(0, &[0x55; 8])
 }
 
 impl Can {
     fn error_raised(&mut self) {
-        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for the new state.
         if self.transmit_errors > 255 && !self.off {
             self.off = true;
             self.transmit_errors = 0;
-            if self.control & ABOM != 0 {
+            if self.mcr & ABOM != 0 {
                 self.wait_for_idle(128 * 11);
             }
         }
         let state = self.error_state();
-        let watched = self.interrupts >> 8;
-        if state & watched & 7 != 0 || watched & 8 != 0 {
-            self.status |= ERRI;
+        if state & (self.ier >> EWGIE) != 0 || self.ier & LECIE != 0 {
+            self.msr |= ERRI;
         }
     }
 
+    /// Error state as in `ESR`.
     const fn error_state(&self) -> u32 {
         let (transmit, receive) = (self.transmit_errors, self.receive_errors);
-        let warning = transmit >= 96 || receive >= 96 || self.off;
-        let passive = transmit > 127 || receive > 127 || self.off;
-        warning as u32 | (passive as u32) << 1 | (self.off as u32) << 2
+        let warning = if transmit >= 96 || receive >= 96 || self.off { EWGF } else { 0 };
+        let passive = if transmit > 127 || receive > 127 || self.off { EPVF } else { 0 };
+        let off = if self.off { BOFF } else { 0 };
+        warning | passive | off
     }
 }
 
 impl Can {
     /// Puts a frame into the FIFO of the filter that accepts it.
     fn receive(&mut self, frame: &BusFrame) {
-        let identifier = frame.id << 21;
+        let identifier = frame.id << STID;
         let Some((fifo, index)) = self.filter(frame, identifier) else {
             return;
         };
@@ -688,35 +812,35 @@ impl Can {
                 frame.data.get(from + i).copied().unwrap_or(0)
             }))
         };
-        let entry = [identifier, frame.data.len() as u32 | index << 8, word(0), word(4)];
-        if self.fifo[fifo].len() == 3 {
+        let entry = [identifier, frame.data.len() as u32 | index << FMI, word(0), word(4)];
+        if self.fifo[fifo].len() == FIFO_LENGTH {
             self.overruns += 1;
-            self.fifo_flags[fifo] |= 0x10;
+            self.rfr[fifo] |= FOVR;
             // Unless the FIFO is locked, the last message is replaced.
-            if self.control & 8 == 0 {
+            if self.mcr & RFLM == 0 {
                 self.fifo[fifo].pop_back();
                 self.fifo[fifo].push_back(entry);
             }
             return;
         }
         self.fifo[fifo].push_back(entry);
-        if self.fifo[fifo].len() == 3 {
-            self.fifo_flags[fifo] |= 8;
+        if self.fifo[fifo].len() == FIFO_LENGTH {
+            self.rfr[fifo] |= FULL;
         }
     }
 
     /// FIFO and filter number for a frame, if a filter accepts it.
     fn filter(&self, frame: &BusFrame, wide: u32) -> Option<(usize, u32)> {
-        if self.filter_master & 1 != 0 {
+        if self.fmr & FINIT != 0 {
             return None;
         }
         let narrow = frame.id << 5;
-        let banks = (self.filter_master >> 8 & 0x3F) as usize;
+        let banks = (self.fmr >> CAN2SB & 0x3F) as usize;
         let mut numbers = [0_u32; 2];
         for (bank, [first, second]) in self.filters.into_iter().enumerate().take(banks.min(28)) {
             let bit = |word: u32| word >> bank & 1 == 1;
-            let fifo = usize::from(bit(self.filter_fifo));
-            let (list, is_wide) = (bit(self.filter_mode), bit(self.filter_scale));
+            let fifo = usize::from(bit(self.ffa1r));
+            let (list, is_wide) = (bit(self.fm1r), bit(self.fs1r));
             let masked = |value: u32, id: u32, mask: u32| (value ^ id) & mask == 0;
             let hits: Vec<bool> = match (is_wide, list) {
                 (true, false) => vec![masked(wide, first, second & !1)],
@@ -728,7 +852,7 @@ impl Can {
                     .map(|id| narrow == id)
                     .to_vec(),
             };
-            if bit(self.filter_active)
+            if bit(self.fa1r)
                 && let Some(hit) = hits.iter().position(|&hit| hit)
             {
                 return Some((fifo, numbers[fifo] + hit as u32));
@@ -747,17 +871,17 @@ mod tests {
     fn initialisation_is_acknowledged_once_the_bus_is_idle() {
         const MILLISECOND: u64 = crate::emulator::time::PER_SECOND / 1000;
         let acknowledged =
-            |can: &mut Can, now: u64| can.read(0x04, now).expect("a register") & INAK != 0;
+            |can: &mut Can, now: u64| can.read(MSR, now).expect("a register") & INAK != 0;
         let mut can = Can::new(40_000_000);
-        can.write(0x00, INRQ, 0).expect("a register");
+        can.write(MCR, INRQ, 0).expect("a register");
         assert!(acknowledged(&mut can, 0));
-        assert!(can.write(0x00, 0, 0).is_err(), "the timing of the reset");
-        for (offset, value) in [(0x00, INRQ), (0x1C, 0x0123_0001), (0x00, 0)] {
+        assert!(can.write(MCR, 0, 0).is_err(), "the timing of the reset");
+        for (offset, value) in [(MCR, INRQ), (BTR, 0x0123_0001), (MCR, 0)] {
             can.write(offset, value, 0).expect("a register");
         }
         assert!(!acknowledged(&mut can, MILLISECOND), "it takes part");
         can.set_fault(BusFault::Shorted);
-        can.write(0x00, INRQ, MILLISECOND).expect("a register");
+        can.write(MCR, INRQ, MILLISECOND).expect("a register");
         assert!(!acknowledged(&mut can, 100 * MILLISECOND));
         can.set_fault(BusFault::None);
         assert!(acknowledged(&mut can, 100 * MILLISECOND));
@@ -768,22 +892,22 @@ mod tests {
         const MILLISECOND: u64 = crate::emulator::time::PER_SECOND / 1000;
         let mut can = Can::new(40_000_000);
         can.set_fault(BusFault::Shorted);
-        let timing = LOOPBACK | SILENT | 0x0123_0001;
-        for (offset, value) in [(0x00, INRQ), (0x1C, timing), (0x00, 0)] {
+        let timing = LBKM | SILM | 0x0123_0001;
+        for (offset, value) in [(MCR, INRQ), (BTR, timing), (MCR, 0)] {
             can.write(offset, value, 0).expect("a register");
         }
         // A filter that accepts all.
-        for (offset, value) in [(0x200, 0xE01), (0x20C, 1), (0x21C, 1), (0x200, 0xE00)] {
+        for (offset, value) in [(FMR, 0xE00 | FINIT), (FS1R, 1), (FA1R, 1), (FMR, 0xE00)] {
             can.write(offset, value, 0).expect("a register");
         }
-        assert_eq!(can.read(0x04, MILLISECOND).expect("a register") & INAK, 0);
-        let request = 0x123 << 21 | 1;
-        can.write(0x180, request, MILLISECOND).expect("a register");
-        let waiting = |can: &mut Can, now| can.read(0x0C, now).expect("a register") & 3;
+        assert_eq!(can.read(MSR, MILLISECOND).expect("a register") & INAK, 0);
+        let request = 0x123 << STID | TXRQ;
+        can.write(TI0R, request, MILLISECOND).expect("a register");
+        let waiting = |can: &mut Can, now| can.read(RF0R, now).expect("a register") & 3;
         assert_eq!(waiting(&mut can, 2 * MILLISECOND), 1);
         assert!(can.sent.is_empty());
-        can.write(0x00, INRQ, 2 * MILLISECOND).expect("a register");
-        let status = can.read(0x04, 2 * MILLISECOND).expect("a register");
+        can.write(MCR, INRQ, 2 * MILLISECOND).expect("a register");
+        let status = can.read(MSR, 2 * MILLISECOND).expect("a register");
         assert_ne!(status & INAK, 0);
     }
 

@@ -28,6 +28,24 @@ pub struct DmaStream {
     done: u32,
 }
 
+// Offsets of the registers (RM0090, 10.5).
+const LISR: u32 = 0x00;
+const HISR: u32 = 0x04;
+const LIFCR: u32 = 0x08;
+const HIFCR: u32 = 0x0C;
+/// First register of the eight streams.
+const STREAMS: u32 = 0x10;
+const STREAMS_END: u32 = 0xD0;
+const STREAM_SIZE: u32 = 0x18;
+
+// Offsets of the registers of a stream.
+const CR: u32 = 0x00;
+const NDTR: u32 = 0x04;
+const PAR: u32 = 0x08;
+const M0AR: u32 = 0x0C;
+const M1AR: u32 = 0x10;
+
+// Bits of a stream's CR, and its flags.
 const EN: u32 = 1;
 const CIRC: u32 = 1 << 8;
 const PINC: u32 = 1 << 9;
@@ -107,6 +125,7 @@ pub struct Dma {
     running: u8,
 }
 
+/// Positions of the flags of four streams in a register.
 const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
 impl Dma {
@@ -138,19 +157,19 @@ impl Dma {
     /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         match offset {
-            0x00 | 0x04 => {
+            LISR | HISR => {
                 let first = offset as usize;
                 Ok((0..4).fold(0, |word, i| word | self.streams[first + i].flags << SHIFTS[i]))
             }
-            0x08 | 0x0C => Ok(0),
-            0x10..0xD0 => {
-                let stream = &self.streams[(offset as usize - 0x10) / 0x18];
-                Ok(match (offset - 0x10) % 0x18 {
-                    0x00 => stream.control,
-                    0x04 => stream.left,
-                    0x08 => stream.peripheral,
-                    0x0C => stream.memory,
-                    0x10 => 0,
+            LIFCR | HIFCR => Ok(0),
+            STREAMS..STREAMS_END => {
+                let stream = &self.streams[((offset - STREAMS) / STREAM_SIZE) as usize];
+                Ok(match (offset - STREAMS) % STREAM_SIZE {
+                    CR => stream.control,
+                    NDTR => stream.left,
+                    PAR => stream.peripheral,
+                    M0AR => stream.memory,
+                    M1AR => 0,
                     _ => stream.fifo | 0x20,
                 })
             }
@@ -164,30 +183,30 @@ impl Dma {
     /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
-            0x08 | 0x0C => {
-                let first = offset as usize - 8;
+            LIFCR | HIFCR => {
+                let first = (offset - LIFCR) as usize;
                 for (i, shift) in SHIFTS.into_iter().enumerate() {
                     self.streams[first + i].flags &= !(value >> shift & 0x3D);
                 }
             }
-            0x10..0xD0 => {
-                let number = (offset as usize - 0x10) / 0x18;
+            STREAMS..STREAMS_END => {
+                let number = ((offset - STREAMS) / STREAM_SIZE) as usize;
                 let stream = &mut self.streams[number];
-                let register = (offset - 0x10) % 0x18;
+                let register = (offset - STREAMS) % STREAM_SIZE;
                 let on = stream.control & EN != 0;
-                if on && matches!(register, 0x04 | 0x08) {
+                if on && matches!(register, NDTR | PAR) {
                     return Err("a stream of DMA is set while it runs".into());
                 }
                 match register {
-                    0x00 => {
+                    CR => {
                         let set = stream.set_control(value);
                         self.note(number);
                         set?;
                     }
-                    0x04 => stream.left = value & 0xFFFF,
-                    0x08 => stream.peripheral = value,
-                    0x0C => stream.memory = value,
-                    0x10 => {}
+                    NDTR => stream.left = value & 0xFFFF,
+                    PAR => stream.peripheral = value,
+                    M0AR => stream.memory = value,
+                    M1AR => {}
                     _ => stream.fifo = value & 0x87,
                 }
             }

@@ -3,10 +3,23 @@
 use super::unknown;
 use crate::emulator::time::{NEVER, cycle};
 
+// Offsets of the registers (RM0090, 28.5).
+const CR1: u32 = 0x00;
+const CR2: u32 = 0x04;
+const SR: u32 = 0x08;
+const DR: u32 = 0x0C;
+const CRCPR: u32 = 0x10;
+const RXCRCR: u32 = 0x14;
+const TXCRCR: u32 = 0x18;
+const I2SCFGR: u32 = 0x1C;
+const I2SPR: u32 = 0x20;
+
+// Bits of CR1.
 const SPE: u32 = 1 << 6;
 const MSTR: u32 = 1 << 2;
 const DFF: u32 = 1 << 11;
 
+// Bits of SR.
 const RXNE: u32 = 1;
 const TXE: u32 = 1 << 1;
 const MODF: u32 = 1 << 5;
@@ -130,22 +143,23 @@ impl Spi {
     /// If the register does not exist.
     pub fn read(&mut self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
-            0x00 | 0x04 => self.control[offset as usize / 4],
-            0x08 => {
+            CR1 => self.control[0],
+            CR2 => self.control[1],
+            SR => {
                 let status = self.status | if self.shifting.is_some() { BSY } else { 0 };
                 if core::mem::take(&mut self.overrun_read) {
                     self.status &= !OVR;
                 }
                 status
             }
-            0x0C => {
+            DR => {
                 self.status &= !RXNE;
                 self.overrun_read = self.status & OVR != 0;
                 u32::from(self.received)
             }
-            0x10 => 7,
-            0x14 | 0x18 | 0x1C => 0,
-            0x20 => 2,
+            CRCPR => 7,
+            RXCRCR | TXCRCR | I2SCFGR => 0,
+            I2SPR => 2,
             _ => return unknown("SPI", offset),
         })
     }
@@ -156,7 +170,7 @@ impl Spi {
     /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         match offset {
-            0x00 => {
+            CR1 => {
                 if value & SPE != 0 && (value & MSTR == 0 || value & DFF != 0) {
                     return Err("SPI is a master of 8-bit frames only".into());
                 }
@@ -169,9 +183,9 @@ impl Spi {
                 self.control[0] = value;
                 self.begin(now, pclk);
             }
-            0x04 => self.control[1] = value,
-            0x08 | 0x10 | 0x1C | 0x20 => {}
-            0x0C => {
+            CR2 => self.control[1] = value,
+            SR | CRCPR | I2SCFGR | I2SPR => {}
+            DR => {
                 if self.waiting.is_some() {
                     return Err("a byte for SPI overwrites one that waits".into());
                 }

@@ -5,6 +5,26 @@ use std::cell::Cell;
 use super::unknown;
 use crate::emulator::time::NEVER;
 
+// Offsets of the registers (RM0090, 18.4).
+const CR1: u32 = 0x00;
+const CR2: u32 = 0x04;
+const SMCR: u32 = 0x08;
+const DIER: u32 = 0x0C;
+const SR: u32 = 0x10;
+const EGR: u32 = 0x14;
+const CCMR1: u32 = 0x18;
+const CCMR2: u32 = 0x1C;
+const CCER: u32 = 0x20;
+const CNT: u32 = 0x24;
+const PSC: u32 = 0x28;
+const ARR: u32 = 0x2C;
+const RCR: u32 = 0x30;
+const CCR1: u32 = 0x34;
+const CCR4: u32 = 0x40;
+const BDTR: u32 = 0x44;
+const OR: u32 = 0x50;
+
+// Bits of CR1, SR and EGR.
 const CEN: u32 = 1;
 const UDIS: u32 = 1 << 1;
 const URS: u32 = 1 << 2;
@@ -298,24 +318,26 @@ impl Timer {
     pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
         self.advance(now);
         Ok(match offset {
-            0x00 | 0x04 => self.control[offset as usize / 4],
-            0x08 => self.slave,
-            0x0C => self.interrupts,
-            0x10 => self.status,
-            0x14 => 0,
-            0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4],
-            0x20 => self.enables,
-            0x24 => self.count,
-            0x28 => self.prescaler,
-            0x2C => self.reload,
-            0x34..=0x40 => {
-                let channel = (offset as usize - 0x34) / 4;
+            CR1 => self.control[0],
+            CR2 => self.control[1],
+            SMCR => self.slave,
+            DIER => self.interrupts,
+            SR => self.status,
+            EGR => 0,
+            CCMR1 => self.modes[0],
+            CCMR2 => self.modes[1],
+            CCER => self.enables,
+            CNT => self.count,
+            PSC => self.prescaler,
+            ARR => self.reload,
+            CCR1..=CCR4 => {
+                let channel = (offset - CCR1) as usize / 4;
                 if self.is_capture(channel) {
                     self.status &= !(2 << channel);
                 }
                 self.compares[channel]
             }
-            0x30 | 0x44..=0x50 => self.others[(offset as usize / 4 + 1) % 5],
+            RCR | BDTR..=OR => self.others[(offset as usize / 4 + 1) % 5],
             _ => return unknown(self.name, offset),
         })
     }
@@ -328,7 +350,7 @@ impl Timer {
         self.advance(now);
         self.next.set(None);
         match offset {
-            0x00 => {
+            CR1 => {
                 if value & 0x70 != 0 {
                     return Err(format!("{} counts up only", self.name));
                 }
@@ -338,19 +360,19 @@ impl Timer {
                 }
                 self.control[0] = value & 0x3FF;
             }
-            0x04 => self.control[1] = value,
+            CR2 => self.control[1] = value,
             // The only modelled slave mode counts the trigger of another timer.
-            0x08 if value & 7 != 0 && (value & 7 != EXTERNAL_CLOCK || value & 0x40 != 0) => {
+            SMCR if value & 7 != 0 && (value & 7 != EXTERNAL_CLOCK || value & 0x40 != 0) => {
                 return Err(format!("{} has no such slave mode", self.name));
             }
-            0x08 => self.slave = value,
-            0x0C if value & 0x7F00 != 0 => {
+            SMCR => self.slave = value,
+            DIER if value & 0x7F00 != 0 => {
                 return Err(format!("{} does not ask for DMA", self.name));
             }
-            0x0C => self.interrupts = value,
+            DIER => self.interrupts = value,
             // Writing a one leaves a flag unchanged.
-            0x10 => self.status &= value,
-            0x14 => {
+            SR => self.status &= value,
+            EGR => {
                 self.status |= value & 0x1E;
                 if value & 1 != 0 {
                     self.count = 0;
@@ -358,16 +380,17 @@ impl Timer {
                     self.update(true);
                 }
             }
-            0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4] = value,
-            0x20 => self.enables = value,
-            0x24 => {
+            CCMR1 => self.modes[0] = value,
+            CCMR2 => self.modes[1] = value,
+            CCER => self.enables = value,
+            CNT => {
                 self.count = value & self.mask;
                 self.since = now;
             }
-            0x28 => self.prescaler = value & 0xFFFF,
-            0x2C => self.reload = value & self.mask,
-            0x34..=0x40 => self.compares[(offset as usize - 0x34) / 4] = value & self.mask,
-            0x30 | 0x44..=0x50 => self.others[(offset as usize / 4 + 1) % 5] = value,
+            PSC => self.prescaler = value & 0xFFFF,
+            ARR => self.reload = value & self.mask,
+            CCR1..=CCR4 => self.compares[(offset - CCR1) as usize / 4] = value & self.mask,
+            RCR | BDTR..=OR => self.others[(offset as usize / 4 + 1) % 5] = value,
             _ => return unknown(self.name, offset),
         }
         Ok(())
@@ -386,30 +409,30 @@ mod tests {
 
     fn timer() -> Timer {
         let mut timer = Timer::new("TIM", 16, 10);
-        set(&mut timer, [(0x28, 9), (0x2C, 999), (0x14, 1), (0x10, 0)]);
+        set(&mut timer, [(PSC, 9), (ARR, 999), (EGR, 1), (SR, 0)]);
         timer
     }
 
     #[test]
     fn it_updates_every_reload_plus_one_counts_and_compares() {
         let mut timer = timer();
-        set(&mut timer, [(0x34, 250), (0x0C, 3), (0x00, CEN)]);
+        set(&mut timer, [(CCR1, 250), (DIER, 3), (CR1, CEN)]);
         assert_eq!(timer.next_event(), 25_000);
         timer.advance(25_000);
         assert!(timer.interrupts());
-        timer.write(0x10, !2, 25_000).expect("a register");
+        timer.write(SR, !2, 25_000).expect("a register");
         assert!(!timer.interrupts());
         assert_eq!(timer.next_event(), 100_000);
         timer.advance(100_000);
-        assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
-        assert_eq!(timer.read(0x24, 100_390), Ok(3));
+        assert_eq!(timer.read(SR, 100_000).expect("a register") & 1, 1);
+        assert_eq!(timer.read(CNT, 100_390), Ok(3));
     }
 
     #[test]
     fn a_passed_compare_value_matches_in_the_next_round() {
         let mut timer = timer();
-        set(&mut timer, [(0x0C, 2), (0x00, CEN)]);
-        timer.write(0x34, 250, 25_100).expect("a register");
+        set(&mut timer, [(DIER, 2), (CR1, CEN)]);
+        timer.write(CCR1, 250, 25_100).expect("a register");
         assert_eq!(timer.next_event(), 125_000);
         timer.advance(100_000);
         assert!(!timer.interrupts());
@@ -418,20 +441,20 @@ mod tests {
     #[test]
     fn a_frozen_timer_stands_still() {
         let mut timer = timer();
-        set(&mut timer, [(0x34, 250), (0x0C, 2), (0x00, CEN)]);
+        set(&mut timer, [(CCR1, 250), (DIER, 2), (CR1, CEN)]);
         timer.freeze(true, 10_000);
         assert_eq!(timer.next_event(), NEVER);
         timer.freeze(false, 1_000_000);
-        assert_eq!(timer.read(0x24, 1_000_000), Ok(100));
+        assert_eq!(timer.read(CNT, 1_000_000), Ok(100));
         assert_eq!(timer.next_event(), 1_015_000);
     }
 
     #[test]
     fn a_slave_counts_captures_instead_of_its_clock() {
         let mut master = timer();
-        set(&mut master, [(0x18, 1), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)]);
+        set(&mut master, [(CCMR1, 1), (CCER, 1), (CR2, COMPARE_PULSE), (CR1, CEN)]);
         let mut counter = timer();
-        set(&mut counter, [(0x08, 0x17), (0x2C, 2), (0x00, CEN)]);
+        set(&mut counter, [(SMCR, 0x17), (ARR, 2), (CR1, CEN)]);
         assert_eq!(counter.counts_trigger(), Some(1));
         let mut counts = Vec::new();
         for edge in 1..=4 {
@@ -440,21 +463,21 @@ mod tests {
                 counter.trigger();
             }
             assert!(!master.edge(0, false, NEVER, 1000 * edge + 50));
-            counts.push(counter.read(0x24, 1000 * edge + 60).expect("a register"));
+            counts.push(counter.read(CNT, 1000 * edge + 60).expect("a register"));
         }
         assert_eq!(counts, [1, 2, 0, 1]);
-        assert!(counter.write(0x08, 4, 0).is_err());
+        assert!(counter.write(SMCR, 4, 0).is_err());
     }
 
     #[test]
     fn the_pin_of_channel_3_reaches_channel_1_by_the_exclusive_or() {
         for (control, captured, pulses) in [(COMPARE_PULSE, 0, 0), (COMPARE_PULSE | TI1S, 130, 2)] {
             let mut timer = timer();
-            set(&mut timer, [(0x18, 1), (0x20, 1), (0x04, control), (0x00, CEN)]);
+            set(&mut timer, [(CCMR1, 1), (CCER, 1), (CR2, control), (CR1, CEN)]);
             let edges = [(true, 12_345), (false, 12_400), (true, 13_000)];
             let given = edges.map(|(high, now)| timer.edge(2, high, NEVER, now));
             assert_eq!(given.iter().filter(|pulse| **pulse).count(), pulses);
-            assert_eq!(timer.read(0x34, 13_000), Ok(captured));
+            assert_eq!(timer.read(CCR1, 13_000), Ok(captured));
         }
     }
 
@@ -463,30 +486,30 @@ mod tests {
         let mut timer = timer();
         timer.head_start = 900;
         timer.reset(10);
-        set(&mut timer, [(0x28, 9), (0x38, 250), (0x0C, 5), (0x14, 1), (0x10, 0), (0x00, CEN)]);
-        assert_eq!(timer.read(0x24, 0), Ok(900));
+        set(&mut timer, [(PSC, 9), (CCR1 + 4, 250), (DIER, 5), (EGR, 1), (SR, 0), (CR1, CEN)]);
+        assert_eq!(timer.read(CNT, 0), Ok(900));
         assert_eq!(timer.next_event(), 25_000);
-        set(&mut timer, [(0x00, 0), (0x00, CEN)]);
-        assert_eq!(timer.read(0x24, 0), Ok(900));
+        set(&mut timer, [(CR1, 0), (CR1, CEN)]);
+        assert_eq!(timer.read(CNT, 0), Ok(900));
     }
 
     #[test]
     fn a_second_capture_sets_the_overcapture_flag() {
         let mut timer = timer();
-        set(&mut timer, [(0x18, 1), (0x20, 1), (0x00, CEN)]);
+        set(&mut timer, [(CCMR1, 1), (CCER, 1), (CR1, CEN)]);
         timer.edge(0, true, NEVER, 12_345);
         timer.edge(0, false, NEVER, 12_400);
-        assert_eq!(timer.read(0x10, 12_500).expect("a register") & 0x202, 2);
+        assert_eq!(timer.read(SR, 12_500).expect("a register") & 0x202, 2);
         timer.edge(0, true, NEVER, 13_000);
-        assert_eq!(timer.read(0x10, 13_000).expect("a register") & 0x202, 0x202);
-        assert_eq!(timer.read(0x34, 13_000), Ok(130));
+        assert_eq!(timer.read(SR, 13_000).expect("a register") & 0x202, 0x202);
+        assert_eq!(timer.read(CCR1, 13_000), Ok(130));
     }
 
     #[test]
     fn filter_of_eight_samples_removes_pulses_of_seven() {
         for (mode, shortest) in [(0x01, 1), (0x31, 71), (0xF1, 7 * 32 * 10 + 1)] {
             let mut timer = timer();
-            set(&mut timer, [(0x18, mode), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)]);
+            set(&mut timer, [(CCMR1, mode), (CCER, 1), (CR2, COMPARE_PULSE), (CR1, CEN)]);
             assert!(!timer.edge(0, true, shortest - 1, 1_000), "{mode:#x}");
             assert!(timer.edge(0, true, shortest, 2_000), "{mode:#x}");
         }

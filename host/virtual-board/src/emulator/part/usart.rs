@@ -5,6 +5,16 @@ use std::collections::VecDeque;
 use super::unknown;
 use crate::emulator::time::{NEVER, cycle};
 
+// Offsets of the registers (RM0090, 30.6).
+const SR: u32 = 0x00;
+const DR: u32 = 0x04;
+const BRR: u32 = 0x08;
+const CR1: u32 = 0x0C;
+const CR2: u32 = 0x10;
+const CR3: u32 = 0x14;
+const GTPR: u32 = 0x18;
+
+// Bits of SR.
 const FE: u32 = 1 << 1;
 const ORE: u32 = 1 << 3;
 const IDLE: u32 = 1 << 4;
@@ -12,6 +22,7 @@ const RXNE: u32 = 1 << 5;
 const TC: u32 = 1 << 6;
 const TXE: u32 = 1 << 7;
 
+// Bits of CR1.
 const UE: u32 = 1 << 13;
 const TE: u32 = 1 << 3;
 const RE: u32 = 1 << 2;
@@ -234,21 +245,23 @@ impl Usart {
     /// If the register does not exist.
     pub fn read(&mut self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
-            0x00 => {
+            SR => {
                 self.status_read = true;
                 self.complete_read |= self.status & TC != 0;
                 self.status
             }
-            0x04 => {
+            DR => {
                 self.status &= !RXNE;
                 if core::mem::take(&mut self.status_read) {
                     self.status &= !(ORE | IDLE | FE | 5);
                 }
                 u32::from(self.data)
             }
-            0x08 => self.divider,
-            0x0C..=0x14 => self.control[(offset as usize - 0xC) / 4],
-            0x18 => self.guard,
+            BRR => self.divider,
+            CR1 => self.control[0],
+            CR2 => self.control[1],
+            CR3 => self.control[2],
+            GTPR => self.guard,
             _ => return unknown("USART", offset),
         })
     }
@@ -259,8 +272,8 @@ impl Usart {
     /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         match offset {
-            0x00 => self.status &= value | !(RXNE | TC | 0x300),
-            0x04 => {
+            SR => self.status &= value | !(RXNE | TC | 0x300),
+            DR => {
                 if self.waiting.is_some() {
                     return Err("a byte for the serial line overwrites one that waits".into());
                 }
@@ -272,19 +285,20 @@ impl Usart {
                 self.begin(now, pclk);
             }
             // A byte that is being sent is cut (RM0090, 30.3.4).
-            0x08 if value & 0xFFFF != self.divider && self.is_sending() => {
+            BRR if value & 0xFFFF != self.divider && self.is_sending() => {
                 return Err("the rate of the serial line is changed while a byte is sent".into());
             }
-            0x08 => self.divider = value & 0xFFFF,
-            0x0C => {
+            BRR => self.divider = value & 0xFFFF,
+            CR1 => {
                 if value & (1 << 12 | 1 << 10) != 0 {
                     return Err("9 bits and parity are not modelled".into());
                 }
                 self.control[0] = value;
                 self.begin(now, pclk);
             }
-            0x10 | 0x14 => self.control[(offset as usize - 0xC) / 4] = value,
-            0x18 => self.guard = value,
+            CR2 => self.control[1] = value,
+            CR3 => self.control[2] = value,
+            GTPR => self.guard = value,
             _ => return unknown("USART", offset),
         }
         Ok(())
@@ -299,7 +313,7 @@ mod tests {
 
     fn sender() -> Usart {
         let mut usart = Usart::new();
-        for (offset, value) in [(0x08, 80), (0x0C, UE | TE)] {
+        for (offset, value) in [(BRR, 80), (CR1, UE | TE)] {
             usart.write(offset, value, 0, HERTZ).expect("a register");
         }
         usart
@@ -310,25 +324,25 @@ mod tests {
         for is_read in [false, true] {
             let mut usart = sender();
             if is_read {
-                usart.read(0).expect("a register");
+                usart.read(SR).expect("a register");
             }
-            usart.write(4, 0x55, 0, HERTZ).expect("a register");
-            assert_eq!(usart.read(0).expect("a register") & TC == 0, is_read);
+            usart.write(DR, 0x55, 0, HERTZ).expect("a register");
+            assert_eq!(usart.read(SR).expect("a register") & TC == 0, is_read);
         }
         let mut usart = sender();
-        usart.write(0, !TC, 0, HERTZ).expect("a register");
-        usart.write(4, 0x55, 0, HERTZ).expect("a register");
-        assert_eq!(usart.read(0).expect("a register") & TC, 0);
+        usart.write(SR, !TC, 0, HERTZ).expect("a register");
+        usart.write(DR, 0x55, 0, HERTZ).expect("a register");
+        assert_eq!(usart.read(SR).expect("a register") & TC, 0);
         usart.advance(usart.next_event(), HERTZ);
-        assert_eq!(usart.read(0).expect("a register") & TC, TC);
+        assert_eq!(usart.read(SR).expect("a register") & TC, TC);
     }
 
     #[test]
     fn rate_does_not_change_while_a_byte_is_sent() {
         let mut usart = sender();
-        usart.write(4, 0x55, 0, HERTZ).expect("a register");
-        assert!(usart.write(8, 40, 0, HERTZ).is_err());
+        usart.write(DR, 0x55, 0, HERTZ).expect("a register");
+        assert!(usart.write(BRR, 40, 0, HERTZ).is_err());
         usart.advance(usart.next_event(), HERTZ);
-        usart.write(8, 40, 0, HERTZ).expect("the line is idle");
+        usart.write(BRR, 40, 0, HERTZ).expect("the line is idle");
     }
 }

@@ -26,7 +26,7 @@ use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::terminal::{MOST_WAITING, Sent};
+use super::port::{MOST_WAITING, Sent};
 
 /// Maximum number of bytes of a write.
 const LONGEST_WRITE: usize = 65_536;

@@ -3,22 +3,23 @@
 //!
 //! | step, each millisecond | module |
 //! |---|---|
-//! | typed lines become orders | `commands` |
+//! | typed lines become orders to feet | `typed` |
 //! | in lock step: wait until each program waits | [`lock_step`] |
-//! | bytes of programs arrive from the terminals or sockets | [`Port`] |
+//! | bytes of programs arrive from terminals or sockets | [`port`] |
 //! | bytes for the adapter become frames | [`adapter`] |
 //! | frames of all nodes are put in order; the boards run | [`robot`] |
-//! | each board runs in its thread; feet walk, and hands hold them | `foot`, [`gait::EndlessGait`] |
-//! | bytes and frames are sent | [`Port`], [`adapter`] |
+//! | each board runs in its thread; feet walk, and hands hold them | `foot`, `hands`, [`gait::EndlessGait`] |
+//! | bytes and frames are sent to the programs | [`adapter`], [`port`] |
 //! | in real time: wait until the millisecond is over | [`pace`] |
 
 pub mod adapter;
-mod commands;
 mod foot;
+mod hands;
 pub mod lock_step;
 pub mod pace;
+pub mod port;
 pub mod robot;
-pub mod terminal;
+mod typed;
 
 use std::io;
 use std::path::PathBuf;
@@ -32,18 +33,13 @@ use wire::Foot as Position;
 use crate::emulator::time::PER_SECOND;
 use crate::product::fault;
 use adapter::EmulatedAdapter;
-use commands::{Command, HELP};
 pub use foot::BoardPrograms;
 use foot::Order;
-use lock_step::{Change, LockStepLine, Turn};
+use lock_step::{Change, Turn};
 use pace::{Pace, VirtualSpeed};
+use port::{Links, Port, Sent};
 use robot::{BoardRobot, RobotOptions, Stopped};
-use terminal::{Links, Sent, Terminal};
-
-const MILLISECOND: u64 = PER_SECOND / 1000;
-
-/// In lock step, maximum delay until a typed line or a stop is noticed while time stands still.
-const NOTICE: Duration = Duration::from_millis(5);
+use typed::{Command, HELP};
 
 /// Options of a server.
 #[derive(Clone)]
@@ -67,117 +63,6 @@ pub enum Passage {
     LockStep,
 }
 
-/// Reason why feet cannot be served.
-#[derive(Debug, Error)]
-pub enum ServeError {
-    /// Error of a terminal or a socket.
-    #[error("a line: {0}")]
-    Terminal(#[from] io::Error),
-    /// Lock step without a directory for its sockets.
-    #[error("lock step needs a directory for its sockets")]
-    NoFolder,
-    /// Error of a link to a terminal, or of a socket.
-    #[error("{path}: {1}", path = .0.display())]
-    Link(PathBuf, io::Error),
-    /// Failure of a foot.
-    #[error(transparent)]
-    Foot(#[from] Stopped),
-}
-
-/// A message to the user.
-pub enum Note<'a> {
-    /// The serial line of a foot, or the bus: its name, and the source in the notation of this workspace's
-    /// programs.
-    Source(&'a str, String),
-    /// All lines are open and all feet run.
-    Ready,
-    /// Text.
-    Words(String),
-}
-
-/// Statistics of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ServeSummary {
-    /// Virtual time, ms.
-    pub ms: u64,
-    /// Real time.
-    pub took: Duration,
-    /// Real time for which virtual time stood still because the computer was too slow.
-    pub behind: Duration,
-    /// Bytes lost by readers, with the name of each terminal.
-    pub lost: Vec<(String, u64)>,
-    /// Frames discarded because the queue for the bus was full.
-    pub lost_on_bus: u64,
-}
-
-/// Line to a program: a pseudo-terminal, or a socket in lock step.
-#[derive(Debug)]
-pub enum Port {
-    /// In real time.
-    Terminal(Terminal),
-    /// In lock step.
-    LockStep(LockStepLine),
-}
-
-impl Port {
-    /// Reads bytes of the program, at most `most`.
-    ///
-    /// # Errors
-    /// If the terminal is gone.
-    pub fn read(&mut self, most: usize) -> io::Result<Vec<u8>> {
-        match self {
-            Self::Terminal(terminal) => terminal.read(most),
-            Self::LockStep(line) => Ok(line.read(most)),
-        }
-    }
-
-    /// Writes bytes to the program, all or none.
-    ///
-    /// # Errors
-    /// If the terminal is gone.
-    pub fn write(&mut self, bytes: &[u8]) -> io::Result<Sent> {
-        match self {
-            Self::Terminal(terminal) => terminal.write(bytes),
-            Self::LockStep(line) => Ok(line.write(bytes)),
-        }
-    }
-
-    /// Writes pending bytes as far as the system accepts them.
-    ///
-    /// # Errors
-    /// If the terminal is gone.
-    pub fn flush(&mut self) -> io::Result<()> {
-        match self {
-            Self::Terminal(terminal) => terminal.flush(),
-            Self::LockStep(_) => Ok(()),
-        }
-    }
-
-    /// Number of bytes lost because the program was too slow.
-    #[must_use]
-    pub const fn lost(&self) -> u64 {
-        match self {
-            Self::Terminal(terminal) => terminal.lost,
-            Self::LockStep(line) => line.lost,
-        }
-    }
-}
-
-/// Name of the bus.
-const BUS: &str = "bus";
-
-/// A server of feet.
-struct Server<'a> {
-    robot: BoardRobot,
-    /// Serial lines, one per foot.
-    serial: Vec<(&'static str, Port)>,
-    slcan: Port,
-    adapter: EmulatedAdapter,
-    /// Orders to be obeyed, with their times, ms.
-    planned: Vec<(u64, Option<Position>, Order)>,
-    report: &'a mut dyn FnMut(Note),
-}
-
 /// Serves feet with these programs in their boards' flash until the duration has passed, `quit` is typed, or `stop` is set.
 ///
 /// # Errors
@@ -193,7 +78,7 @@ pub fn serve(
     let mut links = Links::default();
     let mut sources = Vec::new();
     let mut open = |name, kind| -> Result<Port, ServeError> {
-        let (port, path) = opened(options, &mut links, &format!("{name}.{kind}"))?;
+        let (port, path) = Port::open(options, &mut links, &format!("{name}.{kind}"))?;
         sources.push((name, format!("{kind}:{}", path.display())));
         Ok(port)
     };
@@ -220,15 +105,15 @@ pub fn serve(
         Passage::LockStep => VirtualSpeed::Max,
     });
     while !stop.load(Ordering::Relaxed) && options.ms.is_none_or(|end| server.robot.ms < end) {
-        if typed.try_iter().any(|line| server.obey(&line)) {
+        if typed.try_iter().any(|line| server.execute(&line)) {
             break;
         }
         if server.turn()? == Turn::Programs {
             continue;
         }
-        server.obey_planned();
-        server.take_in()?;
-        server.run()?;
+        server.give_planned();
+        server.read_programs()?;
+        server.run_boards()?;
         pace.wait(server.robot.ms);
         if let Some(behind) = pace.report() {
             let behind = behind.as_secs_f64();
@@ -247,36 +132,104 @@ pub fn serve(
     })
 }
 
-/// Opens a line, and returns its path.
-fn opened(
-    options: &ServeOptions,
-    links: &mut Links,
-    name: &str,
-) -> Result<(Port, PathBuf), ServeError> {
-    match (options.passage, &options.links) {
-        (Passage::LockStep, None) => Err(ServeError::NoFolder),
-        (Passage::LockStep, Some(folder)) => {
-            let (path, listener) = links.add_socket(folder, name)?;
-            Ok((Port::LockStep(LockStepLine::new(listener)?), path))
-        }
-        (Passage::Speed(_), folder) => {
-            let terminal = Terminal::open()?;
-            let path = match folder {
-                Some(folder) => links.add(folder, name, &terminal.path)?,
-                None => terminal.path.clone(),
-            };
-            Ok((Port::Terminal(terminal), path))
-        }
-    }
+/// Statistics of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServeSummary {
+    /// Virtual time, ms.
+    pub ms: u64,
+    /// Real time.
+    pub took: Duration,
+    /// Real time for which virtual time stood still because the computer was too slow.
+    pub behind: Duration,
+    /// Bytes lost by readers, with the name of each terminal.
+    pub lost: Vec<(String, u64)>,
+    /// Frames discarded because the queue for the bus was full.
+    pub lost_on_bus: u64,
+}
+
+/// A message to the user.
+pub enum Note<'a> {
+    /// The serial line of a foot, or the bus: its name, and the source in the notation of this workspace's
+    /// programs.
+    Source(&'a str, String),
+    /// All lines are open and all feet run.
+    Ready,
+    /// Text for the user.
+    Text(String),
+}
+
+/// Reason why feet cannot be served.
+#[derive(Debug, Error)]
+pub enum ServeError {
+    /// Error of a terminal or a socket.
+    #[error("a line: {0}")]
+    Terminal(#[from] io::Error),
+    /// Lock step without a directory for its sockets.
+    #[error("lock step needs a directory for its sockets")]
+    NoFolder,
+    /// Error of a link to a terminal, or of a socket.
+    #[error("{path}: {1}", path = .0.display())]
+    Link(PathBuf, io::Error),
+    /// Failure of a foot.
+    #[error(transparent)]
+    Foot(#[from] Stopped),
+}
+
+/// A millisecond, in units of [`time`](crate::emulator::time).
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// In lock step, maximum delay until a typed line or a stop is noticed while time stands still.
+const NOTICE: Duration = Duration::from_millis(5);
+
+/// Name of the bus.
+const BUS: &str = "bus";
+
+/// A server of feet.
+struct Server<'a> {
+    robot: BoardRobot,
+    /// Serial lines, one per foot.
+    serial: Vec<(&'static str, Port)>,
+    slcan: Port,
+    adapter: EmulatedAdapter,
+    /// Orders to be given, with their times, ms.
+    planned: Vec<(u64, Option<Position>, Order)>,
+    report: &'a mut dyn FnMut(Note),
 }
 
 impl Server<'_> {
-    fn has(&self, foot: Position) -> bool {
-        self.robot.positions().any(|known| known == foot)
+    /// Executes a typed line. Returns whether it requests the end.
+    fn execute(&mut self, line: &str) -> bool {
+        match typed::parse(line) {
+            Ok(Some(Command::Order(foot, order))) => self.give(foot, order),
+            Ok(Some(Command::Planned(ms, foot, order))) => self.plan(ms, foot, order),
+            Ok(Some(Command::Faults)) => self.report(fault::names()),
+            Ok(Some(Command::Help)) => self.report(HELP.trim_end().to_owned()),
+            Ok(Some(Command::Quit)) => return true,
+            Ok(None) => {}
+            Err(error) => self.report(format!("error: {error}")),
+        }
+        false
     }
 
-    fn now_s(&self) -> f64 {
-        self.robot.ms as f64 * 1e-3
+    /// Gives an order to a foot, or to all.
+    fn give(&mut self, foot: Option<Position>, order: Order) {
+        let whom = foot.map_or("all feet", Position::name);
+        let text = if self.robot.order(foot, order) {
+            format!("{:.3} s  {whom}: {order}", self.now_s())
+        } else {
+            format!("error: the robot has no foot {whom}")
+        };
+        self.report(text);
+    }
+
+    /// Plans an order for a time.
+    fn plan(&mut self, ms: u64, foot: Option<Position>, order: Order) {
+        let whom = foot.map_or("all feet", Position::name);
+        if foot.is_some_and(|foot| !self.has(foot)) {
+            return self.report(format!("error: the robot has no foot {whom}"));
+        }
+        self.planned.push((ms, foot, order));
+        self.report(format!("planned for {:.3} s  {whom}: {order}", ms as f64 * 1e-3));
     }
 
     /// Returns whose turn it is; in real time, always that of the boards.
@@ -301,60 +254,22 @@ impl Server<'_> {
                 Change::Opened => "opened",
                 Change::Closed => "closed",
             };
-            report(Note::Words(format!("{now_s:.3} s  {name}.{kind}: {change}")));
+            report(Note::Text(format!("{now_s:.3} s  {name}.{kind}: {change}")));
         };
         lock_step::turn(&mut lines, self.robot.ms * 1000, NOTICE, &mut changed)
     }
 
-    /// Passes a message to the user.
-    fn report(&mut self, message: String) {
-        (self.report)(Note::Words(message));
-    }
-
-    /// Executes a typed line. Returns whether it requests the end.
-    fn obey(&mut self, line: &str) -> bool {
-        match commands::parse(line) {
-            Ok(Some(Command::Order(foot, order))) => self.order(foot, order),
-            Ok(Some(Command::Planned(ms, foot, order))) => self.plan(ms, foot, order),
-            Ok(Some(Command::Faults)) => self.report(fault::names()),
-            Ok(Some(Command::Help)) => self.report(HELP.trim_end().to_owned()),
-            Ok(Some(Command::Quit)) => return true,
-            Ok(None) => {}
-            Err(error) => self.report(format!("error: {error}")),
-        }
-        false
-    }
-
-    fn order(&mut self, foot: Option<Position>, order: Order) {
-        let whom = foot.map_or("all feet", Position::name);
-        let words = if self.robot.order(foot, order) {
-            format!("{:.3} s  {whom}: {order}", self.now_s())
-        } else {
-            format!("error: the robot has no foot {whom}")
-        };
-        self.report(words);
-    }
-
-    fn plan(&mut self, ms: u64, foot: Option<Position>, order: Order) {
-        let whom = foot.map_or("all feet", Position::name);
-        if foot.is_some_and(|foot| !self.has(foot)) {
-            return self.report(format!("error: the robot has no foot {whom}"));
-        }
-        self.planned.push((ms, foot, order));
-        self.report(format!("planned for {:.3} s  {whom}: {order}", ms as f64 * 1e-3));
-    }
-
-    /// Obeys the planned orders that are due.
-    fn obey_planned(&mut self) {
+    /// Gives the planned orders that are due.
+    fn give_planned(&mut self) {
         let now_ms = self.robot.ms;
         let due: Vec<_> = self.planned.extract_if(.., |(ms, ..)| *ms <= now_ms).collect();
         for (_, foot, order) in due {
-            self.order(foot, order);
+            self.give(foot, order);
         }
     }
 
     /// Reads the input of programs.
-    fn take_in(&mut self) -> io::Result<()> {
+    fn read_programs(&mut self) -> io::Result<()> {
         for (index, (_, port)) in self.serial.iter_mut().enumerate() {
             let bytes = port.read(self.robot.serial_room(index))?;
             self.robot.send_serial(index, &bytes);
@@ -373,7 +288,7 @@ impl Server<'_> {
     }
 
     /// Runs one millisecond and forwards its output.
-    fn run(&mut self) -> Result<(), ServeError> {
+    fn run_boards(&mut self) -> Result<(), ServeError> {
         let output = self.robot.step()?;
         for ((_, port), bytes) in self.serial.iter_mut().zip(&output.bytes) {
             port.write(bytes)?;
@@ -391,9 +306,24 @@ impl Server<'_> {
         self.slcan.flush()?;
         for (foot, cause) in output.resets {
             let at_s = self.now_s();
-            let words = format!("{at_s:.3} s  {}: reset by {}", foot.name(), cause.name());
-            self.report(words);
+            let text = format!("{at_s:.3} s  {}: reset by {}", foot.name(), cause.name());
+            self.report(text);
         }
         Ok(())
+    }
+
+    /// Passes a message to the user.
+    fn report(&mut self, message: String) {
+        (self.report)(Note::Text(message));
+    }
+
+    /// Returns whether the robot has a foot.
+    fn has(&self, foot: Position) -> bool {
+        self.robot.positions().any(|known| known == foot)
+    }
+
+    /// Time of the boards, s.
+    fn now_s(&self) -> f64 {
+        self.robot.ms as f64 * 1e-3
     }
 }

@@ -14,7 +14,7 @@ use wire::foot::cob_id;
 use wire::{Address, Foot as Position, NodeId, Value};
 
 use super::MILLISECOND;
-use super::foot::{BoardFootOptions, BoardPrograms, Foot, Order, Slice, SliceOutput};
+use super::foot::{BoardFoot, BoardFootOptions, BoardPrograms, Order, SliceInput, SliceOutput};
 use crate::emulator::board::BoardOptions;
 use crate::emulator::corner::Corner;
 use crate::emulator::part::can::{BusFrame, TimedFrame};
@@ -22,12 +22,29 @@ use crate::emulator::part::rcc::ResetCause;
 use crate::emulator::time::cycle;
 use crate::product::scenario::ScenarioError;
 
-/// Maximum number of bytes on their way to a board over a serial line: as many as 1 Mbaud carries in two
-/// milliseconds.
-const SERIAL_ROOM: usize = 200;
+/// A robot of emulated boards.
+pub struct BoardRobot {
+    members: Vec<Member>,
+    /// The bus of the feet, the controller and the host.
+    pub bus: BoardBus,
+    control: Option<RobotControl>,
+    /// Time since it was switched on, ms.
+    pub ms: u64,
+}
 
-/// Maximum number of the host's frames that wait for the bus.
-const HOST_ROOM: usize = 32;
+/// A foot of the robot, with its input for the next millisecond.
+struct Member {
+    position: Position,
+    foot: BoardFoot,
+    node: NodeId,
+    /// Bit rate of its last transmission, bit/s.
+    bit_rate: u32,
+    /// Output of the last millisecond.
+    output: SliceOutput,
+    /// Bytes for its serial line.
+    bytes: Vec<u8>,
+    orders: Vec<Order>,
+}
 
 /// Presence of the robot's controller on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,27 +93,12 @@ pub struct StepEvents {
     pub resets: Vec<(Position, ResetCause)>,
 }
 
-/// A foot with its state and its pending input.
-struct Member {
-    position: Position,
-    foot: Foot,
-    node: NodeId,
-    /// Bit rate of its last transmission, bit/s.
-    bit_rate: u32,
-    last: SliceOutput,
-    bytes: Vec<u8>,
-    orders: Vec<Order>,
-}
+/// Maximum number of bytes on their way to a board over a serial line: as many as 1 Mbaud carries in two
+/// milliseconds.
+const SERIAL_ROOM: usize = 200;
 
-/// A robot.
-pub struct BoardRobot {
-    members: Vec<Member>,
-    /// The bus of the feet, the controller and the host.
-    pub bus: BoardBus,
-    control: Option<RobotControl>,
-    /// Time since it was switched on, ms.
-    pub ms: u64,
-}
+/// Maximum number of the host's frames that wait for the bus.
+const HOST_ROOM: usize = 32;
 
 impl BoardRobot {
     /// Creates the feet, each on a board with these programs in its flash, and switches them on.
@@ -113,10 +115,10 @@ impl BoardRobot {
             .zip(positions)
             .map(|(index, &position)| Member {
                 position,
-                foot: Foot::start(make(&programs, options, index, position)),
+                foot: BoardFoot::start(foot_options(&programs, options, index, position)),
                 node: position.default_node_id(),
                 bit_rate: 0,
-                last: SliceOutput::default(),
+                output: SliceOutput::default(),
                 bytes: Vec::new(),
                 orders: Vec::new(),
             })
@@ -172,7 +174,7 @@ impl BoardRobot {
     pub fn serial_room(&self, foot: usize) -> usize {
         let member = self.members.get(foot);
         member.map_or(0, |member| {
-            SERIAL_ROOM.saturating_sub(member.last.bytes_incoming + member.bytes.len())
+            SERIAL_ROOM.saturating_sub(member.output.bytes_incoming + member.bytes.len())
         })
     }
 
@@ -197,26 +199,26 @@ impl BoardRobot {
         self.send_control();
         let carried: Vec<BusTransfer> = core::iter::from_fn(|| self.bus.next(now)).collect();
         for (index, member) in self.members.iter_mut().enumerate() {
-            let rate = member.last.bit_rate;
+            let rate = member.output.bit_rate;
             let others = carried.iter();
-            let heard =
+            let received =
                 others.filter(|carried| carried.node != index && Some(carried.bit_rate) == rate);
-            let frames = heard.map(|carried| TimedFrame {
+            let frames = received.map(|carried| TimedFrame {
                 time: (carried.start + MILLISECOND).max(now),
                 frame: carried.frame.clone(),
             });
-            member.foot.begin(Slice {
+            member.foot.begin(SliceInput {
                 until: now + MILLISECOND,
                 frames: frames.collect(),
                 bytes: core::mem::take(&mut member.bytes),
                 orders: core::mem::take(&mut member.orders),
             });
         }
-        let mut output = StepEvents { carried, ..StepEvents::default() };
+        let mut events = StepEvents { carried, ..StepEvents::default() };
         for (index, member) in self.members.iter_mut().enumerate() {
-            let mut ran = member.wait()?;
-            member.bit_rate = ran.bit_rate.unwrap_or(member.bit_rate);
-            for TimedFrame { time, frame } in ran.frames.drain(..) {
+            let mut output = member.wait()?;
+            member.bit_rate = output.bit_rate.unwrap_or(member.bit_rate);
+            for TimedFrame { time, frame } in output.frames.drain(..) {
                 if let Some(node) = booted(&frame) {
                     member.node = node;
                 }
@@ -224,25 +226,25 @@ impl BoardRobot {
                 let ready = time.saturating_sub(length);
                 self.bus.send(index, frame, member.bit_rate, ready);
             }
-            let resets = ran.resets.drain(..);
-            output.resets.extend(resets.map(|cause| (member.position, cause)));
-            output.bytes.push(core::mem::take(&mut ran.bytes));
-            member.last = ran;
+            let resets = output.resets.drain(..);
+            events.resets.extend(resets.map(|cause| (member.position, cause)));
+            events.bytes.push(core::mem::take(&mut output.bytes));
+            member.output = output;
         }
         self.ms += 1;
-        Ok(output)
+        Ok(events)
     }
 
     /// Sends the due messages of the controller, at the bit rate of the first foot on the bus.
     fn send_control(&mut self) {
         let loads = self.members.iter();
-        let loads = loads.map(|member| (member.node, member.last.load));
+        let loads = loads.map(|member| (member.node, member.output.load));
         let frames = match &mut self.control {
             Some(control) => control.frames(self.ms, loads),
             None => return,
         };
         // Without a foot on the bus, frames are not acknowledged.
-        let mut rates = self.members.iter().map(|member| member.last.bit_rate);
+        let mut rates = self.members.iter().map(|member| member.output.bit_rate);
         let Some(rate) = rates.find_map(|rate| rate) else {
             return;
         };
@@ -255,6 +257,7 @@ impl BoardRobot {
 }
 
 impl Member {
+    /// Waits until its board has run.
     fn wait(&self) -> Result<SliceOutput, Stopped> {
         let foot = self.position;
         self.foot.finish().map_err(|problem| Stopped { foot, problem })
@@ -268,7 +271,8 @@ fn booted(frame: &BusFrame) -> Option<NodeId> {
     NodeId::new(u8::try_from(id).ok()?).filter(|_| is_boot_up)
 }
 
-fn make(
+/// Options of the foot with this index at a position.
+fn foot_options(
     programs: &BoardPrograms,
     options: &RobotOptions,
     index: u64,
@@ -290,7 +294,7 @@ fn make(
     }
     BoardFootOptions {
         programs: programs.clone(),
-        options: board,
+        board,
         position,
         settings,
         gait: options.gait,

@@ -4,7 +4,7 @@ use gait::GaitName;
 use wire::Foot;
 
 use super::foot::Order;
-use super::foot::Side;
+use super::hands::Side;
 use crate::product::fault::SelectedFault;
 use crate::product::scenario::Pages;
 
@@ -23,7 +23,7 @@ quit                                end
 Without FOOT (FL, FR, RL, RR, L, R) it is all feet.
 ";
 
-/// A command.
+/// A typed command.
 #[derive(Clone, Copy)]
 pub enum Command {
     /// An order to one foot, or to all.

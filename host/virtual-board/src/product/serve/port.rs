@@ -1,7 +1,5 @@
-//! A pseudo-terminal: a program opens its far end as a serial port, and bytes pass unchanged in both directions. As with an
-//! adapter, bytes that are not read in time are lost: writing never waits for the reader.
-//!
-//! [`Links`] are the stable names of terminals, and of sockets in lock step, in a directory.
+//! Lines to programs: pseudo-terminals in real time, or sockets in lock step. [`Links`] are their stable names in a
+//! directory.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
@@ -13,12 +11,102 @@ use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 
-use super::ServeError;
+use super::lock_step::LockStepLine;
+use super::{Passage, ServeError, ServeOptions};
+
+/// Line to a program: a pseudo-terminal, or a socket in lock step.
+#[derive(Debug)]
+pub enum Port {
+    /// In real time.
+    Terminal(Terminal),
+    /// In lock step.
+    LockStep(LockStepLine),
+}
+
+impl Port {
+    /// Opens a line that is created with `links` under a name; returns it with its path.
+    ///
+    /// # Errors
+    /// If the terminal, the socket or its link cannot be created.
+    pub(super) fn open(
+        options: &ServeOptions,
+        links: &mut Links,
+        name: &str,
+    ) -> Result<(Self, PathBuf), ServeError> {
+        match (options.passage, &options.links) {
+            (Passage::LockStep, None) => Err(ServeError::NoFolder),
+            (Passage::LockStep, Some(folder)) => {
+                let (path, listener) = links.add_socket(folder, name)?;
+                Ok((Self::LockStep(LockStepLine::new(listener)?), path))
+            }
+            (Passage::Speed(_), folder) => {
+                let terminal = Terminal::open()?;
+                let path = match folder {
+                    Some(folder) => links.add(folder, name, &terminal.path)?,
+                    None => terminal.path.clone(),
+                };
+                Ok((Self::Terminal(terminal), path))
+            }
+        }
+    }
+
+    /// Reads bytes of the program, at most `most`.
+    ///
+    /// # Errors
+    /// If the terminal is gone.
+    pub fn read(&mut self, most: usize) -> io::Result<Vec<u8>> {
+        match self {
+            Self::Terminal(terminal) => terminal.read(most),
+            Self::LockStep(line) => Ok(line.read(most)),
+        }
+    }
+
+    /// Writes bytes to the program, all or none.
+    ///
+    /// # Errors
+    /// If the terminal is gone.
+    pub fn write(&mut self, bytes: &[u8]) -> io::Result<Sent> {
+        match self {
+            Self::Terminal(terminal) => terminal.write(bytes),
+            Self::LockStep(line) => Ok(line.write(bytes)),
+        }
+    }
+
+    /// Writes pending bytes as far as the system accepts them.
+    ///
+    /// # Errors
+    /// If the terminal is gone.
+    pub fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Terminal(terminal) => terminal.flush(),
+            Self::LockStep(_) => Ok(()),
+        }
+    }
+
+    /// Number of bytes lost because the program was too slow.
+    #[must_use]
+    pub const fn lost(&self) -> u64 {
+        match self {
+            Self::Terminal(terminal) => terminal.lost,
+            Self::LockStep(line) => line.lost,
+        }
+    }
+}
+
+/// Result of a write to a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sent {
+    /// The bytes wait for the program, or no program has the line open.
+    Taken,
+    /// The bytes were lost: the program is too slow.
+    Lost,
+}
 
 /// Maximum number of bytes that wait for a reader, in addition to those of the system: half a second of a busy bus.
 pub(super) const MOST_WAITING: usize = 64 * 1024;
 
-/// A terminal.
+/// A pseudo-terminal: a program opens its far end as a serial port, and bytes pass unchanged in both directions. As with an
+/// adapter, bytes that are not read in time are lost: writing never waits for the reader.
 #[derive(Debug)]
 pub struct Terminal {
     near: File,
@@ -29,15 +117,6 @@ pub struct Terminal {
     waiting: Vec<u8>,
     /// Number of bytes lost because the reader was too slow.
     pub(crate) lost: u64,
-}
-
-/// Result of a write to the far end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sent {
-    /// The bytes wait for the reader, or no program has the far end open.
-    Taken,
-    /// The bytes were lost: the reader is too slow.
-    Lost,
 }
 
 impl Terminal {
@@ -235,7 +314,7 @@ mod tests {
     #[test]
     fn slow_readers_lose_whole_pieces_and_new_ones_get_no_old_bytes() {
         let mut terminal = Terminal::open().expect("a terminal");
-        assert_eq!(terminal.write(b"nobody").expect("written"), Sent::Taken);
+        assert_eq!(terminal.write(b"early").expect("written"), Sent::Taken);
         let port = far(&terminal);
         terminal.read(1).expect("it is open");
         let piece = [7; 1000];

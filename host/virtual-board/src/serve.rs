@@ -1,7 +1,8 @@
 //! `virtual-board serve`: an ELF at the speed of real time behind pseudo-terminals, or in lock step behind sockets.
 
 use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -13,21 +14,16 @@ use gait::control::MOST_FEET;
 use rustix::process::getpgrp;
 use rustix::termios::tcgetpgrp;
 use virtual_board::emulator::corner::Corner;
-
+use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::serve::pace::VirtualSpeed;
 use virtual_board::product::serve::robot::{ControlNode, RobotOptions};
 use virtual_board::product::serve::{self, BoardPrograms, Note, Passage, ServeSummary};
-
-use super::elf;
-
-/// One day: a larger value is rejected as a mistake.
-const MOST_SECONDS: f64 = 86_400.0;
 
 /// The options of `serve`.
 #[derive(Args)]
 pub struct ServeArguments {
     #[command(flatten)]
-    elf: elf::ElfArguments,
+    elf: ElfArguments,
     /// The bootloader's ELF, as `cargo xtask bootloader BOARD` builds it; without it the program starts at once, and cannot be
     /// replaced. A power cycle brings the first program back.
     #[arg(long, value_name = "ELF")]
@@ -61,6 +57,21 @@ pub struct ServeArguments {
     lock_step: bool,
 }
 
+/// Options that choose the ELF.
+#[derive(Args)]
+struct ElfArguments {
+    /// The ELF; without it the firmware is built first.
+    #[arg(long)]
+    elf: Option<PathBuf>,
+    /// The board whose firmware is built: reference or feather. An ELF names its board.
+    #[arg(long, default_value = "reference", value_parser = Wiring::named, conflicts_with = "elf")]
+    board: &'static Wiring,
+}
+
+/// One day: a larger value is rejected as a mistake.
+const MOST_SECONDS: f64 = 86_400.0;
+
+/// Parses the number of feet.
 fn feet(text: &str) -> Result<usize, String> {
     let feet = text.parse().ok();
     let feet = feet.filter(|feet| (1..=MOST_FEET).contains(feet));
@@ -81,7 +92,7 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
     let stopped = Arc::clone(&stop);
     ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))?;
     let elf = arguments.elf.read()?;
-    let bootloader = arguments.bootloader.as_deref().map(elf::read).transpose()?;
+    let bootloader = arguments.bootloader.as_deref().map(read).transpose()?;
     let programs = BoardPrograms { program: elf.into(), bootloader: bootloader.map(Into::into) };
     let control = if arguments.no_control { ControlNode::Absent } else { ControlNode::Present };
     let options = serve::ServeOptions {
@@ -101,13 +112,13 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
             Passage::Speed(arguments.speed)
         },
     };
-    let mut tell = |note: Note| match note {
+    let mut report = |note: Note| match note {
         // A reader that has gone is not an error.
         Note::Source(name, source) => drop(writeln!(io::stdout(), "{name:<4} {source}")),
         Note::Ready => drop(io::stdout().flush()),
-        Note::Words(words) => eprintln!("{words}"),
+        Note::Text(text) => eprintln!("{text}"),
     };
-    let summary = serve::serve(programs, &options, &typed(), &stop, &mut tell)?;
+    let summary = serve::serve(programs, &options, &typed(), &stop, &mut report)?;
     print(&summary);
     Ok(())
 }
@@ -134,6 +145,7 @@ fn typed() -> Receiver<String> {
     lines
 }
 
+/// Prints how long the run took, and what was lost.
 fn print(summary: &ServeSummary) {
     let seconds = summary.ms as f64 * 1e-3;
     let took = summary.took.as_secs_f64();
@@ -148,6 +160,40 @@ fn print(summary: &ServeSummary) {
     if summary.lost_on_bus > 0 {
         eprintln!("bus: {} frames lost, since it was full", summary.lost_on_bus);
     }
+}
+
+impl ElfArguments {
+    /// Reads the named ELF, or builds the firmware for the board.
+    fn read(&self) -> Result<Vec<u8>, String> {
+        match &self.elf {
+            Some(path) => read(path),
+            None => read(&build(self.board)?),
+        }
+    }
+}
+
+/// Reads an ELF.
+fn read(path: &Path) -> Result<Vec<u8>, String> {
+    std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Builds the firmware and returns its path.
+fn build(board: &Wiring) -> Result<PathBuf, String> {
+    const TARGET: &str = "thumbv7em-none-eabihf";
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let directory = workspace.join("target");
+    let status = Command::new("cargo")
+        .current_dir(&workspace)
+        .args(["build", "--profile", "firmware", "--locked"])
+        .args(board.cargo_arguments())
+        .args(["--target", TARGET, "--target-dir"])
+        .arg(&directory)
+        .status()
+        .map_err(|error| format!("cargo does not start: {error}"))?;
+    if !status.success() {
+        return Err("the firmware does not build".into());
+    }
+    Ok(directory.join(TARGET).join("firmware").join(board.program))
 }
 
 #[cfg(test)]
