@@ -231,7 +231,7 @@ impl Bag<'_> {
             };
         }
         if let Err(stop @ Stop::Damaged(_)) = read {
-            // A chunk without its end cannot be told from a damaged one by its decoder.
+            // Its decoder reports a chunk without its end as damaged.
             return Err(if is_at_end(&mut chunk)? { CUT } else { stop });
         }
         read?;

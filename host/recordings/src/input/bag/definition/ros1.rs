@@ -152,7 +152,7 @@ impl Converter {
 
 struct Conversion<'a> {
     converter: &'a Converter,
-    /// What is not yet converted.
+    /// Bytes not yet converted.
     rest: &'a [u8],
     cdr: Vec<u8>,
     steps: usize,

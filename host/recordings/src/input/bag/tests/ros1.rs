@@ -371,7 +371,7 @@ fn excessive_lengths_in_a_bag_of_ros_1_are_rejected() {
 }
 
 #[test]
-fn what_is_not_read_of_ros_1_is_named() {
+fn unsupported_bag_of_ros_1_is_named() {
     let messages = in_serials(&one_foot(Order::Little));
     let said = why(open(&bag("zstd", &messages), &InputOptions::default()));
     assert_eq!(
