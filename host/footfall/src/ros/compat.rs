@@ -684,6 +684,26 @@ mod tests {
     }
 
     #[test]
+    fn flight_is_a_message_of_champ_with_four_lifted_feet() {
+        let feet = ["FL", "FR", "RL", "RR"];
+        let published = messages(Compat::Champ, &feet.map(|foot| (foot, false)));
+        let [Published { topic, message, .. }] = &published[..] else {
+            panic!("{published:?}");
+        };
+        assert_eq!(topic.as_ref(), "/foot_contacts");
+        // Plain CDR: 1 ms, no frame, and always four numbers, since champ reads the elements 0 to 3.
+        let stamp = [[0; 4], 1_000_000_u32.to_le_bytes()].concat();
+        let frame = [1, 0, 0, 0, 0, 0, 0, 0];
+        let contacts = [4, 0, 0, 0, 0, 0, 0, 0];
+        let expected = [&[0, 1, 0, 0][..], &stamp, &frame, &contacts].concat();
+        assert_eq!(message.cdr(), expected);
+        // On the ground again, the same feet stand in the next message.
+        let published = messages(Compat::Champ, &feet.map(|foot| (foot, true)));
+        assert!(matches!(&published[..], [Published { message: RosMessage::Champ(message), .. }]
+            if message.stances == [true; 4]));
+    }
+
+    #[test]
     fn all_stand_is_true_only_while_each_foot_stands() {
         for lifted in [None, Some("FL"), Some("RR")] {
             let feet = ["FL", "FR", "RL", "RR"].map(|foot| (foot, Some(foot) != lifted));
