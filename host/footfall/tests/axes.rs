@@ -100,7 +100,7 @@ fn calibration_stores_axes_for_the_replay() {
     let bench = bench();
     let report = bench.stdout("calibrate side.csv --output robot.toml");
     assert_has(&report, "\naxes x,-z,y\nz was not up where ");
-    assert_has(&report, "\non the foot: set axes=x,-z,y\n");
+    assert_has(&report, "\nif the foot has a footfall board: set axes=x,-z,y\n");
     let text = read(&bench.path("robot.toml"));
     assert!(text.contains("\naxes = \"x,-z,y\"\n"), "{text}");
     let with_file = estimates(&bench, "side.csv --config robot.toml");

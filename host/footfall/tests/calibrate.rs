@@ -37,6 +37,11 @@ fn learnt_values_are_reported_and_replayed() {
     assert!(report.contains(" s of swing: settled\n"), "{report}");
     assert!(report.contains("\nacceleration at rest "), "{report}");
     assert!(report.ends_with("written  robot.toml\n"), "{report}");
+    let said = |arguments: &str| text(&bench.run(arguments).stderr);
+    assert_has(&said("calibrate walk.csv"), "not kept: --output robot.toml writes it to a file");
+    for kept in ["calibrate walk.csv -o robot.toml --overwrite", "calibrate walk.csv --json"] {
+        assert_eq!(said(kept), "", "{kept}");
+    }
 
     // The file, the object values in the report, the JSON and the estimator agree to the bit.
     let found = learnt(&bench, "robot.toml");
@@ -47,7 +52,7 @@ fn learnt_values_are_reported_and_replayed() {
         .zip(numbers.chain([Learnt::VERSION, found.crc()].map(|word| word.to_string())))
         .map(|(name, value)| format!("{name}={value}"))
         .collect();
-    let object = format!("\non the foot: set {}\n", values.join(" "));
+    let object = format!("\nif the foot has a footfall board: set {}\n", values.join(" "));
     assert!(report.contains(&object), "{report}");
     let json = bench.json("calibrate walk.csv");
     assert_eq!(json["settled"], true);
@@ -202,7 +207,7 @@ fn replay_corrects_the_readings() {
     let accelerometer = overrides.correction();
     let AccelerometerCorrection { bias, scale } = accelerometer.accelerometer;
     let object = format!(
-        "on the foot: set accelerometer.bias_m_s2.ax={} accelerometer.bias_m_s2.ay={} \
+        "if the foot has a footfall board: set accelerometer.bias_m_s2.ax={} accelerometer.bias_m_s2.ay={} \
          accelerometer.bias_m_s2.az={} accelerometer.scale.ax={} accelerometer.scale.ay={} \
          accelerometer.scale.az={}\n",
         bias.x, bias.y, bias.z, scale.x, scale.y, scale.z

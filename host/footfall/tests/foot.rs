@@ -189,7 +189,9 @@ fn calibrated_file_is_imported_with_axes_and_learnt_values() {
     // The commands in the report can be typed.
     let report = bench.stdout("calibrate turned.csv");
     let mut typed = Vec::new();
-    for line in report.lines().filter_map(|line| line.strip_prefix("on the foot: ")) {
+    for line in
+        report.lines().filter_map(|line| line.strip_prefix("if the foot has a footfall board: "))
+    {
         typed.push(foot(&bench, &format!("demo:speed=max {line}")).0);
     }
     assert_has(&typed[0], "learnt.crc: 0 → ");

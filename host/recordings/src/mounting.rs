@@ -258,7 +258,7 @@ impl fmt::Display for MountingReport {
             )?,
             _ => writeln!(f, "{}", self.remark())?,
         }
-        f.write_str("on the foot: set")?;
+        f.write_str("if the foot has a footfall board: set")?;
         for (name, value) in settings_of(&self.axes) {
             write!(f, " {name}={value}")?;
         }
@@ -460,7 +460,7 @@ mod tests {
         let report = |ups: [f32; 3]| report(&[ups], "x,y,z").expect("z is not up");
         let level = report([0.0, 9.8, 0.5]);
         assert_eq!(level.object, (162, [1.0, 0.0, 0.0, 0.0]));
-        assert!(level.to_string().ends_with("on the foot: set axes=x,-z,y"));
+        assert!(level.to_string().ends_with("if the foot has a footfall board: set axes=x,-z,y"));
         let slanted = report([0.0, 6.0, 8.0]);
         let (code, [w, x, y, z]) = slanted.object;
         assert_eq!(code, 0);

@@ -91,7 +91,13 @@ impl CalibrateArguments {
         files::check_inputs(&self.inputs)?;
         self.check_output(&self.inputs)?;
         let resolved = self.recording.resolved(None)?;
-        if self.rests { self.calibrate_sensor(&resolved) } else { self.learn(&resolved) }
+        if self.rests { self.calibrate_sensor(&resolved) } else { self.learn(&resolved) }?;
+        if self.output.is_none() && !self.json {
+            aside(
+                "not kept: --output robot.toml writes it to a file, for footfall replay with --config robot.toml",
+            );
+        }
+        Ok(())
     }
 
     /// Checks that the configuration file can be written.

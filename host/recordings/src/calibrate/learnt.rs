@@ -230,7 +230,7 @@ impl fmt::Display for LearntFoot {
             f,
             "acceleration at rest {at_rest:.3}, edge of stillness {edge:.3}, in motion {in_motion:.2} m/s²"
         )?;
-        f.write_str("on the foot: set")?;
+        f.write_str("if the foot has a footfall board: set")?;
         for (row, value) in Learnt::ROWS.iter().zip(self.object) {
             write!(f, " {}={value}", row.name)?;
         }

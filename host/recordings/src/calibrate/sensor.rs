@@ -321,7 +321,7 @@ impl fmt::Display for SensorCalibration {
             "off gravity by {:.4} m/s² RMS before, {:.4} after",
             self.residual_before, self.residual_after
         )?;
-        f.write_str("on the foot: set")?;
+        f.write_str("if the foot has a footfall board: set")?;
         let names =
             ["bias_m_s2.ax", "bias_m_s2.ay", "bias_m_s2.az", "scale.ax", "scale.ay", "scale.az"];
         for (name, value) in names.into_iter().zip(self.object()) {
