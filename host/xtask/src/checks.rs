@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use crate::command::{Step, cpu_s_of_children, remove_folder, root};
 use crate::firmware::{self, Board};
 use crate::install::{self, Tier};
-use crate::{book, crates, hex, panics, python, release, socketcan};
+use crate::{book, crates, hex, panics, python, release, socketcan, uf2};
 
 /// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of shared
 /// dependencies are those of all packages together.
@@ -238,8 +238,9 @@ pub fn part(name: &str) -> Result<()> {
 /// Target folder of builds with all features.
 const FULL_TARGET: [&str; 2] = ["--target-dir", "target/full"];
 
-/// Lints the program without a feature and with each alone, and the formats for a log on the target. Lints, documents and
-/// tests everything with all features, which the gate leaves out: their dependencies take minutes to compile.
+/// Lints the program without a feature and with each alone, the formats for a log on the target, and the programs of the
+/// boards with UF2 files. Lints, documents and tests everything with all features, which the gate leaves out: their
+/// dependencies take minutes to compile.
 fn features() -> Result<()> {
     Step::cargo(&["clippy", "--locked", "--all-targets"])
         .with(PACKAGES)
@@ -257,6 +258,7 @@ fn features() -> Result<()> {
         .with(["--package", "footfall-wire", "--features", "footfall-wire/defmt"])
         .with(DENY)
         .run()?;
+    uf2::lint()?;
     let features = "footfall-program/all,host-tests/full,recordings/bags,recordings/parquet";
     Step::cargo(&["test", "--locked", "--no-fail-fast"])
         .with(FULL_TARGET)

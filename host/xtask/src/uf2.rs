@@ -76,6 +76,24 @@ pub fn run(board: Board) -> Result<PathBuf> {
     Ok(output)
 }
 
+/// Lints the programs of all boards.
+///
+/// # Errors
+/// A lint fails.
+pub fn lint() -> Result<()> {
+    for board in Board::ALL {
+        let (name, target) = (board.name(), board.target());
+        Step::program("rustup").with(["target", "add", target]).run()?;
+        let folder = root().join("target").join(name);
+        Step::cargo(&["clippy", "--locked", "--target", target])
+            .with(["--no-default-features", "--features", name])
+            .with(["--target-dir", &folder.display().to_string(), "--", "-D", "warnings"])
+            .at(&root().join(PACKAGE))
+            .run()?;
+    }
+    Ok(())
+}
+
 fn write(board: Board, elf: &Path, output: &Path) -> Result<()> {
     let bytes = fs::read(elf).with_context(|| elf.display().to_string())?;
     let pages = pages(&bytes).with_context(|| elf.display().to_string())?;
