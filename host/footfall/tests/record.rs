@@ -39,6 +39,18 @@ fn recording_of_four_feet_is_complete_and_replayable() {
 }
 
 #[test]
+fn recording_without_a_message_keeps_the_file_it_would_replace() {
+    let bench = Bench::with("walk.mcap", "precious");
+    let command = "record uart:/dev/there-is-none --seconds 0.1 --overwrite -o";
+    bench.refuses(&format!("{command} walk.mcap"), "nothing was recorded");
+    assert_eq!(read(&bench.path("walk.mcap")), "precious");
+    bench.refuses(&format!("{command} new.mcap"), "nothing was recorded");
+    bench.stdout("record demo:seconds=1 --overwrite -o walk.mcap");
+    assert!(fs::read(bench.path("walk.mcap")).expect("a file").starts_with(b"\x89MCAP"));
+    assert_eq!(bench.files(), ["walk.mcap"]);
+}
+
+#[test]
 fn seconds_of_a_recording_are_those_of_its_data() {
     let bench = Bench::new();
     let report = bench.stdout("record demo: --seconds 1 -o walk.mcap");

@@ -74,8 +74,9 @@ impl RecordArguments {
             ended => unless_ended(ended?),
         };
         stream.report();
-        if recording.is_empty() && ended.is_ok() {
+        if recording.is_empty() {
             recording.remove()?;
+            ended?;
             return Err(Error::NothingHeard);
         }
         print_text(&recording.finish()?).map_err(Error::Print)?;
@@ -87,7 +88,19 @@ impl RecordArguments {
 #[cfg(feature = "bags")]
 struct McapRecording {
     path: PathBuf,
-    file: McapFile<File>,
+    file: RecordingFile,
+    /// Whether there was no file of this name before.
+    is_new: bool,
+}
+
+/// File of a recording.
+#[cfg(feature = "bags")]
+enum RecordingFile {
+    /// It has no message yet. A file that is replaced has its old content.
+    Opened(File),
+    Begun(McapFile<File>),
+    /// It could not be begun.
+    Failed,
 }
 
 #[cfg(feature = "bags")]
@@ -98,29 +111,52 @@ impl McapRecording {
     /// The file cannot be written, or exists by now and is kept.
     fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
         let replaces = existing == Existing::Replaced;
+        let is_new = !path.exists();
         let mut options = File::options();
         options.write(true).create_new(!replaces);
-        let options = options.create(replaces).truncate(replaces);
+        // The old content is kept until something is received.
+        let options = options.create(replaces).truncate(false);
         let file = options.open(path).map_err(|source| match source.kind() {
             io::ErrorKind::AlreadyExists => OutputError::Exists(path.display().to_string()),
             _ => OutputError::unwritable(path)(source),
         })?;
-        let file = McapFile::new(file).map_err(OutputError::unwritable(path))?;
-        Ok(Self { path: path.to_owned(), file })
+        Ok(Self { path: path.to_owned(), file: RecordingFile::Opened(file), is_new })
     }
 
     /// Returns whether no message was recorded.
-    fn is_empty(&self) -> bool {
-        self.file.counts().is_empty()
+    const fn is_empty(&self) -> bool {
+        !matches!(self.file, RecordingFile::Begun(_))
     }
 
-    /// Removes the file, in which there is nothing.
+    /// Removes the file, in which there is nothing. A file that was there before is kept as it was.
     ///
     /// # Errors
     /// It cannot be removed.
     fn remove(self) -> Result<(), OutputError> {
         drop(self.file);
-        fs::remove_file(&self.path).map_err(OutputError::unwritable(&self.path))
+        if self.is_new {
+            fs::remove_file(&self.path).map_err(OutputError::unwritable(&self.path))?;
+        }
+        Ok(())
+    }
+
+    /// Appends a message. The first one replaces the old content of the file.
+    fn write(&mut self, published: &Published) -> io::Result<()> {
+        let file = std::mem::replace(&mut self.file, RecordingFile::Failed);
+        self.file = match file {
+            RecordingFile::Opened(file) => {
+                // A device has no length.
+                if file.metadata()?.is_file() {
+                    file.set_len(0)?;
+                }
+                RecordingFile::Begun(McapFile::new(file)?)
+            }
+            file => file,
+        };
+        match &mut self.file {
+            RecordingFile::Begun(file) => file.write(published),
+            _ => Ok(()),
+        }
     }
 
     /// Writes pending messages and returns the message counts by topic and the name of the file.
@@ -129,7 +165,10 @@ impl McapRecording {
     /// The file cannot be written.
     fn finish(self) -> Result<String, OutputError> {
         let mut text = String::new();
-        let counts = self.file.counts();
+        let RecordingFile::Begun(file) = self.file else {
+            return Ok(text);
+        };
+        let counts = file.counts();
         let has = |topic: &str| counts.iter().any(|(other, _)| **other == *topic);
         for topic in counts.keys() {
             if let Some(foot) = topic.strip_suffix("/contact")
@@ -145,7 +184,7 @@ impl McapRecording {
             let _ = writeln!(text, "{count:>9} {topic}");
         }
         let _ = writeln!(text, "wrote {}", self.path.display());
-        self.file.finish().map_err(OutputError::unwritable(&self.path))?;
+        file.finish().map_err(OutputError::unwritable(&self.path))?;
         Ok(text)
     }
 }
@@ -153,11 +192,14 @@ impl McapRecording {
 #[cfg(feature = "bags")]
 impl Sink for McapRecording {
     fn publish(&mut self, published: Published) -> Result<(), Error> {
-        let written = self.file.write(&published);
+        let written = self.write(&published);
         Ok(written.map_err(OutputError::unwritable(&self.path))?)
     }
 
     fn idle(&mut self) -> Result<(), Error> {
-        Ok(self.file.flush().map_err(OutputError::unwritable(&self.path))?)
+        if let RecordingFile::Begun(file) = &mut self.file {
+            file.flush().map_err(OutputError::unwritable(&self.path))?;
+        }
+        Ok(())
     }
 }

@@ -33,6 +33,9 @@ pub(super) fn visit(
     visitor: &mut dyn Visitor,
 ) -> Result<Option<String>, InputError> {
     let damaged = |error: rusqlite::Error| {
+        if is_inaccessible(&error) {
+            return InputError::unreadable(file, io::Error::other(error));
+        }
         let problem = Problem::Damaged { source: Box::new(error), advice: Some(ADVICE) };
         InputError::of_file(file, problem)
     };
@@ -152,6 +155,21 @@ fn schema(database: &Connection, message: &str) -> Option<Arc<Schema>> {
         Ok(Schema { encoding: row.get(0)?, text: text.into_bytes() })
     });
     schema.ok().filter(|schema| !schema.text.is_empty()).map(Arc::new)
+}
+
+/// Returns whether an error is about the access to a file, such as a lock of the program that writes it, and not about its
+/// content.
+fn is_inaccessible(error: &rusqlite::Error) -> bool {
+    matches!(
+        error.sqlite_error_code(),
+        Some(
+            ErrorCode::DatabaseBusy
+                | ErrorCode::DatabaseLocked
+                | ErrorCode::CannotOpen
+                | ErrorCode::PermissionDenied
+                | ErrorCode::ReadOnly
+        )
+    )
 }
 
 /// Returns whether an error is that of a file that ends early, and not of one that is damaged.

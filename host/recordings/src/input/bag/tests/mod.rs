@@ -744,6 +744,19 @@ fn database_of_another_program_is_named_as_such() {
 }
 
 #[test]
+fn database_that_another_program_writes_is_not_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walk.tmp");
+    std::fs::write(&path, written(Kind::Database, &one_foot(Order::Little), &[])).unwrap();
+    let writer = rusqlite::Connection::open(&path).unwrap();
+    writer.execute_batch("BEGIN EXCLUSIVE").unwrap();
+    let said = read(&path, &InputOptions::default()).err().unwrap().to_string();
+    assert!(said.ends_with("cannot be read: database is locked"), "{said}");
+    writer.execute_batch("ROLLBACK").unwrap();
+    assert!(read(&path, &InputOptions::default()).is_ok());
+}
+
+#[test]
 fn folder_is_read_in_order_of_its_numbers() {
     let messages = one_foot(Order::Little);
     let folder = tempfile::tempdir().unwrap();
