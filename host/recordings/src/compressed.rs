@@ -50,12 +50,12 @@ pub fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
 type FrameReader = StreamingDecoder<Box<dyn Read>, ruzstd::decoding::FrameDecoder>;
 
 fn decoder(source: Box<dyn Read>) -> io::Result<FrameReader> {
-    StreamingDecoder::new(source).map_err(io::Error::other).map_err(zstd_error)
+    StreamingDecoder::new(source).map_err(|error| zstd_error(&io::Error::other(error)))
 }
 
 /// Returns an error of a zstd frame in words: whether the file ends early, or is damaged.
-fn zstd_error(error: io::Error) -> io::Error {
-    let mut cause: Option<&(dyn Error + 'static)> = Some(&error);
+fn zstd_error(error: &io::Error) -> io::Error {
+    let mut cause: Option<&(dyn Error + 'static)> = Some(error);
     while let Some(next) = cause {
         let inner = next.downcast_ref::<io::Error>();
         if inner.is_some_and(|inner| inner.kind() == io::ErrorKind::UnexpectedEof) {
@@ -83,7 +83,7 @@ impl Read for Frames {
             return Ok(0);
         }
         while let Some(frame) = &mut self.decoder {
-            let count = frame.read(to).map_err(zstd_error)?;
+            let count = frame.read(to).map_err(|error| zstd_error(&error))?;
             if count > 0 {
                 return Ok(count);
             }

@@ -325,12 +325,12 @@ impl Bag<'_> {
             return Ok(());
         }
         let topic = self.field("topic")?.ok_or(Damage::Field("topic"))?;
-        let of_type = |name| Ok::<_, Damage>(field(&self.data, name)?.ok_or(Damage::Field(name))?);
+        let message = field(&self.data, "type")?.ok_or(Damage::Field("type"))?;
         let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
         let definition = field(&self.data, "message_definition")?.unwrap_or_default().to_vec();
         let (channel, converter) = as_ros2(Channel {
             topic: text(topic),
-            message: text(of_type("type")?),
+            message: text(message),
             encoding: "ros1".to_owned(),
             schema: Some(Arc::new(Schema { encoding: "ros1msg".to_owned(), text: definition })),
             metadata: Default::default(),
