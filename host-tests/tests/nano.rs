@@ -5,6 +5,7 @@ use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::slice;
 use std::sync::OnceLock;
 
 use estimator_core::{ContactEstimator, Decision, Params};
@@ -536,6 +537,11 @@ fn footfall() -> PathBuf {
 
 /// Out of the parcel: an earlier program's filesystem is in the flash, the ROM's loader has left its marks, and all boards
 /// say that they are FL.
+/// The robot of boards at these sources, as `program` reads it.
+fn robot<'a>(program: &'a Path, folder: &'a Path, sources: &'a [String]) -> OneRobot<'a> {
+    OneRobot { program, folder, sources, rate: f64::from(1.0 / TICK_S) }
+}
+
 #[test]
 #[ignore = "full: four emulators of the chip"]
 fn four_nanos_on_a_hub_walk_as_one_robot() {
@@ -549,12 +555,7 @@ fn four_nanos_on_a_hub_walk_as_one_robot() {
     );
     let (program, folder) = (footfall(), TempDir::new().expect("a folder"));
     let sources = FEET.map(|foot| boards.source(foot));
-    let robot = OneRobot {
-        program: &program,
-        folder: folder.path(),
-        sources: &sources,
-        rate: f64::from(1.0 / TICK_S),
-    };
+    let robot = robot(&program, folder.path(), &sources);
     for foot in &FEET[1..] {
         let (said, _) = robot.footfall(&["foot", &boards.source(foot), "id", foot]);
         assert!(said.contains(foot), "{said}");
@@ -577,12 +578,7 @@ fn good_nano_is_accepted_at_the_first_try() {
         Boards::start(&["FL"], &["--motion", "stand", "--reason", "1", "--scratch-0", "64"]);
     let (program, folder) = (footfall(), TempDir::new().expect("a folder"));
     let source = boards.source("FL");
-    let robot = OneRobot {
-        program: &program,
-        folder: folder.path(),
-        sources: std::slice::from_ref(&source),
-        rate: f64::from(1.0 / TICK_S),
-    };
+    let robot = robot(&program, folder.path(), slice::from_ref(&source));
     robot.accept(&source);
     assert_eq!(boards.end()["boards"]["FL"]["resets"], Json::Array(vec![]));
 }
@@ -593,12 +589,7 @@ fn nano_streams_each_time_its_port_is_opened() {
     let boards = Boards::start(&["FL"], &["--motion", "stand"]);
     let (program, folder) = (footfall(), TempDir::new().expect("a folder"));
     let source = boards.source("FL");
-    let robot = OneRobot {
-        program: &program,
-        folder: folder.path(),
-        sources: std::slice::from_ref(&source),
-        rate: f64::from(1.0 / TICK_S),
-    };
+    let robot = robot(&program, folder.path(), slice::from_ref(&source));
     // No time passes for the board between two programs.
     for _ in 0..3 {
         let (lines, said) = robot.footfall(&["monitor", &source, "--seconds", "2"]);

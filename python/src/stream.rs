@@ -4,6 +4,7 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use recordings::estimate;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
@@ -35,16 +36,39 @@ struct State {
     rate: f32,
 }
 
-/// One estimate, with the fields of `footfall.Estimate` in order.
-type Row = (
-    f64,
-    (f32, f32, f32),
-    [f32; 6],
-    [f32; 4],
-    [f32; 3],
-    f32,
-    (&'static str, bool, Vec<&'static str>),
-);
+/// One estimate. In Python it is a tuple of these fields, in the order of those of `footfall.Estimate`.
+struct EstimateRow {
+    /// Time on the caller's clock, s.
+    t: f64,
+    /// Probability of stable contact, of no motion along the ground, and of no lifting or tilting.
+    probabilities: (f32, f32, f32),
+    axes: [f32; 6],
+    /// Quaternion w, x, y, z.
+    orientation: [f32; 4],
+    linear_acceleration: [f32; 3],
+    velocity_sigma: f32,
+    state: (&'static str, bool, Vec<&'static str>),
+}
+
+impl<'py> IntoPyObject<'py> for EstimateRow {
+    type Target = PyTuple;
+    type Output = Bound<'py, PyTuple>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        let Self {
+            t,
+            probabilities,
+            axes,
+            orientation,
+            linear_acceleration,
+            velocity_sigma,
+            state,
+        } = self;
+        (t, probabilities, axes, orientation, linear_acceleration, velocity_sigma, state)
+            .into_pyobject(py)
+    }
+}
 
 #[pymethods]
 impl Estimator {
@@ -75,7 +99,7 @@ impl Estimator {
         t: Option<f64>,
         load: Option<f64>,
         validity: u8,
-    ) -> PyResult<Row> {
+    ) -> PyResult<EstimateRow> {
         let validity = validity_at(validity)
             .ok_or_else(|| value_error(format!("validity {validity} is not known")))?;
         let now_us = match t {
@@ -105,7 +129,7 @@ impl Estimator {
         };
         let estimate = self.state.estimator.update(&sample);
         self.state.events.add(&estimate);
-        Ok(row(&estimate, now_us))
+        Ok(EstimateRow::of(&estimate, now_us))
     }
 
     /// Returns events that are complete and were not returned before; all remaining ones if the stream has ended.
@@ -136,20 +160,22 @@ impl Estimator {
     }
 }
 
-fn row(estimate: &ContactEstimate, now_us: i64) -> Row {
-    let p = estimate.probabilities;
-    let Quaternion { w, x, y, z } = estimate.orientation;
-    (
-        now_us as f64 / 1.0e6,
-        (p.stable, p.tangential, p.vertical),
-        p.axes.to_array(),
-        [w, x, y, z],
-        components(estimate.linear_acceleration.0),
-        estimate.velocity_sigma.0,
-        (
-            Phase::name(estimate.phase),
-            estimate.decision == Decision::Stable,
-            estimate.flags.iter().map(Flag::name).collect(),
-        ),
-    )
+impl EstimateRow {
+    fn of(estimate: &ContactEstimate, now_us: i64) -> Self {
+        let p = estimate.probabilities;
+        let Quaternion { w, x, y, z } = estimate.orientation;
+        Self {
+            t: now_us as f64 / 1.0e6,
+            probabilities: (p.stable, p.tangential, p.vertical),
+            axes: p.axes.to_array(),
+            orientation: [w, x, y, z],
+            linear_acceleration: components(estimate.linear_acceleration.0),
+            velocity_sigma: estimate.velocity_sigma.0,
+            state: (
+                Phase::name(estimate.phase),
+                estimate.decision == Decision::Stable,
+                estimate.flags.iter().map(Flag::name).collect(),
+            ),
+        }
+    }
 }

@@ -83,7 +83,7 @@ pub enum CopyError {
     /// The foot's port cannot be opened.
     #[error("{0}: {1}")]
     Port(String, io::Error),
-    /// The loader was not seen.
+    /// The loader's drive did not appear.
     #[error("no drive {drive} is mounted {waited} s after {port} was asked for it: {by_hand}, and copy the file to the drive that appears{BY_HAND}", waited = LONGEST.as_secs())]
     NoDrive {
         /// Port of the foot.
@@ -363,7 +363,7 @@ mod tests {
         assert_eq!(serial_number("/dev/there-is-none"), None);
     }
 
-    /// The folders of systemd 252 and of containers: no `/dev/serial`, the kernel's own description.
+    /// As with systemd 252 and in containers: `/dev/serial` is missing, and the kernel describes the ports.
     #[cfg(unix)]
     #[test]
     fn feet_are_found_without_names_of_ports() {

@@ -154,7 +154,7 @@ fn configuration_sets_a_missing_sample_rate() {
 #[test]
 fn default_preset_uses_load_threshold_of_the_format() {
     // 100 N exceeds the threshold of a GO1, but not of an ATLAS; 100 raw units do not exceed that of a GO1.
-    // Long enough for a foot that stands to be proven.
+    // After 1000 rows the estimator has evidence that the foot stands.
     let atlas = |load: u32| format!("0,0,{load},0,0,0,0,0,0,0,0,0,1\n").repeat(1000);
     let go1 = |load: u32| format!("{load},0,0,1,0,0,0\n").repeat(1000);
     for (content, format, state) in [

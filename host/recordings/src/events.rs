@@ -113,11 +113,11 @@ pub struct Events {
     loaded: Loaded,
     stance: Stance,
     state: State,
-    /// The last slip, if it has ended so recently that it may go on.
+    /// The last slip, if it has ended so recently that it may continue.
     paused: Option<Paused>,
 }
 
-/// A slip that has ended at rest, and may go on.
+/// A slip that has ended at rest, and may continue.
 #[derive(Clone, Copy, Debug)]
 struct Paused {
     /// The stretch up to its end.
@@ -212,7 +212,7 @@ impl Events {
         let verdict = unstable.verdict();
         let slides = matches!(verdict, Verdict::Slip | Verdict::Swing { slip: true, .. });
         let before = self.paused.take();
-        // A slide that goes on is one slip; any other motion leaves the slip before it as it was.
+        // A slide that continues is one slip; any other motion leaves the slip before it as it was.
         let before = match before {
             Some(paused) if !slides => {
                 self.slip_ends(&paused);

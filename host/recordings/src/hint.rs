@@ -155,7 +155,7 @@ pub enum Hint {
     OtherUnit,
     /// There is a line of units below the header.
     UnitsLine,
-    /// The header stands in the middle of the table.
+    /// A header follows rows of data.
     SecondHeader,
     /// Units or gravity may be wrong: half a sentence.
     UnitsAndGravity,

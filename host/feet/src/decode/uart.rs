@@ -78,7 +78,7 @@ pub(crate) struct HeldBack<T> {
     held: VecDeque<T>,
     /// Time of the first.
     since: Option<Timestamp>,
-    /// Whether the foot is known, or was waited for in vain.
+    /// Whether the foot is known, or the time to wait for its health message has passed.
     is_over: bool,
 }
 

@@ -27,7 +27,7 @@ pub struct Settings {
     pub axes: Option<Mounting>,
     /// Source of the limits of stillness.
     pub method: Option<Method>,
-    /// Whether the foot goes on learning.
+    /// Whether the foot continues to learn.
     pub learning: Option<Learning>,
     /// Values learnt earlier, for a warm start.
     pub learnt: Option<Learnt>,

@@ -109,7 +109,7 @@ fn assert_serial_line(crystals: &[Crystal], corners: &[Corner]) {
     }
 }
 
-/// In a chip from the factory no program has set the brown-out level: it goes on at a low supply.
+/// A chip from the factory has no brown-out level set, so it keeps running at a low supply.
 #[test]
 #[ignore = "full: an update at a low supply"]
 fn bootloader_leaves_the_flash_alone_at_a_low_supply() {

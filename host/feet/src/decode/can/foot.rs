@@ -115,15 +115,15 @@ impl FootOnCan {
         }
     }
 
-    /// Processes the next contact, logged at `at`, which becomes `row`. Returns its time on the foot's clock,
-    /// µs, or `None` for a duplicate. Gaps and contradictions are counted in the report.
+    /// Processes the next contact, logged at `at`, which becomes `row` unless it is a duplicate. Returns false for a
+    /// duplicate. Gaps and contradictions are counted in the report.
     pub(super) fn take(
         &mut self,
         contact: &Contact,
         row: usize,
         at: Option<Timestamp>,
         report: &mut Report,
-    ) -> Option<u64> {
+    ) -> bool {
         let (short, sequence) = (contact.timestamp, contact.sequence);
         let newest = match self.mark.by_number(short, sequence, self.pace) {
             Some(elapsed_us) => {
@@ -131,7 +131,10 @@ impl FootOnCan {
                 self.take_by_number(next, row, elapsed_us, at, report);
                 next
             }
-            None => self.take_by_log(contact, row, at, report)?,
+            None => match self.take_by_log(contact, row, at, report) {
+                Some(next) => next,
+                None => return false,
+            },
         };
         (self.row, self.newest) = (row, newest);
         if let (Reception::Live, ClockTurn::Known, Some(at)) = (self.reception, self.turn(), at) {
@@ -140,7 +143,7 @@ impl FootOnCan {
                 least => *least = Some(LeastDelay::of(newest.micros, at)),
             }
         }
-        Some(newest.micros)
+        true
     }
 
     /// Processes a contact whose number agrees with its time.

@@ -163,10 +163,12 @@ impl CanDecoder {
         let report = if may_be_first { &mut counted } else { &mut self.report };
         let mut foot = match entry.foot.clone() {
             None => FootOnCan::new(contact, index, at, self.reception),
-            Some(mut foot) => match foot.take(contact, index, at, report) {
-                Some(_) => foot,
-                None => return self.report.add_contact(counted),
-            },
+            Some(mut foot) => {
+                if !foot.take(contact, index, at, report) {
+                    return self.report.add_contact(counted);
+                }
+                foot
+            }
         };
         let micros = foot.newest.micros;
         entry.first = may_be_first.then_some(First { contact: *contact, index, at, counted });

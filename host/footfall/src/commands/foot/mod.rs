@@ -384,7 +384,7 @@ impl FootArguments {
         // An interruption while storing would leave the foot not streaming.
         finish_when_interrupted();
         calibration::store(client, Calibration::Keep)?;
-        // The stored numbers (0x2018): the current ones (0x2120) go on changing.
+        // The stored numbers (0x2018): the current ones (0x2120) keep changing.
         let learnt = calibration::numbers(client, index::LEARNT)?;
         let correction = calibration::numbers(client, index::ACCELEROMETER)?;
         let gyroscope_bias_rad_s = calibration::gyroscope_bias_rad_s(client)?;
