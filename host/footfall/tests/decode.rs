@@ -113,6 +113,10 @@ fn feet_are_listed_with_name_and_id() {
         let feet: Vec<_> = rows.lines().skip(1).map(foot).collect();
         assert_eq!(feet, expected, "{options}");
     }
+    let output = bench.run("decode x.log --output rows.csv --overwrite --names y.bin=FL");
+    let said = "footfall: --names y.bin=FL names no line; the lines are x.log\n";
+    assert_eq!(text(&output.stderr), said);
+    assert!(read(&bench.path("rows.csv")).contains(",FL,17,"), "its name is kept");
     for (names, said) in [
         ("FL", "such as 1=FL"),
         ("1=", "1 to 32 letters"),

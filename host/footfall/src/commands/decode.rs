@@ -36,7 +36,13 @@ pub struct DecodeArguments {
 
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let feet = self.feet.feet()?;
+        self.feet.feet()?;
+        let mut named = self.feet.clone();
+        if self.input != Path::new(STANDARD) {
+            let line = self.input.display().to_string();
+            named.take_unused(&[&line]).into_iter().for_each(warn);
+        }
+        let feet = named.feet()?;
         let table = self.output.as_deref().map(Target::Rows);
         let existing = self.overwrite.existing();
         files::check(std::slice::from_ref(&self.input), table.as_slice(), existing)?;

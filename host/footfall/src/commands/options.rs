@@ -404,8 +404,9 @@ impl ListenArguments {
     pub(crate) fn listen(mut self) -> Result<(Vec<Source>, KnownFeet), Error> {
         self.feet.feet()?;
         let sources = self.played.find(&self.sources)?;
-        for unused in self.feet.take_unused(&sources) {
-            warn(unused);
+        // The lines of files and of simulated feet are known only when they are read.
+        if let Some(lines) = sources.iter().map(Source::device).collect::<Option<Vec<_>>>() {
+            self.feet.take_unused(&lines).into_iter().for_each(warn);
         }
         Ok((sources, self.feet.feet()?))
     }
@@ -452,14 +453,9 @@ impl FeetArguments {
         Ok(feet)
     }
 
-    /// Removes the names of lines that are not among the sources, and returns a sentence about each. Otherwise such a name
-    /// would be taken from the node that has it by default. Names for files and simulated feet are kept, because their lines
-    /// are known only when they are read.
-    fn take_unused(&mut self, sources: &[Source]) -> Vec<String> {
-        let lines: Option<Vec<&str>> = sources.iter().map(Source::device).collect();
-        let Some(lines) = lines else {
-            return Vec::new();
-        };
+    /// Removes the names of serial lines that are not among these lines, and returns a sentence about each. Otherwise such a
+    /// name would be taken from the node that has it by default.
+    pub(crate) fn take_unused(&mut self, lines: &[&str]) -> Vec<String> {
         let is_used = |of: &NamedFoot| match of {
             NamedFoot::Node(_) => true,
             NamedFoot::Line(of) => lines.iter().any(|line| names_line(of, line)),
@@ -653,26 +649,19 @@ mod tests {
     use super::*;
 
     /// Returns the names that are left for these sources, and the sentences about the others.
-    fn names(given: &str, sources: &[&str]) -> (Vec<String>, Vec<String>) {
+    fn names(given: &str, lines: &[&str]) -> (Vec<String>, Vec<String>) {
         let names = given.split(',').map(|text| parse_name(text).expect("a name")).collect();
         let mut feet = FeetArguments { nodes: Vec::new(), names };
-        let sources = sources.iter().map(|text| text.parse::<SourceArgument>().expect("a source"));
-        let sources = find_all(&sources.collect::<Vec<_>>()).expect("sources");
-        let unused = feet.take_unused(&sources);
+        let unused = feet.take_unused(lines);
         (feet.names.into_iter().map(|(_, name)| name.to_string()).collect(), unused)
     }
 
     #[test]
     fn name_of_no_line_is_reported_and_not_used() {
-        let (left, unused) = names(
-            "ttyACM9=FL,/dev/ttyACM1=FR,ttyACM0=RL,33=RR",
-            &["uart:/dev/ttyACM0", "uart:/dev/ttyACM1"],
-        );
+        let given = "ttyACM9=FL,/dev/ttyACM1=FR,ttyACM0=RL,33=RR";
+        let (left, unused) = names(given, &["/dev/ttyACM0", "/dev/ttyACM1"]);
         assert_eq!(left, ["FR", "RL", "RR"]);
         let expected = "--names ttyACM9=FL names no line; the lines are /dev/ttyACM0, /dev/ttyACM1";
         assert_eq!(unused, [expected]);
-        // The lines of a file are known when it is read.
-        let (left, unused) = names("ttyACM9=FL", &["file:walk.mcap", "uart:/dev/ttyACM0"]);
-        assert_eq!((left.len(), unused.len()), (1, 0));
     }
 }
