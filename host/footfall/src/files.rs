@@ -96,12 +96,12 @@ pub enum Existing {
 }
 
 impl Existing {
-    /// Checks that a result replaces no file that is kept. Pipes and devices do not count as files.
+    /// Checks that a result replaces no file that is kept. Pipes, devices and standard output do not count as files.
     ///
     /// # Errors
     /// A file has this name, and is kept.
     pub fn check(self, path: &Path) -> Result<(), OutputError> {
-        if self == Self::Kept && path.is_file() {
+        if self == Self::Kept && path != Path::new(STANDARD) && path.is_file() {
             return Err(OutputError::Exists(named(path)));
         }
         Ok(())

@@ -104,6 +104,16 @@ fn existing_file_is_kept_and_named() {
 }
 
 #[test]
+fn standard_output_is_not_a_file_of_its_name() {
+    let bench = bench();
+    fs::write(bench.path("-"), BEFORE).expect("a file");
+    for command in ["replay ./walk.csv --output -", "replay ./walk.csv --plot -"] {
+        assert!(!bench.stdout(command).is_empty(), "{command}");
+    }
+    assert_eq!(read(&bench.path("-")), BEFORE);
+}
+
+#[test]
 fn overwrite_replaces_the_existing_file() {
     let bench = bench();
     for command in [
