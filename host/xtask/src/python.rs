@@ -2,7 +2,7 @@
 
 use std::env;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
@@ -35,10 +35,12 @@ impl Environment {
     }
 
     fn install<T: AsRef<str>>(&self, arguments: impl IntoIterator<Item = T>) -> Result<()> {
-        self.python()
-            .with(["-m", "pip", "--disable-pip-version-check", "--quiet", "install"])
-            .with(arguments)
-            .run()
+        self.pip_install().with(arguments).run()
+    }
+
+    /// `pip install`, without what it installs.
+    fn pip_install(&self) -> Step {
+        self.python().with(["-m", "pip", "--disable-pip-version-check", "--quiet", "install"])
     }
 
     /// Python, which leaves no compiled files in the tree.
@@ -80,13 +82,18 @@ pub fn core() -> Result<()> {
         .run()
 }
 
-/// Tests the package as the first command of its README installs it, without features.
+/// Tests the package as the first command of its README installs it, without features. Cargo builds it in `target`, which
+/// may have packages of another build.
 ///
 /// # Errors
 /// A test fails, or a package cannot be installed.
-pub fn package() -> Result<()> {
+pub fn package(target: &Path) -> Result<()> {
     let environment = Environment::create("package")?;
-    environment.install(["./python", "pytest>=8"])?;
+    environment
+        .pip_install()
+        .env("CARGO_TARGET_DIR", target)
+        .with(["./python", "pytest>=8"])
+        .run()?;
     let at = root().join("python/tests");
     environment.python().at(&at).with(["installed_package.py"]).run()?;
     let pytest = ["-m", "pytest", "--quiet", "-p", "no:cacheprovider"];
