@@ -138,8 +138,9 @@ fn undisturbed(run: &Run) -> Outcome {
     assert!(master.contacts(10_500) > 9_000);
     for _ in 0..4 {
         master.board.inject(Injection::Reset);
+        // A larger program takes longer: its hash is checked.
         let ms = master.boot_up(1_000);
-        assert!((130..170).contains(&ms), "{ms} ms: docs/guide/update.md");
+        assert!((130..180).contains(&ms), "{ms} ms: docs/guide/update.md");
     }
     assert_eq!((master.version().as_str(), master.status()), (NEW, None));
     // An older image is refused from now on.
