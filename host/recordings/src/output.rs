@@ -7,6 +7,7 @@ use estimator_core::{
     ContactEstimate, Decision, Flag, Load, Quaternion, Timestamp, Validity, Vec3,
 };
 
+use crate::input::About;
 use crate::samples::{Label, RecordedSample, validity_name};
 use crate::space::components;
 
@@ -40,23 +41,36 @@ const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 /// Column before those of [`HEADER`] in a table of several feet: the name of the foot.
 pub const FOOT: &str = "foot";
 
-/// Whether a table of estimates names the foot in each row.
+/// Names in the rows of a table of estimates or events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TableFeet {
-    /// The table is of one foot.
-    One,
-    /// The table is of several feet, one after the other.
-    Several,
+pub enum RowNames {
+    /// None: the table is of one foot.
+    Absent,
+    /// The name of the foot: the table is of the feet of a recording, one after the other.
+    Foot,
+    /// The name of the recording, with the foot's if it has one: the table is of several recordings.
+    Recording,
+}
+
+impl RowNames {
+    /// Name in the rows of a foot.
+    pub(crate) fn of(self, about: &About) -> Option<String> {
+        match self {
+            Self::Absent => None,
+            Self::Foot => Some(about.foot_or_name().to_owned()),
+            Self::Recording => Some(about.title()),
+        }
+    }
 }
 
 /// Writes the header of a table of estimates.
 ///
 /// # Errors
 /// Any error of the writer.
-pub fn write_header(feet: TableFeet, to: &mut dyn Write) -> io::Result<()> {
-    match feet {
-        TableFeet::One => writeln!(to, "{HEADER}"),
-        TableFeet::Several => writeln!(to, "{FOOT},{HEADER}"),
+pub fn write_header(names: RowNames, to: &mut dyn Write) -> io::Result<()> {
+    match names {
+        RowNames::Absent => writeln!(to, "{HEADER}"),
+        RowNames::Foot | RowNames::Recording => writeln!(to, "{FOOT},{HEADER}"),
     }
 }
 
@@ -235,7 +249,7 @@ mod tests {
 
     fn table(estimate: ContactEstimate) -> String {
         let mut bytes = Vec::new();
-        write_header(TableFeet::One, &mut bytes).unwrap();
+        write_header(RowNames::Absent, &mut bytes).unwrap();
         write_row(None, &estimate, 0, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     }

@@ -38,14 +38,14 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 
-use crate::output::{FOOT, HEADER, TableFeet, numbers, seconds};
+use crate::output::{FOOT, HEADER, RowNames, numbers, seconds};
 use crate::samples::{Label, RecordedSample, validity_name};
 use crate::space::components;
 
 /// A table of estimates that is being written. One row group is held in memory.
 pub struct ParquetEstimates<W: Write> {
     rows: ParquetRows<W>,
-    feet: TableFeet,
+    names: RowNames,
 }
 
 impl<W: Write> ParquetEstimates<W> {
@@ -53,10 +53,10 @@ impl<W: Write> ParquetEstimates<W> {
     ///
     /// # Errors
     /// Any error of the encoder.
-    pub fn new(to: W, feet: TableFeet) -> io::Result<Self> {
-        let foot = (feet == TableFeet::Several).then(|| text(FOOT));
+    pub fn new(to: W, names: RowNames) -> io::Result<Self> {
+        let foot = (names != RowNames::Absent).then(|| text(FOOT));
         let fields = foot.into_iter().chain(HEADER.split(',').map(field));
-        Ok(Self { rows: ParquetRows::new(to, fields.collect())?, feet })
+        Ok(Self { rows: ParquetRows::new(to, fields.collect())?, names })
     }
 
     /// Appends a row. `name` is given if the table has a column for it; `start_us` is the time of the recording's
@@ -70,7 +70,7 @@ impl<W: Write> ParquetEstimates<W> {
         estimate: &ContactEstimate,
         start_us: i64,
     ) -> io::Result<()> {
-        let name = (self.feet == TableFeet::Several).then(|| Cell::Text(name.unwrap_or_default()));
+        let name = (self.names != RowNames::Absent).then(|| Cell::Text(name.unwrap_or_default()));
         let known = |number: f32| Cell::Number((!number.is_nan()).then_some(number));
         let is_stable = estimate.decision == Decision::Stable;
         let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
@@ -369,10 +369,10 @@ mod tests {
 
     #[test]
     fn table_equals_the_csv_over_all_batches() {
-        for (feet, foot) in [(TableFeet::One, None), (TableFeet::Several, Some("fl"))] {
+        for (names, foot) in [(RowNames::Absent, None), (RowNames::Foot, Some("fl"))] {
             let mut csv = Vec::new();
-            write_header(feet, &mut csv).unwrap();
-            let mut table = ParquetEstimates::new(Vec::new(), feet).unwrap();
+            write_header(names, &mut csv).unwrap();
+            let mut table = ParquetEstimates::new(Vec::new(), names).unwrap();
             let rows = ROW_GROUP + BATCH / 2;
             for k in 0..rows {
                 write_row(foot, &estimate(k), -2_000_000, &mut csv).unwrap();
@@ -396,7 +396,7 @@ mod tests {
 
     #[test]
     fn unknown_number_is_null() {
-        let mut table = ParquetEstimates::new(Vec::new(), TableFeet::One).unwrap();
+        let mut table = ParquetEstimates::new(Vec::new(), RowNames::Absent).unwrap();
         let unknown = ContactEstimate { velocity_sigma: VelocitySigma(f32::NAN), ..estimate(1) };
         table.add(None, &unknown, 0).unwrap();
         table.add(None, &estimate(2), 0).unwrap();
@@ -410,7 +410,7 @@ mod tests {
 
     #[test]
     fn table_without_rows_has_its_columns() {
-        let table = ParquetEstimates::new(Vec::new(), TableFeet::One).unwrap();
+        let table = ParquetEstimates::new(Vec::new(), RowNames::Absent).unwrap();
         let bytes = bytes::Bytes::from(table.finish().unwrap());
         let reader = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
         use arrow_array::RecordBatchReader;
@@ -428,7 +428,7 @@ mod tests {
                 Ok(())
             }
         }
-        let mut table = ParquetEstimates::new(Full, TableFeet::One).unwrap();
+        let mut table = ParquetEstimates::new(Full, RowNames::Absent).unwrap();
         table.add(None, &estimate(1), 0).unwrap();
         let error = table.finish().err().unwrap();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);

@@ -12,8 +12,8 @@ use thiserror::Error;
 
 use crate::estimate::Estimator;
 use crate::events::{ContactEvent, Events, write_event};
-use crate::input::Stored;
-use crate::output::{TableFeet, write_header, write_row};
+use crate::input::{About, Stored};
+use crate::output::{RowNames, write_header, write_row};
 use crate::plausible::{Check, Finding};
 use crate::samples::RecordedSample;
 use crate::summary::{Summary, Tally};
@@ -28,26 +28,12 @@ use std::fs::File;
 pub struct RequestedResults {
     /// Part of the recording in the results.
     pub span: Span,
-    /// Table of estimates, and whether it names the foot.
-    pub table: Table,
+    /// Names in the table of estimates; `None` for no table.
+    pub table: Option<RowNames>,
     /// Layout of the table.
     pub layout: Layout,
-    /// Table of events, and whether it names the foot.
-    pub events: Table,
-}
-
-/// A table of estimates or events.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Table {
-    /// No table.
-    #[default]
-    None,
-    /// Table of one foot.
-    OneFoot,
-    /// Table of the feet of a recording, named in each row.
-    SeveralFeet,
-    /// Table of several recordings, in each row the recording's name, with the foot's if it has one.
-    SeveralRecordings,
+    /// Names in the table of events; `None` for no table.
+    pub events: Option<RowNames>,
 }
 
 /// Observes a foot while it is estimated, such as for a plot or for progress.
@@ -198,19 +184,12 @@ struct Results<'a, O> {
 impl<'a, O: Observer> Results<'a, O> {
     fn new(stored: &Stored, requested: &RequestedResults, observer: &'a mut O) -> io::Result<Self> {
         let about = &stored.about;
-        let name = about.title();
-        // Outer: the table is wanted. Inner: the name in each of its rows.
-        let named = |table| match table {
-            Table::None => None,
-            Table::OneFoot => Some(None),
-            Table::SeveralFeet => Some(Some(about.foot_or_name().to_owned())),
-            Table::SeveralRecordings => Some(Some(name.clone())),
-        };
-        let estimates = |foot| EstimateTable::new(requested.layout, foot, about.start_us);
+        let estimates = |names| EstimateTable::new(requested.layout, names, about);
+        let events = |names: RowNames| CsvRows::new(names.of(about), about.start_us);
         Ok(Self {
-            tally: Tally::new(&name, about.foot.as_deref(), about.sample_rate),
-            table: named(requested.table).map(estimates).transpose()?,
-            event_table: named(requested.events).map(|foot| CsvRows::new(foot, about.start_us)),
+            tally: Tally::new(&about.title(), about.foot.as_deref(), about.sample_rate),
+            table: requested.table.map(estimates).transpose()?,
+            event_table: requested.events.map(events),
             events: Events::default(),
             span: requested.span,
             observer,
@@ -358,11 +337,12 @@ pub enum EstimateTable {
 }
 
 impl EstimateTable {
-    /// Creates an empty table; `foot`, if given, is named in each row.
+    /// Creates an empty table of a foot, with these names in its rows.
     ///
     /// # Errors
     /// The temporary file cannot be written, or Parquet is not built in.
-    pub fn new(layout: Layout, foot: Option<String>, start_us: i64) -> io::Result<Self> {
+    pub fn new(layout: Layout, names: RowNames, about: &About) -> io::Result<Self> {
+        let (foot, start_us) = (names.of(about), about.start_us);
         Ok(match layout {
             Layout::Csv => Self::Csv(CsvRows::new(foot, start_us)),
             #[cfg(not(feature = "parquet"))]
@@ -371,14 +351,11 @@ impl EstimateTable {
                 return Err(io::Error::new(io::ErrorKind::Unsupported, what));
             }
             #[cfg(feature = "parquet")]
-            Layout::Parquet => {
-                let feet = foot.as_ref().map_or(TableFeet::One, |_| TableFeet::Several);
-                Self::Parquet {
-                    foot,
-                    start_us,
-                    rows: Box::new(ParquetEstimates::new(tempfile::tempfile()?, feet)?),
-                }
-            }
+            Layout::Parquet => Self::Parquet {
+                foot,
+                start_us,
+                rows: Box::new(ParquetEstimates::new(tempfile::tempfile()?, names)?),
+            },
         })
     }
 
@@ -403,7 +380,7 @@ impl EstimateTable {
 /// The errors of the writer and the temporary files.
 pub fn write_tables(
     tables: Vec<EstimateTable>,
-    feet: TableFeet,
+    names: RowNames,
     to: &mut dyn Write,
 ) -> io::Result<()> {
     #[cfg(feature = "parquet")]
@@ -413,7 +390,7 @@ pub fn write_tables(
         match table {
             EstimateTable::Csv(mut part) => {
                 if !std::mem::replace(&mut has_header, true) {
-                    write_header(feet, to)?;
+                    write_header(names, to)?;
                 }
                 part.write(to)?;
             }

@@ -18,9 +18,9 @@ use recordings::events::{ContactEvent, HEADER};
 use recordings::hint::Notice;
 use recordings::input::{About, ContactUse, Content, Format, InputOptions, Stored, without_effect};
 use recordings::jobs;
-use recordings::output::TableFeet;
+use recordings::output::{FOOT, RowNames};
 use recordings::replay::{
-    Layout, Observer, ReplayError, Replayed, RequestedResults, Span, Table, replay, write_tables,
+    Layout, Observer, ReplayError, Replayed, RequestedResults, Span, replay, write_tables,
 };
 use recordings::samples::RecordedSample;
 use recordings::summary::{Estimation, InputReport, ParametersReport, Summaries, Summary};
@@ -112,6 +112,15 @@ struct ReplayedRecording {
     /// Feet whose contacts go into a copy of the bag.
     copied: Vec<CopiedFoot>,
     feet: Vec<ReplayedFoot>,
+}
+
+/// A recording while its feet are estimated.
+struct RecordingRun<'a> {
+    resolved: &'a Resolved,
+    file: &'a str,
+    format: Format,
+    requested: RequestedResults,
+    bars: &'a Bars,
 }
 
 /// Messages of all feet in a copy of a bag.
@@ -296,7 +305,13 @@ impl ReplayArguments {
         resolved.origins(&file).check_effects(&params)?;
         let notices = self.notices(&file, format, &params, &stored);
         let has_recorded_contacts_only = stored.iter().all(Stored::has_estimates);
-        let requested = self.requested(span, stored.len());
+        let run = RecordingRun {
+            resolved,
+            file: &file,
+            format,
+            requested: self.requested(span, stored.len()),
+            bars,
+        };
         // Each foot is estimated once, on any thread.
         let stored = stored.into_iter().map(Mutex::new);
         let stored: Vec<_> = names.iter().zip(stored).collect();
@@ -304,7 +319,7 @@ impl ReplayArguments {
         let jobs = if self.inputs.len() == 1 { jobs } else { NonZeroUsize::MIN };
         let replayed = jobs::run(&stored, jobs, |(names, stored)| {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
-            self.estimate_foot(resolved, (&file, format), names, &mut stored, &requested, bars)
+            self.estimate_foot(&run, names, &mut stored)
         });
         let body = Body::of(&self.copied.compat)?;
         let (mut feet, mut copied, mut details) = (Vec::new(), Vec::new(), Vec::new());
@@ -365,37 +380,42 @@ impl ReplayArguments {
 
     /// Returns the requested results of each foot of a recording with this number of feet.
     fn requested(&self, span: Span, feet: usize) -> RequestedResults {
-        let table = |path: &Option<PathBuf>| match path {
-            None => Table::None,
-            Some(_) if self.inputs.len() > 1 => Table::SeveralRecordings,
-            Some(_) if feet > 1 => Table::SeveralFeet,
-            Some(_) => Table::OneFoot,
-        };
+        let names = self.row_names(feet);
+        let output = self.output.as_deref();
         RequestedResults {
             span,
-            table: self.bag().map_or(table(&self.output), |_| Table::None),
-            layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
-            events: table(&self.events),
+            table: output.filter(|path| !is_bag(path)).map(|_| names),
+            layout: output.map(Layout::of).unwrap_or_default(),
+            events: self.events.as_ref().map(|_| names),
         }
     }
 
-    /// Estimates a foot of a file; returns its events as well if they go into a copy of the bag.
+    /// Returns the names in the rows of tables of this number of feet.
+    const fn row_names(&self, feet: usize) -> RowNames {
+        if self.inputs.len() > 1 {
+            RowNames::Recording
+        } else if feet > 1 {
+            RowNames::Foot
+        } else {
+            RowNames::Absent
+        }
+    }
+
+    /// Estimates a foot of a recording; returns its events as well if they go into a copy of the bag.
     fn estimate_foot(
         &self,
-        resolved: &Resolved,
-        (file, format): (&str, Format),
+        run: &RecordingRun<'_>,
         names: &[String],
         stored: &mut Stored,
-        requested: &RequestedResults,
-        bars: &Bars,
     ) -> Result<(ReplayedFoot, Option<Vec<ContactEvent>>), Error> {
+        let RecordingRun { resolved, file, format, requested, bars } = run;
         let drawing = self.plot.as_deref().map(Drawing::of);
         let mut observer = FootObserver {
             bar: bars.estimating(stored.about.samples as u64),
             picture: drawing.map(|drawing| Picture::new(drawing, stored, requested.span)),
             events: self.bag().map(|_| Vec::new()),
         };
-        let params = params_of(resolved, names, format);
+        let params = params_of(resolved, names, *format);
         let replayed = replay(stored, &params, requested, &mut observer);
         observer.bar.finish_and_clear();
         let mut results = replayed.map_err(|error| match error {
@@ -405,7 +425,8 @@ impl ReplayArguments {
         let about = &stored.about;
         results.findings = with_mounting(results.findings, &about.correction.mounting);
         let (notices, findings) = (&about.notices, &results.findings);
-        let report = InputReport::new(file, format, notices, about.repairs, findings, &CommandLine);
+        let report =
+            InputReport::new(file, *format, notices, about.repairs, findings, &CommandLine);
         results.summary.input = Some(report);
         results.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
             preset: self.recording.preset.name(),
@@ -424,18 +445,17 @@ impl ReplayArguments {
     fn write(&self, mut feet: Vec<ReplayedFoot>, pictures: &[PathBuf]) -> Result<(), Error> {
         let mut written = Vec::new();
         let existing = self.overwrite.existing();
-        let several = self.inputs.len() > 1 || feet.len() > 1;
+        let names = self.row_names(feet.len());
         if let Some(path) = &self.output {
             let tables = feet.iter_mut().filter_map(|foot| foot.results.table.take());
             let tables = tables.collect();
-            let named = if several { TableFeet::Several } else { TableFeet::One };
             if !is_bag(path) {
-                write_file(path, existing, |to| write_tables(tables, named, to))?;
+                write_file(path, existing, |to| write_tables(tables, names, to))?;
             }
             written.push(path.clone());
         }
         if let Some(path) = &self.events {
-            write_events((path, existing), &mut feet, several)?;
+            write_events((path, existing), &mut feet, names)?;
             written.push(path.clone());
         }
         write_pictures(pictures, existing, &mut feet)?;
@@ -588,15 +608,17 @@ impl Observer for FootObserver {
     }
 }
 
-/// Writes the events of all feet. The table of `several` feet names the foot of each event.
+/// Writes the table of the events of all feet, with these names in its rows.
 fn write_events(
     (path, existing): (&Path, Existing),
     feet: &mut [ReplayedFoot],
-    several: bool,
+    names: RowNames,
 ) -> Result<(), OutputError> {
     write_file(path, existing, |to| {
-        let foot = if several { "foot," } else { "" };
-        writeln!(to, "{foot}{HEADER}")?;
+        match names {
+            RowNames::Absent => writeln!(to, "{HEADER}")?,
+            RowNames::Foot | RowNames::Recording => writeln!(to, "{FOOT},{HEADER}")?,
+        }
         let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
         parts.try_for_each(|part| part.write(to))
     })
