@@ -524,6 +524,18 @@ fn tick(value: &f64) -> String {
     (rounded + 0.0).to_string()
 }
 
+/// Estimate whose probabilities have this value.
+#[cfg(test)]
+fn estimate_with(p: f32) -> ContactEstimate {
+    let probabilities = estimator_core::Probabilities {
+        stable: p,
+        tangential: p,
+        vertical: p,
+        ..estimator_core::Probabilities::default()
+    };
+    ContactEstimate { probabilities, ..ContactEstimate::default() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -728,13 +740,7 @@ mod tests {
             let estimate = ContactEstimate {
                 phase: Phase::ALL[k as usize / 200 % Phase::ALL.len()],
                 decision: if k % 400 < 200 { Decision::Stable } else { Decision::NotStable },
-                probabilities: Probabilities {
-                    stable: p,
-                    tangential: p,
-                    vertical: p,
-                    ..Probabilities::default()
-                },
-                ..ContactEstimate::default()
+                ..estimate_with(p)
             };
             figure.add(&RecordedSample { imu, load, label }, &estimate);
             let kinds = [EventKind::TouchDown, EventKind::SlipStart, EventKind::LiftOff];

@@ -4,7 +4,7 @@
 //! columns that keep every peak, so the size of a page depends on the number of feet and not on the length of the
 //! recordings. Feet whose times overlap on their clocks share an axis.
 
-use std::fmt::{self, Write as _};
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::ops::Range;
 
@@ -12,8 +12,9 @@ use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{ContactEvent, EventKind};
 use recordings::input::About;
 use recordings::samples::{Label, RecordedSample};
+use serde::Serialize;
 
-use super::series::{Collector, Line, LineKind, Trace, Width};
+use super::series::{Collector, Line, LineKind, Width};
 use super::time_title;
 
 /// Number of columns in the envelope of each line.
@@ -23,7 +24,7 @@ pub const COLUMNS: u32 = 20_000;
 pub const MOST_EVENTS: usize = 20_000;
 
 /// Levels of a line between its lowest and its highest value: finer than a pixel, as values cannot be zoomed.
-const LEVELS: u32 = 10_000;
+const LEVELS: u16 = 10_000;
 
 const FRAME: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
@@ -90,44 +91,28 @@ impl PageFoot {
         at(self.span.start)..at(self.span.end)
     }
 
-    /// Appends the data as JSON; `axis` is the index of its axis, whose 0 is `origin_us` on the clock.
-    fn pack(self, axis: usize, origin_us: i64, to: &mut String) -> fmt::Result {
+    /// Returns the data for the page's script; `axis` is the index of the foot's axis, whose 0 is `origin_us` on the clock.
+    fn pack(self, axis: usize, origin_us: i64) -> FootData {
         let counted: usize = self.counts.iter().sum();
-        write!(
-            to,
-            "{{\"name\":{},\"group\":{axis},\"shift\":{},\"samples\":{},\"rate\":{},\"from\":{},\"duration\":{},\
-             \"left_out\":{},\"counts\":{{",
-            json_string(&self.name),
-            (self.start_us - origin_us) as f64 / 1.0e6,
-            self.samples,
-            self.sample_rate,
-            self.span.start,
-            self.span.end - self.span.start,
-            counted - self.events.len(),
-        )?;
-        for (k, (kind, count)) in EventKind::ALL.into_iter().zip(self.counts).enumerate() {
-            let comma = if k > 0 { "," } else { "" };
-            write!(to, "{comma}\"{}\":{count}", kind.name())?;
-        }
-        to.push_str("},\"lines\":[");
+        let kinds = EventKind::ALL.map(EventKind::name).into_iter();
         let series = self.collector.finish();
-        for (k, line) in series.lines(&self.load_title).iter().enumerate() {
-            to.push_str(if k > 0 { "," } else { "" });
-            write_line(line, to)?;
+        FootData {
+            name: self.name,
+            group: axis,
+            shift: (self.start_us - origin_us) as f64 / 1.0e6,
+            samples: self.samples,
+            rate: self.sample_rate,
+            from: self.span.start,
+            duration: self.span.end - self.span.start,
+            left_out: counted - self.events.len(),
+            counts: kinds.zip(self.counts).collect(),
+            lines: series.lines(&self.load_title).iter().map(LineData::of).collect(),
+            tracks: series.tracks(),
+            states: packed_intervals(&series.phases, &Phase::ALL),
+            decisions: packed_intervals(&series.decisions, &DECISIONS),
+            labels: series.labels.as_ref().map(|labels| packed_intervals(labels, &LABELS)),
+            events: self.events.iter().map(packed_event).collect(),
         }
-        write!(to, "],\"tracks\":{},\"states\":", json_list(&series.tracks()))?;
-        write_intervals(&series.phases, &Phase::ALL, to)?;
-        to.push_str(",\"decisions\":");
-        write_intervals(&series.decisions, &DECISIONS, to)?;
-        to.push_str(",\"labels\":");
-        match &series.labels {
-            Some(labels) => write_intervals(labels, &LABELS, to)?,
-            None => to.push_str("null"),
-        }
-        to.push_str(",\"events\":");
-        write_events(&self.events, to)?;
-        to.push('}');
-        Ok(())
     }
 }
 
@@ -137,7 +122,8 @@ impl PageFoot {
 /// Errors of the writer.
 pub fn write(feet: Vec<PageFoot>, to: &mut dyn Write) -> io::Result<()> {
     let title = title(&feet);
-    let data = data(&title, feet).map_err(io::Error::other)?;
+    // A text in the data cannot end the enclosing script: JSON has < in texts alone.
+    let data = serde_json::to_string(&page_data(&title, feet))?.replace('<', "\\u003c");
     let mut rest = FRAME;
     // Placeholders are replaced in template order; inserted content is not searched again.
     for (place, content) in [
@@ -168,46 +154,99 @@ fn title(feet: &[PageFoot]) -> String {
     }
 }
 
-/// Returns all data for the page's script, as JSON.
-fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, fmt::Error> {
+/// Data for the page's script.
+#[derive(Serialize)]
+struct PageData<'a> {
+    title: &'a str,
+    program: &'static str,
+    /// Names of states, decisions, labels and kinds of events, by their codes.
+    states: [&'static str; Phase::ALL.len()],
+    decisions: [&'static str; DECISIONS.len()],
+    labels: [&'static str; LABELS.len()],
+    events: [&'static str; EventKind::ALL.len()],
+    /// Axes.
+    groups: Vec<AxisData>,
+    feet: Vec<FootData>,
+}
+
+/// An axis that feet share.
+#[derive(Serialize)]
+struct AxisData {
+    title: String,
+    /// Shown time, s on the axis.
+    from: f64,
+    to: f64,
+}
+
+/// Data of a foot. Lists of times hold differences, µs, the first from 0.
+#[derive(Serialize)]
+struct FootData {
+    name: String,
+    /// Index of its axis.
+    group: usize,
+    /// Time of its first sample on the axis, s.
+    shift: f64,
+    samples: usize,
+    /// Sample rate, Hz.
+    rate: f32,
+    /// Shown time since its first sample, s.
+    from: f64,
+    duration: f64,
+    /// Number of events that are not in the page.
+    left_out: usize,
+    /// Number of all events per kind.
+    counts: BTreeMap<&'static str, usize>,
+    lines: Vec<LineData>,
+    tracks: Vec<&'static str>,
+    states: Vec<i64>,
+    decisions: Vec<i64>,
+    labels: Option<Vec<i64>>,
+    events: Vec<EventData>,
+}
+
+/// A line over time. Between two pieces it has a point without value.
+#[derive(Serialize)]
+struct LineData {
+    kind: &'static str,
+    name: String,
+    /// Values of the lowest and the highest level.
+    low: f64,
+    high: f64,
+    levels: u16,
+    /// Times.
+    t: Vec<i64>,
+    /// Levels.
+    v: Vec<Option<u16>>,
+}
+
+/// An event: time, µs, and code of its kind; duration, µs, and distance, m.
+type EventData = (u64, usize, Option<u64>, Option<f64>);
+
+/// Returns all data for the page's script.
+fn page_data(title: &str, feet: Vec<PageFoot>) -> PageData<'_> {
     let clocks: Vec<_> = feet.iter().map(PageFoot::on_clock).collect();
     let (axes, axis_of) = shared_axes(&clocks);
-    let mut to = String::new();
-    let program = concat!("footfall ", env!("CARGO_PKG_VERSION"));
-    write!(
-        to,
-        "{{\"title\":{},\"program\":\"{program}\",\"states\":{},\"decisions\":{},\"labels\":{},\"events\":{},\
-         \"groups\":[",
-        json_string(title),
-        json_list(&Phase::ALL.map(Phase::name)),
-        json_list(&DECISION_NAMES),
-        json_list(&LABEL_NAMES),
-        json_list(&EventKind::ALL.map(EventKind::name)),
-    )?;
     // As in the figure of a foot, 0 on an axis is timestamp 0 of its first foot.
     let origin = |axis| {
         let of_axis = feet.iter().zip(&axis_of).filter(|(_, of)| **of == axis);
         of_axis.map(|(foot, _)| foot.start_us).min().unwrap_or(0)
     };
     let origins: Vec<i64> = (0..axes.len()).map(origin).collect();
-    for (k, (axis, origin)) in axes.iter().zip(&origins).enumerate() {
-        let comma = if k > 0 { "," } else { "" };
+    let groups = axes.iter().zip(&origins).map(|(axis, origin)| {
         let seconds = |micros: i64| (micros - origin) as f64 / 1.0e6;
-        write!(
-            to,
-            "{comma}{{\"title\":{},\"from\":{},\"to\":{}}}",
-            json_string(&time_title(*origin)),
-            seconds(axis.start),
-            seconds(axis.end),
-        )?;
+        AxisData { title: time_title(*origin), from: seconds(axis.start), to: seconds(axis.end) }
+    });
+    let packed = feet.into_iter().zip(axis_of).map(|(foot, axis)| foot.pack(axis, origins[axis]));
+    PageData {
+        title,
+        program: concat!("footfall ", env!("CARGO_PKG_VERSION")),
+        states: Phase::ALL.map(Phase::name),
+        decisions: DECISION_NAMES,
+        labels: LABEL_NAMES,
+        events: EventKind::ALL.map(EventKind::name),
+        groups: groups.collect(),
+        feet: packed.collect(),
     }
-    to.push_str("],\"feet\":[");
-    for (k, (foot, axis)) in feet.into_iter().zip(axis_of).enumerate() {
-        to.push_str(if k > 0 { "," } else { "" });
-        foot.pack(axis, origins[axis], &mut to)?;
-    }
-    to.push_str("]}");
-    Ok(to)
 }
 
 /// Escapes a text for use between tags.
@@ -241,18 +280,6 @@ fn shared_axes(times: &[Range<i64>]) -> (Vec<Range<i64>>, Vec<usize>) {
     (axes, of)
 }
 
-/// Encodes a text as JSON that cannot end the enclosing script.
-fn json_string(text: &str) -> String {
-    let quoted = serde_json::Value::from(text).to_string();
-    quoted.replace('<', "\\u003c")
-}
-
-/// Returns names as a JSON list.
-fn json_list(names: &[&str]) -> String {
-    let all: Vec<_> = names.iter().map(|name| json_string(name)).collect();
-    format!("[{}]", all.join(","))
-}
-
 /// Converts a time to whole µs.
 fn micros(seconds: f64) -> i64 {
     // The cast saturates.
@@ -270,93 +297,64 @@ impl Steps {
     }
 }
 
-/// Appends a line. Missing values become a point without value.
-fn write_line(line: &Line<'_>, to: &mut String) -> fmt::Result {
-    let Line { kind, name, trace, range: Range { start, end } } = *line;
-    let kind = match kind {
-        LineKind::Load => "load",
-        LineKind::Tangential => "tangential",
-        LineKind::Vertical => "vertical",
-        LineKind::Total => "total",
-    };
-    write!(
-        to,
-        "{{\"kind\":\"{kind}\",\"name\":{},\"low\":{start},\"high\":{end},\"levels\":{LEVELS},\"t\":[",
-        json_string(name)
-    )?;
-    let mut steps = Steps::default();
-    pieces(trace, "0", |(time, _)| steps.to(time), to)?;
-    to.push_str("],\"v\":[");
-    let scale = if end > start { f64::from(LEVELS) / (end - start) } else { 0.0 };
-    let level = |(_, value): (f64, f64)| ((value - start) * scale).round() as i64;
-    pieces(trace, "null", level, to)?;
-    to.push_str("]}");
-    Ok(())
-}
-
-/// Appends a number for each point of a line, with `between` its pieces.
-fn pieces(
-    trace: &Trace,
-    between: &str,
-    mut number: impl FnMut((f64, f64)) -> i64,
-    to: &mut String,
-) -> fmt::Result {
-    for (k, piece) in trace.iter().enumerate() {
-        if k > 0 {
-            write!(to, ",{between}")?;
+impl LineData {
+    fn of(line: &Line<'_>) -> Self {
+        let Line { kind, name, trace, range: Range { start, end } } = line;
+        let scale = if end > start { f64::from(LEVELS) / (end - start) } else { 0.0 };
+        let mut steps = Steps::default();
+        let (mut t, mut v) = (Vec::new(), Vec::new());
+        for piece in *trace {
+            if !t.is_empty() {
+                t.push(0);
+                v.push(None);
+            }
+            for (time, value) in piece {
+                t.push(steps.to(*time));
+                // The cast saturates.
+                v.push(Some(((value - start) * scale).round() as u16));
+            }
         }
-        for (i, point) in piece.iter().enumerate() {
-            let comma = if k + i > 0 { "," } else { "" };
-            write!(to, "{comma}{}", number(*point))?;
+        Self {
+            kind: match kind {
+                LineKind::Load => "load",
+                LineKind::Tangential => "tangential",
+                LineKind::Vertical => "vertical",
+                LineKind::Total => "total",
+            },
+            name: (*name).to_owned(),
+            low: *start,
+            high: *end,
+            levels: LEVELS,
+            t,
+            v,
         }
     }
-    Ok(())
 }
 
-/// Appends consecutive intervals: for each, the step to its start and the index of its value in `all`; then the
+/// Packs consecutive intervals: for each, the step to its start and the index of its value in `all`; then the
 /// step to the end of the last.
-fn write_intervals<T: PartialEq>(
-    intervals: &[(Range<f64>, T)],
-    all: &[T],
-    to: &mut String,
-) -> fmt::Result {
+fn packed_intervals<T: PartialEq>(intervals: &[(Range<f64>, T)], all: &[T]) -> Vec<i64> {
     let mut steps = Steps::default();
-    to.push('[');
+    let mut packed = Vec::new();
     for (time, value) in intervals {
         let code = all.iter().position(|known| known == value).unwrap_or(0);
-        write!(to, "{},{code},", steps.to(time.start))?;
+        packed.extend([steps.to(time.start), code as i64]);
     }
-    if let Some((time, _)) = intervals.last() {
-        write!(to, "{}", steps.to(time.end))?;
-    }
-    to.push(']');
-    Ok(())
+    packed.extend(intervals.last().map(|(time, _)| steps.to(time.end)));
+    packed
 }
 
-/// Appends events: time and kind, duration and distance.
-fn write_events(events: &[ContactEvent], to: &mut String) -> fmt::Result {
-    to.push('[');
-    for (k, event) in events.iter().enumerate() {
-        let comma = if k > 0 { "," } else { "" };
-        let (time, kind) = (event.time.as_micros(), event.kind as usize);
-        write!(to, "{comma}[{time},{kind},")?;
-        match event.duration_us {
-            Some(duration) => write!(to, "{duration},")?,
-            None => to.push_str("null,"),
-        }
-        match event.distance_m {
-            Some(distance) => write!(to, "{distance:.6}]")?,
-            None => to.push_str("null]"),
-        }
-    }
-    to.push(']');
-    Ok(())
+/// Packs an event; its distance in whole µm.
+fn packed_event(event: &ContactEvent) -> EventData {
+    let distance = event.distance_m.map(|distance| (f64::from(distance) * 1.0e6).round() / 1.0e6);
+    (event.time.as_micros(), event.kind as usize, event.duration_us, distance)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
+    use crate::plot::estimate_with;
+    use estimator_core::{Gravity, ImuSample, Load, Timestamp};
 
     /// Returns a foot with this many samples at 1 kHz, whose clock starts at `start_us`.
     fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
@@ -382,13 +380,7 @@ mod tests {
                 timestamp: sample.imu.timestamp,
                 phase: Phase::ALL[k as usize % Phase::ALL.len()],
                 decision: DECISIONS[k as usize % 2],
-                probabilities: Probabilities {
-                    stable: p,
-                    tangential: p,
-                    vertical: p,
-                    ..Probabilities::default()
-                },
-                ..ContactEstimate::default()
+                ..estimate_with(p)
             };
             foot.add(&sample, &estimate);
         }
