@@ -4,7 +4,7 @@
 //! [`Client`] has, in this order: objects, commands and states, restarts, the boards that share a bus, and the request
 //! with its response. A request without a response is repeated.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
@@ -74,8 +74,8 @@ pub struct Client {
     emergencies: VecDeque<Emergency>,
     /// Newest time on the foot's clock, µs; serial line only.
     clock_us: Option<u64>,
-    /// Number of restarts of the foot since its first message.
-    pub(super) starts: u32,
+    /// Number of restarts of each node since its first message; of the foot of a serial line, under no node.
+    starts: BTreeMap<Option<u8>, u32>,
     /// Nodes that have started since the last [`Self::take_booted`].
     booted: Vec<NodeId>,
 }
@@ -117,7 +117,7 @@ impl Client {
             sequence: 0,
             emergencies: VecDeque::new(),
             clock_us: None,
-            starts: 0,
+            starts: BTreeMap::new(),
             booted: Vec::new(),
         })
     }
@@ -347,12 +347,12 @@ impl Client {
         node: Option<NodeId>,
         serial: Option<u32>,
     ) -> Result<bool, RequestError> {
-        let before = self.starts;
+        let before = self.starts();
         let clock = self.clock();
         let end = clock.now() + HEARD;
         while clock.now() < end {
             self.wait(LOOK)?;
-            if self.starts != before {
+            if self.starts() != before {
                 return Ok(true);
             }
             let booted = self.take_booted();
@@ -551,7 +551,10 @@ impl Client {
         let end = clock.now() + longest;
         while clock.now() < end {
             if let Some((at, arrival)) = self.link.receive(LISTEN)? {
-                self.booted.extend(scan::boot_up(&arrival));
+                if let Some(node) = scan::boot_up(&arrival) {
+                    self.booted.push(node);
+                    *self.starts.entry(Some(node.get())).or_default() += 1;
+                }
                 // Unreadable arrivals are ignored.
                 self.decoder.take(arrival, at);
             }
@@ -575,11 +578,9 @@ impl Client {
         }
     }
 
-    /// Counts restarts of the foot: boot-ups over CAN, jumps back of its clock on a serial line.
+    /// Counts jumps back of the foot's clock on a serial line as restarts. A node of a bus reports each with a boot-up.
     fn keep_clock(&mut self, message: &FootMessage) {
         if self.node.is_some() {
-            let is_own = self.node().map(NodeId::get) == message.foot.node;
-            self.starts += u32::from(is_own && matches!(message.body, MessageBody::BootUp(_)));
             return;
         }
         let time = match &message.body {
@@ -591,10 +592,16 @@ impl Client {
         let now_us = time.as_micros();
         let newest_us = self.clock_us.replace(now_us).unwrap_or(now_us);
         if newest_us > now_us.saturating_add(DISORDER_US) {
-            self.starts += 1;
+            *self.starts.entry(None).or_default() += 1;
         } else {
             self.clock_us = Some(newest_us.max(now_us));
         }
+    }
+
+    /// Returns the number of restarts of the foot since its first message, also of those while another foot was followed.
+    pub(super) fn starts(&self) -> u32 {
+        let node = self.node.map(NodeId::get);
+        self.starts.get(&node).copied().unwrap_or(0)
     }
 
     /// Returns the ids of the nodes that have started since the last call.
@@ -794,4 +801,46 @@ fn bootloader_node(
         line.switch_to_program();
     }
     Ok(node.and_then(NodeId::new))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Arrival;
+    use crate::link::Arrived;
+    use estimator_core::Timestamp;
+
+    /// Bus on which these nodes start, one after the other.
+    struct BootUps(VecDeque<NodeId>);
+
+    impl Link for BootUps {
+        fn receive(&mut self, _: Duration) -> Result<Option<Arrived>, LinkError> {
+            let Some(node) = self.0.pop_front() else {
+                return Ok(None);
+            };
+            let frame = CanFrame::new(cob_id::HEARTBEAT + u16::from(node.get()), &[0]);
+            let frame = frame.expect("it fits");
+            Ok(Some((
+                Timestamp::from_micros(0),
+                Arrival::Frame { interface: "can0".into(), frame },
+            )))
+        }
+
+        fn send(&mut self, _: &Sending) -> Result<(), LinkError> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn restarts_are_counted_for_each_node() {
+        let [first, second] = [17, 18].map(|node| NodeId::new(node).expect("a node"));
+        let bus = BootUps([first, second, second].into());
+        let mut client = Client::new(Box::new(bus), Some(first)).expect("a node is given");
+        client.wait(Duration::from_millis(5)).expect("the bus works");
+        assert_eq!(client.starts(), 1);
+        client.follow(second);
+        assert_eq!(client.starts(), 2);
+        client.follow(first);
+        assert_eq!(client.starts(), 1);
+    }
 }

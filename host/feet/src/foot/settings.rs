@@ -330,10 +330,10 @@ pub fn while_paused(
     action: impl FnOnce(&mut Client) -> Result<(), RequestError>,
 ) -> Result<(), RequestError> {
     let before = pause(client)?;
-    let starts = client.starts;
+    let starts = client.starts();
     let done = action(client);
     client.bring_to(before)?;
-    if done.is_ok() && client.starts != starts {
+    if done.is_ok() && client.starts() != starts {
         return Err(RequestError::StartedAgain(client.foot()));
     }
     done

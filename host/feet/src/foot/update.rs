@@ -171,7 +171,7 @@ struct Installed {
 
 impl Installed {
     fn new(client: &Client, updated: Updated) -> Self {
-        Self { updated, node: client.node(), starts: client.starts }
+        Self { updated, node: client.node(), starts: client.starts() }
     }
 }
 
@@ -324,7 +324,7 @@ fn confirm(client: &mut Client, foot: Installed, image: &Image) -> Result<Update
     }
     let found = identification(client)?;
     is_sent(client, image, found)?;
-    if client.starts != foot.starts {
+    if client.starts() != foot.starts {
         return Err(UpdateError::StartedAgain(foot.updated.foot));
     }
     // Changes nothing if the program has confirmed itself, and is refused if it could not.

@@ -199,7 +199,7 @@ impl MonitorState {
                 Update::Message(foot, message) => self.process_message(foot, &message.body),
                 Update::Quiet(_) | Update::Line(FeedEvent::Opened | FeedEvent::Arrived(_)) => {}
                 Update::Line(FeedEvent::Remark(remark)) => {
-                    self.add_event(None, remark_text(&remark))
+                    self.add_event(None, remark_text(&remark));
                 }
                 Update::Line(FeedEvent::OpenedAgain(line)) => {
                     self.add_event(None, format!("{line} is open again"));

@@ -98,7 +98,7 @@ struct McapRecording {
 enum RecordingFile {
     /// It has no message yet. A file that is replaced has its old content.
     Opened(File),
-    Begun(McapFile<File>),
+    Begun(Box<McapFile<File>>),
     /// It could not be begun.
     Failed,
 }
@@ -149,7 +149,7 @@ impl McapRecording {
                 if file.metadata()?.is_file() {
                     file.set_len(0)?;
                 }
-                RecordingFile::Begun(McapFile::new(file)?)
+                RecordingFile::Begun(Box::new(McapFile::new(file)?))
             }
             file => file,
         };

@@ -346,7 +346,7 @@ fn packed_intervals<T: PartialEq>(intervals: &[(Range<f64>, T)], all: &[T]) -> V
 
 /// Packs an event; its distance in whole µm.
 fn packed_event(event: &ContactEvent) -> EventData {
-    let distance = event.distance_m.map(|distance| (f64::from(distance) * 1.0e6).round() / 1.0e6);
+    let distance = event.distance_m.map(|distance| (distance * 1.0e6).round() / 1.0e6);
     (event.time.as_micros(), event.kind as usize, event.duration_us, distance)
 }
 

@@ -144,7 +144,7 @@ pub fn run(
             // The self-test resets the foot, which would end the streams.
             streams = Some(switch_on_streams(client)?);
         }
-        let starts = client.starts;
+        let starts = client.starts();
         let restarts = still::sensor_restarts(client);
         let figures = match step {
             AcceptStep::Board => board::measure(client),
@@ -165,7 +165,7 @@ pub fn run(
             figures.extend(faults_in_step(client, *step, restarts?, &mut known)?);
             Ok(figures)
         });
-        let has_restarted = client.starts != starts && *step != AcceptStep::SelfTest;
+        let has_restarted = client.starts() != starts && *step != AcceptStep::SelfTest;
         let figures = match figures {
             Ok(_) if has_restarted => step.failed("the foot has restarted: supply, or a crash"),
             Ok(figures) => figures,
