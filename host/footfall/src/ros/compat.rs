@@ -684,6 +684,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "cdr")]
     fn flight_is_a_message_of_champ_with_four_lifted_feet() {
         let feet = ["FL", "FR", "RL", "RR"];
         let published = messages(Compat::Champ, &feet.map(|foot| (foot, false)));
