@@ -535,13 +535,13 @@ fn footfall() -> PathBuf {
     Path::new(ROOT).join("target/full/debug/footfall")
 }
 
-/// Out of the parcel: an earlier program's filesystem is in the flash, the ROM's loader has left its marks, and all boards
-/// say that they are FL.
 /// The robot of boards at these sources, as `program` reads it.
 fn robot<'a>(program: &'a Path, folder: &'a Path, sources: &'a [String]) -> OneRobot<'a> {
     OneRobot { program, folder, sources, rate: f64::from(1.0 / TICK_S) }
 }
 
+/// Out of the parcel: an earlier program's filesystem is in the flash, the ROM's loader has left its marks, and all boards
+/// say that they are FL.
 #[test]
 #[ignore = "full: four emulators of the chip"]
 fn four_nanos_on_a_hub_walk_as_one_robot() {
