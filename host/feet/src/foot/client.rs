@@ -810,14 +810,12 @@ mod tests {
     use crate::link::Arrived;
     use estimator_core::Timestamp;
 
-    /// Bus on which these nodes start, one after the other.
+    /// Bus on which these nodes start, one after the other, and which ends then.
     struct BootUps(VecDeque<NodeId>);
 
     impl Link for BootUps {
         fn receive(&mut self, _: Duration) -> Result<Option<Arrived>, LinkError> {
-            let Some(node) = self.0.pop_front() else {
-                return Ok(None);
-            };
+            let node = self.0.pop_front().ok_or_else(|| LinkError::Ended("can0".to_owned()))?;
             let frame = CanFrame::new(cob_id::HEARTBEAT + u16::from(node.get()), &[0]);
             let frame = frame.expect("it fits");
             Ok(Some((
@@ -836,7 +834,9 @@ mod tests {
         let [first, second] = [17, 18].map(|node| NodeId::new(node).expect("a node"));
         let bus = BootUps([first, second, second].into());
         let mut client = Client::new(Box::new(bus), Some(first)).expect("a node is given");
-        client.wait(Duration::from_millis(5)).expect("the bus works");
+        // The bus ends after its last frame, long before this time.
+        let ended = client.wait(Duration::from_secs(600));
+        assert!(matches!(ended, Err(RequestError::Link(LinkError::Ended(_)))), "{ended:?}");
         assert_eq!(client.starts(), 1);
         client.follow(second);
         assert_eq!(client.starts(), 2);
