@@ -1,6 +1,6 @@
 """Results of measurements: `results/NAME.json`, as docs/design/results.md describes them.
 
-`xtask::results` is the same for measurements in Rust, and shows all of them in the documents.
+The crate `results` does the same for measurements in Rust, and shows all of them in the documents.
 """
 
 from __future__ import annotations

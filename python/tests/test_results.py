@@ -80,7 +80,12 @@ def test_joints_of_a_robot_give_the_feet_their_true_motion() -> None:
         footfall.simulate_robot("demo")
 
 
-def test_a_slip_is_an_event_and_what_is_simulated_is_known() -> None:
+def test_simulation_is_printed_in_one_line() -> None:
+    walk = footfall.simulate("walk", 1.0)
+    assert repr(walk) == f"<footfall.Simulation {walk.name!r}: {len(walk)} samples at 1000 Hz>"
+
+
+def test_nine_of_ten_simulated_slips_are_events() -> None:
     slippery = footfall.simulate("trot", 60.0, seed=1, greased=0.1)
     assert len(slippery.touch_downs) > 100 and slippery.slips.shape == (10, 2)
     begins, ends = slippery.slips.T
@@ -183,14 +188,17 @@ FOOT = footfall.Estimator(rate=100.0)
         (lambda: footfall.read(__file__), "test_results.py"),
     ],
 )
-def test_what_is_out_of_range_is_named_with_its_value_and_range(call, message: str) -> None:  # type: ignore[no-untyped-def]
+def test_value_out_of_range_is_named_with_its_range(call, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ValueError, match=message):
         call()
 
 
-def test_what_is_no_array_of_numbers_is_a_type_error() -> None:
+def test_array_of_texts_is_refused() -> None:
     with pytest.raises((TypeError, ValueError), match=r"acc|could not convert"):
         footfall.estimate([["a", "b", "c"]], [[0.0, 0.0, 0.0]], rate=100.0)
+
+
+def test_missing_file_is_named() -> None:
     with pytest.raises(FileNotFoundError, match="nowhere.csv"):
         footfall.read("nowhere.csv")
     with pytest.raises(FileNotFoundError, match="nowhere.csv"):

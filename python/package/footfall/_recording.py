@@ -73,7 +73,7 @@ class Recording:
         return len(self.t)
 
     def __repr__(self) -> str:
-        return f"<footfall.Recording {self.name!r}: {len(self)} samples at {self.rate:g} Hz>"
+        return f"<footfall.{type(self).__name__} {self.name!r}: {len(self)} samples at {self.rate:g} Hz>"
 
     def _arrays(self) -> RecordingDict:
         return {
@@ -115,7 +115,7 @@ class Recording:
         return Result._of(arrays | named)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Simulation(Recording):
     """Recording of a simulated foot, with its ground truth."""
 
