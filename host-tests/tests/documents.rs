@@ -1,5 +1,6 @@
 //! The documents: their links are valid, and the code that they name exists.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -90,11 +91,36 @@ fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
     }
     let is_code = to.extension().is_some_and(|kind| kind == "rs");
     match code_name(link.text) {
-        // A module is named by its file.
-        Some(name) if to.file_stem().is_some_and(|stem| stem == name) => None,
-        Some(name) if is_code && !text.contains(name) => Some(format!("has no {name}")),
+        Some(name) if module(&to).is_some_and(|module| module == name) => None,
+        Some(name) if is_code && !defines(&text, name) => Some(format!("does not define {name}")),
         _ => None,
     }
+}
+
+/// Name of the module in a file: that of the file, or of its folder for `mod.rs`.
+fn module(file: &Path) -> Option<&OsStr> {
+    let stem = file.file_stem()?;
+    if stem == "mod" { file.parent()?.file_name() } else { Some(stem) }
+}
+
+/// Returns whether code defines an item, a method or a field of this name.
+fn defines(code: &str, name: &str) -> bool {
+    const KEYWORDS: [&str; 8] = ["fn", "struct", "enum", "trait", "type", "const", "static", "mod"];
+    let is_name = |letter: char| letter.is_alphanumeric() || letter == '_';
+    code.match_indices(name).any(|(at, _)| {
+        let (before, after) = (&code[..at], &code[at + name.len()..]);
+        let is_whole = !before.ends_with(is_name) && !after.starts_with(is_name);
+        let keyword = before.trim_end().rsplit(|letter| !is_name(letter)).next();
+        let is_item = keyword.is_some_and(|word| KEYWORDS.contains(&word));
+        is_whole && (is_item || after.starts_with(": "))
+    })
+}
+
+#[test]
+fn name_is_defined_by_an_item_and_not_by_its_use() {
+    let code = "pub const fn act(&mut self) {\n    exact.store();\n}\n";
+    assert!(defines(code, "act"));
+    assert!(!defines(code, "exact") && !defines(code, "store"));
 }
 
 #[test]
