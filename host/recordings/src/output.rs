@@ -38,8 +38,8 @@ pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx
 /// Header of a recording, as [`input::table::csv`](crate::input::table::csv) reads it.
 const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
-/// Column before those of [`HEADER`] in a table of several feet: the name of the foot.
-pub const FOOT: &str = "foot";
+/// Column before the others in a table of several feet: the name of the foot.
+const FOOT: &str = "foot";
 
 /// Names in the rows of a table of estimates or events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +53,22 @@ pub enum RowNames {
 }
 
 impl RowNames {
+    /// Name of the column of the names, which is the first; `None` if the rows have none.
+    pub(crate) fn column(self) -> Option<&'static str> {
+        (self != Self::Absent).then_some(FOOT)
+    }
+
+    /// Writes the header of a table with these columns, and with that of the names.
+    ///
+    /// # Errors
+    /// Any error of the writer.
+    pub fn write_header(self, columns: &str, to: &mut dyn Write) -> io::Result<()> {
+        if let Some(names) = self.column() {
+            write!(to, "{names},")?;
+        }
+        writeln!(to, "{columns}")
+    }
+
     /// Name in the rows of a foot.
     pub(crate) fn of(self, about: &About) -> Option<String> {
         match self {
@@ -60,17 +76,6 @@ impl RowNames {
             Self::Foot => Some(about.foot_or_name().to_owned()),
             Self::Recording => Some(about.title()),
         }
-    }
-}
-
-/// Writes the header of a table of estimates.
-///
-/// # Errors
-/// Any error of the writer.
-pub fn write_header(names: RowNames, to: &mut dyn Write) -> io::Result<()> {
-    match names {
-        RowNames::Absent => writeln!(to, "{HEADER}"),
-        RowNames::Foot | RowNames::Recording => writeln!(to, "{FOOT},{HEADER}"),
     }
 }
 
@@ -249,7 +254,7 @@ mod tests {
 
     fn table(estimate: ContactEstimate) -> String {
         let mut bytes = Vec::new();
-        write_header(RowNames::Absent, &mut bytes).unwrap();
+        RowNames::Absent.write_header(HEADER, &mut bytes).unwrap();
         write_row(None, &estimate, 0, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     }

@@ -38,7 +38,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 
-use crate::output::{FOOT, HEADER, RowNames, numbers, seconds};
+use crate::output::{HEADER, RowNames, numbers, seconds};
 use crate::samples::{Label, RecordedSample, validity_name};
 use crate::space::components;
 
@@ -54,8 +54,7 @@ impl<W: Write> ParquetEstimates<W> {
     /// # Errors
     /// Any error of the encoder.
     pub fn new(to: W, names: RowNames) -> io::Result<Self> {
-        let foot = (names != RowNames::Absent).then(|| text(FOOT));
-        let fields = foot.into_iter().chain(HEADER.split(',').map(field));
+        let fields = names.column().map(text).into_iter().chain(HEADER.split(',').map(field));
         Ok(Self { rows: ParquetRows::new(to, fields.collect())?, names })
     }
 
@@ -70,7 +69,7 @@ impl<W: Write> ParquetEstimates<W> {
         estimate: &ContactEstimate,
         start_us: i64,
     ) -> io::Result<()> {
-        let name = (self.names != RowNames::Absent).then(|| Cell::Text(name.unwrap_or_default()));
+        let name = self.names.column().map(|_| Cell::Text(name.unwrap_or_default()));
         let known = |number: f32| Cell::Number((!number.is_nan()).then_some(number));
         let is_stable = estimate.decision == Decision::Stable;
         let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
@@ -317,7 +316,7 @@ mod tests {
     };
     use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
-    use crate::output::{write_header, write_row};
+    use crate::output::write_row;
 
     /// An estimate whose numbers are all different.
     fn estimate(k: usize) -> ContactEstimate {
@@ -371,7 +370,7 @@ mod tests {
     fn table_equals_the_csv_over_all_batches() {
         for (names, foot) in [(RowNames::Absent, None), (RowNames::Foot, Some("fl"))] {
             let mut csv = Vec::new();
-            write_header(names, &mut csv).unwrap();
+            names.write_header(HEADER, &mut csv).unwrap();
             let mut table = ParquetEstimates::new(Vec::new(), names).unwrap();
             let rows = ROW_GROUP + BATCH / 2;
             for k in 0..rows {

@@ -13,7 +13,7 @@ use thiserror::Error;
 use crate::estimate::Estimator;
 use crate::events::{ContactEvent, Events, write_event};
 use crate::input::{About, Stored};
-use crate::output::{RowNames, write_header, write_row};
+use crate::output::{HEADER, RowNames, write_row};
 use crate::plausible::{Check, Finding};
 use crate::samples::RecordedSample;
 use crate::summary::{Summary, Tally};
@@ -390,7 +390,7 @@ pub fn write_tables(
         match table {
             EstimateTable::Csv(mut part) => {
                 if !std::mem::replace(&mut has_header, true) {
-                    write_header(names, to)?;
+                    names.write_header(HEADER, to)?;
                 }
                 part.write(to)?;
             }

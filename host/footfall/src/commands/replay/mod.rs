@@ -18,7 +18,7 @@ use recordings::events::{ContactEvent, HEADER};
 use recordings::hint::Notice;
 use recordings::input::{About, ContactUse, Content, Format, InputOptions, Stored, without_effect};
 use recordings::jobs;
-use recordings::output::{FOOT, RowNames};
+use recordings::output::RowNames;
 use recordings::replay::{
     Layout, Observer, ReplayError, Replayed, RequestedResults, Span, replay, write_tables,
 };
@@ -615,10 +615,7 @@ fn write_events(
     names: RowNames,
 ) -> Result<(), OutputError> {
     write_file(path, existing, |to| {
-        match names {
-            RowNames::Absent => writeln!(to, "{HEADER}")?,
-            RowNames::Foot | RowNames::Recording => writeln!(to, "{FOOT},{HEADER}")?,
-        }
+        names.write_header(HEADER, to)?;
         let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
         parts.try_for_each(|part| part.write(to))
     })

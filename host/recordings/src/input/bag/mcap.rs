@@ -5,7 +5,7 @@
 //! truncated file are found; contents and compressed chunks are parsed by the library.
 
 use std::collections::HashMap;
-use std::io::{self, BufReader, Read, Take};
+use std::io::{BufReader, Read, Take};
 use std::sync::Arc;
 
 use crc32fast::Hasher;
@@ -15,17 +15,12 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
-use crate::input::error::{InputError, Problem};
+use crate::input::bag::records::{AT_ONCE, LONGEST_RECORD, Stop, load, number, read_some, skip};
+use crate::input::error::InputError;
 use crate::input::open::ContainerFile;
 
 /// Length of the magic bytes at the start of a file.
 const MAGIC: u64 = 8;
-
-/// Longest record that is read, bytes: a picture of 64 million pixels is longer.
-pub(super) const LONGEST_RECORD: usize = 256 << 20;
-
-/// Bytes read at once.
-const AT_ONCE: usize = 64 << 10;
 
 /// Length of the fields of a chunk before the name of its compression: two times, its size, its CRC, and the
 /// length of the name.
@@ -40,28 +35,9 @@ const ADVICE: &str = "mcap recover, of the MCAP CLI, saves what can be";
 /// Reader of a file.
 type Bytes = BufReader<Box<dyn Read>>;
 
-/// Reason to stop reading a file.
-enum Stop {
-    /// The file ends early, for this reason.
-    Early(String),
-    Unreadable(io::Error),
-    Damaged(McapError),
-    /// The visitor refused a message.
-    Refused(InputError),
-}
-
-impl From<io::Error> for Stop {
-    fn from(error: io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::UnexpectedEof => Self::early(),
-            _ => Self::Unreadable(error),
-        }
-    }
-}
-
-impl Stop {
-    fn early() -> Self {
-        Self::Early(McapError::UnexpectedEof.to_string())
+impl From<McapError> for Stop {
+    fn from(error: McapError) -> Self {
+        Self::Damaged(Box::new(error))
     }
 }
 
@@ -80,13 +56,7 @@ pub(super) fn visit(
     });
     match read {
         Ok(()) => Ok(None),
-        Err(Stop::Early(why)) => Ok(Some(why)),
-        Err(Stop::Unreadable(source)) => Err(InputError::unreadable(file, source)),
-        Err(Stop::Damaged(error)) => Err(InputError::of_file(
-            file,
-            Problem::Damaged { source: Box::new(error), advice: Some(ADVICE) },
-        )),
-        Err(Stop::Refused(error)) => Err(error),
+        Err(stop) => stop.ending(file, ADVICE).map(Some),
     }
 }
 
@@ -109,8 +79,7 @@ impl Bag<'_> {
             match opcode {
                 // The records after the messages are not needed.
                 op::DATA_END | op::FOOTER => return Ok(()),
-                // File systems leave zeros after a loss of power.
-                0 => return Err(Stop::Early("zeros follow".to_owned())),
+                0 => return Err(Stop::ZEROS),
                 op::CHUNK => {
                     let mut chunk = bytes.take(length);
                     self.chunk(&mut chunk, length)?;
@@ -128,26 +97,25 @@ impl Bag<'_> {
 
     /// Reads the records of a chunk.
     fn chunk(&mut self, chunk: &mut Take<&mut Bytes>, length: u64) -> Result<(), Stop> {
-        let too_short =
-            |header: u64| Stop::Damaged(McapError::BadChunkLength { header, available: length });
+        let too_short = |header| McapError::BadChunkLength { header, available: length };
         if length < CHUNK_START as u64 {
-            return Err(too_short(CHUNK_START as u64));
+            return Err(too_short(CHUNK_START as u64).into());
         }
         let mut header = vec![0; CHUNK_START];
         chunk.read_exact(&mut header)?;
-        let name_length = number::<4>(&header, 28) as u32;
+        let name_length = number(&header[28..32]) as u32;
         let rest = u64::from(name_length) + 8;
         if name_length > LONGEST_NAME || chunk.limit() < rest {
-            return Err(too_short(CHUNK_START as u64 + rest));
+            return Err(too_short(CHUNK_START as u64 + rest).into());
         }
         header.resize(CHUNK_START + rest as usize, 0);
         chunk.read_exact(&mut header[CHUNK_START..])?;
-        let size = number::<8>(&header, CHUNK_START + name_length as usize);
+        let size = number(&header[CHUNK_START + name_length as usize..]);
         if chunk.limit() < size {
-            return Err(too_short(size));
+            return Err(too_short(size).into());
         }
         if name_length == 0 {
-            let crc = number::<4>(&header, 24) as u32;
+            let crc = number(&header[24..28]) as u32;
             self.plain_chunk(&mut chunk.take(size), crc)
         } else {
             self.compressed_chunk(chunk, &header, length)
@@ -158,13 +126,13 @@ impl Bag<'_> {
         let mut hasher = Hasher::new();
         while records.limit() > 0 {
             if records.limit() < FRAME as u64 {
-                return Err(Stop::Damaged(McapError::UnexpectedEoc));
+                return Err(McapError::UnexpectedEoc.into());
             }
             let mut bytes = [0; FRAME];
             records.read_exact(&mut bytes)?;
-            let (opcode, length) = (bytes[0], number::<8>(&bytes, 1));
+            let (opcode, length) = (bytes[0], number(&bytes[1..]));
             if records.limit() < length {
-                return Err(Stop::Damaged(McapError::UnexpectedEoc));
+                return Err(McapError::UnexpectedEoc.into());
             }
             self.load(records, opcode, length)?;
             hasher.update(&bytes);
@@ -173,8 +141,7 @@ impl Bag<'_> {
         }
         let calculated = hasher.finalize();
         if crc != 0 && crc != calculated {
-            let saved = crc;
-            return Err(Stop::Damaged(McapError::BadChunkCrc { saved, calculated }));
+            return Err(McapError::BadChunkCrc { saved: crc, calculated }.into());
         }
         Ok(())
     }
@@ -202,7 +169,7 @@ impl Bag<'_> {
                     let room = reader.insert(wanted.clamp(1, 16 * AT_ONCE));
                     let count = read_some(&mut bytes, room)?;
                     if count == 0 && bytes.get_ref().1.limit() > 0 {
-                        return Err(Stop::early());
+                        return Err(Stop::CUT);
                     }
                     reader.notify_read(count);
                 }
@@ -211,29 +178,18 @@ impl Bag<'_> {
                     self.record.extend_from_slice(data);
                     self.take(opcode)?;
                 }
-                Err(error) => return Err(Stop::Damaged(error)),
+                Err(error) => return Err(error.into()),
             }
         }
         Ok(())
     }
 
-    /// Reads the content of a record. Its declared length may exceed the data: memory grows with the data read.
-    fn load(
-        &mut self,
-        from: &mut (impl Read + ?Sized),
-        opcode: u8,
-        length: u64,
-    ) -> Result<(), Stop> {
+    /// Reads the content of a record.
+    fn load(&mut self, from: &mut impl Read, opcode: u8, length: u64) -> Result<(), Stop> {
         if length > LONGEST_RECORD as u64 {
-            let len = length;
-            return Err(Stop::Damaged(McapError::RecordTooLarge { opcode, len }));
+            return Err(McapError::RecordTooLarge { opcode, len: length }.into());
         }
-        self.record.clear();
-        (&mut *from).take(length).read_to_end(&mut self.record)?;
-        if (self.record.len() as u64) < length {
-            return Err(Stop::early());
-        }
-        Ok(())
+        load(&mut self.record, from, length)
     }
 
     /// Processes the current record.
@@ -241,7 +197,7 @@ impl Bag<'_> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(());
         }
-        match mcap::parse_record(opcode, &self.record).map_err(Stop::Damaged)? {
+        match mcap::parse_record(opcode, &self.record)? {
             Record::Schema { header, data } => {
                 let schema = Schema { encoding: header.encoding, text: data.into_owned() };
                 self.schemas.insert(header.id, (header.name, Some(schema.into())));
@@ -288,30 +244,5 @@ const FRAME: usize = 1 + 8;
 fn frame(bytes: &mut Bytes) -> Result<(u8, u64), Stop> {
     let mut frame = [0; FRAME];
     bytes.read_exact(&mut frame)?;
-    Ok((frame[0], number::<8>(&frame, 1)))
-}
-
-/// A little-endian number of `N` bytes.
-fn number<const N: usize>(bytes: &[u8], at: usize) -> u64 {
-    let bytes = bytes.get(at..at + N).unwrap_or_default();
-    let add = |number, byte: &u8| number << 8 | u64::from(*byte);
-    bytes.iter().rev().fold(0, add)
-}
-
-fn skip(bytes: &mut Bytes, length: u64) -> Result<(), Stop> {
-    let skipped = io::copy(&mut bytes.take(length), &mut io::sink())?;
-    if skipped < length {
-        return Err(Stop::early());
-    }
-    Ok(())
-}
-
-/// Reads the available bytes; 0 at the end.
-fn read_some(bytes: &mut impl Read, room: &mut [u8]) -> io::Result<usize> {
-    loop {
-        match bytes.read(room) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            other => return other,
-        }
-    }
+    Ok((frame[0], number(&frame[1..])))
 }

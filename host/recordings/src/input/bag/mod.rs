@@ -6,7 +6,7 @@
 //! | a message, its topic and type, as stored and decoded from CDR | `messages` |
 //! | numbers in messages of any type, by the definition of the type | `definition` |
 //! | messages of ROS 1, converted to those of ROS 2 | `definition/ros1` |
-//! | visiting the messages of all topics; a copy of them | `visit`, over `mcap`, `rosbag2` and `rosbag1` |
+//! | visiting the messages of all topics; a copy of them | `visit`, over `mcap`, `rosbag1` (both by `records`) and `rosbag2` |
 //! | which topics are feet, and the names of the feet | `selection` |
 //! | loads of the feet, from other topics: the first reading | `loads` |
 //! | samples of the feet: the second reading | `reader`, a `feed` for each IMU |
@@ -22,6 +22,7 @@ mod loads;
 mod mcap;
 mod messages;
 mod reader;
+mod records;
 mod rosbag1;
 mod rosbag2;
 mod selection;

@@ -12,9 +12,9 @@ use bzip2::read::BzDecoder;
 use thiserror::Error;
 
 use crate::input::bag::definition::{Converter, as_ros2};
-use crate::input::bag::mcap::LONGEST_RECORD;
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
-use crate::input::error::{InputError, Problem};
+use crate::input::bag::records::{AT_ONCE, LONGEST_RECORD, Stop, load, number, read_some, skip};
+use crate::input::error::InputError;
 use crate::input::open::ContainerFile;
 
 /// Length of the first line.
@@ -22,9 +22,6 @@ const VERSION: u64 = b"#ROSBAG V2.0\n".len() as u64;
 
 /// Longest header of a record, bytes. Topics are the longest fields.
 const LONGEST_HEADER: u32 = 1 << 20;
-
-/// Bytes read at once.
-const AT_ONCE: usize = 64 << 10;
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "rosbag reindex, of ROS 1, saves what can be";
@@ -56,32 +53,9 @@ enum Damage {
     Compression(io::Error),
 }
 
-/// Reason to stop reading a file.
-enum Stop {
-    /// The file ends early, for this reason.
-    Early(&'static str),
-    Unreadable(io::Error),
-    Damaged(Damage),
-    /// The file is not read: a predicate of it.
-    NotSupported(String),
-    /// The visitor refused a message.
-    Refused(InputError),
-}
-
 impl From<Damage> for Stop {
     fn from(damage: Damage) -> Self {
-        Self::Damaged(damage)
-    }
-}
-
-const CUT: Stop = Stop::Early("it ends within a record");
-
-impl From<io::Error> for Stop {
-    fn from(error: io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::UnexpectedEof => CUT,
-            _ => Self::Unreadable(error),
-        }
+        Self::Damaged(Box::new(damage))
     }
 }
 
@@ -99,16 +73,7 @@ pub(super) fn visit(
     });
     match read {
         Ok(()) => Ok(None),
-        Err(Stop::Early(why)) => Ok(Some(why.to_owned())),
-        Err(Stop::Unreadable(source)) => Err(InputError::unreadable(file, source)),
-        Err(Stop::Damaged(damage)) => {
-            let problem = Problem::Damaged { source: Box::new(damage), advice: Some(ADVICE) };
-            Err(InputError::of_file(file, problem))
-        }
-        Err(Stop::NotSupported(what)) => {
-            Err(InputError::of_file(file, Problem::NotSupported(what)))
-        }
-        Err(Stop::Refused(error)) => Err(error),
+        Err(stop) => stop.ending(file, ADVICE).map(Some),
     }
 }
 
@@ -232,7 +197,7 @@ impl Bag<'_> {
         }
         if let Err(stop @ Stop::Damaged(_)) = read {
             // Its decoder reports a chunk without its end as damaged.
-            return Err(if is_at_end(&mut chunk)? { CUT } else { stop });
+            return Err(if is_at_end(&mut chunk)? { Stop::CUT } else { stop });
         }
         read?;
         let rest = chunk.limit();
@@ -280,9 +245,8 @@ impl Bag<'_> {
         from.read_exact(&mut others)?;
         let length = u32::from_le_bytes([first[0], others[0], others[1], others[2]]);
         match length {
-            // File systems leave zeros after a loss of power.
-            0 => return Err(Stop::Early("zeros follow")),
-            1..=LONGEST_HEADER => load(&mut self.header, from, length)?,
+            0 => return Err(Stop::ZEROS),
+            1..=LONGEST_HEADER => load(&mut self.header, from, length.into())?,
             _ => return Err(Damage::LongHeader(length).into()),
         }
         Ok(true)
@@ -300,7 +264,7 @@ impl Bag<'_> {
                     return skip(from, length.into());
                 }
                 let time = self.number::<8>("time")?;
-                load(&mut self.data, from, length)?;
+                load_data(&mut self.data, from, length)?;
                 let (seconds, nanoseconds) = (time & 0xFFFF_FFFF, time >> 32);
                 let log_ns = (seconds * 1_000_000_000 + nanoseconds).cast_signed();
                 let times = MessageTimes { log_ns, publish_ns: log_ns, sequence: None };
@@ -311,7 +275,7 @@ impl Bag<'_> {
                 shown.map_err(Stop::Refused)
             }
             op::CONNECTION => {
-                load(&mut self.data, from, length)?;
+                load_data(&mut self.data, from, length)?;
                 self.connect()
             }
             _ => skip(from, length.into()),
@@ -354,8 +318,7 @@ impl Bag<'_> {
     fn number<const N: usize>(&self, name: &'static str) -> Result<u64, Damage> {
         let bytes: &[u8; N] =
             self.field(name)?.and_then(|bytes| bytes.try_into().ok()).ok_or(Damage::Field(name))?;
-        let add = |number, byte: &u8| number << 8 | u64::from(*byte);
-        Ok(bytes.iter().rev().fold(0, add))
+        Ok(number(bytes))
     }
 }
 
@@ -380,33 +343,16 @@ fn length(from: &mut impl Read) -> Result<u32, Stop> {
     Ok(u32::from_le_bytes(bytes))
 }
 
-/// Reads a part of a record. Its declared length may exceed the data: memory grows with the data read.
-fn load(to: &mut Vec<u8>, from: &mut impl Read, length: u32) -> Result<(), Stop> {
+/// Reads the data of a record.
+fn load_data(data: &mut Vec<u8>, from: &mut impl Read, length: u32) -> Result<(), Stop> {
     if length as usize > LONGEST_RECORD {
         return Err(Damage::LongRecord(length).into());
     }
-    to.clear();
-    from.take(length.into()).read_to_end(to)?;
-    if to.len() < length as usize { Err(CUT) } else { Ok(()) }
-}
-
-fn skip(from: &mut impl Read, length: u64) -> Result<(), Stop> {
-    let skipped = io::copy(&mut from.take(length), &mut io::sink())?;
-    if skipped < length { Err(CUT) } else { Ok(()) }
+    load(data, from, length.into())
 }
 
 /// Returns whether a file ends before the rest of a chunk, which is skipped.
 fn is_at_end(chunk: &mut Take<&mut FileBytes>) -> io::Result<bool> {
     io::copy(chunk, &mut io::sink())?;
     Ok(chunk.limit() > 0)
-}
-
-/// Reads the available bytes; 0 at the end.
-fn read_some(bytes: &mut impl Read, room: &mut [u8]) -> io::Result<usize> {
-    loop {
-        match bytes.read(room) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            other => return other,
-        }
-    }
 }

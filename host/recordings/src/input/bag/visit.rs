@@ -10,8 +10,8 @@ use std::sync::mpsc;
 use std::thread::{self, ScopedJoinHandle};
 
 use crate::input::bag::definition::{Definition, FieldPath};
-use crate::input::bag::mcap::LONGEST_RECORD;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decompressed_message};
+use crate::input::bag::records::LONGEST_RECORD;
 use crate::input::bag::{mcap, rosbag1, rosbag2};
 use crate::input::error::InputError;
 use crate::input::format::Format;

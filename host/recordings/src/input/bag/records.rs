@@ -1,0 +1,85 @@
+//! Records of a file of MCAP or of ROS 1, read one after the other, and the reasons to stop.
+
+use std::error::Error;
+use std::io::{self, Read};
+
+use crate::input::error::{InputError, Problem};
+
+/// Longest record that is read, bytes: a picture of 64 million pixels is longer.
+pub(super) const LONGEST_RECORD: usize = 256 << 20;
+
+/// Bytes read at once.
+pub(super) const AT_ONCE: usize = 64 << 10;
+
+/// Reason to stop reading a file.
+pub(super) enum Stop {
+    /// The file ends early, for this reason.
+    Early(&'static str),
+    Unreadable(io::Error),
+    Damaged(Box<dyn Error + Send + Sync>),
+    /// The file is not read: a predicate of it.
+    NotSupported(String),
+    /// The visitor refused a message.
+    Refused(InputError),
+}
+
+impl Stop {
+    /// The file ends within a record.
+    pub(super) const CUT: Self = Self::Early("it ends within a record");
+
+    /// File systems leave zeros after a loss of power.
+    pub(super) const ZEROS: Self = Self::Early("zeros follow");
+
+    /// Returns the reason why the file ends early, or an error about the file. `advice` is for a damaged file.
+    pub(super) fn ending(self, file: &str, advice: &'static str) -> Result<String, InputError> {
+        let problem = match self {
+            Self::Early(why) => return Ok(why.to_owned()),
+            Self::Unreadable(source) => return Err(InputError::unreadable(file, source)),
+            Self::Damaged(source) => Problem::Damaged { source, advice: Some(advice) },
+            Self::NotSupported(what) => Problem::NotSupported(what),
+            Self::Refused(error) => return Err(error),
+        };
+        Err(InputError::of_file(file, problem))
+    }
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::CUT,
+            _ => Self::Unreadable(error),
+        }
+    }
+}
+
+/// Reads `length` bytes of a record. The declared length may exceed the data: memory grows with the data read.
+pub(super) fn load(
+    record: &mut Vec<u8>,
+    from: &mut (impl Read + ?Sized),
+    length: u64,
+) -> Result<(), Stop> {
+    record.clear();
+    from.take(length).read_to_end(record)?;
+    if (record.len() as u64) < length { Err(Stop::CUT) } else { Ok(()) }
+}
+
+/// Reads bytes that are not needed.
+pub(super) fn skip(from: &mut impl Read, length: u64) -> Result<(), Stop> {
+    let skipped = io::copy(&mut from.take(length), &mut io::sink())?;
+    if skipped < length { Err(Stop::CUT) } else { Ok(()) }
+}
+
+/// Reads the available bytes; 0 at the end.
+pub(super) fn read_some(from: &mut impl Read, room: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match from.read(room) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other,
+        }
+    }
+}
+
+/// A little-endian number of at most 8 bytes.
+pub(super) fn number(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
+}
