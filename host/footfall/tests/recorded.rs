@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::sync::Arc;
 
-use crate::common::{Bench, assert_has, read, text};
+use crate::common::{Bench, assert_has, page_data, read, text};
 use estimator_core::Timestamp;
 use footfall::ros::message::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
 use footfall::ros::{McapFile, Published, RosMessage};
@@ -139,9 +139,11 @@ fn recorded_contacts_make_events_plot_and_summary() {
              1700000001.400000,touch_down,,{after},\n"
         )
     );
-    let page = read(&bench.path("walk.html"));
-    assert!(page.contains("\"samples\":2000,\"rate\":1000,"));
-    assert!(page.contains("\"touch_down\":1,\"lift_off\":1,"));
+    let foot = &page_data(&read(&bench.path("walk.html")))["feet"][0];
+    assert_eq!(foot["samples"], CONTACTS);
+    assert_eq!(foot["rate"], 1000.0);
+    assert_eq!(foot["counts"]["touch_down"], 1);
+    assert_eq!(foot["counts"]["lift_off"], 1);
 }
 
 #[test]

@@ -186,6 +186,12 @@ pub fn read(path: &Path) -> String {
     fs::read_to_string(path).expect("a file that was just written")
 }
 
+/// Returns the data in a page of feet.
+pub fn page_data(page: &str) -> serde_json::Value {
+    let data = page.split_once("id=\"data\">").and_then(|(_, rest)| rest.split_once("</script>"));
+    serde_json::from_str(data.expect("a page with data").0).expect("JSON")
+}
+
 pub const AXES: &str = "ax,ay,az,wx,wy,wz";
 
 /// Returns a foot that stands for one second at 1 kHz, gravity included.
