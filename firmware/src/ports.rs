@@ -306,9 +306,9 @@ pub enum Request {
     Reset,
 }
 
-/// Frames sent to the serial line in one transfer: faults first, then the contact, then others, at most
-/// [`BYTES`](Self::BYTES) together. The next contact replaces the queued one, so a contact is never more than a tick
-/// old when it is sent.
+/// Frames sent to the serial line in one transfer: faults first, then the contact, then others. Together they have at
+/// most [`BYTES`](Self::BYTES), unless the first is longer, the contact follows faults, or the line is crowded. The
+/// next contact replaces the queued one, so a contact is never more than a tick old when it is sent.
 #[derive(Debug, Default)]
 pub struct UartBatch {
     bytes: heapless::Vec<u8, { uart::MAX_FRAME }>,
@@ -319,16 +319,17 @@ pub struct UartBatch {
 impl UartBatch {
     /// Maximum size of a batch of several frames, bytes. It holds a contact and a raw sample, which have 81.
     ///
-    /// A contact that is queued just after the start of a batch must be taken before the next tick begins. Otherwise its
-    /// successor replaces it. At 1 Mbaud this size leaves the sender 120 µs of the tick to notice the end of a batch.
+    /// A contact that is queued just after the start of a batch must be taken before the next tick begins. Otherwise
+    /// its successor replaces it. At 1 Mbaud this size leaves the sender 120 µs of the tick to notice the end of a
+    /// batch.
     pub const BYTES: usize = 88;
 
-    /// Number of consecutive batches without room for any frame of a lane after which a batch may be as long as the longest
-    /// frame. If that is not enough, the next batch goes without the contact. So a line filled by contacts still sends
-    /// responses.
+    /// Number of consecutive batches without room for any frame of a lane after which a batch may be as long as the
+    /// longest frame. If that is not enough, the next batch goes without the contact. So a line filled by contacts
+    /// still sends responses.
     ///
-    /// Such a batch may last longer than a tick, and cost a contact. A line that keeps up never needs one: each of its lanes
-    /// sends a frame in a batch with the contact, or in the next batch without one.
+    /// Such a batch may last longer than a tick, and cost a contact. A line that keeps up never needs one: each of its
+    /// lanes sends a frame in a batch with the contact, or in the next batch without one.
     const CROWDED: u8 = 4;
 
     fn fill(&mut self, queue: &UartQueue) -> &[u8] {
@@ -694,9 +695,9 @@ mod tests {
         assert_eq!(taken(&ports, &mut batch).0, [30]);
     }
 
-    /// A line at 1 Mbaud with all streams: each millisecond a contact and a raw sample, each tenth a health message, and now
-    /// and then a response of `response` bytes. No frame is taken during a tick, which lasts for `tick_us`; the sender
-    /// notices the end of a transfer `late_us` after it. Returns the number of contacts dropped.
+    /// A line at 1 Mbaud with all streams: each millisecond a contact and a raw sample, each tenth a health message,
+    /// and now and then a response of `response` bytes. No frame is taken during a tick, which lasts for `tick_us`; the
+    /// sender notices the end of a transfer `late_us` after it. Returns the number of contacts dropped.
     fn dropped_contacts(response: usize, tick_us: u64, late_us: u64) -> u32 {
         const MILLISECOND: u64 = 1_000;
         const BYTE_US: u64 = 10;

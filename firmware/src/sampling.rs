@@ -35,9 +35,9 @@
 //!
 //! Meanwhile a rate of edges that stays wrong is a fault of the sensor again.
 //!
-//! **No line for edges.** A cable with the wires of I²C alone has none. Each tick then reads the newest sample, which is
-//! at most 150 µs old. Its timestamp is that of the mean age, so it errs by 75 µs at most. A sensor at a rate that is too
-//! low shows as samples that are not new.
+//! **No line for edges.** A cable with the wires of I²C alone has none. Each tick then reads the newest sample, which
+//! is at most 150 µs old. Its timestamp is that of the mean age, so it errs by 75 µs at most. A sensor at a rate that
+//! is too low shows as samples that are not new.
 //!
 //! **Flags.** From the first bad tick on its sample is flagged, so that the estimate is "not stable" before the fault
 //! is identified. After each start samples stay flagged until each axis has changed, for some ten ticks: an axis that
@@ -207,11 +207,11 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
                 sensor.check(&tick).await;
             }
         }
-        // The first failure is followed by another attempt at once.
         let (first, longest) = BACK_OFF_TICKS;
         if let Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) = reason {
             sensor.count_bus_error();
         }
+        // A first failure while measuring is followed by another attempt at once.
         let wait = if failures == 0 && unreported.is_none() {
             0
         } else {

@@ -71,7 +71,8 @@ pub struct Hysteresis {
 }
 
 impl Hysteresis {
-    /// On after `on_after` consecutive times with, off after `off_after` consecutive times without.
+    /// Condition that is false at first. It becomes true after `on_after` consecutive `true`s, and false after
+    /// `off_after` consecutive `false`s.
     #[must_use]
     pub const fn new(on_after: u16, off_after: u16) -> Self {
         Self { on_after, off_after, age: 0, is_on: false }

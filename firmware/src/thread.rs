@@ -13,7 +13,7 @@ use crate::supervision::{Cost, StackDepth};
 /// Time for the response to a stop to be sent, ms: some frames at 125 kbit/s.
 const ANSWERING_MS: u32 = 20;
 
-/// Time for which the watchdog is fed without a gap before a new program is confirmed, ms.
+/// Time for which the watchdog is fed before a new program is confirmed, ms.
 const CONFIRMED_MS: u32 = 10_000;
 
 /// Loads the settings at a start. Returns the defaults if settings may have caused the consecutive resets by the

@@ -257,7 +257,8 @@ impl Mailboxes for Can1Mailboxes {
     }
 }
 
-/// Time from the data-ready edge to the contact's mailbox, µs; 0 if there was no contact since [`clear_mailbox_latency`].
+/// Time from the data-ready edge to the contact's mailbox, µs; 0 if there was no contact since
+/// [`clear_mailbox_latency`].
 pub fn mailbox_latency_us() -> u32 {
     TO_MAILBOX.load(Ordering::Relaxed)
 }
@@ -268,7 +269,7 @@ pub fn clear_mailbox_latency() {
 }
 
 /// Returns whether a mailbox shows a frame that another node has acknowledged. A mailbox shows that until its next
-/// frame.
+/// frame, or until `CAN1_TX` clears it.
 pub fn has_sent() -> bool {
     STARTED.load(Ordering::Acquire) && {
         let status = CAN1.tsr().read();

@@ -32,11 +32,11 @@ pub const LONGEST_STALL_MILLIS: u32 =
 const _: () = assert!(RELOAD <= 0xFFF);
 
 /// Polls of `IWDG_SR` until the settings are applied. That takes five cycles of the oscillator, at most 300 µs: some
-/// 5,000 cycles of the processor just after reset.
+/// 5,000 cycles of the processor just after reset. At its full clock the polls may end before that.
 const POLLS: u32 = 2_000;
 
-// The watchdog starts before memory is initialised and the stack painted, which takes some milliseconds. Its period
-// after reset is 0.35 to 0.96 s.
+// The watchdog starts before memory is initialised and the stack painted, which takes some milliseconds. Its period is
+// 0.35 to 0.96 s after a reset, and 5.6 to 15 s behind the bootloader, which has set it.
 core::arch::global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",
