@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn a_shorter_record_gives_new_defaults() {
         let record = encode(&settings());
-        // Everything except the learnt values.
+        // As stored by a program without the last fourteen settings.
         let shorter = &record[..record.len() - 14 * ENTRY];
         assert_eq!(load(shorter), (settings(), Origin::Stored));
     }

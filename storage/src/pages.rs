@@ -54,8 +54,8 @@ pub enum Erase {
     Refused,
 }
 
-/// Reason why the settings, or the brown-out level, could not be written. The previous ones are unchanged. The number
-/// is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+/// Reason why the settings, the brown-out level or the confirmation of a program could not be written. The previous
+/// ones are unchanged. The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreFailed {
     /// The flash refused the write, or its contents do not read back.

@@ -131,7 +131,8 @@ pub struct Crash {
 /// The running program, as the objects of CiA 302-3 describe it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Program {
-    /// Object 0x1F56: the first four bytes of the program's hash; 0 if a debug probe wrote the program.
+    /// Object 0x1F56: the first four bytes of the program's hash. If a debug probe wrote the program, those of its
+    /// commit, or 0 if no commit has the sources.
     pub identification: u32,
     /// The same for the program before the last update, of which a copy is kept; 0 without one.
     pub previous: u32,
