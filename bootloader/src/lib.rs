@@ -14,7 +14,7 @@
 //! | notes between program and bootloader in RAM | [`note`] |
 //! | start and measurement of the crystal; detection of a low supply; both only on the target | `crystal`, `supply` |
 //!
-//! The crate does not allocate, has no `unsafe`, and panics on no bytes. Besides `crystal` and `supply`, only the
+//! The crate does not allocate, has no `unsafe`, and no bytes make it panic. Besides `crystal` and `supply`, only the
 //! bootloader's binary accesses the chip: `src/main.rs` and `src/chip`.
 
 #![no_std]

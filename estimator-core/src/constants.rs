@@ -2,15 +2,15 @@
 
 /// Constants of the self-calibrating estimate. Values other than [`Self::DEFAULT`] are only for research.
 ///
-/// `docs/design/method.md` has the equations. `docs/design/choosing.md` describes how the values were chosen: by the mean
-/// RMSE of P over robots, with terms for stances lost and for moving feet that are called stable. Halving or doubling
-/// most of them changes the mean by less than 0.005.
+/// `docs/design/method.md` has the equations. `docs/design/choosing.md` describes how the values were chosen: by the
+/// mean RMSE of P over robots, with terms for stances lost and for moving feet that are called stable. Halving or
+/// doubling most of them changes the mean by less than 0.005.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constants {
     /// Amplitude that is added to every acceleration, m/s²: u = ½ ln(|a|² + noise²).
     ///
-    /// Amplitudes below it look the same. It lies above the noise of an LSM6DSOX (0.04) and below the stances of real
-    /// feet (0.3 to 3). Default: 0.17; flat from 0.1 to 0.25.
+    /// Amplitudes below it look the same. It lies above the noise of an LSM6DSOX (0.04 over its three axes) and below
+    /// the stances of real feet (0.3 to 3). Default: 0.17; flat from 0.1 to 0.25.
     pub noise: f32,
     /// Amplitude of the acceleration in stances before any is observed, m/s². Default: 3.0.
     pub still: f32,
@@ -49,8 +49,8 @@ pub struct Constants {
     pub stance: f32,
     /// Time after a landing in which the whole stance teaches the classes, s.
     ///
-    /// Default: 0.4. With 0.3 the limits of a stuck axis stay for longer. Without it a GO1 that stood after a walk loses
-    /// stances.
+    /// Default: 0.4. With 0.3 the limits of a stuck axis stay for longer. Without it a GO1 that stood after a walk
+    /// loses stances.
     pub lesson: f32,
 
     /// Rate of turn that is added to every rate, rad/s: v = ½ ln(|ω|² + `turn_noise`²).

@@ -8,8 +8,9 @@ use estimator_core::{
     AngularRate, ImuSample, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
 
-/// Time for which a clipped sample is in the output of the accelerometer's filter, µs. At a cut-off of 333 Hz a tenth
-/// of it is left after 1.1 ms; half a tick is added.
+/// Time for which a clipped sample is in the output of the accelerometer's filter, µs. A filter of first order with a
+/// cut-off of 333 Hz has a tenth of it left after 1.1 ms; half a tick is added. A lower cut-off is not considered: at
+/// 148 Hz a tenth is left after 2.5 ms.
 const FILTER_MICROS: u64 = 1_500;
 
 /// Conversion of samples in order of time.

@@ -24,8 +24,8 @@
 //!
 //! Check facts marked D or S against the part's data sheet, DS12814.
 //!
-//! The crate does not allocate, has no `unsafe`, and panics on no bytes from the bus. The feature `sim` is for hosts
-//! and allocates.
+//! The crate does not allocate, has no `unsafe`, and no bytes from the bus make it panic. The feature `sim` is for
+//! hosts and allocates.
 #![cfg_attr(
     feature = "sim",
     doc = r#"

@@ -1,6 +1,7 @@
 //! Noise of the outputs at rest, from the part's noise density and the configured filter.
 //!
-//! The estimator's kernel bandwidths are derived from it, and so follow the sensor's settings.
+//! The estimator's default kernel bandwidths are this noise at the foot's settings. The estimator has them as
+//! constants, and a test compares the two.
 
 use crate::config::Config;
 use crate::scale::{AccelFullScale, DEGREE, STANDARD_GRAVITY};
