@@ -125,9 +125,9 @@ const LONGEST_STEP: f32 = 0.03;
 
 /// Longest gap, s, across which the turn is guessed from the two samples on either side.
 ///
-/// A leg swings back, so the guess is a fair one: after a gap of 0.6 s it is wrong by 22° RMS on walking feet. If up had to
-/// be found again, P would be 0 for most of a second: with a gap of 0.7 s in every two seconds a TALOS, a NAO and a GO1 would
-/// have an RMSE of 0.39, 0.52 and 0.54 instead of 0.25, 0.32 and 0.27.
+/// A leg swings back, so the guess is a fair one: after a gap of 0.6 s it is wrong by 22° RMS on walking feet. If up
+/// had to be found again, P would be 0 for most of a second: with a gap of 0.7 s in every two seconds a TALOS, a NAO
+/// and a GO1 would have an RMSE of 0.39, 0.52 and 0.54 instead of 0.25, 0.32 and 0.27.
 const LONGEST_GUESS: f32 = 1.0;
 
 /// Longest time for which a foot keeps turning in a gap, s.
@@ -452,8 +452,8 @@ impl Strapdown {
     /// Returns the rotation since the previous sample.
     ///
     /// The rate changes linearly between samples, and each sample lies `gyro_delay` behind its timestamp. So the
-    /// trapezoid is shifted by the delay; with a delay of half a period this is the rectangle rule. In a gap the foot turns
-    /// for [`LONGEST_TURN`] at most.
+    /// trapezoid is shifted by the delay; with a delay of half a period this is the rectangle rule. In a gap the foot
+    /// turns for [`LONGEST_TURN`] at most.
     fn turn(&mut self, rate: Vec3, bias: Vec3, step: Step) -> Turn {
         let change = rate - self.previous_rate;
         self.previous_rate = rate;
@@ -495,12 +495,12 @@ const ACCELEROMETER_CLIPPING_TIME: f32 = 0.2;
 /// ms, the forces of a run's landings tilt the estimate by 7° instead of 0.5°.
 const TURN_DOUBT: f32 = 1.0;
 
-/// Time constant of the correction after a gap with [`TURN_GUESS_SPREAD`], s. The turn in it is a guess, but a better one
-/// than the mean of a part of a stride.
+/// Time constant of the correction after a gap with [`TURN_GUESS_SPREAD`], s. The turn in it is a guess, but a better
+/// one than the mean of a part of a stride.
 const TURN_GUESSED: f32 = 1.0;
 
-/// Angle by which the turn in a gap may be wrong for its full effect, rad. A swinging leg has this after 0.1 to 0.2 s. A
-/// foot that turns slowly has less: a doubt about it would take its acceleration for a tilt.
+/// Angle by which the turn in a gap may be wrong for its full effect, rad. A swinging leg has this after 0.1 to 0.2 s.
+/// A foot that turns slowly has less: a doubt about it would take its acceleration for a tilt.
 const TURN_GUESS_SPREAD: f32 = 1.0;
 
 /// Time constant of the correction after clipped gyroscope samples or an unknown turn, s.

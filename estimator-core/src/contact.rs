@@ -260,8 +260,8 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// with [`Gravity::Removed`].
     ///
     /// A value shows that the readings have another unit, such as 1 in g or 1,000 in mg, or that the full scale is not
-    /// the assumed one. It is given for a mean outside of 7 to 12.6 m/s² at rest, or outside of 1.5 to 60 m/s² over half a
-    /// second. For the latter a foot would have to fall for 0.9 s, or to become 25 m/s faster.
+    /// the assumed one. It is given for a mean outside of 7 to 12.6 m/s² at rest, or outside of 1.5 to 60 m/s² over
+    /// half a second. For the latter a foot would have to fall for 0.9 s, or to become 25 m/s faster.
     #[must_use]
     pub fn implausible_force(&self) -> Option<f32> {
         self.attitude.implausible_force()

@@ -220,8 +220,8 @@ impl Kernel {
 /// The length *n* is chosen at run time, 1 ≤ n ≤ the ring's capacity. Masses are integers, so the running sums are
 /// exact for any history: they do not drift after a billion samples.
 ///
-/// It is created as a `Window<Ring<N>>`, and a reference to it coerces to a `Window<AnyRing>`. The ring is the last field
-/// and is seen as a slice, so that rings of all sizes share one machine code.
+/// It is created as a `Window<Ring<N>>`, and a reference to it coerces to a `Window<AnyRing>`. The ring is the last
+/// field and is seen as a slice, so that rings of all sizes share one machine code.
 #[derive(Clone, Debug)]
 pub struct Window<R: ?Sized> {
     sums: Sums,

@@ -1,11 +1,12 @@
 //! The mounting: orientation of the sensor's axes in the foot.
 //!
 //! The foot's frame has z up while the foot stands. By convention x points to the front. A mounting turns readings from
-//! the sensor's frame to that of the foot. It is applied after the accelerometer's [correction](crate::correction), which
-//! belongs to the sensor's own axes, and before the estimator. So all axes of an estimate are in the frame of the foot.
-//! Foot and host both apply it here, so that the same readings give the same bits.
+//! the sensor's frame to that of the foot. It is applied after the accelerometer's [correction](crate::correction),
+//! which belongs to the sensor's own axes, and before the estimator. So all axes of an estimate are in the frame of the
+//! foot. Foot and host both apply it here, so that the same readings give the same bits.
 //!
-//! Saturation applies to a sensor as a whole, whichever axis is affected, so [`Validity`](crate::Validity) is unchanged.
+//! Saturation applies to a sensor as a whole, whichever axis is affected, so [`Validity`](crate::Validity) is
+//! unchanged.
 
 use core::fmt::{self, Display, Formatter};
 

@@ -108,8 +108,8 @@ const MOTION_UNKNOWN: [Flag; 5] = [
 /// Whether the decision is meaningful yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Deliberation {
-    /// The on-delay since the motion became known is still running. Until it has passed the decision is "not stable", but a
-    /// standing foot must not be reported as slipping.
+    /// The on-delay since the motion became known is still running. Until it has passed the decision is "not stable",
+    /// but a standing foot must not be reported as slipping.
     #[default]
     Undecided,
     Decided,

@@ -184,8 +184,8 @@ impl LongRest {
     /// Plausible lengths of the force at rest, m/s²: gravity, and the errors of an accelerometer.
     const AT_REST: (f32, f32) = (7.0, 12.6);
 
-    /// Plausible lengths of the mean over [`Self::LONG_MEAN`], m/s²: the mean differs from gravity by the change of speed
-    /// in that time. It is below the least after a free fall of 0.9 s.
+    /// Plausible lengths of the mean over [`Self::LONG_MEAN`], m/s²: the mean differs from gravity by the change of
+    /// speed in that time. It is below the least after a free fall of 0.9 s.
     const MEAN: (f32, f32) = (1.5, 60.0);
 
     /// Distance of a force from the short mean that contradicts it, m/s².

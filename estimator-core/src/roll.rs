@@ -50,7 +50,8 @@ pub(crate) struct Roll {
 }
 
 impl Roll {
-    /// A foot that stands, with samples each `period_us` µs. Levers outside the range of the parameters give some limit.
+    /// A foot that stands, with samples each `period_us` µs. Levers outside the range of the parameters give some
+    /// limit.
     pub(crate) fn new(period_us: u64, velocity: &VelocityParams) -> Self {
         let period = period_us as f32 * 1.0e-6;
         Self {

@@ -966,8 +966,8 @@ impl Landing {
         Fall { begins, lands: self.has_landed }
     }
 
-    /// Starts the sums again, because the foot has no speed, or because its speed after a gap is unknown. If a gap kept the
-    /// sums, a shaken foot would seem to have lost its speed.
+    /// Starts the sums again, because the foot has no speed, or because its speed after a gap is unknown. If a gap kept
+    /// the sums, a shaken foot would seem to have lost its speed.
     const fn forget_speed(&mut self) {
         self.gained = Vec3::ZERO;
         self.gained_at_most = 0.0;

@@ -951,8 +951,8 @@ impl Foot {
     }
 }
 
-/// Lane of a frame. Process data are a stream, except the contact, which goes before them. Emergencies and heartbeats are
-/// not process data.
+/// Lane of a frame. Process data are a stream, except the contact, which goes before them. Emergencies and heartbeats
+/// are not process data.
 const fn lane_of(frame: &CanFrame) -> Lane {
     const CONTACT: u16 = Pdo::Contact.base();
     match cob_id::split(frame.id()).0 {

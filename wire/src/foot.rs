@@ -79,8 +79,8 @@ pub mod cob_id {
     /// Boot-up and heartbeat of a node.
     pub const HEARTBEAT: u16 = canopen_rs::nmt::HEARTBEAT_COB_BASE;
 
-    /// Splits an identifier into the function code, as these constants have it, and the node. Frames of the whole bus have
-    /// no node.
+    /// Splits an identifier into the function code, as these constants have it, and the node. Frames of the whole bus
+    /// have no node.
     #[must_use]
     pub const fn split(id: u16) -> (u16, Option<super::NodeId>) {
         const NODE: u16 = 0x7F;

@@ -1,8 +1,8 @@
 //! The foot's program on a board with an RP2040 or an RP2350: its LSM6DSOX on I²C, frames over USB.
 //!
-//! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This library
-//! has the chip and the levels. A feature selects the board, whose module has its pins, its ticks and what its chip alone
-//! needs: `nano_rp2040` or `feather_rp2350`.
+//! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This
+//! library has the chip and the levels. A feature selects the board, whose module has its pins, its ticks and what its
+//! chip alone needs: `nano_rp2040` or `feather_rp2350`.
 //!
 //! | level | content |
 //! |---|---|

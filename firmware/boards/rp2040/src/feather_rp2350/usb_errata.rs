@@ -1,5 +1,5 @@
-//! The RP2350 fixes all errata of the RP2040's USB controller (RP2350 data sheet, 12.7.2.1). RP2350-E12 asks for a core clock
-//! at least 10 % above the controller's 48 MHz. Nothing is to be worked around.
+//! The RP2350 fixes all errata of the RP2040's USB controller (RP2350 data sheet, 12.7.2.1). RP2350-E12 asks for a core
+//! clock at least 10 % above the controller's 48 MHz. Nothing is to be worked around.
 
 use core::future::pending;
 

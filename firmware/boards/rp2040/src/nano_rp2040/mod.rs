@@ -39,8 +39,8 @@ pub const WATCHDOG_STEPS: u32 = 2;
 /// Bits of everything the watchdog can reset, without those of both oscillators.
 pub const ALL_BUT_OSCILLATORS: u32 = 0x1_FFFC;
 
-/// Register of the watchdog that the ROM does not write. 0 and 1 are arguments of the loader, with the mask of its light;
-/// 4 to 7 hold the start address (pico-bootrom-rp2040, `bootrom_main.c`).
+/// Register of the watchdog that the ROM does not write. 0 and 1 are arguments of the loader, with the mask of its
+/// light; 4 to 7 hold the start address (pico-bootrom-rp2040, `bootrom_main.c`).
 pub const MARK_REGISTER: usize = 2;
 
 /// Controller and pins of the sensor's bus.
