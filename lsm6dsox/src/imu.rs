@@ -8,9 +8,9 @@ use estimator_core::{
     AngularRate, ImuSample, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
 
-/// Time for which a clipped sample is in the output of the accelerometer's filter, µs. A filter of first order with a
-/// cut-off of 333 Hz has a tenth of it left after 1.1 ms; half a tick is added. A lower cut-off is not considered: at
-/// 148 Hz a tenth is left after 2.5 ms.
+/// Time for which a clipped sample is in the output of the accelerometer's filter, µs. At a cut-off of 333 Hz a tenth
+/// of it is left after 1.1 ms if the filter is of first order, and after 1.3 ms if it is of second. A lower cut-off is
+/// not considered: at 148 Hz a tenth is left after 2.5 to 2.8 ms.
 const FILTER_MICROS: u64 = 1_500;
 
 /// Conversion of samples in order of time.
