@@ -5,8 +5,7 @@ use estimator_core::{AngularRate, Gravity, ImuSample, Params, SpecificForce, Tim
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use recordings::estimate::Estimator;
-use recordings::input::steady_time;
-use recordings::samples::RecordedSample;
+use recordings::samples::{RecordedSample, steady_time};
 
 use crate::parameters::value_error;
 

@@ -9,10 +9,10 @@ use recordings::calibrate::robot_file::RobotFile;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::hint::Hint;
-use recordings::input::{
-    About, Correction, finite_load, imu_sample, rate_of_times, steady_time, unit_of_step,
+use recordings::input::{About, Correction, rate_of_times, unit_of_step};
+use recordings::samples::{
+    RecordedSample, Recording, VALIDITIES, finite_load, imu_sample, steady_time,
 };
-use recordings::samples::{RecordedSample, Recording, VALIDITIES};
 
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};

@@ -7,8 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use recordings::estimate;
 use recordings::events::{ContactEvent, Events};
-use recordings::input::{finite_load, imu_sample, steady_time};
-use recordings::samples::RecordedSample;
+use recordings::samples::{RecordedSample, finite_load, imu_sample, steady_time};
 use recordings::space::components;
 
 use crate::estimate::{micros, readings, validity_at};

@@ -1,6 +1,8 @@
 //! A recorded or simulated stream: samples with their load and label, and the names and codes of their parts in files.
 
-use estimator_core::{Gravity, ImuSample, Load, Phase, Saturation, Validity};
+use estimator_core::{
+    AngularRate, Gravity, ImuSample, Load, Phase, Saturation, SpecificForce, Timestamp, Validity, Vec3,
+};
 
 /// True state of a sample, if known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +59,32 @@ impl RecordedSample {
     pub fn time_s(&self) -> f64 {
         self.imu.timestamp.as_micros() as f64 / 1.0e6
     }
+}
+
+/// Converts six readings in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL), into a sample in the
+/// frame of the sensor.
+#[must_use]
+pub fn imu_sample(timestamp: Timestamp, readings: [f64; 6], validity: Validity) -> ImuSample {
+    let [ax, ay, az, wx, wy, wz] = readings.map(|value| value as f32);
+    ImuSample {
+        timestamp,
+        specific_force: SpecificForce(Vec3::new(ax, ay, az)),
+        angular_rate: AngularRate(Vec3::new(wx, wy, wz)),
+        validity,
+    }
+}
+
+/// Load of a number; `None` if it is not finite, which marks an unknown load.
+#[must_use]
+pub fn finite_load(value: f64) -> Option<Load> {
+    value.is_finite().then_some(Load(value as f32))
+}
+
+/// Time of row `index` at a constant `sample_rate` in Hz.
+#[must_use]
+pub fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
+    let micros = index as f64 * 1.0e6 / f64::from(sample_rate);
+    Timestamp::from_micros(micros.round() as u64)
 }
 
 /// Values of the column `validity`.

@@ -78,9 +78,9 @@ impl<T: Spooled> Spool<T> {
     ///
     /// # Errors
     /// The temporary file cannot be written completely.
-    pub fn samples(&mut self) -> io::Result<Samples<'_, T>> {
+    pub fn rows(&mut self) -> io::Result<SpooledRows<'_, T>> {
         self.file.seek(SeekFrom::Start(0))?;
-        Ok(Samples {
+        Ok(SpooledRows {
             left: self.len,
             bytes: vec![0; 8 + 4 * T::NUMBERS + 3],
             numbers: vec![0.0; T::NUMBERS],
@@ -90,8 +90,8 @@ impl<T: Spooled> Spool<T> {
     }
 }
 
-/// The rows of a [`Spool`].
-pub struct Samples<'a, T> {
+/// Iterator over the rows of a [`Spool`].
+pub struct SpooledRows<'a, T> {
     left: usize,
     bytes: Vec<u8>,
     numbers: Vec<f32>,
@@ -99,7 +99,7 @@ pub struct Samples<'a, T> {
     rows: PhantomData<T>,
 }
 
-impl<T: Spooled> Samples<'_, T> {
+impl<T: Spooled> SpooledRows<'_, T> {
     fn row(&mut self) -> io::Result<T> {
         self.file.read_exact(&mut self.bytes)?;
         let (time, rest) = self.bytes.split_at(8);
@@ -113,7 +113,7 @@ impl<T: Spooled> Samples<'_, T> {
     }
 }
 
-impl<T: Spooled> Iterator for Samples<'_, T> {
+impl<T: Spooled> Iterator for SpooledRows<'_, T> {
     type Item = io::Result<T>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -192,7 +192,7 @@ mod tests {
             }
             assert_eq!(spool.len(), 1000);
             for _ in 0..2 {
-                let read: Vec<_> = spool.samples().unwrap().map(Result::unwrap).collect();
+                let read: Vec<_> = spool.rows().unwrap().map(Result::unwrap).collect();
                 assert!(read.iter().eq((0..1000).map(sample).collect::<Vec<_>>().iter()));
             }
         }
@@ -205,7 +205,7 @@ mod tests {
         broken.imu.specific_force.0.x = f32::NAN;
         broken.imu.validity = Validity::Saturated(Saturation::Both);
         spool.push(&broken).unwrap();
-        let read = spool.samples().unwrap().next().unwrap().unwrap();
+        let read = spool.rows().unwrap().next().unwrap().unwrap();
         assert!(read.imu.specific_force.0.x.is_nan());
         assert_eq!(read.imu.validity, broken.imu.validity);
     }

@@ -10,7 +10,7 @@ use estimator_core::{
 use crate::input::rate::TimesSoFar;
 use crate::samples::{phase_code, phase_of_code};
 use crate::space::components;
-use crate::spool::{Samples, Spool, Spooled};
+use crate::spool::{Spool, Spooled, SpooledRows};
 
 /// Value of a number that was not recorded.
 const UNKNOWN: f32 = f32::NAN;
@@ -137,8 +137,8 @@ impl Contacts {
     ///
     /// # Errors
     /// The temporary file cannot be written completely.
-    pub(super) fn read(&mut self) -> io::Result<Samples<'_, SentContact>> {
-        self.spool.samples()
+    pub(super) fn read(&mut self) -> io::Result<SpooledRows<'_, SentContact>> {
+        self.spool.rows()
     }
 }
 

@@ -8,7 +8,8 @@
 //! | `csv`, `parquet`: named columns | [`table`] |
 //! | `mcap`, `rosbag2`, `rosbag1`: bags of ROS 2 and ROS 1 | `bag` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`published`] |
-//! | rows in order on one clock, and their storage: the result | `stored`; their rate `rate`, recorded contacts [`contacts`] |
+//! | rows on one clock and in order; their rate, smooth times | `rows`; `rate`, `smooth` |
+//! | the stored recording: the result; recorded contacts as its estimates | `stored`; [`contacts`] |
 //! | errors, with their position | [`error`] |
 //! | dates with times | [`iso8601`] |
 //!
@@ -28,6 +29,7 @@ mod open;
 mod options;
 pub mod published;
 pub(crate) mod rate;
+mod rows;
 mod smooth;
 mod stored;
 pub mod table;
@@ -50,8 +52,9 @@ pub use options::{
     matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
+pub use rows::Repairs;
 pub use stored::{
-    About, Loaded, RecordedEstimate, Repairs, Stored, finite_load, imu_sample, steady_time,
+    About, Loaded, RecordedEstimate, Stored,
 };
 pub use table::options::{
     AccelerationUnit, Decimal, Mapping, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,

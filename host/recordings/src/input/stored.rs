@@ -1,23 +1,147 @@
-//! Result of reading a file: a recording whose samples are in a [`Spool`], and its rows while they are read.
+//! Result of reading a file: a recording whose samples are in a [`Spool`].
+//!
+//! [`Rows`](super::rows::Rows) makes it of the rows of a file. Its samples are read back with their times and along the
+//! axes of the foot. If the contacts of a bag are the estimates, these are read with the samples beside them.
 
 use std::io;
 
-use estimator_core::{
-    AngularRate, ContactEstimate, Gravity, ImuSample, LinearAcceleration, Load, SpecificForce,
-    Timestamp, Validity, Vec3,
-};
+use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
 
 use crate::hint::Notice;
 use crate::input::contacts::{Contacts, SentContact};
-use crate::input::error::{InputError, Problem};
-use crate::input::options::{Correction, InputOptions};
-use crate::input::rate::{
-    Steps, jittering, longest_increase, mean_rate, median, moved, rate_near, sample_rate,
-};
-use crate::input::smooth::{Smoothed, smoothed};
-use crate::input::table::options::Times;
-use crate::samples::{RecordedSample, Recording};
-use crate::spool::{Samples, Spool};
+use crate::input::error::InputError;
+use crate::input::options::Correction;
+use crate::input::rows::Repairs;
+use crate::samples::{RecordedSample, Recording, steady_time};
+use crate::spool::{Spool, SpooledRows};
+
+/// A recording that has been read. Its memory does not grow with its length.
+pub struct Stored {
+    /// Properties of the recording.
+    pub about: About,
+    spool: Spool,
+    timing: Timing,
+    /// Contacts that are the estimates.
+    contacts: Option<UsedContacts>,
+}
+
+impl Stored {
+    pub(super) const fn new(about: About, spool: Spool, timing: Timing) -> Self {
+        Self { about, spool, timing, contacts: None }
+    }
+
+    /// Makes these contacts the estimates, and describes them instead of the samples. If there are fewer than two,
+    /// returns false and changes nothing.
+    pub(super) fn use_contacts(&mut self, contacts: Contacts) -> bool {
+        let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
+            return false;
+        };
+        let clock = self.clock_of_samples();
+        let about = &mut self.about;
+        (about.start_us, about.sample_rate) = (first_us, rate);
+        about.samples = contacts.len();
+        about.duration_us = last_us.abs_diff(first_us);
+        self.contacts = Some(UsedContacts { contacts, clock });
+        true
+    }
+
+    /// Creates the recording of a foot that has these contacts but no samples; `None` for fewer than two contacts.
+    #[must_use]
+    pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
+        let about = About { foot, ..About::new(name, 1.0, Gravity::Included) };
+        let mut stored = Self::new(about, Spool::default(), Timing::Stored);
+        stored.use_contacts(contacts).then_some(stored)
+    }
+
+    /// Returns whether the estimates are recorded contacts.
+    #[must_use]
+    pub const fn has_estimates(&self) -> bool {
+        self.contacts.is_some()
+    }
+
+    /// Returns the recorded estimates, from the first; `None` if they are to be computed from the samples.
+    ///
+    /// # Errors
+    /// A temporary file cannot be written or read.
+    pub fn estimates(
+        &mut self,
+    ) -> io::Result<Option<impl Iterator<Item = io::Result<RecordedEstimate>> + '_>> {
+        let clock = self.clock_of_samples();
+        let Some(UsedContacts { contacts, .. }) = &mut self.contacts else {
+            return Ok(None);
+        };
+        Ok(Some(RecordedEstimates {
+            contacts: contacts.read()?,
+            start_us: self.about.start_us,
+            samples: TimedSamples::new(&mut self.spool, &self.timing, self.about.correction, clock)?,
+            newest: None,
+            is_used: false,
+            next: None,
+        }))
+    }
+
+    /// Stores a recording that is in memory and whose times begin at 0; `file` is the path that it was read from.
+    pub(super) fn from_recording(
+        recording: Recording,
+        notices: Vec<Notice>,
+        file: &str,
+    ) -> Result<Self, InputError> {
+        let mut spool = Spool::default();
+        let mut samples = recording.samples.iter();
+        samples
+            .try_for_each(|sample| spool.push(sample))
+            .map_err(|source| InputError::spool(file, source))?;
+        let last = recording.samples.last();
+        let about = About {
+            samples: recording.samples.len(),
+            duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
+            load_title: recording.load_title,
+            notices,
+            ..About::new(recording.name, recording.sample_rate, recording.gravity)
+        };
+        Ok(Self::new(about, spool, Timing::Stored))
+    }
+
+    /// Time of the file's clock at the first sample, µs, and samples per second. They are those of [`Self::samples`],
+    /// even if contacts are described instead.
+    #[must_use]
+    pub const fn clock_of_samples(&self) -> (i64, f32) {
+        match &self.contacts {
+            Some(used) => used.clock,
+            None => (self.about.start_us, self.about.sample_rate),
+        }
+    }
+
+    /// Returns all samples, from the first.
+    ///
+    /// # Errors
+    /// The temporary file with the samples cannot be written or read.
+    pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
+        let clock = self.clock_of_samples();
+        TimedSamples::new(&mut self.spool, &self.timing, self.about.correction, clock)
+    }
+
+    /// Returns the recording with all samples in memory.
+    ///
+    /// # Errors
+    /// The errors of [`Self::samples`].
+    pub fn into_loaded(mut self) -> io::Result<Loaded> {
+        let samples = self.samples()?.collect::<io::Result<Vec<_>>>()?;
+        let about = self.about;
+        Ok(Loaded {
+            recording: Recording {
+                name: about.name,
+                sample_rate: about.sample_rate,
+                gravity: about.gravity,
+                load_title: about.load_title,
+                samples,
+            },
+            start_us: about.start_us,
+            notices: about.notices,
+            repairs: about.repairs,
+        })
+    }
+}
 
 /// Properties of a recording other than its samples.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -106,6 +230,20 @@ impl About {
     }
 }
 
+/// A recording that has been read, with all samples in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// Recording. Its first sample is at time 0.
+    pub recording: Recording,
+    /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
+    /// a trigger, or count from 1970.
+    pub start_us: i64,
+    /// One sentence for each thing that was left out or reinterpreted, for people to read.
+    pub notices: Vec<Notice>,
+    /// Rows that were left out or whose time was changed.
+    pub repairs: Repairs,
+}
+
 /// Source of the time of a sample.
 #[derive(Clone, Debug)]
 pub(super) enum Timing {
@@ -119,160 +257,9 @@ pub(super) enum Timing {
     Smoothed { times_us: Vec<Option<i64>> },
 }
 
-/// A recording that has been read. Its memory does not grow with its length.
-pub struct Stored {
-    /// Properties of the recording.
-    pub about: About,
-    spool: Spool,
-    timing: Timing,
-    /// Contacts that are the estimates.
-    contacts: Option<Used>,
-}
-
-/// Contacts that are described in the place of the samples.
-struct Used {
-    contacts: Contacts,
-    /// Time of the file's clock at the first sample, µs, and samples per second.
-    clock: (i64, f32),
-}
-
-/// Estimate that the foot sent, and that was recorded.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RecordedEstimate {
-    /// The newest sample at that time, with the time of the estimate. Its label is that of a sample of this time, its
-    /// load at most 100 ms old.
-    pub sample: RecordedSample,
-    /// Age of that sample, µs, if no earlier estimate had it.
-    pub new_age_us: Option<u64>,
-    /// Whether the foot sent the estimate as valid, whatever its flags, which may be older.
-    pub is_valid: bool,
-    /// The estimate; numbers that were not recorded with it are NaN.
-    pub estimate: ContactEstimate,
-    /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
-    pub moved: ContactEstimate,
-}
-
-impl Stored {
-    pub(super) const fn new(about: About, spool: Spool, timing: Timing) -> Self {
-        Self { about, spool, timing, contacts: None }
-    }
-
-    /// Makes these contacts the estimates, and describes them instead of the samples. If there are fewer than two,
-    /// returns false and changes nothing.
-    pub(super) fn use_contacts(&mut self, contacts: Contacts) -> bool {
-        let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
-            return false;
-        };
-        let clock = self.clock_of_samples();
-        let about = &mut self.about;
-        (about.start_us, about.sample_rate) = (first_us, rate);
-        about.samples = contacts.len();
-        about.duration_us = last_us.abs_diff(first_us);
-        self.contacts = Some(Used { contacts, clock });
-        true
-    }
-
-    /// Creates the recording of a foot that has these contacts but no samples; `None` for fewer than two contacts.
-    #[must_use]
-    pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
-        let about = About { foot, ..About::new(name, 1.0, Gravity::Included) };
-        let mut stored = Self::new(about, Spool::default(), Timing::Stored);
-        stored.use_contacts(contacts).then_some(stored)
-    }
-
-    /// Returns whether the estimates are recorded contacts.
-    #[must_use]
-    pub const fn has_estimates(&self) -> bool {
-        self.contacts.is_some()
-    }
-
-    /// Returns the recorded estimates, from the first; `None` if they are to be computed from the samples.
-    ///
-    /// # Errors
-    /// A temporary file cannot be written or read.
-    pub fn estimates(
-        &mut self,
-    ) -> io::Result<Option<impl Iterator<Item = io::Result<RecordedEstimate>> + '_>> {
-        let clock = self.clock_of_samples();
-        let Some(Used { contacts, .. }) = &mut self.contacts else {
-            return Ok(None);
-        };
-        Ok(Some(Merged {
-            contacts: contacts.read()?,
-            start_us: self.about.start_us,
-            samples: Timed::new(&mut self.spool, &self.timing, self.about.correction, clock)?,
-            newest: None,
-            is_used: false,
-            next: None,
-        }))
-    }
-
-    /// Stores a recording that is in memory and whose times begin at 0; `file` is the path that it was read from.
-    pub(super) fn from_recording(
-        recording: Recording,
-        notices: Vec<Notice>,
-        file: &str,
-    ) -> Result<Self, InputError> {
-        let mut spool = Spool::default();
-        let mut samples = recording.samples.iter();
-        samples
-            .try_for_each(|sample| spool.push(sample))
-            .map_err(|source| InputError::spool(file, source))?;
-        let last = recording.samples.last();
-        let about = About {
-            samples: recording.samples.len(),
-            duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
-            load_title: recording.load_title,
-            notices,
-            ..About::new(recording.name, recording.sample_rate, recording.gravity)
-        };
-        Ok(Self::new(about, spool, Timing::Stored))
-    }
-
-    /// Time of the file's clock at the first sample, µs, and samples per second. They are those of [`Self::samples`],
-    /// even if contacts are described instead.
-    #[must_use]
-    pub const fn clock_of_samples(&self) -> (i64, f32) {
-        match &self.contacts {
-            Some(used) => used.clock,
-            None => (self.about.start_us, self.about.sample_rate),
-        }
-    }
-
-    /// Returns all samples, from the first.
-    ///
-    /// # Errors
-    /// The temporary file with the samples cannot be written or read.
-    pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
-        let clock = self.clock_of_samples();
-        Timed::new(&mut self.spool, &self.timing, self.about.correction, clock)
-    }
-
-    /// Returns the recording with all samples in memory.
-    ///
-    /// # Errors
-    /// The errors of [`Self::samples`].
-    pub fn into_loaded(mut self) -> io::Result<Loaded> {
-        let samples = self.samples()?.collect::<io::Result<Vec<_>>>()?;
-        let about = self.about;
-        Ok(Loaded {
-            recording: Recording {
-                name: about.name,
-                sample_rate: about.sample_rate,
-                gravity: about.gravity,
-                load_title: about.load_title,
-                samples,
-            },
-            start_us: about.start_us,
-            notices: about.notices,
-            repairs: about.repairs,
-        })
-    }
-}
-
-/// Iterator that corrects samples and adds their times.
-struct Timed<'a> {
-    samples: Samples<'a, RecordedSample>,
+/// Iterator over the samples from a spool, with their times and corrected.
+struct TimedSamples<'a> {
+    samples: SpooledRows<'a, RecordedSample>,
     timing: &'a Timing,
     correction: Correction,
     /// Time of the file's clock at the first sample, µs.
@@ -282,7 +269,7 @@ struct Timed<'a> {
     index: usize,
 }
 
-impl<'a> Timed<'a> {
+impl<'a> TimedSamples<'a> {
     /// Starts at the first sample; `clock` is that of [`Stored::clock_of_samples`].
     fn new(
         spool: &'a mut Spool,
@@ -291,11 +278,11 @@ impl<'a> Timed<'a> {
         clock: (i64, f32),
     ) -> io::Result<Self> {
         let (start_us, sample_rate) = clock;
-        Ok(Self { samples: spool.samples()?, timing, correction, start_us, sample_rate, index: 0 })
+        Ok(Self { samples: spool.rows()?, timing, correction, start_us, sample_rate, index: 0 })
     }
 }
 
-impl Iterator for Timed<'_> {
+impl Iterator for TimedSamples<'_> {
     type Item = io::Result<RecordedSample>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -330,12 +317,39 @@ impl Iterator for Timed<'_> {
     }
 }
 
-/// Iterator over recorded contacts, with the samples beside them.
-struct Merged<'a> {
-    contacts: Samples<'a, SentContact>,
+/// Contacts that are described in the place of the samples.
+struct UsedContacts {
+    contacts: Contacts,
+    /// Time of the file's clock at the first sample, µs, and samples per second.
+    clock: (i64, f32),
+}
+
+/// Estimate that the foot sent, and that was recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedEstimate {
+    /// The newest sample at that time, with the time of the estimate. Its label is that of a sample of this time, its
+    /// load at most 100 ms old.
+    pub sample: RecordedSample,
+    /// Age of that sample, µs, if no earlier estimate had it.
+    pub new_age_us: Option<u64>,
+    /// Whether the foot sent the estimate as valid, whatever its flags, which may be older.
+    pub is_valid: bool,
+    /// The estimate; numbers that were not recorded with it are NaN.
+    pub estimate: ContactEstimate,
+    /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
+    pub moved: ContactEstimate,
+}
+
+/// Age up to which a load with its own stream is valid, µs: half of the shortest stance of a walking robot. It must
+/// arrive at 10 Hz or more.
+pub(super) const OLDEST_LOAD_US: u64 = 100_000;
+
+/// Iterator over recorded contacts, each with the newest sample at its time.
+struct RecordedEstimates<'a> {
+    contacts: SpooledRows<'a, SentContact>,
     /// Time of the file's clock at the first contact, µs.
     start_us: i64,
-    samples: Timed<'a>,
+    samples: TimedSamples<'a>,
     /// Newest sample that is not after the contact, with its time of the file's clock, µs.
     newest: Option<(i64, RecordedSample)>,
     /// Whether an estimate has had the newest sample.
@@ -344,7 +358,7 @@ struct Merged<'a> {
     next: Option<(i64, RecordedSample)>,
 }
 
-impl Merged<'_> {
+impl RecordedEstimates<'_> {
     /// Advances to the newest sample at `time_us`.
     fn advance_to(&mut self, time_us: i64) -> io::Result<()> {
         loop {
@@ -392,292 +406,11 @@ impl Merged<'_> {
     }
 }
 
-impl Iterator for Merged<'_> {
+impl Iterator for RecordedEstimates<'_> {
     type Item = io::Result<RecordedEstimate>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let contact = self.contacts.next()?;
         Some(contact.and_then(|contact| self.estimate(contact)))
-    }
-}
-
-/// Rows of a `csv` that were left out or changed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Repairs {
-    /// Rows left out because all six axes are blank in them.
-    pub blank_rows: usize,
-    /// Rows left out because their times do not advance.
-    pub dropped_rows: usize,
-    /// Rows whose time was changed.
-    pub retimed_rows: usize,
-}
-
-impl Repairs {
-    /// One sentence for each kind of repair that occurred.
-    pub(super) fn notices(self, file: &str) -> Vec<String> {
-        let blank = "left out, in which all six axes are blank";
-        let dropped = "left out, whose times do not advance";
-        let retimed = "moved by more than half a period, to where the sample rate has them";
-        let sentence = |(rows, what)| match rows {
-            0 => None,
-            1 => Some(format!("{file}: 1 row {what}")),
-            _ => Some(format!("{file}: {rows} rows {what}")),
-        };
-        let rows = [self.blank_rows, self.dropped_rows, self.retimed_rows];
-        let counted = rows.into_iter().zip([blank, dropped, retimed]);
-        counted.filter_map(sentence).collect()
-    }
-}
-
-/// Share of rows in the wrong order by jitter from which times are smoothed instead of left out.
-const MOST_JITTERING: f64 = 0.01;
-
-/// Sentence about the gaps between smooth times.
-fn smoothed_notice(file: &str, gaps: usize) -> Option<Notice> {
-    let text = match gaps {
-        0 => return None,
-        1 => format!("{file}: times are smooth up to a gap and after it"),
-        _ => format!("{file}: times are smooth between {gaps} gaps"),
-    };
-    Some(Notice::from(text))
-}
-
-/// Age up to which a load with its own stream is valid, µs: half of the shortest stance of a walking robot. It must
-/// arrive at 10 Hz or more.
-pub(super) const OLDEST_LOAD_US: u64 = 100_000;
-
-/// Load of a number; `None` if it is not finite, which marks an unknown load.
-#[must_use]
-pub fn finite_load(value: f64) -> Option<Load> {
-    value.is_finite().then_some(Load(value as f32))
-}
-
-/// A file that has been read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Loaded {
-    /// Recording. Its first sample is at time 0.
-    pub recording: Recording,
-    /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
-    /// a trigger, or count from 1970.
-    pub start_us: i64,
-    /// One sentence for each thing that was left out or reinterpreted, for people to read.
-    pub notices: Vec<Notice>,
-    /// Rows that were left out or whose time was changed.
-    pub repairs: Repairs,
-}
-
-/// Time of row `index` at a constant `sample_rate` in Hz.
-#[must_use]
-pub fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
-    let micros = index as f64 * 1.0e6 / f64::from(sample_rate);
-    Timestamp::from_micros(micros.round() as u64)
-}
-
-/// Converts six readings in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL), into a sample in the
-/// frame of the sensor.
-#[must_use]
-pub fn imu_sample(timestamp: Timestamp, readings: [f64; 6], validity: Validity) -> ImuSample {
-    let [ax, ay, az, wx, wy, wz] = readings.map(|value| value as f32);
-    ImuSample {
-        timestamp,
-        specific_force: SpecificForce(Vec3::new(ax, ay, az)),
-        angular_rate: AngularRate(Vec3::new(wx, wy, wz)),
-        validity,
-    }
-}
-
-/// Rows of one recording.
-#[derive(Default)]
-pub(super) struct Rows {
-    times: Times,
-    spool: Spool,
-    clock: Option<Clock>,
-    steps: Steps,
-    /// Times of the clock, µs, if they need not be in order.
-    unordered_us: Vec<i64>,
-    pub(super) repairs: Repairs,
-}
-
-/// First and newest time, µs.
-#[derive(Clone, Copy)]
-struct Clock {
-    start_us: i64,
-    newest_us: i64,
-}
-
-/// Reason why a row was rejected.
-pub(super) enum Refused {
-    /// Its time is not after that of the previous row, µs.
-    Time {
-        previous_us: i64,
-    },
-    Spool(io::Error),
-}
-
-impl Refused {
-    /// Error about times that cannot be attributed to a cell.
-    pub(super) fn into_error(self, file: &str) -> InputError {
-        match self {
-            Self::Time { previous_us } => {
-                InputError::of_file(file, Problem::MessageOrder { previous_us })
-            }
-            Self::Spool(source) => InputError::spool(file, source),
-        }
-    }
-}
-
-impl Clock {
-    const fn at(time_us: i64) -> Self {
-        Self { start_us: time_us, newest_us: time_us }
-    }
-}
-
-impl Rows {
-    pub(super) fn new(times: Times) -> Self {
-        Self { times, ..Self::default() }
-    }
-
-    /// Appends a row. `clock_us` is the time of the file's clock, given for all rows or for none.
-    pub(super) fn push(
-        &mut self,
-        clock_us: Option<i64>,
-        mut sample: RecordedSample,
-    ) -> Result<(), Refused> {
-        if let Some(now_us) = clock_us {
-            let stored = match self.times {
-                Times::Keep => self.advance_to(now_us)?,
-                Times::DropBad | Times::Smooth | Times::Rate => {
-                    self.unordered_us.push(now_us);
-                    Timestamp::from_micros(now_us.cast_unsigned())
-                }
-            };
-            sample.imu.timestamp = stored;
-        }
-        self.spool.push(&sample).map_err(Refused::Spool)
-    }
-
-    /// Returns the usual step between rows so far, µs; `None` where it is unknown.
-    pub(super) fn usual_step_us(&self) -> Option<u64> {
-        median(&self.steps.sorted())
-    }
-
-    /// Time since the first row.
-    fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, Refused> {
-        let clock = self.clock.get_or_insert(Clock::at(now_us));
-        if !self.spool.is_empty() {
-            let previous_us = clock.newest_us;
-            if now_us <= previous_us {
-                return Err(Refused::Time { previous_us });
-            }
-            self.steps.add(now_us.abs_diff(previous_us));
-            clock.newest_us = now_us;
-        }
-        Ok(Timestamp::from_micros(now_us.abs_diff(clock.start_us)))
-    }
-
-    /// Returns the recording of the file at `file`. Of `about`, samples, duration, rate, units, start and repairs are
-    /// replaced by those of the rows, and gravity by the given one.
-    pub(super) fn finish(
-        mut self,
-        file: &str,
-        mut about: About,
-        input_options: &InputOptions,
-    ) -> Result<Stored, InputError> {
-        if self.spool.is_empty() {
-            return Err(InputError::empty(file));
-        }
-        let mut samples = self.spool.len();
-        let mut even_rate = None;
-        let timing = match self.times {
-            Times::DropBad if !self.unordered_us.is_empty() => {
-                let kept = self.drop_bad().map_err(|problem| InputError::of_file(file, problem))?;
-                samples -= self.repairs.dropped_rows;
-                Timing::Clock { kept }
-            }
-            Times::Smooth if !self.unordered_us.is_empty() => {
-                let smoothed = self.smooth();
-                let Smoothed { times_us, rate, gaps } = smoothed.ok_or_else(|| {
-                    let problem = Problem::UnknownSampleRate { time_column: None };
-                    InputError::of_file(file, problem)
-                })?;
-                samples -= self.repairs.dropped_rows;
-                even_rate = Some(rate_near(rate, input_options.sample_rate, file)?);
-                about.notices.extend(smoothed_notice(file, gaps));
-                Timing::Smoothed { times_us }
-            }
-            Times::Keep if self.clock.is_some() => Timing::Stored,
-            Times::Rate => {
-                even_rate = self.space_evenly(input_options.sample_rate);
-                Timing::Steady
-            }
-            Times::Keep | Times::DropBad | Times::Smooth => Timing::Steady,
-        };
-        let sample_rate = match even_rate {
-            Some(rate) => rate as f32,
-            None => sample_rate(&self.steps, input_options.sample_rate, file)?,
-        };
-        let duration_us = match (&timing, self.clock) {
-            (Timing::Steady, _) | (_, None) => steady_time(samples - 1, sample_rate).as_micros(),
-            (_, Some(clock)) => clock.newest_us.abs_diff(clock.start_us),
-        };
-        let repaired = self.repairs.notices(file);
-        about.notices.extend(repaired.into_iter().map(Notice::from));
-        let about = About {
-            samples,
-            duration_us,
-            sample_rate,
-            gravity: input_options.gravity.unwrap_or(about.gravity),
-            start_us: self.clock.map_or(0, |clock| clock.start_us),
-            repairs: self.repairs,
-            ..about
-        };
-        Ok(Stored::new(about, self.spool, timing))
-    }
-
-    /// Leaves out the rows whose times do not advance. Returns a flag for each row: whether it is kept.
-    ///
-    /// # Errors
-    /// The times jitter, so that good rows would be left out.
-    fn drop_bad(&mut self) -> Result<Vec<bool>, Problem> {
-        let kept = longest_increase(&self.unordered_us);
-        let (rows, of) = (jittering(&self.unordered_us, &kept), kept.len());
-        if rows as f64 > MOST_JITTERING * of as f64 {
-            return Err(Problem::Jitter { rows, of });
-        }
-        let rows = self.unordered_us.iter().zip(&kept);
-        for (time_us, _) in rows.filter(|(_, kept)| **kept) {
-            let clock = self.clock.get_or_insert(Clock::at(*time_us));
-            if clock.newest_us < *time_us {
-                self.steps.add(time_us.abs_diff(clock.newest_us));
-                clock.newest_us = *time_us;
-            }
-        }
-        self.repairs.dropped_rows = kept.iter().filter(|kept| !**kept).count();
-        Ok(kept)
-    }
-
-    /// Smooths the times between gaps; `None` if they do not advance.
-    fn smooth(&mut self) -> Option<Smoothed> {
-        let smoothed = smoothed(&self.unordered_us)?;
-        let half_period_us = 0.5e6 / smoothed.rate;
-        let rows = || self.unordered_us.iter().zip(&smoothed.times_us);
-        let is_moved = |(stamp_us, time_us): &(&i64, &Option<i64>)| {
-            time_us.is_some_and(|time_us| time_us.abs_diff(**stamp_us) as f64 > half_period_us)
-        };
-        self.repairs.retimed_rows = rows().filter(is_moved).count();
-        self.repairs.dropped_rows = rows().filter(|(_, time_us)| time_us.is_none()).count();
-        let mut times = smoothed.times_us.iter().flatten();
-        let start_us = *times.next()?;
-        let newest_us = *times.next_back().unwrap_or(&start_us);
-        self.clock = Some(Clock { start_us, newest_us });
-        Some(smoothed)
-    }
-
-    /// Spaces the rows evenly at the sample rate, which is returned, Hz; `None` if it is unknown.
-    fn space_evenly(&mut self, given: Option<f32>) -> Option<f64> {
-        self.clock = Some(Clock::at(*self.unordered_us.first()?));
-        let rate = given.map(f64::from).or_else(|| mean_rate(&self.unordered_us))?;
-        self.repairs.retimed_rows = moved(&self.unordered_us, rate);
-        Some(rate)
     }
 }

@@ -19,9 +19,10 @@ use crate::input::bag::loads::LoadSeries;
 use crate::input::bag::messages::{Channel, decode, micros};
 use crate::input::error::{ImuTopic, InputError, Place, Problem};
 use crate::input::options::InputOptions;
-use crate::input::stored::{About, OLDEST_LOAD_US, Rows, Stored, imu_sample};
+use crate::input::rows::Rows;
+use crate::input::stored::{About, OLDEST_LOAD_US, Stored};
 use crate::ros::Imu;
-use crate::samples::{Label, RecordedSample, validity_of_name};
+use crate::samples::{Label, RecordedSample, imu_sample, validity_of_name};
 
 /// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
 const FOLLOWS_US: u64 = 1_000;

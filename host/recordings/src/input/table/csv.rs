@@ -26,12 +26,13 @@ use crate::input::error::{InputError, MAX_TIME_S, Place, Problem};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::options::InputOptions;
 use crate::input::rate::{PLAUSIBLE_RATES, unit_of_step};
-use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored, finite_load, imu_sample};
+use crate::input::rows::{Refused, Rows};
+use crate::input::stored::{About, OLDEST_LOAD_US, Stored};
 use crate::input::table::header::{Blanks, Layout, NANOSECONDS, shortened, suggestion};
 use crate::input::table::names::{FoundTime, find_time, guess};
 use crate::input::table::options::{TimeUnit, is_ours};
 use crate::input::table::reader::{Row, Table};
-use crate::samples::{Label, RecordedSample, validity_of_name};
+use crate::samples::{Label, RecordedSample, finite_load, imu_sample, validity_of_name};
 
 /// Reads a table with a header.
 ///
