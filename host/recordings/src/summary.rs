@@ -301,7 +301,7 @@ fn latency_text(latency: &Latency) -> String {
 /// How one foot was estimated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimation {
-    /// Preset that the parameters started from, as `--preset` takes it.
+    /// Preset that the parameters started from, by [`Preset::name`].
     pub preset: &'static str,
     /// Parameters in force.
     pub parameters: ParametersReport,
@@ -359,7 +359,7 @@ pub struct CorrectionReport {
     pub accelerometer_scale: [f32; 3],
     /// Bias subtracted from angular rates, rad/s.
     pub gyroscope_bias_rad_s: [f32; 3],
-    /// How the sensor lies in the foot, as `--axes` has it: then they were turned by this.
+    /// Mounting by which they were turned afterwards, as [`axes_text`] writes it.
     pub axes: String,
 }
 

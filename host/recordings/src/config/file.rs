@@ -11,7 +11,16 @@ use toml::de::{DeTable, DeValue};
 use crate::config::settings::{Reader, Settings};
 use crate::input::{Correction, is_among};
 
-/// A configuration file.
+/// Name and text of a configuration file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ConfigFile {
+    /// Name, as given.
+    pub name: String,
+    /// Text.
+    pub text: String,
+}
+
+/// Settings in a configuration file, which override those of the preset.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// Settings for all feet.

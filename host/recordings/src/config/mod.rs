@@ -1,6 +1,16 @@
 //! Parameters from preset, file format, configuration file and options.
 //!
-//! Later sources override earlier ones: preset, then the configuration file, then options. [`Resolved`] merges them.
+//! Later sources override earlier ones: preset, then the configuration file, then options.
+//!
+//! | step | file |
+//! |---|---|
+//! | the merged settings, and the parameters that they give a foot: [`Resolved`] | `resolved` |
+//! | settings to start from | `preset` |
+//! | a file with its settings; its errors by line and key | `file` |
+//! | the settings, read by the table of keys | `settings` |
+//! | the keys: meaning, unit, range, object on a foot; a file with all of them | `keys` |
+//! | values as text, such as `50ms` | `value` |
+//! | refused parameters, by the option or key that sets them | `refusal` |
 //!
 //! A configuration file is TOML. Every key is optional and carries its unit; an unknown key is an error. A setting
 //! per sensor is one number for its three axes or a table of axes.
@@ -76,7 +86,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `footfall calibrate` writes `[learnt]` and `axes`, or with `--rests` `[accelerometer]` and `[gyroscope]`. On a foot
+//! A calibration writes `[learnt]` and `axes`, or from rests `[accelerometer]` and `[gyroscope]`. On a foot
 //! the values of `[learnt]` are in object 0x2018, those of `[accelerometer]` in 0x2017, and `axes` in 0x2019. A foot
 //! learns its gyroscope bias without a setting. Sensor errors are given along the sensor's own axes and corrected
 //! before `axes` turns the readings. Half-widths and bandwidths are along the axes of the foot.
@@ -93,11 +103,11 @@ mod resolved;
 mod settings;
 pub(super) mod value;
 
-pub use file::{ConfigError, KeyError, Overrides, Position};
+pub use file::{ConfigError, ConfigFile, KeyError, Overrides, Position};
 pub use keys::{Key, example, keys};
 pub use preset::{Preset, default_params};
 pub use refusal::{Origins, ParameterRefusal, RateOrigin};
-pub use resolved::{ConfigFile, FootAxes, NoSuchFoot, Resolved};
+pub use resolved::{FootAxes, NoSuchFoot, Resolved};
 pub use settings::Settings;
 pub use value::{
     GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_gravity, parse_gyro_timing,

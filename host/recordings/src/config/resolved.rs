@@ -9,7 +9,7 @@ use estimator_core::parameter::Parameter;
 use estimator_core::params::WindowLength;
 use estimator_core::{Gravity, Params, ParamsError};
 
-use crate::config::file::{ConfigError, Overrides};
+use crate::config::file::{ConfigError, ConfigFile, Overrides};
 use crate::config::preset::Preset;
 use crate::config::refusal::{Origins, ParameterRefusal, RateOrigin};
 use crate::display_in_plain_words;
@@ -19,35 +19,6 @@ use crate::input::Format;
 use crate::input::table::options::TableOptions;
 use crate::input::{BagOptions, ContactUse, Correction, InputOptions, is_among};
 use crate::mounting::parse_axes;
-
-/// Name and text of a configuration file.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ConfigFile {
-    /// Name, as given.
-    pub name: String,
-    /// Text.
-    pub text: String,
-}
-
-/// Axes are given for a foot that is not in the recordings.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoSuchFoot {
-    /// Name of the foot, as given.
-    pub foot: String,
-    /// Names of the feet in the recordings, separated by commas.
-    pub feet: String,
-}
-
-impl std::error::Error for NoSuchFoot {}
-
-display_in_plain_words!(NoSuchFoot);
-
-impl InWords for NoSuchFoot {
-    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
-        let (axes, Self { foot, feet }) = (words.name(Setting::Axes), self);
-        write!(f, "{axes} names the foot {foot}, but there is {feet}")
-    }
-}
 
 /// Settings of preset, configuration file and options. Options override the file, and the file overrides the
 /// preset.
@@ -227,6 +198,26 @@ impl Resolved {
     #[must_use]
     pub fn file_text(&self) -> &str {
         self.file.as_ref().map_or("", |file| file.text.as_str())
+    }
+}
+
+/// Axes are given for a foot that is not in the recordings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoSuchFoot {
+    /// Name of the foot, as given.
+    pub foot: String,
+    /// Names of the feet in the recordings, separated by commas.
+    pub feet: String,
+}
+
+impl std::error::Error for NoSuchFoot {}
+
+display_in_plain_words!(NoSuchFoot);
+
+impl InWords for NoSuchFoot {
+    fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
+        let (axes, Self { foot, feet }) = (words.name(Setting::Axes), self);
+        write!(f, "{axes} names the foot {foot}, but there is {feet}")
     }
 }
 
