@@ -1,7 +1,8 @@
 //! A recorded or simulated stream: samples with their load and label, and the names and codes of their parts in files.
 
 use estimator_core::{
-    AngularRate, Gravity, ImuSample, Load, Phase, Saturation, SpecificForce, Timestamp, Validity, Vec3,
+    AngularRate, Gravity, ImuSample, Load, Phase, Saturation, SpecificForce, Timestamp, Validity,
+    Vec3,
 };
 
 /// True state of a sample, if known.

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 /// Bytes of the file that are converted at once.
 const CHUNK: usize = 1 << 14;
 
-/// Characters without a byte order mark from which a text is known as UTF-16.
+/// Number of plain characters by which UTF-16 without a byte order mark is recognised.
 const PLAIN_CHARACTERS: usize = 8;
 
 /// Order of the two bytes of a unit.
@@ -42,7 +42,7 @@ impl ByteOrder {
     }
 }
 
-/// UTF-8 of a text in UTF-16, without its byte order mark. What is no text becomes U+FFFD.
+/// UTF-8 of a text in UTF-16, without its byte order mark. An invalid unit becomes U+FFFD.
 pub(crate) struct Utf8<R> {
     text: R,
     order: ByteOrder,

@@ -53,9 +53,7 @@ pub use options::{
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
 pub use rows::Repairs;
-pub use stored::{
-    About, Loaded, RecordedEstimate, Stored,
-};
+pub use stored::{About, Loaded, RecordedEstimate, Stored};
 pub use table::options::{
     AccelerationUnit, Decimal, Mapping, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
 };
@@ -93,7 +91,10 @@ impl Opened {
         let format = match (&mut source, format) {
             (Readable::Container(container), _) => container.format,
             (Readable::Table(_), Some(format)) => format,
-            (Readable::Table(table), None) => guess_format(table)?,
+            (Readable::Table(table), None) => {
+                header::check_is_csv(table)?;
+                Format::Csv
+            }
         };
         Ok(Self { source, format })
     }
@@ -226,23 +227,4 @@ pub fn read(
     input_options: &InputOptions,
 ) -> Result<Loaded, InputError> {
     Opened::new(path, Some(format))?.read(input_options)
-}
-
-/// Columns named in a mapping.
-const OURS: [&str; 7] = ["t", "ax", "ay", "az", "wx", "wy", "wz"];
-
-/// Format of a table, if its first row leaves no doubt: a header with a known column, possibly malformed. The
-/// reader reports other errors in the header.
-fn guess_format(table: &mut Table) -> Result<Format, InputError> {
-    let Some(first) = table.peek_row()? else {
-        return Err(InputError::empty(&table.file));
-    };
-    let first = first.clone();
-    if csv::has_our_names(&first) || header::is_table(table)? {
-        Ok(Format::Csv)
-    } else {
-        let names: Vec<String> = first.cells().map(str::to_owned).collect();
-        let mapping = header::example(&OURS, &names);
-        Err(InputError::of_file(&table.file, Problem::UnknownFormat { mapping }))
-    }
 }

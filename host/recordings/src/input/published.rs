@@ -41,12 +41,10 @@ use crate::input::error::{InputError, Problem};
 use crate::input::format::Format;
 use crate::input::options::InputOptions;
 use crate::input::stored::Stored;
-use crate::input::table::csv::{Cells, label};
+use crate::input::table::csv::label;
 use crate::input::table::options::{AccelerationUnit, RateUnit, Units};
-use crate::input::table::reader::{Row, Table};
-use crate::samples::{
-    Label, RecordedSample, Recording, finite_load, imu_sample, steady_time,
-};
+use crate::input::table::reader::{Cells, Row, Table};
+use crate::samples::{Label, RecordedSample, Recording, finite_load, imu_sample, steady_time};
 
 /// Rate of the ATLAS recordings, Hz.
 pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;

@@ -25,7 +25,10 @@ const GAP_STEPS: u64 = 20;
 /// Maximum number of periods in a step. A longer step is a gap, whose number of periods is uncertain.
 const MOST_PERIODS: u64 = 3;
 
-/// Sample rate in Hz on which times and hint agree.
+/// Returns the given sample rate in Hz, or that of the times.
+///
+/// # Errors
+/// They differ by more than the tolerance of the times, or neither is known.
 pub(super) fn sample_rate(
     steps: &Steps,
     given: Option<f32>,
@@ -43,7 +46,7 @@ pub(super) fn sample_rate(
     }
 }
 
-/// Given rate in Hz, checked against that of the times, or that rate.
+/// Returns the given rate in Hz, or that of the times.
 ///
 /// # Errors
 /// They differ by more than a fifth.
@@ -91,6 +94,7 @@ impl TimesSoFar {
     }
 }
 
+/// Returns whether a given rate differs from the measured one, both in Hz, by at most this fraction of it.
 fn agree(measured: f64, given: f32, tolerance: f64) -> bool {
     (f64::from(given) - measured).abs() <= tolerance * measured
 }

@@ -73,7 +73,12 @@ impl Stored {
         Ok(Some(RecordedEstimates {
             contacts: contacts.read()?,
             start_us: self.about.start_us,
-            samples: TimedSamples::new(&mut self.spool, &self.timing, self.about.correction, clock)?,
+            samples: TimedSamples::new(
+                &mut self.spool,
+                &self.timing,
+                self.about.correction,
+                clock,
+            )?,
             newest: None,
             is_used: false,
             next: None,

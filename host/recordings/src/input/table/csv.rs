@@ -17,21 +17,20 @@
 //! [`Mapping`](super::options::Mapping). In these tables a blank cell of an axis is NaN. A row without any axis belongs
 //! to another signal, and is left out and counted. Times may be dates with times as in ISO 8601.
 
-use std::borrow::Cow;
-
 use estimator_core::{Axis, Gravity, Timestamp, Validity};
 
 use crate::hint::{Hint, Notice};
-use crate::input::error::{InputError, MAX_TIME_S, Place, Problem};
-use crate::input::iso8601::micros_since_1970;
+use crate::input::error::{InputError, MAX_TIME_S, Problem};
 use crate::input::options::InputOptions;
 use crate::input::rate::{PLAUSIBLE_RATES, unit_of_step};
 use crate::input::rows::{Refused, Rows};
 use crate::input::stored::{About, OLDEST_LOAD_US, Stored};
-use crate::input::table::header::{Blanks, Layout, NANOSECONDS, shortened, suggestion};
+use crate::input::table::header::{
+    Blanks, Layout, NANOSECONDS, OTHER_SEPARATORS, shortened, suggestion,
+};
 use crate::input::table::names::{FoundTime, find_time, guess};
 use crate::input::table::options::{TimeUnit, is_ours};
-use crate::input::table::reader::{Row, Table};
+use crate::input::table::reader::{Cells, Row, Table};
 use crate::samples::{Label, RecordedSample, finite_load, imu_sample, validity_of_name};
 
 /// Reads a table with a header.
@@ -76,7 +75,7 @@ pub(in crate::input) fn read(
 }
 
 /// Title of a column `force`.
-pub(super) const LOAD_TITLE: &str = "force (N)";
+const LOAD_TITLE: &str = "force (N)";
 
 /// A table whose rows are being read.
 pub(super) struct Intake<'a> {
@@ -221,6 +220,243 @@ impl<'a> Intake<'a> {
     }
 }
 
+/// Position of each known column.
+#[derive(Default)]
+struct Columns {
+    /// Number of cells in a row.
+    count: usize,
+    /// Index of the column `t`.
+    t: Option<usize>,
+    /// Index of the nanoseconds of a stamp whose seconds are `t`.
+    nanoseconds: Option<usize>,
+    axes: [Option<usize>; 6],
+    force: Option<usize>,
+    label: Option<usize>,
+    validity: Option<usize>,
+    /// Names that are unknown in a recording.
+    ignored: Vec<String>,
+    duplicate: Option<(usize, String)>,
+}
+
+impl Columns {
+    /// Parses a header. No column is known if the header holds numbers.
+    fn from_header(header: &Row) -> Self {
+        let mut columns = Self::default();
+        if header.cells().any(|name| name.parse::<f64>().is_ok()) {
+            return columns;
+        }
+        columns.count = header.len();
+        for (index, name) in header.cells().enumerate() {
+            let index_of = match name {
+                "t" => &mut columns.t,
+                NANOSECONDS => &mut columns.nanoseconds,
+                "force" => &mut columns.force,
+                "label" => &mut columns.label,
+                "validity" => &mut columns.validity,
+                _ => match Axis::ALL.iter().position(|axis| axis.name() == name) {
+                    Some(axis) => &mut columns.axes[axis],
+                    None => {
+                        columns.ignored.push(name.to_owned());
+                        continue;
+                    }
+                },
+            };
+            if index_of.replace(index).is_some() {
+                columns.duplicate = Some((index, name.to_owned()));
+            }
+        }
+        columns
+    }
+
+    /// Parses a header that must have all required columns.
+    fn checked(header: &Row) -> Result<Self, InputError> {
+        let columns = Self::from_header(header);
+        if let Some((index, name)) = &columns.duplicate {
+            return Err(header.error(*index, name, Problem::DuplicateColumn));
+        }
+        let axes = Axis::ALL.into_iter().zip(columns.axes);
+        let missing = axes.filter(|(_, index)| index.is_none());
+        let missing: Vec<_> = missing.map(|(axis, _)| axis.name()).collect();
+        if missing.is_empty() {
+            return Ok(columns);
+        }
+        // The whole file is one row then. Carriage returns at its end were trimmed.
+        let is_one_row = header.cells().any(|name| name.contains('\r'));
+        let line_ends = is_one_row.then_some(Hint::LineEnds);
+        let hint = line_ends.or_else(|| columns.slip());
+        let hint = hint.or_else(|| suggestion(header, &missing));
+        let problem = Problem::MissingColumns { columns: missing.join(", "), hint };
+        Err(InputError::of_row(&header.file, header.place, problem))
+    }
+
+    /// Indices of all columns that are read.
+    #[cfg(feature = "parquet")]
+    fn used(&self) -> impl Iterator<Item = usize> {
+        let others = [self.t, self.nanoseconds, self.force, self.label, self.validity];
+        self.axes.into_iter().chain(others).flatten()
+    }
+
+    /// Reason why known names are not recognised, if any.
+    fn slip(&self) -> Option<Hint> {
+        let known = |name: &str| is_ours(&name.to_lowercase());
+        self.ignored.iter().find_map(|name| {
+            let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
+            match separator {
+                // A single name is followed by something else, such as a unit.
+                Some(found) => {
+                    let names = name.split(found).map(str::trim).filter(|name| known(name));
+                    (names.count() > 1).then_some(Hint::Separator(found))
+                }
+                None => known(name).then_some(Hint::LowerCase),
+            }
+        })
+    }
+
+    /// Sentence that lists the ignored columns.
+    fn notice(&self, file: &str) -> Option<String> {
+        let names = shortened(&self.ignored);
+        (!self.ignored.is_empty()).then(|| format!("{file}: ignored columns: {names}"))
+    }
+
+    /// Returns whether a row has no value in any axis.
+    fn has_no_axis(&self, row: &impl Cells) -> bool {
+        let mut axes = self.axes.iter().flatten();
+        axes.all(|index| row.is_blank(*index))
+    }
+
+    /// Load of a row, N, which may be NaN; `None` if it is blank.
+    fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
+        self.force.map_or(Ok(None), |index| row.optional(index, "force"))
+    }
+
+    /// Values of a row; the time is set later.
+    fn sample(
+        &self,
+        row: &impl Cells,
+        blanks: Blanks,
+        input_options: &InputOptions,
+    ) -> Result<RecordedSample, InputError> {
+        let mut axes = [0.0; 6];
+        for ((value, index), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
+            if let Some(index) = index {
+                *value = match blanks {
+                    Blanks::Refused => row.number(index, axis.name())?,
+                    Blanks::NotANumber => row.optional(index, axis.name())?.unwrap_or(f64::NAN),
+                };
+            }
+        }
+        let axes = input_options.table.to_si(axes);
+        let label = self.label.map(|index| optional_label(row, index));
+        let label = label.transpose()?.flatten();
+        let validity = self.validity.map(|index| validity(row, index));
+        let validity = validity.transpose()?.unwrap_or(Validity::Valid);
+        Ok(RecordedSample {
+            imu: imu_sample(Timestamp::default(), axes, validity),
+            load: self.load(row)?.and_then(finite_load),
+            label,
+        })
+    }
+}
+
+/// Label in column `index`: 1 stable, 0 not.
+pub(in crate::input) fn label(
+    row: &impl Cells,
+    index: usize,
+    value: f64,
+) -> Result<Label, InputError> {
+    if value == 1.0 {
+        Ok(Label::Stable)
+    } else if value == 0.0 {
+        Ok(Label::NotStable)
+    } else {
+        Err(row.error(index, "label", Problem::Label(row.shown(index).into_owned())))
+    }
+}
+
+/// Label in column `index`, which may also be a word, as pandas and R write it, or unknown.
+fn optional_label(row: &impl Cells, index: usize) -> Result<Option<Label>, InputError> {
+    let text = row.shown(index);
+    if text.eq_ignore_ascii_case("true") {
+        return Ok(Some(Label::Stable));
+    }
+    if text.eq_ignore_ascii_case("false") {
+        return Ok(Some(Label::NotStable));
+    }
+    match row.optional(index, "label")? {
+        Some(value) if !value.is_nan() => label(row, index, value).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// Validity in column `index`.
+fn validity(row: &impl Cells, index: usize) -> Result<Validity, InputError> {
+    if row.is_blank(index) {
+        return Ok(Validity::Valid);
+    }
+    let text = row.shown(index);
+    let unknown = || row.error(index, "validity", Problem::Validity(text.to_string()));
+    validity_of_name(&text).ok_or_else(unknown)
+}
+
+/// Largest distance from 1970 of times with a known unit, µs; it includes the year 9999.
+const LATEST_US: u64 = 1 << 58;
+
+/// Column of the time and its interpretation.
+#[derive(Clone, Copy, Debug)]
+struct TimeColumn {
+    /// Index of the column.
+    index: usize,
+    /// Index of the nanoseconds, if the column holds whole seconds only.
+    nanoseconds: Option<usize>,
+    unit: TimeUnit,
+}
+
+impl TimeColumn {
+    /// Time of a row, rounded to 1 µs.
+    fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
+        let no_time = |unit| {
+            let text = row.shown(self.index).into_owned();
+            row.error(self.index, "t", Problem::Time { text, unit, meant: None })
+        };
+        if let Some(micros) = row.moment_us(self.index) {
+            return match micros.unsigned_abs() {
+                ..=LATEST_US => Ok(micros),
+                _ => Err(no_time(TimeUnit::Microseconds)),
+            };
+        }
+        let value = row.number(self.index, "t")?;
+        let per_second = self.unit.per_second();
+        if !(-MAX_TIME_S * per_second..=MAX_TIME_S * per_second).contains(&value) {
+            return Err(no_time(self.unit));
+        }
+        let fraction = match self.nanoseconds {
+            Some(index) => (row.number(index, "t.nanosec")? / 1.0e3).round() as i64,
+            None => 0,
+        };
+        // Nanoseconds since 1970 have more digits than an f64.
+        let whole = match (self.unit, row.whole(self.index)) {
+            (TimeUnit::Nanoseconds, Some(nanoseconds)) => (nanoseconds + 500).div_euclid(1000),
+            _ => (value * (1.0e6 / per_second)).round() as i64,
+        };
+        Ok(whole.saturating_add(fraction))
+    }
+
+    /// Error about a time that is not after that of the previous row.
+    fn order_error(&self, row: &impl Cells, previous_us: i64) -> InputError {
+        let text = row.shown(self.index).into_owned();
+        let previous = previous_us as f64 / (1.0e6 / self.unit.per_second());
+        row.error(self.index, "t", Problem::TimeOrder { text, unit: self.unit, previous })
+    }
+}
+
+/// Unit in which a number is a plausible time since 1970: from 2001 to 2096 the ranges of the units do not
+/// overlap.
+fn unit_since_1970(value: f64) -> TimeUnit {
+    let units = TimeUnit::ALL.into_iter().skip(1);
+    let is_unit = |unit: &TimeUnit| (1.0e9..=MAX_TIME_S).contains(&(value / unit.per_second()));
+    units.into_iter().find(is_unit).unwrap_or_default()
+}
+
 /// Time from which a count of an unknown unit is in ns: in µs it would be more than 46 days.
 const LEAST_NANOSECONDS: f64 = 4.0e12;
 
@@ -266,322 +502,6 @@ fn time_by_another_name(header: &Row) -> Option<String> {
     }
 }
 
-/// Returns whether a row is a header, even a malformed one: it contains a known name.
-pub(in crate::input) fn has_our_names(row: &Row) -> bool {
-    row.cells()
-        .flat_map(|cell| cell.split(OTHER_SEPARATORS))
-        .any(|name| is_ours(&name.to_lowercase()))
-}
-
-/// Characters mistakenly used to separate the names of a header.
-const OTHER_SEPARATORS: [char; 4] = [';', '\t', ' ', '|'];
-
-/// Position of each known column.
-#[derive(Default)]
-pub(super) struct Columns {
-    /// Number of cells in a row.
-    pub(super) count: usize,
-    /// Index of the column `t`.
-    pub(super) t: Option<usize>,
-    /// Index of the nanoseconds of a stamp whose seconds are `t`.
-    pub(super) nanoseconds: Option<usize>,
-    axes: [Option<usize>; 6],
-    force: Option<usize>,
-    label: Option<usize>,
-    validity: Option<usize>,
-    /// Names that are unknown in a recording.
-    pub(super) ignored: Vec<String>,
-    duplicate: Option<(usize, String)>,
-}
-
-impl Columns {
-    /// Parses a header. No column is known if the header holds numbers.
-    fn from_header(header: &Row) -> Self {
-        let mut columns = Self::default();
-        if header.cells().any(|name| name.parse::<f64>().is_ok()) {
-            return columns;
-        }
-        columns.count = header.len();
-        for (index, name) in header.cells().enumerate() {
-            let index_of = match name {
-                "t" => &mut columns.t,
-                NANOSECONDS => &mut columns.nanoseconds,
-                "force" => &mut columns.force,
-                "label" => &mut columns.label,
-                "validity" => &mut columns.validity,
-                _ => match Axis::ALL.iter().position(|axis| axis.name() == name) {
-                    Some(axis) => &mut columns.axes[axis],
-                    None => {
-                        columns.ignored.push(name.to_owned());
-                        continue;
-                    }
-                },
-            };
-            if index_of.replace(index).is_some() {
-                columns.duplicate = Some((index, name.to_owned()));
-            }
-        }
-        columns
-    }
-
-    /// Parses a header that must have all required columns.
-    pub(super) fn checked(header: &Row) -> Result<Self, InputError> {
-        let columns = Self::from_header(header);
-        if let Some((index, name)) = &columns.duplicate {
-            return Err(header.error(*index, name, Problem::DuplicateColumn));
-        }
-        let axes = Axis::ALL.into_iter().zip(columns.axes);
-        let missing = axes.filter(|(_, index)| index.is_none());
-        let missing: Vec<_> = missing.map(|(axis, _)| axis.name()).collect();
-        if missing.is_empty() {
-            return Ok(columns);
-        }
-        // The whole file is one row then. Carriage returns at its end were trimmed.
-        let is_one_row = header.cells().any(|name| name.contains('\r'));
-        let line_ends = is_one_row.then_some(Hint::LineEnds);
-        let hint = line_ends.or_else(|| columns.slip());
-        let hint = hint.or_else(|| suggestion(header, &missing));
-        let problem = Problem::MissingColumns { columns: missing.join(", "), hint };
-        Err(InputError::of_row(&header.file, header.place, problem))
-    }
-
-    /// Indices of all columns that are read.
-    #[cfg(feature = "parquet")]
-    pub(super) fn used(&self) -> impl Iterator<Item = usize> {
-        let others = [self.t, self.nanoseconds, self.force, self.label, self.validity];
-        self.axes.into_iter().chain(others).flatten()
-    }
-
-    /// Reason why known names are not recognised, if any.
-    fn slip(&self) -> Option<Hint> {
-        let known = |name: &str| is_ours(&name.to_lowercase());
-        self.ignored.iter().find_map(|name| {
-            let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
-            match separator {
-                // A single name is followed by something else, such as a unit.
-                Some(found) => {
-                    let names = name.split(found).map(str::trim).filter(|name| known(name));
-                    (names.count() > 1).then_some(Hint::Separator(found))
-                }
-                None => known(name).then_some(Hint::LowerCase),
-            }
-        })
-    }
-
-    /// Sentence that lists the ignored columns.
-    pub(super) fn notice(&self, file: &str) -> Option<String> {
-        let names = shortened(&self.ignored);
-        (!self.ignored.is_empty()).then(|| format!("{file}: ignored columns: {names}"))
-    }
-
-    /// Returns whether a row has no value in any axis.
-    pub(super) fn has_no_axis(&self, row: &impl Cells) -> bool {
-        let mut axes = self.axes.iter().flatten();
-        axes.all(|index| row.is_blank(*index))
-    }
-
-    /// Load of a row, N, which may be NaN; `None` if it is blank.
-    pub(super) fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
-        self.force.map_or(Ok(None), |index| row.optional(index, "force"))
-    }
-
-    /// Values of a row; the time is set later.
-    pub(super) fn sample(
-        &self,
-        row: &impl Cells,
-        blanks: Blanks,
-        input_options: &InputOptions,
-    ) -> Result<RecordedSample, InputError> {
-        let mut axes = [0.0; 6];
-        for ((value, index), axis) in axes.iter_mut().zip(self.axes).zip(Axis::ALL) {
-            if let Some(index) = index {
-                *value = match blanks {
-                    Blanks::Refused => row.number(index, axis.name())?,
-                    Blanks::NotANumber => row.optional(index, axis.name())?.unwrap_or(f64::NAN),
-                };
-            }
-        }
-        let axes = input_options.table.to_si(axes);
-        let label = self.label.map(|index| optional_label(row, index));
-        let label = label.transpose()?.flatten();
-        let validity = self.validity.map(|index| validity(row, index));
-        let validity = validity.transpose()?.unwrap_or(Validity::Valid);
-        Ok(RecordedSample {
-            imu: imu_sample(Timestamp::default(), axes, validity),
-            load: self.load(row)?.and_then(finite_load),
-            label,
-        })
-    }
-}
-
-/// A row of a table; columns are indexed from 0.
-pub(in crate::input) trait Cells {
-    /// Returns whether a cell is blank.
-    fn is_blank(&self, index: usize) -> bool;
-
-    /// Content of a cell, as text.
-    fn shown(&self, index: usize) -> Cow<'_, str>;
-
-    /// Number in a cell; `None` if it is blank.
-    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError>;
-
-    /// Number in a cell if it is an integer: nanoseconds have more digits than an f64.
-    fn whole(&self, index: usize) -> Option<i64>;
-
-    /// Time in a cell, µs, if the cell defines its unit.
-    fn moment_us(&self, index: usize) -> Option<i64>;
-
-    /// An error in a cell of the column with this name.
-    fn error(&self, index: usize, name: &str, problem: Problem) -> InputError;
-
-    /// Number in a cell that must not be blank.
-    fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
-        self.optional(index, name)?.ok_or_else(|| self.error(index, name, Problem::Blank))
-    }
-}
-
-impl Cells for Row {
-    fn is_blank(&self, index: usize) -> bool {
-        self.text(index).is_empty()
-    }
-
-    fn shown(&self, index: usize) -> Cow<'_, str> {
-        Cow::Borrowed(self.text(index))
-    }
-
-    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
-        match self.text(index) {
-            "" => Ok(None),
-            text => number(text)
-                .map(Some)
-                .ok_or_else(|| self.error(index, name, Problem::NotANumber(text.to_owned()))),
-        }
-    }
-
-    fn whole(&self, index: usize) -> Option<i64> {
-        self.text(index).parse().ok()
-    }
-
-    fn moment_us(&self, index: usize) -> Option<i64> {
-        micros_since_1970(self.text(index))
-    }
-
-    fn error(&self, index: usize, name: &str, problem: Problem) -> InputError {
-        let place = Place::Cell { row: self.place, column: index + 1, name: name.to_owned() };
-        InputError { file: self.file.clone(), place, problem }
-    }
-}
-
-/// Spellings of "not a number" by R, pandas, SQL, spreadsheets and the C library of Windows that Rust does not
-/// parse.
-const NOT_A_NUMBER: [&str; 10] =
-    ["NA", "N/A", "#N/A", "<NA>", "null", "NULL", "None", "nan(ind)", "-nan(ind)", "-1.#IND"];
-
-/// Parses a number.
-pub(super) fn number(text: &str) -> Option<f64> {
-    let parsed = text.parse().ok();
-    parsed.or_else(|| NOT_A_NUMBER.contains(&text).then_some(f64::NAN))
-}
-
-/// Label in column `index`: 1 stable, 0 not.
-pub(in crate::input) fn label(
-    row: &impl Cells,
-    index: usize,
-    value: f64,
-) -> Result<Label, InputError> {
-    if value == 1.0 {
-        Ok(Label::Stable)
-    } else if value == 0.0 {
-        Ok(Label::NotStable)
-    } else {
-        Err(row.error(index, "label", Problem::Label(row.shown(index).into_owned())))
-    }
-}
-
-/// Label in column `index`, which may also be a word, as pandas and R write it, or unknown.
-pub(super) fn optional_label(row: &impl Cells, index: usize) -> Result<Option<Label>, InputError> {
-    let text = row.shown(index);
-    if text.eq_ignore_ascii_case("true") {
-        return Ok(Some(Label::Stable));
-    }
-    if text.eq_ignore_ascii_case("false") {
-        return Ok(Some(Label::NotStable));
-    }
-    match row.optional(index, "label")? {
-        Some(value) if !value.is_nan() => label(row, index, value).map(Some),
-        _ => Ok(None),
-    }
-}
-
-/// Validity in column `index`.
-pub(super) fn validity(row: &impl Cells, index: usize) -> Result<Validity, InputError> {
-    if row.is_blank(index) {
-        return Ok(Validity::Valid);
-    }
-    let text = row.shown(index);
-    let unknown = || row.error(index, "validity", Problem::Validity(text.to_string()));
-    validity_of_name(&text).ok_or_else(unknown)
-}
-
-/// Largest distance from 1970 of times with a known unit, µs; it includes the year 9999.
-const LATEST_US: u64 = 1 << 58;
-
-/// Column of the time and its interpretation.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TimeColumn {
-    /// Index of the column.
-    pub(super) index: usize,
-    /// Index of the nanoseconds, if the column holds whole seconds only.
-    pub(super) nanoseconds: Option<usize>,
-    pub(super) unit: TimeUnit,
-}
-
-impl TimeColumn {
-    /// Time of a row, rounded to 1 µs.
-    pub(super) fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
-        let no_time = |unit| {
-            let text = row.shown(self.index).into_owned();
-            row.error(self.index, "t", Problem::Time { text, unit, meant: None })
-        };
-        if let Some(micros) = row.moment_us(self.index) {
-            return match micros.unsigned_abs() {
-                ..=LATEST_US => Ok(micros),
-                _ => Err(no_time(TimeUnit::Microseconds)),
-            };
-        }
-        let value = row.number(self.index, "t")?;
-        let per_second = self.unit.per_second();
-        if !(-MAX_TIME_S * per_second..=MAX_TIME_S * per_second).contains(&value) {
-            return Err(no_time(self.unit));
-        }
-        let fraction = match self.nanoseconds {
-            Some(index) => (row.number(index, "t.nanosec")? / 1.0e3).round() as i64,
-            None => 0,
-        };
-        // Nanoseconds since 1970 have more digits than an f64.
-        let whole = match (self.unit, row.whole(self.index)) {
-            (TimeUnit::Nanoseconds, Some(nanoseconds)) => (nanoseconds + 500).div_euclid(1000),
-            _ => (value * (1.0e6 / per_second)).round() as i64,
-        };
-        Ok(whole.saturating_add(fraction))
-    }
-
-    /// Error about a time that is not after that of the previous row.
-    pub(super) fn order_error(&self, row: &impl Cells, previous_us: i64) -> InputError {
-        let text = row.shown(self.index).into_owned();
-        let previous = previous_us as f64 / (1.0e6 / self.unit.per_second());
-        row.error(self.index, "t", Problem::TimeOrder { text, unit: self.unit, previous })
-    }
-}
-
-/// Unit in which a number is a plausible time since 1970: from 2001 to 2096 the ranges of the units do not
-/// overlap.
-pub(super) fn unit_since_1970(value: f64) -> TimeUnit {
-    let units = TimeUnit::ALL.into_iter().skip(1);
-    let is_unit = |unit: &TimeUnit| (1.0e9..=MAX_TIME_S).contains(&(value / unit.per_second()));
-    units.into_iter().find(is_unit).unwrap_or_default()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -590,7 +510,7 @@ mod tests {
     use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
 
     use crate::input::Opened;
-    use crate::input::error::RowPlace;
+    use crate::input::error::{Place, RowPlace};
     use crate::input::stored::Loaded;
     use crate::input::table::options::{TimeUnit, Units};
     use crate::samples::{Label, VALIDITIES};

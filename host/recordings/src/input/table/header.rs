@@ -1,11 +1,10 @@
-//! Translation of the header of a table to our column names.
+//! Header of a table: whether there is one, and its translation to our column names.
 
 use csv::StringRecord;
 
 use crate::hint::Hint;
 use crate::input::error::{InputError, Problem, first_of};
 use crate::input::iso8601::micros_since_1970;
-use crate::input::table::csv::Cells;
 use crate::input::table::names::{
     Found, FoundTime, Triple, choices, find_load, find_time, find_with_units, guess, position,
     split_unit, without_units,
@@ -13,7 +12,7 @@ use crate::input::table::names::{
 use crate::input::table::options::{
     AccelerationUnit, Mapping, RateUnit, TableOptions, TimeUnit, Units, is_axis, is_ours,
 };
-use crate::input::table::reader::{Row, Table};
+use crate::input::table::reader::{Cells, Row, Table};
 
 /// Name of the nanoseconds of a stamp whose seconds are `t`.
 pub(super) const NANOSECONDS: &str = "t.nanosec";
@@ -23,6 +22,53 @@ const LEAST_WORDS: usize = 6;
 
 /// Number of axes of a recording.
 const AXES: usize = 6;
+
+/// Checks that a table of no given format is a `csv`: its first row has one of our names, even in a malformed header,
+/// or it [has a header](has_header). The reader reports other errors in the header.
+///
+/// # Errors
+/// The table is empty, or its first row does not show the columns.
+pub(in crate::input) fn check_is_csv(table: &mut Table) -> Result<(), InputError> {
+    let Some(first) = table.peek_row()? else {
+        return Err(InputError::empty(&table.file));
+    };
+    let first = first.clone();
+    if has_our_names(&first) || has_header(table)? {
+        return Ok(());
+    }
+    let names: Vec<String> = first.cells().map(str::to_owned).collect();
+    let mapping = example(&MAPPED, &names);
+    Err(InputError::of_file(&table.file, Problem::UnknownFormat { mapping }))
+}
+
+/// Columns in the example of a mapping.
+const MAPPED: [&str; 7] = ["t", "ax", "ay", "az", "wx", "wy", "wz"];
+
+/// Returns whether a row is a header, even a malformed one: it contains a known name.
+fn has_our_names(row: &Row) -> bool {
+    row.cells()
+        .flat_map(|cell| cell.split(OTHER_SEPARATORS))
+        .any(|name| is_ours(&name.to_lowercase()))
+}
+
+/// Characters mistakenly used to separate the names of a header.
+pub(super) const OTHER_SEPARATORS: [char; 4] = [';', '\t', ' ', '|'];
+
+/// Returns whether a table has a header in a comment or a first row of words, or whether its first row is a message of
+/// `ros2 topic echo --csv`.
+fn has_header(table: &mut Table) -> Result<bool, InputError> {
+    if table.comment_header().is_some() {
+        return Ok(true);
+    }
+    let Some(first) = table.peek_row()? else {
+        return Ok(false);
+    };
+    let is_word = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
+    let words = first.cells().filter(|cell| is_word(cell)).count();
+    // The index column of pandas has no name.
+    let are_words = words >= LEAST_WORDS && words + 1 >= first.len();
+    Ok(are_words || ros2_header(first).is_some())
+}
 
 /// Treatment of blank cells of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,19 +105,6 @@ pub(super) struct Layout {
     pub(super) names_ignored: bool,
 }
 
-/// Returns whether a table has a header with our names or other usual names, or has the cells of a known message.
-pub(in crate::input) fn is_table(table: &mut Table) -> Result<bool, InputError> {
-    if table.comment_header().is_some() {
-        return Ok(true);
-    }
-    let Some(first) = table.peek_row()? else {
-        return Ok(false);
-    };
-    let is_word = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
-    let words = first.cells().filter(|cell| is_word(cell)).count();
-    Ok(ros2_header(first).is_some() || (words >= LEAST_WORDS && words + 1 >= first.len()))
-}
-
 impl Layout {
     /// Reads the header of a table; `None` if the table is empty.
     pub(super) fn of(
@@ -82,8 +115,11 @@ impl Layout {
         let first = table.peek_row()?;
         let message = first.and_then(|first| Some(first.with_cells(ros2_header(first)?)));
         let names_ignored = message.is_none();
-        let given = message.or(comment);
-        let Some(header) = given.map_or_else(|| table.next_row(), |given| Ok(Some(given)))? else {
+        let header = match message.or(comment) {
+            Some(header) => Some(header),
+            None => table.next_row()?,
+        };
+        let Some(header) = header else {
             return Ok(None);
         };
         let is_date = |row: &Row| micros_since_1970(row.text(0)).is_some();
@@ -321,7 +357,7 @@ pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Hint>
 }
 
 /// Example of a mapping of the first columns of a file, if they have names.
-pub(in crate::input) fn example(wanted: &[&'static str], names: &[String]) -> Option<Mapping> {
+fn example(wanted: &[&'static str], names: &[String]) -> Option<Mapping> {
     let is_name =
         |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
     let mut theirs: Vec<&String> = Vec::new();
@@ -346,18 +382,17 @@ pub(super) fn shortened(names: &[String]) -> String {
     first_of(names, 20)
 }
 
-// Tables written by `ros2 topic echo --csv` for `sensor_msgs/msg/Imu`: no header, the fields of the message in
-// order.
-//
-// Source: `message_to_csv` of `rosidl_runtime_py`, and `sensor_msgs/msg/Imu.msg`.
-/// Number of cells of a message: a stamp in two cells, a name, a quaternion and its covariance, two vectors and
-/// their covariances.
+/// Number of cells of a row of `ros2 topic echo --csv` for `sensor_msgs/msg/Imu`: a stamp in two cells, a name, a
+/// quaternion and its covariance, two vectors and their covariances. Such a table has no header, and the fields of the
+/// message in order.
+///
+/// Source: `message_to_csv` of `rosidl_runtime_py`, and `sensor_msgs/msg/Imu.msg`.
 const CELLS: usize = 40;
 
 /// Tolerance of the length of a quaternion about 1.
 const LENGTH_TOLERANCE: f64 = 0.01;
 
-/// Names of the cells.
+/// Names of these cells.
 fn ros2_names() -> impl Iterator<Item = String> {
     let stamp = ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"];
     let field = |field: &'static str, parts: &'static str| {
@@ -375,7 +410,7 @@ fn ros2_names() -> impl Iterator<Item = String> {
 
 /// Header for a table of such messages, if `first` is one of them: the number of cells matches, a stamp comes
 /// first, and the orientation is a unit quaternion or marked as unknown.
-pub(super) fn ros2_header(first: &Row) -> Option<StringRecord> {
+fn ros2_header(first: &Row) -> Option<StringRecord> {
     let cells: Vec<&str> = first.cells().collect();
     if cells.len() != CELLS || cells[..2].iter().any(|cell| cell.parse::<i64>().is_err()) {
         return None;

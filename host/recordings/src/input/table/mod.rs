@@ -3,9 +3,9 @@
 //! | step | file |
 //! |---|---|
 //! | options for tables of other origin: mapping, units, scale, times | [`options`] |
-//! | a text into rows of cells, with separator, preamble and line numbers | `reader` |
+//! | a text into rows of cells, with separator, preamble and line numbers; the cells of a row | `reader` |
 //! | names of the columns of an IMU in tables of other origin | `names` |
-//! | a header into one with our names | `header` |
+//! | whether there is a header; a header into one with our names | `header` |
 //! | `csv`: rows of named cells into the rows of a recording | [`csv`] |
 //! | `parquet`: the same columns | `parquet` |
 

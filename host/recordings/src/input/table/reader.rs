@@ -269,11 +269,80 @@ impl Row {
     }
 }
 
+/// A row of a table; columns are indexed from 0.
+pub(in crate::input) trait Cells {
+    /// Returns whether a cell is blank.
+    fn is_blank(&self, index: usize) -> bool;
+
+    /// Content of a cell, as text.
+    fn shown(&self, index: usize) -> Cow<'_, str>;
+
+    /// Number in a cell; `None` if it is blank.
+    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError>;
+
+    /// Number in a cell if it is an integer: nanoseconds have more digits than an f64.
+    fn whole(&self, index: usize) -> Option<i64>;
+
+    /// Time in a cell, µs, if the cell defines its unit.
+    fn moment_us(&self, index: usize) -> Option<i64>;
+
+    /// An error in a cell of the column with this name.
+    fn error(&self, index: usize, name: &str, problem: Problem) -> InputError;
+
+    /// Number in a cell that must not be blank.
+    fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
+        self.optional(index, name)?.ok_or_else(|| self.error(index, name, Problem::Blank))
+    }
+}
+
+impl Cells for Row {
+    fn is_blank(&self, index: usize) -> bool {
+        self.text(index).is_empty()
+    }
+
+    fn shown(&self, index: usize) -> Cow<'_, str> {
+        Cow::Borrowed(self.text(index))
+    }
+
+    fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError> {
+        match self.text(index) {
+            "" => Ok(None),
+            text => number(text)
+                .map(Some)
+                .ok_or_else(|| self.error(index, name, Problem::NotANumber(text.to_owned()))),
+        }
+    }
+
+    fn whole(&self, index: usize) -> Option<i64> {
+        self.text(index).parse().ok()
+    }
+
+    fn moment_us(&self, index: usize) -> Option<i64> {
+        micros_since_1970(self.text(index))
+    }
+
+    fn error(&self, index: usize, name: &str, problem: Problem) -> InputError {
+        let place = Place::Cell { row: self.place, column: index + 1, name: name.to_owned() };
+        InputError { file: self.file.clone(), place, problem }
+    }
+}
+
+/// Spellings of "not a number" by R, pandas, SQL, spreadsheets and the C library of Windows that Rust does not
+/// parse.
+const NOT_A_NUMBER: [&str; 10] =
+    ["NA", "N/A", "#N/A", "<NA>", "null", "NULL", "None", "nan(ind)", "-nan(ind)", "-1.#IND"];
+
+/// Parses a number.
+fn number(text: &str) -> Option<f64> {
+    let parsed = text.parse().ok();
+    parsed.or_else(|| NOT_A_NUMBER.contains(&text).then_some(f64::NAN))
+}
+
 /// Number of columns of six axes.
 const COLUMNS_OF_A_TABLE: usize = 6;
 
 /// Marks a line as a comment.
-pub(super) const COMMENT: u8 = b'#';
+const COMMENT: u8 = b'#';
 
 /// Most bytes read to find the first line of the table.
 const LONGEST_HEAD: usize = 1 << 18;
@@ -288,20 +357,20 @@ const LONGEST_PREAMBLE_LINES: usize = 50;
 const SURELY_COMMAS: usize = 5;
 
 /// Properties found in the first lines of a file.
-pub(super) struct Head {
+struct Head {
     /// Bytes read to find them.
-    pub(super) bytes: Vec<u8>,
+    bytes: Vec<u8>,
     /// Column separator: a comma, a semicolon or a tab.
-    pub(super) separator: u8,
+    separator: u8,
     /// Number of lines above the header that are neither blank nor comments; they are blank in `bytes`.
-    pub(super) preamble: usize,
+    preamble: usize,
     /// Last comment before the first other line, with its line number.
-    pub(super) comment: Option<(u64, StringRecord)>,
+    comment: Option<(u64, StringRecord)>,
 }
 
 impl Head {
     /// Reads the required part of a file.
-    pub(super) fn of(source: &mut dyn Read) -> io::Result<Self> {
+    fn of(source: &mut dyn Read) -> io::Result<Self> {
         let mut bytes = Vec::new();
         let mut chunk = [0; 4096];
         while bytes.len() < LONGEST_HEAD && !lines(&bytes).any(|line| line.is_row()) {
@@ -420,11 +489,11 @@ fn separator(line: &[u8]) -> u8 {
 }
 
 /// Longest row, bytes: 16 MB. The longest known row of a robot has 0.1 MB.
-pub(super) const LONGEST_ROW: usize = 16 << 20;
+const LONGEST_ROW: usize = 16 << 20;
 
 /// State of a text that is being read.
 #[derive(Default)]
-pub(super) struct Progress {
+struct Progress {
     /// Bytes left for the current row.
     left: Cell<usize>,
     /// The last byte.
@@ -435,29 +504,29 @@ pub(super) struct Progress {
 
 impl Progress {
     /// Starts a row.
-    pub(super) fn begin_row(&self) {
+    fn begin_row(&self) {
         self.left.set(LONGEST_ROW);
     }
 
     /// Returns whether the row exceeds [`LONGEST_ROW`].
-    pub(super) const fn is_too_long(&self) -> bool {
+    const fn is_too_long(&self) -> bool {
         self.is_too_long.get()
     }
 
     /// Returns whether the text has ended within a line.
-    pub(super) fn ended_within_a_line(&self) -> bool {
+    fn ended_within_a_line(&self) -> bool {
         self.has_ended.get() && self.last.get().is_some_and(|byte| byte != b'\n')
     }
 }
 
 /// A text that records its progress.
-pub(super) struct Watched<R> {
+struct Watched<R> {
     text: R,
     progress: Rc<Progress>,
 }
 
 impl<R> Watched<R> {
-    pub(super) fn new(text: R) -> (Self, Rc<Progress>) {
+    fn new(text: R) -> (Self, Rc<Progress>) {
         let progress = Rc::new(Progress::default());
         let watched = Self { text, progress: Rc::clone(&progress) };
         (watched, progress)

@@ -32,9 +32,9 @@ use crate::input::iso8601::micros_since_1970;
 use crate::input::open::Container;
 use crate::input::options::InputOptions;
 use crate::input::stored::Stored;
-use crate::input::table::csv::{Cells, Intake};
+use crate::input::table::csv::Intake;
 use crate::input::table::header::{Index, Layout};
-use crate::input::table::reader::Row;
+use crate::input::table::reader::{Cells, Row};
 
 /// Rows decoded at once.
 const BATCH: usize = 8192;
