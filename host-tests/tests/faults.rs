@@ -1,9 +1,9 @@
 //! The document of faults, flags and rejections matches the table of `footfall explain`, and that of acceptance its
 //! limits.
 
-use feet::decode::remedy::Trouble;
 use feet::foot::accept::LimitedQuantity;
 use feet::foot::accept::figure::LIMITS;
+use feet::remedy::Trouble;
 use host_tests::committed::assert_block;
 use results::tables::origin;
 use results::{Figures, Stored};

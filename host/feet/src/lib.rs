@@ -20,22 +20,22 @@
 //! |---|---|
 //! | feet on USB | [`usb`] |
 //! | requests to one foot over its line | [`foot`] |
-//! | remedies of errors, which each program expresses in its own words | [`hint`] |
+//! | remedies for what feet report, and for errors, which each program expresses in its own words | [`remedy`] |
 
 pub mod decode;
 pub mod feed;
 pub mod foot;
 pub mod foot_clock;
-pub mod hint;
 pub mod link;
 pub mod live_foot;
+pub mod remedy;
 pub mod session;
 pub mod source;
 pub mod usb;
 
 pub use feed::Feed;
-pub use hint::FootHint;
 pub use link::{Arrival, LineSource, Link, LinkError, Sending};
 pub use live_foot::{LiveFoot, NewestSecond};
+pub use remedy::FootHint;
 pub use session::{Session, Update};
 pub use source::{Playback, Source};

@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 use serial2::SerialPort;
 use thiserror::Error;
 
+use crate::remedy::FootHint;
+
 /// Folder in which Linux names serial ports by the device that has them. systemd 252 and containers lack it.
 const BY_ID: &str = "/dev/serial/by-id";
 
@@ -39,13 +41,6 @@ const LOADER_BAUD: u32 = 1_200;
 
 /// Timeout for the loader to start and the system to mount its drive, and for the foot to return.
 const LONGEST: Duration = Duration::from_secs(30);
-
-/// Advice where the system shows no drive.
-const BY_HAND: &str = if cfg!(target_os = "linux") {
-    "; where none appears, lsblk --output NAME,LABEL names its partition: sudo mount it, and repeat this command"
-} else {
-    ""
-};
 
 /// First words of a UF2 file. Its family of chips is at byte 28.
 const UF2: [u8; 8] = *b"UF2\nWQ]\x9E";
@@ -84,7 +79,7 @@ pub enum CopyError {
     #[error("{0}: {1}")]
     Port(String, io::Error),
     /// The loader's drive did not appear.
-    #[error("no drive {drive} is mounted {waited} s after {port} was asked for it: {by_hand}, and copy the file to the drive that appears{BY_HAND}", waited = LONGEST.as_secs())]
+    #[error("no drive {drive} is mounted {waited} s after {port} was asked for it: {by_hand}, and copy the file to the drive that appears", waited = LONGEST.as_secs())]
     NoDrive {
         /// Port of the foot.
         port: String,
@@ -109,6 +104,17 @@ pub enum CopyError {
     /// The foot is not back.
     #[error("the program was copied, but {0} is not back after {waited} s: plug the board in again", waited = LONGEST.as_secs())]
     NotBack(String),
+}
+
+impl CopyError {
+    /// Returns the remedy, if it depends on the program. Other systems than Linux mount the drive by themselves.
+    #[must_use]
+    pub const fn hint(&self) -> Option<FootHint> {
+        match self {
+            Self::NoDrive { .. } if cfg!(target_os = "linux") => Some(FootHint::MountDrive),
+            _ => None,
+        }
+    }
 }
 
 /// Returns whether a file is a program that can be copied to the loader of a foot on USB.

@@ -8,13 +8,13 @@ use estimator_core::{Axis, ParamsError};
 use feet::FootHint;
 use feet::decode::DecodeError;
 use feet::decode::known_feet::NamedTwice;
-use feet::decode::remedy::Trouble;
 use feet::foot::RequestError;
 use feet::foot::accept::AcceptError;
 use feet::foot::name::NameError;
 use feet::foot::self_test::SelfTestError;
 use feet::foot::settings::SettingsError;
 use feet::link::{LinkError, RecordingError};
+use feet::remedy::Trouble;
 use recordings::calibrate::CalibrationError;
 use recordings::config::{ConfigError, NoSuchFoot, ParameterRefusal};
 use recordings::hint::{InWords, Setting, Vocabulary};
@@ -369,6 +369,9 @@ pub(crate) fn with_hint(message: impl Display, hint: Option<FootHint>) -> String
         Some(FootHint::OmitEstimateOptions) => format!(
             "{message}: --config, --topic, --load-topic, --axes, --units and similar options apply only to recordings of an IMU"
         ),
+        Some(FootHint::MountDrive) => format!(
+            "{message}; where none appears, lsblk --output NAME,LABEL names its partition: sudo mount it, and repeat this command"
+        ),
     }
 }
 
@@ -402,6 +405,8 @@ pub fn in_words(what: &impl InWords) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    #[cfg(target_os = "linux")]
+    use feet::usb::CopyError;
     use recordings::hint::Hint;
 
     #[test]
@@ -423,6 +428,20 @@ mod tests {
         ] {
             assert_eq!(error.to_string(), expected);
         }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn missing_drive_error_names_the_commands_that_mount_it() {
+        let error = CopyError::NoDrive {
+            port: "/dev/ttyACM0".to_owned(),
+            drive: "RPI-RP2",
+            by_hand: "press the board's button twice",
+        };
+        assert_eq!(
+            with_hint(&error, error.hint()),
+            "no drive RPI-RP2 is mounted 30 s after /dev/ttyACM0 was asked for it: press the board's button twice, and copy the file to the drive that appears; where none appears, lsblk --output NAME,LABEL names its partition: sudo mount it, and repeat this command"
+        );
     }
 
     #[test]

@@ -9,7 +9,6 @@
 //! | nodes that are feet, and their names | [`known_feet`] |
 //! | a contact, as a row of a table | [`row`] |
 //! | counts of frames, losses and problems | [`report`] |
-//! | remedies for faults, flags and refusals | [`remedy`] |
 //!
 //! [`read`] decodes a file. Its kind and the format of a log are detected from the contents. It is read once, and never
 //! held in memory as a whole: `can` keeps the newest few thousand rows to complete them.
@@ -18,7 +17,6 @@ mod can;
 pub mod can_log;
 pub mod known_feet;
 pub mod live;
-pub mod remedy;
 pub mod report;
 pub mod row;
 mod uart;
@@ -31,7 +29,7 @@ use recordings::compressed::decompressed;
 use recordings::file_kind::{FileKind, no_log};
 use thiserror::Error;
 
-use crate::hint::FootHint;
+use crate::remedy::FootHint;
 pub use known_feet::KnownFeet;
 pub use report::{Medium, Report};
 pub use row::ContactRow;

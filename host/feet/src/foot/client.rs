@@ -51,17 +51,17 @@ const UPLOADED: u8 = 2;
 const DOWNLOADED: u8 = 3;
 const ABORTED: u8 = 4;
 
-/// Response to a request: the bytes that were read, none after a write, or an abort code.
-type Response = Result<Vec<u8>, u32>;
-
 /// Timeout from a reset to the first response.
-const START: Duration = Duration::from_secs(5);
+const FIRST_ANSWER: Duration = Duration::from_secs(5);
 
 /// Timeout for detecting a start; over CAN, the foot reports it at once.
-const HEARD: Duration = Duration::from_secs(2);
+const START_DETECTION: Duration = Duration::from_secs(2);
 
 /// Polling interval for a start.
-const LOOK: Duration = Duration::from_millis(5);
+const START_POLL: Duration = Duration::from_millis(5);
+
+/// Response to a request: the bytes that were read, none after a write, or an abort code.
+type Response = Result<Vec<u8>, u32>;
 
 /// Client of one foot.
 pub struct Client {
@@ -93,9 +93,9 @@ impl Client {
                 Some(node)
             }
             None => {
-                let heard = scan::feet(link.as_mut(), &mut decoder, SCAN)?;
-                let nodes: BTreeSet<_> = heard.iter().filter_map(|key| key.node).collect();
-                let is_serial = heard.iter().any(|key| key.node.is_none());
+                let found = scan::feet(link.as_mut(), &mut decoder, SCAN)?;
+                let nodes: BTreeSet<_> = found.iter().filter_map(|key| key.node).collect();
+                let is_serial = found.iter().any(|key| key.node.is_none());
                 match (is_serial, nodes.len(), nodes.first()) {
                     (true, ..) => None,
                     (false, 1, Some(node)) => NodeId::new(*node),
@@ -322,7 +322,7 @@ impl Client {
         // If the stored id differs, the foot restarts with that one and is found by its serial number.
         let serial = match node {
             Some(node) => {
-                self.hear(node);
+                self.decode_node(node);
                 None
             }
             None => self.serial_number().ok(),
@@ -330,7 +330,7 @@ impl Client {
         for _ in 0..TRIES {
             self.take_booted();
             self.command(NmtCommand::ResetNode)?;
-            let has_started = self.hears_start(node, serial)?;
+            let has_started = self.detect_start(node, serial)?;
             if has_started || !self.is_there()? {
                 if let Some(node) = node {
                     self.follow(node);
@@ -342,16 +342,16 @@ impl Client {
     }
 
     /// Waits for a start of the foot: as the given node, or as any node with its serial number.
-    fn hears_start(
+    fn detect_start(
         &mut self,
         node: Option<NodeId>,
         serial: Option<u32>,
     ) -> Result<bool, RequestError> {
         let before = self.starts();
         let clock = self.clock();
-        let end = clock.now() + HEARD;
+        let end = clock.now() + START_DETECTION;
         while clock.now() < end {
-            self.wait(LOOK)?;
+            self.wait(START_POLL)?;
             if self.starts() != before {
                 return Ok(true);
             }
@@ -403,10 +403,10 @@ impl Client {
     /// Waits for the first response of the foot after a start.
     pub(super) fn first_answer(&mut self) -> Result<(), RequestError> {
         let clock = self.clock();
-        let end = clock.now() + START;
+        let end = clock.now() + FIRST_ANSWER;
         while !self.is_there()? {
             if clock.now() > end {
-                return Err(self.no_answer(FootRequest::FirstAnswer { since: START }));
+                return Err(self.no_answer(FootRequest::FirstAnswer { since: FIRST_ANSWER }));
             }
         }
         Ok(())
@@ -443,7 +443,7 @@ impl Client {
         if self.node().is_none_or(|own| own == node) {
             return Ok(());
         }
-        self.hear(node);
+        self.decode_node(node);
         let taken = self.listen(SCAN, |message| {
             // A robot reports loads to absent feet as well.
             let is_load = matches!(message.body, MessageBody::Load(_));
@@ -465,13 +465,13 @@ impl Client {
         feet: &[Option<NodeId>],
         wanted: &[u32],
     ) -> Result<Vec<Option<NodeId>>, RequestError> {
-        let mut heard = Vec::new();
+        let mut serials = Vec::new();
         for foot in feet {
             if let Some(node) = foot {
                 self.follow(*node);
             }
             match self.serial_number() {
-                Ok(serial) => heard.push((serial, *foot)),
+                Ok(serial) => serials.push((serial, *foot)),
                 // The silent foot may have another serial number.
                 Err(RequestError::NoAnswer { .. }) => {}
                 Err(error) => return Err(error),
@@ -479,9 +479,11 @@ impl Client {
         }
         let mut found = Vec::new();
         for number in wanted {
-            let foot = heard.iter().find(|(serial, _)| serial == number);
-            let (_, foot) = foot
-                .ok_or_else(|| RequestError::NoSerial { wanted: *number, heard: heard.clone() })?;
+            let foot = serials.iter().find(|(serial, _)| serial == number);
+            let (_, foot) = foot.ok_or_else(|| RequestError::NoSerial {
+                wanted: *number,
+                found: serials.clone(),
+            })?;
             if !found.contains(foot) {
                 found.push(*foot);
             }
@@ -493,12 +495,12 @@ impl Client {
     pub(super) fn follow(&mut self, node: NodeId) {
         if self.node.is_some() {
             self.node = Some(node);
-            self.hear(node);
+            self.decode_node(node);
         }
     }
 
     /// Adds a node to those whose messages are decoded.
-    pub(super) fn hear(&mut self, node: NodeId) {
+    fn decode_node(&mut self, node: NodeId) {
         self.decoder.add(node);
     }
 

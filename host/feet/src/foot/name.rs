@@ -10,7 +10,7 @@ use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape, code_of_axes, index};
 use wire::{Address, DataType, NodeId, Value};
 
-use crate::hint::FootHint;
+use crate::remedy::FootHint;
 
 /// Object of the dictionary, or a part of one.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,9 +8,8 @@ use wire::{AbortCode, Address, DataType, NodeId};
 
 use super::client::TRIES;
 use super::name::Named;
-use crate::decode::remedy::Trouble;
-use crate::hint::FootHint;
 use crate::link::LinkError;
+use crate::remedy::{FootHint, Trouble};
 
 /// Error of a request.
 #[derive(Debug, Error)]
@@ -84,13 +83,13 @@ pub enum RequestError {
     /// No foot has the serial number.
     #[error(
         "no foot with the serial number 0x{wanted:08X} was found on this line; found: {}. A foot without a node id needs one first",
-        serial_numbers(heard)
+        serial_numbers(found)
     )]
     NoSerial {
         /// Serial number.
         wanted: u32,
         /// Serial numbers and nodes of the feet that respond; a foot on a serial line has no node.
-        heard: Vec<(u32, Option<NodeId>)>,
+        found: Vec<(u32, Option<NodeId>)>,
     },
     /// Several feet were found, with these ids, and no node is given.
     #[error("there are several feet, {}", list(.0))]
@@ -104,14 +103,14 @@ fn list(ids: &[u8]) -> String {
     ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
-fn serial_numbers(heard: &[(u32, Option<NodeId>)]) -> String {
-    let heard = heard.iter().map(|(serial, node)| match node {
+fn serial_numbers(found: &[(u32, Option<NodeId>)]) -> String {
+    let found = found.iter().map(|(serial, node)| match node {
         Some(node) => format!("0x{serial:08X} (node {})", node.get()),
         None => format!("0x{serial:08X}"),
     });
-    match &heard.collect::<Vec<String>>()[..] {
+    match &found.collect::<Vec<String>>()[..] {
         [] => "none".to_owned(),
-        heard => heard.join(", "),
+        found => found.join(", "),
     }
 }
 

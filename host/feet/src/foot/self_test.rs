@@ -10,13 +10,13 @@ use wire::{Address, Emergency, Fault, Faults, Stage, Value};
 
 use super::settings;
 use super::{Client, RequestError};
-use crate::hint::FootHint;
+use crate::remedy::FootHint;
 
 /// Timeout of a start with self-test.
 const START: Duration = Duration::from_secs(10);
 
 /// Polling interval of the stage, shorter than a self-test.
-const LOOK: Duration = Duration::from_millis(10);
+const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Maximum delay of a fault's report after its tick.
 const REPORT: Duration = Duration::from_millis(100);
@@ -121,7 +121,7 @@ fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
                 return Err(SelfTestError::NotStarted(names.join(", ")));
             }
         }
-        client.wait(LOOK)?;
+        client.wait(POLL_INTERVAL)?;
     }
     client.wait(REPORT)?;
     let emergencies = client.take_emergencies();

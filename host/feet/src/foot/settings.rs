@@ -11,7 +11,7 @@ use wire::{AbortCode, Address, Foot, NodeId, Value};
 use super::name::{NameError, Named};
 use super::request::FootRequest;
 use super::{Client, RequestError};
-use crate::hint::FootHint;
+use crate::remedy::FootHint;
 
 /// Settings by address.
 pub type SettingValues = BTreeMap<Address, Value>;

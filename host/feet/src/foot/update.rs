@@ -413,6 +413,9 @@ recordings::named! {
     }
 }
 
+/// Polling interval for a start.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+
 /// Waits until the foot with this serial number runs its bootloader or its program, under its id or another one.
 fn wait_for(
     client: &mut Client,
@@ -423,7 +426,7 @@ fn wait_for(
     let clock = client.clock();
     let end = clock.now() + within;
     while clock.now() < end {
-        client.wait(LOOK)?;
+        client.wait(POLL_INTERVAL)?;
         for node in client.take_booted() {
             client.follow_if_serial_matches(node, serial)?;
         }
@@ -440,6 +443,3 @@ fn wait_for(
         why: refusal(client).unwrap_or_default(),
     })
 }
-
-/// Polling interval for a start.
-const LOOK: Duration = Duration::from_millis(50);

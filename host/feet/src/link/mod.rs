@@ -27,7 +27,7 @@ use thiserror::Error;
 use wire::CanFrame;
 
 use crate::decode::ContactRow;
-use crate::hint::FootHint;
+use crate::remedy::FootHint;
 use crate::source::{Source, Speed};
 pub use clock::LineClock;
 pub use file::RecordingError;

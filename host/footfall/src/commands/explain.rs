@@ -2,7 +2,7 @@
 
 use clap::Args;
 use estimator_core::Phase;
-use feet::decode::remedy::Trouble;
+use feet::remedy::Trouble;
 use recordings::plausible::FINDINGS;
 
 use crate::error::Error;

@@ -17,11 +17,11 @@ pub(super) const NANO: &str = "Nano RP2040";
 const ON_USB: [&str; 2] = [NANO, "Feather RP2350"];
 
 /// Polling interval of a value that the foot may not have yet.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Number of attempts for a temperature, and for the depth of the stack.
-const TEMPERATURE_LOOKS: u32 = 30;
-const STACK_LOOKS: u32 = 300;
+const TEMPERATURE_POLLS: u32 = 30;
+const STACK_POLLS: u32 = 300;
 
 /// Reads faults, the last crash, the brown-out level, the temperature, and the costs that the board measures.
 pub(super) fn measure(client: &mut Client) -> StepFigures {
@@ -46,7 +46,7 @@ pub(super) fn measure(client: &mut Client) -> StepFigures {
             Ok(None) => limit.not_tested("the foot is simulated, lacks CAN, or has just started"),
             Ok(Some(cost)) => {
                 // A foot that measures times also measures the stack, from ten seconds after its start.
-                looks = STACK_LOOKS;
+                looks = STACK_POLLS;
                 limit.measured(f64::from(cost) * unit)
             }
             Err(error) => return Err(error),
@@ -106,7 +106,7 @@ fn poll<T>(
 ) -> Result<Option<T>, RequestError> {
     for look in 0..looks {
         if look > 0 {
-            client.wait(LOOK)?;
+            client.wait(POLL_INTERVAL)?;
         }
         if let Some(value) = read(client)? {
             return Ok(Some(value));
@@ -117,7 +117,7 @@ fn poll<T>(
 
 /// Reads the temperature of the sensor, °C. It is unknown until the attitude is initialised; `None` if it stays unknown.
 fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError> {
-    poll(client, TEMPERATURE_LOOKS, |client| {
+    poll(client, TEMPERATURE_POLLS, |client| {
         let read = client.read(Address::new(index::TEMPERATURE, 0), DataType::Integer16)?;
         let Value::I16(code) = read else {
             return Ok(None);

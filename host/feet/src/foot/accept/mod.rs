@@ -27,7 +27,7 @@ use wire::{Address, Value};
 use super::self_test::SelfTestError;
 use super::settings::{self, Lasting, SettingValues, SettingsError};
 use super::{Client, RequestError};
-use crate::hint::FootHint;
+use crate::remedy::FootHint;
 pub use figure::{Figure, FigureHint, FigureOutcome, LimitedQuantity, Verdict};
 use motion::{Moment, MotionSource, RestDetector, watch};
 

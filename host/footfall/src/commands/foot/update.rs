@@ -15,7 +15,7 @@ use wire::NodeId;
 
 use super::{FootArguments, hex, to_json};
 use crate::Source;
-use crate::error::FootError;
+use crate::error::{FootError, with_hint};
 use crate::messages;
 use crate::progress::Bars;
 use crate::report::print_text;
@@ -67,7 +67,8 @@ pub(super) fn copy_over_usb(
     let Source::Line(feet::Source::Uart { port, .. }) = source else {
         return Err(refused(file.name, "a program for a foot on USB: name it as usb or uart:PORT"));
     };
-    usb::update(port, &file.bytes).map_err(|e| FootError::NotUpdated(e.to_string()))?;
+    usb::update(port, &file.bytes)
+        .map_err(|error| FootError::NotUpdated(with_hint(&error, error.hint())))?;
     Ok(format!("{port}: the program is copied and runs\n"))
 }
 

@@ -5,7 +5,7 @@ mod clock;
 use super::*;
 use crate::decode::Decoded;
 use crate::decode::can_log::Logged;
-use crate::hint::FootHint;
+use crate::remedy::FootHint;
 use wire::pdo::{Axes, ClockReading, LongTime, ShortTime};
 
 const NODE_33: NodeId = NodeId::new(33).unwrap();

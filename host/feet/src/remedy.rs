@@ -1,5 +1,8 @@
-//! Remedies for faults, flags and refusals: one table for `footfall explain`, the monitor and the
-//! documentation.
+//! Remedies: for faults, flags and refusals ([`Trouble`]), and for errors and notices of this library ([`FootHint`]).
+//!
+//! Those of a [`Trouble`] are the same in every program: one table for explanations, monitors and the documentation. The
+//! remedy of an error may depend on the program: the command line names an option or another command, Python an argument.
+//! Such an error has a [`FootHint`], which each program expresses in its own words.
 
 use estimator_core::Flag;
 use wire::{AbortCode, Fault};
@@ -177,6 +180,23 @@ remedies! {
         TooSoon: "wait a second, and store again";
         DeviceState: "put the foot into pre-operational state first: it does not stream in that state";
     }
+}
+
+/// Remedy for an error or a notice that depends on the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FootHint {
+    /// Name one of the feet on the line.
+    NameOneFoot,
+    /// Name this node as a foot, so that its contacts are decoded.
+    NameNodeAsFoot(u8),
+    /// List the objects of a foot.
+    ListObjects,
+    /// Switch the self-test at each start off, and store that.
+    SwitchSelfTestOff,
+    /// Leave out the options of an estimate: they are for recordings of an IMU.
+    OmitEstimateOptions,
+    /// Mount the drive of the loader by hand, and repeat the update. Linux alone.
+    MountDrive,
 }
 
 #[cfg(test)]
