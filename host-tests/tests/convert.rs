@@ -29,9 +29,9 @@ const TARGETS: [(&str, ConvertFormat); 3] = [
 fn convert(folder: &Path, target: &str, form: ConvertFormat) {
     let opened = Opened::new(&folder.join("walk.csv"), None);
     let stored = opened.and_then(|opened| opened.store(&InputOptions::default()));
-    let name = "walk".to_owned();
     let stored = stored.unwrap_or_else(|error| panic!("{error}"));
-    let mut feet = [ConvertedFoot { name, stored }];
+    let [name, file] = ["walk", "walk.csv"].map(str::to_owned);
+    let mut feet = [ConvertedFoot { name, file, stored }];
     let [foot] = &mut feet;
     let span = Span::default();
     let mut read = samples(&mut foot.stored, span).expect("samples");

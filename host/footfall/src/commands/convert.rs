@@ -16,7 +16,7 @@ use estimator_core::Timestamp;
 use estimator_core::params::LoadParams;
 #[cfg(feature = "bags")]
 use mcap::write::NoSeek;
-use recordings::config::{Preset, parse_seconds};
+use recordings::config::{Preset, Resolved, parse_seconds};
 use recordings::input::{Format, InputError, Stored, TimesSoFar};
 use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
@@ -92,53 +92,64 @@ impl ConvertArguments {
         };
         let output_format = self.output_format(&output)?;
         files::check_inputs(&self.inputs)?;
-        let files: Vec<String> =
-            self.inputs.iter().map(|input| input.display().to_string()).collect();
         let resolved = self.reading.resolved(Preset::default(), None)?;
-        let mut formats = Vec::new();
-        let mut feet: Vec<ConvertedFoot> = Vec::new();
-        // The file of each foot.
-        let mut of = Vec::new();
-        for (input, file) in self.inputs.iter().zip(&files) {
-            let opened = progress::open(input, self.reading.format, &Bars::default())?;
-            formats.push(opened.format());
-            let stored = opened.store_all(&self.reading.input_options(&resolved))?;
-            options::check_begin(file, self.from, &stored)?;
-            for stored in stored {
-                stored.about.notices.iter().map(in_words).for_each(warn);
-                let name = stored.about.foot_or_name();
-                let same = feet.iter().position(|foot| foot.name == name);
-                if let Some(other) = same.map(|index| of[index]).filter(|other| *other != file) {
-                    let files = [other, file].map(String::clone);
-                    return Err(Error::FootTwice { name: name.to_owned(), files });
-                }
-                let taken = feet.iter().map(|foot| foot.name.as_str());
-                let name = unused_name(name, &taken.collect::<Vec<_>>());
-                feet.push(ConvertedFoot { name, stored });
-                of.push(file);
-            }
-        }
+        let (formats, mut feet) = self.read(&resolved)?;
         let names = feet.iter().flat_map(|foot| foot.stored.about.names());
         resolved.check_axes(&names.collect::<Vec<_>>())?;
         if feet.len() > 1 && !output_format.holds_several() {
             let feet = feet.into_iter().map(|foot| foot.name).collect();
-            return Err(Error::OneFootOnly { file: files.join(", "), feet });
+            return Err(Error::OneFootOnly { file: self.input_names(), feet });
         }
         let mut scans = Vec::new();
-        for (foot, file) in feet.iter_mut().zip(of) {
+        for foot in &mut feet {
             let (scan, findings) =
-                scan(foot, span).map_err(|source| InputError::spool(file, source))?;
-            let place = options::place(file, foot.stored.about.foot.as_deref());
+                scan(foot, span).map_err(|source| InputError::spool(&foot.file, source))?;
+            let place = options::place(&foot.file, foot.stored.about.foot.as_deref());
             self.reading.report(&place, &findings)?;
             scans.push(scan);
         }
         if scans.iter().all(|scan| scan.samples == 0) {
-            return Err(Error::NothingInSpan(files.join(", ")));
+            return Err(Error::NothingInSpan(self.input_names()));
         }
         let bag = self.write(&output, output_format, &mut feet, &scans, span)?;
         let has_loads = scans.iter().any(|scan| scan.has_load);
         let thresholds = formats.into_iter().find_map(thresholds).filter(|_| has_loads);
         print_summary(&output, &feet, &scans, bag.as_ref(), thresholds)
+    }
+
+    /// Reads all recordings, and returns their formats and feet. A name that one recording has twice is numbered.
+    ///
+    /// # Errors
+    /// A recording cannot be read, ends before the span begins, or has a foot of another one.
+    fn read(&self, resolved: &Resolved) -> Result<(Vec<Format>, Vec<ConvertedFoot>), Error> {
+        let mut formats = Vec::new();
+        let mut feet: Vec<ConvertedFoot> = Vec::new();
+        for input in &self.inputs {
+            let file = input.display().to_string();
+            let opened = progress::open(input, self.reading.format, &Bars::default())?;
+            formats.push(opened.format());
+            let stored = opened.store_all(&self.reading.input_options(resolved))?;
+            options::check_begin(&file, self.from, &stored)?;
+            for stored in stored {
+                stored.about.notices.iter().map(in_words).for_each(warn);
+                let name = stored.about.foot_or_name();
+                let same = feet.iter().find(|foot| foot.name == name);
+                if let Some(other) = same.filter(|other| other.file != file) {
+                    let files = [other.file.clone(), file];
+                    return Err(Error::FootTwice { name: name.to_owned(), files });
+                }
+                let taken = feet.iter().map(|foot| foot.name.as_str());
+                let name = unused_name(name, &taken.collect::<Vec<_>>());
+                feet.push(ConvertedFoot { name, file: file.clone(), stored });
+            }
+        }
+        Ok((formats, feet))
+    }
+
+    /// Names of the recordings in messages.
+    fn input_names(&self) -> String {
+        let names = self.inputs.iter().map(|input| input.display().to_string());
+        names.collect::<Vec<_>>().join(", ")
     }
 
     /// Returns the output format if it can be written.
@@ -183,11 +194,7 @@ impl ConvertArguments {
                 "{}: times of a bag begin after 1970-01-01 00:00:00, so all are {} s later than in {}",
                 path.display(),
                 bag.shift_us / 1_000_000,
-                self.inputs
-                    .iter()
-                    .map(|input| input.display().to_string())
-                    .collect::<Vec<_>>()
-                    .join(", ")
+                self.input_names()
             ));
         }
         Ok(Some(bag))
@@ -316,8 +323,10 @@ impl ConvertFormat {
 
 /// A foot to be converted.
 pub struct ConvertedFoot {
-    /// Name of the foot.
+    /// Name of the foot in the output.
     pub name: String,
+    /// File of its recording, as given.
+    pub file: String,
     /// Recording of the foot.
     pub stored: Stored,
 }
