@@ -144,15 +144,20 @@ pub enum SourceError {
         example: &'static str,
     },
     /// The number after `@` is invalid.
-    #[error("{key} is {value:?}, but {expected} is expected")]
-    Value {
-        /// Name of the value.
-        key: &'static str,
-        /// Text of the value.
-        value: String,
-        /// Expected values.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Value(#[from] InvalidValue),
+}
+
+/// Value in the text of a source that is not accepted.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{key} is {value:?}, but {expected} is expected")]
+pub struct InvalidValue {
+    /// Name of the value.
+    pub key: &'static str,
+    /// Text of the value.
+    pub value: String,
+    /// Expected values.
+    pub expected: &'static str,
 }
 
 /// Rates of CAN buses that an slcan adapter knows, kbit/s, in the order of its commands `S0` to `S8`.
@@ -176,7 +181,7 @@ impl FromStr for Source {
             "uart" => {
                 let baud = rate.map(|rate| {
                     let key = "the rate of the serial port";
-                    number(rate, key, "a rate in Bd", |baud| *baud != 0)
+                    parse_value(rate, key, "a rate in Bd", |baud| *baud != 0)
                 });
                 Ok(Self::Uart { port: port.to_owned(), baud: baud.unwrap_or(Ok(DEFAULT_BAUD))? })
             }
@@ -187,7 +192,8 @@ impl FromStr for Source {
                 const EXPECTED: &str =
                     "10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s, as slcan knows them,";
                 let is_known = |kbit: &u32| SLCAN_RATES_KBIT.contains(kbit);
-                let kbit = rate.map(|rate| number(rate, "the rate of the bus", EXPECTED, is_known));
+                let kbit =
+                    rate.map(|rate| parse_value(rate, "the rate of the bus", EXPECTED, is_known));
                 Ok(Self::Slcan { port: port.to_owned(), kbit: kbit.unwrap_or(Ok(DEFAULT_KBIT))? })
             }
             "file" => {
@@ -249,15 +255,18 @@ impl Source {
     }
 }
 
-/// Parses a number, and checks its range.
-fn number<T: FromStr>(
+/// Parses a value in the text of a source, and checks its range.
+///
+/// # Errors
+/// The text is not a `T`, or is out of range. `expected` describes the range.
+pub fn parse_value<T: FromStr>(
     text: &str,
     key: &'static str,
     expected: &'static str,
     is_valid: impl Fn(&T) -> bool,
-) -> Result<T, SourceError> {
-    let number = text.parse().ok().filter(is_valid);
-    number.ok_or_else(|| SourceError::Value { key, value: text.to_owned(), expected })
+) -> Result<T, InvalidValue> {
+    let value = text.parse().ok().filter(is_valid);
+    value.ok_or_else(|| InvalidValue { key, value: text.to_owned(), expected })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::time::Duration;
 use estimator_core::Timestamp;
 use feet::link::clock::PlaybackPace;
 use feet::link::{Arrived, LineClock, LineSource, now};
-use feet::source::Speed;
+use feet::source::{InvalidValue, Speed, parse_value};
 use feet::{Arrival, Link, LinkError, Sending};
 use gait::control::MOST_FEET;
 use thiserror::Error;
@@ -86,13 +86,16 @@ impl FromStr for Demo {
             match key {
                 "feet" => {
                     let is_valid = |feet: &usize| (1..=MOST_FEET).contains(feet);
-                    demo.feet = number(text, "feet", "a number from 1 to 6", is_valid)?;
+                    demo.feet = parse_value(text, "feet", "a number from 1 to 6", is_valid)?;
                 }
-                "seed" => demo.seed = number(text, "seed", "a whole number", |_| true)?,
-                "speed" => demo.speed = Some(number(text, "speed", Speed::EXPECTED, |_| true)?),
+                "seed" => demo.seed = parse_value(text, "seed", "a whole number", |_| true)?,
+                "speed" => {
+                    demo.speed = Some(parse_value(text, "speed", Speed::EXPECTED, |_| true)?)
+                }
                 "seconds" => {
                     let is_valid = |seconds: &f64| *seconds > 0.0 && seconds.is_finite();
-                    demo.seconds = Some(number(text, "seconds", "a number above 0", is_valid)?);
+                    demo.seconds =
+                        Some(parse_value(text, "seconds", "a number above 0", is_valid)?);
                 }
                 "line" => {
                     let line = DemoLine::of_name(text);
@@ -159,15 +162,8 @@ impl LineSource for Demo {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DemoError {
     /// The value of a key is invalid.
-    #[error("{key} is {value:?}, but {expected} is expected")]
-    Value {
-        /// The key.
-        key: &'static str,
-        /// Text of the value.
-        value: String,
-        /// Expected values.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Value(#[from] InvalidValue),
     /// A key is given twice.
     #[error("{0} is there twice")]
     Twice(String),
@@ -179,19 +175,8 @@ pub enum DemoError {
     SpeedOfNow(Speed),
 }
 
-fn invalid(key: &'static str, value: &str, expected: &'static str) -> DemoError {
-    DemoError::Value { key, value: value.to_owned(), expected }
-}
-
-/// Parses a number, and checks its range.
-fn number<T: FromStr>(
-    text: &str,
-    key: &'static str,
-    expected: &'static str,
-    is_valid: impl Fn(&T) -> bool,
-) -> Result<T, DemoError> {
-    let number = text.parse().ok().filter(is_valid);
-    number.ok_or_else(|| invalid(key, text, expected))
+fn invalid(key: &'static str, value: &str, expected: &'static str) -> InvalidValue {
+    InvalidValue { key, value: value.to_owned(), expected }
 }
 
 /// Line to a simulated robot.
