@@ -3,7 +3,7 @@
 use clap::Args;
 use estimator_core::Phase;
 use feet::remedy::Trouble;
-use recordings::plausible::FINDINGS;
+use recordings::plausible::FindingKind;
 
 use crate::error::Error;
 use crate::report::print_text;
@@ -50,8 +50,8 @@ const fn meaning(state: Phase) -> &'static str {
 fn words() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     let states = Phase::ALL.into_iter();
     let states = states.map(|state| ("state", state.name(), meaning(state)));
-    let findings = FINDINGS.into_iter();
-    states.chain(findings.map(|(name, condition)| ("finding", name, condition)))
+    let findings = FindingKind::ALL.into_iter();
+    states.chain(findings.map(|kind| ("finding", kind.name(), kind.condition())))
 }
 
 fn word_line((kind, name, _): (&str, &str, &str)) -> String {
