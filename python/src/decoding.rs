@@ -142,7 +142,7 @@ pub(crate) fn decode_file<'py>(
         let refused = |error| value_error(format!("{name:?} of node {id}: {error}"));
         named.push((node(id)?, Name::new(&name).map_err(refused)?));
     }
-    feet.call(&named).map_err(value_error)?;
+    feet.name_nodes(&named).map_err(value_error)?;
     let mut columns = RowColumns::default();
     let flags = flag_names();
     let decoded = py.detach(|| {

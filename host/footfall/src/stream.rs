@@ -398,7 +398,7 @@ pub fn is_over(clock: &LineClock, deadline: Option<Duration>) -> bool {
 
 /// Returns the time after `period`, or the end if it comes first.
 #[must_use]
-pub fn next(clock: &LineClock, period: Duration, end: Option<Duration>) -> Duration {
+pub fn due_after(clock: &LineClock, period: Duration, end: Option<Duration>) -> Duration {
     let due = clock.now() + period;
     end.map_or(due, |end| due.min(end))
 }

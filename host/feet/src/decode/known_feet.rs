@@ -39,7 +39,7 @@ impl KnownFeet {
     ///
     /// # Errors
     /// A node is given two names, or two nodes the same name.
-    pub fn call(&mut self, names: &[(NodeId, Name)]) -> Result<(), NamedTwice> {
+    pub fn name_nodes(&mut self, names: &[(NodeId, Name)]) -> Result<(), NamedTwice> {
         for (k, (node, name)) in names.iter().enumerate() {
             let before = &names[..k];
             if before.iter().any(|(other, _)| other == node) {
@@ -60,8 +60,8 @@ impl KnownFeet {
     /// name by default loses it.
     ///
     /// # Errors
-    /// A line is given two names, or the name of another line or node is given.
-    pub fn call_lines(&mut self, names: &[(String, Name)]) -> Result<(), NamedTwice> {
+    /// A line is given two names, or two lines the same name.
+    pub fn name_lines(&mut self, names: &[(String, Name)]) -> Result<(), NamedTwice> {
         for (line, name) in names {
             if self.lines.contains_key(line) {
                 return Err(NamedTwice::Line(line.clone()));
@@ -191,16 +191,16 @@ mod tests {
     fn feet_names_are_unique() {
         let mut feet = KnownFeet::default();
         let twice = [(node(33), name("A")), (node(34), name("A"))];
-        assert_eq!(feet.call(&twice), Err(NamedTwice::Name("A".to_owned())));
+        assert_eq!(feet.name_nodes(&twice), Err(NamedTwice::Name("A".to_owned())));
         let twice = [(node(33), name("A")), (node(33), name("B"))];
-        assert_eq!(feet.call(&twice), Err(NamedTwice::Node(33)));
+        assert_eq!(feet.name_nodes(&twice), Err(NamedTwice::Node(33)));
         assert_eq!(feet, KnownFeet::default());
         // A given name is taken from the node that has it by default.
-        feet.call(&[(node(33), name("FL"))]).unwrap();
+        feet.name_nodes(&[(node(33), name("FL"))]).unwrap();
         assert_eq!(feet.name(node(33)).as_deref(), Some("FL"));
         assert!(feet.contains(node(0x11)) && feet.name(node(0x11)).is_none());
         let mut feet = KnownFeet::default();
-        feet.call(&[(node(0x11), name("FR")), (node(0x12), name("FL"))]).unwrap();
+        feet.name_nodes(&[(node(0x11), name("FR")), (node(0x12), name("FL"))]).unwrap();
         assert_eq!(feet.name(node(0x11)).as_deref(), Some("FR"));
         assert_eq!(feet.name(node(0x12)).as_deref(), Some("FL"));
     }
@@ -209,7 +209,7 @@ mod tests {
     fn line_is_named_by_its_path_or_the_last_part_of_it() {
         let mut feet = KnownFeet::default();
         let names = [("ttyACM0".to_owned(), name("FR")), ("/dev/ttyACM1".to_owned(), name("RL"))];
-        feet.call_lines(&names).unwrap();
+        feet.name_lines(&names).unwrap();
         let name_of = |line: &str| feet.name_of_line(line).map(|name| name.to_string());
         assert_eq!(name_of("/dev/ttyACM0").as_deref(), Some("FR"));
         assert_eq!(name_of("ttyACM0").as_deref(), Some("FR"));
@@ -228,7 +228,7 @@ mod tests {
         assert!(!feet.contains(node(33)));
         feet.add(node(33));
         assert!(feet.contains(node(33)) && feet.name(node(33)).is_none());
-        feet.call(&[(node(33), name("toe_1"))]).unwrap();
+        feet.name_nodes(&[(node(33), name("toe_1"))]).unwrap();
         feet.add(node(33));
         assert_eq!(feet.name(node(33)).as_deref(), Some("toe_1"));
         assert_eq!(feet.ids(), "17 to 22, 33");

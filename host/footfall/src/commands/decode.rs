@@ -36,6 +36,7 @@ pub struct DecodeArguments {
 
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
+        // Names that contradict each other are an error even if one of them is of no line.
         self.feet.feet()?;
         let mut named = self.feet.clone();
         if self.input != Path::new(STANDARD) {

@@ -23,7 +23,7 @@ use crate::error::{Error, with_hint};
 use crate::files::unless_closed;
 use crate::report::{Described, Document};
 use crate::stream::{
-    SameName, UnheardLines, deadline, feed_of, is_over, next, parse_seconds, remark_text,
+    SameName, UnheardLines, deadline, due_after, feed_of, is_over, parse_seconds, remark_text,
     unless_ended, warn_of_lost,
 };
 
@@ -49,7 +49,7 @@ pub struct MonitorArguments {
 
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let (sources, feet) = self.listen.listen()?;
+        let (sources, feet) = self.listen.sources_and_feet()?;
         let mut state = MonitorState::new(feet);
         state.unheard = UnheardLines::of(&sources);
         let feed = feed_of(sources);
@@ -74,7 +74,7 @@ fn watch(
     let mut screen = (!json && io::stdout().is_terminal()).then(Screen::new);
     let mut to = io::stdout().lock();
     loop {
-        let due = next(clock, LINE, end);
+        let due = due_after(clock, LINE, end);
         // Events are printed on arrival.
         while clock.now() < due && !state.has_ended() {
             state.listen(feed, due.min(clock.now() + EVENT_DELAY));

@@ -401,9 +401,10 @@ impl ListenArguments {
     ///
     /// # Errors
     /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
-    pub(crate) fn listen(mut self) -> Result<(Vec<Source>, KnownFeet), Error> {
+    pub(crate) fn sources_and_feet(mut self) -> Result<(Vec<Source>, KnownFeet), Error> {
+        // Names that contradict each other are an error even if one of them is of no line.
         self.feet.feet()?;
-        let sources = self.played.find(&self.sources)?;
+        let sources = self.played.find_sources(&self.sources)?;
         // The lines of files and of simulated feet are known only when they are read.
         if let Some(lines) = sources.iter().map(Source::device).collect::<Option<Vec<_>>>() {
             self.feet.take_unused(&lines).into_iter().for_each(warn);
@@ -448,8 +449,8 @@ impl FeetArguments {
                 NamedFoot::Line(line) => lines.push((line, name)),
             }
         }
-        feet.call(&nodes)?;
-        feet.call_lines(&lines)?;
+        feet.name_nodes(&nodes)?;
+        feet.name_lines(&lines)?;
         Ok(feet)
     }
 
@@ -502,7 +503,7 @@ impl PlayedArguments {
     /// # Errors
     /// A source has no line, options are given and no source is a file, or the configuration file cannot be read or has an
     /// error.
-    pub(crate) fn find(&self, sources: &[SourceArgument]) -> Result<Vec<Source>, Error> {
+    pub(crate) fn find_sources(&self, sources: &[SourceArgument]) -> Result<Vec<Source>, Error> {
         let config = self.config.as_deref();
         let settings = Resolved {
             preset: self.preset,

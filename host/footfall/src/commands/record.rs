@@ -58,7 +58,7 @@ impl RecordArguments {
     fn record(self) -> Result<(), Error> {
         let path = self.output.as_path();
         finish_when_interrupted();
-        let (sources, feet) = self.listen.listen()?;
+        let (sources, feet) = self.listen.sources_and_feet()?;
         // A recorded source is read at full speed, unless a time is given: then as many seconds of data are recorded.
         let sources = match self.seconds {
             None => sources.into_iter().map(|source| source.at_speed(Speed::Max)).collect(),

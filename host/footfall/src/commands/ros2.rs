@@ -114,7 +114,7 @@ impl Ros2Arguments {
             compat: self.published.compat.clone(),
         };
         finish_when_interrupted();
-        let (sources, feet) = self.listen.listen()?;
+        let (sources, feet) = self.listen.sources_and_feet()?;
         let mut stream = Stream::open(sources, feet, bridge)?;
         let mut node = FootNode::new(options)?;
         let end = deadline(stream.clock(), self.seconds);

@@ -81,7 +81,7 @@ impl ViewArguments {
         if let Some(viewer) = self.layout {
             return print_text(viewer.layout()).map_err(Error::Print);
         }
-        let sources = self.played.find(&self.sources)?;
+        let sources = self.played.find_sources(&self.sources)?;
         #[cfg(feature = "foxglove")]
         return server::serve(
             sources,
