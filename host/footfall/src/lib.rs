@@ -1,6 +1,6 @@
 //! The `footfall` program: estimates from recordings as tables, numbers and pictures.
 //!
-//! Each command is a file of [`commands`], from its arguments to its output. The other modules are what commands share:
+//! Each command is a file of [`commands`], from its arguments to its output. Commands share the other modules:
 //!
 //! | step | module or crate |
 //! |---|---|

@@ -123,9 +123,9 @@ pub struct SensorCalibration {
     pub accelerometer_scale: [f64; 3],
     /// Gyroscope bias, rad/s.
     pub gyroscope_bias: [f64; 3],
-    /// RMS of what rests differ from gravity by as they were read, m/s².
+    /// RMS deviation of the rests from gravity, as they were read, m/s².
     pub residual_before: f64,
-    /// The same, with bias and scale put right, m/s².
+    /// The same after the correction of bias and scale, m/s².
     pub residual_after: f64,
 }
 

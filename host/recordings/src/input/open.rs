@@ -23,7 +23,7 @@ pub(super) enum Readable {
 /// A container read from the disk, in one or several files.
 #[cfg_attr(
     not(any(feature = "bags", feature = "parquet")),
-    allow(dead_code, reason = "without readers nothing asks where a container is")
+    allow(dead_code, reason = "only the readers use it")
 )]
 pub(super) struct Container {
     pub(super) format: Format,
@@ -36,10 +36,7 @@ pub(super) struct Container {
 }
 
 /// A file of a container.
-#[cfg_attr(
-    not(feature = "bags"),
-    allow(dead_code, reason = "without readers nothing asks where a container is")
-)]
+#[cfg_attr(not(feature = "bags"), allow(dead_code, reason = "only the readers use it"))]
 pub(super) struct ContainerFile {
     pub(super) format: Format,
     pub(super) path: PathBuf,

@@ -40,7 +40,7 @@ impl InputOptions {
     }
 }
 
-/// Returns whether a foot is among names, whose letters count alike in upper and lower case.
+/// Returns whether a foot is among names. Upper and lower case of ASCII letters are equal.
 pub fn is_among(foot: &str, names: impl IntoIterator<Item = impl AsRef<str>>) -> bool {
     let mut names = names.into_iter();
     names.any(|name| name.as_ref().eq_ignore_ascii_case(foot))

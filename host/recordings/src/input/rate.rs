@@ -102,7 +102,7 @@ fn agree(measured: f64, given: f32, tolerance: f64) -> bool {
 /// Plausible rates of sensors, Hz.
 pub(super) const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
 
-/// Returns the unit smaller than s in which this step between rows is that of a sensor, the largest if there are several.
+/// Returns the largest unit below s in which a step between rows, a number of that unit, is plausible for a sensor.
 #[must_use]
 pub fn unit_of_step(step: f64) -> Option<TimeUnit> {
     let is_plausible = |unit: &TimeUnit| PLAUSIBLE_RATES.contains(&(unit.per_second() / step));

@@ -1,6 +1,6 @@
-//! `footfall foot`: requests to one foot over its line.
+//! `footfall foot`: requests to one foot over its line, an action each.
 //!
-//! `update` sends the image of a program.
+//! The action `update`, which sends a program to one or more feet, is in a file of its own.
 
 mod update;
 
