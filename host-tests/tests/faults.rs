@@ -6,7 +6,7 @@ use feet::foot::accept::figure::LIMITS;
 use feet::remedy::Trouble;
 use host_tests::committed::assert_block;
 use results::tables::origin;
-use results::{Figures, Stored};
+use results::{Figures, Stored, rounded};
 
 fn table(kind: &str) -> String {
     let all = Trouble::all().filter(|trouble| trouble.kind() == kind);
@@ -71,9 +71,9 @@ fn the_document_lists_every_limit_of_an_acceptance() {
             row.text("step").ok() == Some(step) && row.text("quantity").ok() == Some(name)
         };
         let row = rows.iter().find(is_this).unwrap_or_else(|| panic!("no figure of {name}"));
-        let value = row.number("value").expect("a value");
-        block
-            .push_str(&format!("| {step} | {name} | {unit} | {range} | {value:.3} | {source} |\n"));
+        // Counts have no decimals.
+        let value = rounded(row.number("value").expect("a value"), 3);
+        block += &format!("| {step} | {name} | {unit} | {range} | {value} | {source} |\n");
     }
     block += &format!("\n{}\n", origin(&result, "docs/guide/acceptance.md").expect("an origin"));
     assert_block("docs/guide/acceptance.md", "acceptance", &block);
