@@ -226,8 +226,8 @@ impl Found {
     }
 }
 
-/// Limit of the slips without an event: measured are 122 of
-/// 1,120, most of them slower than what a false idea of up leaves.
+/// Limit of the slips without an event. 122 of 1,120 have none, most of which are slower than the speed that a wrong estimate
+/// of up adds.
 const UNSEEN: usize = 140;
 
 #[test]
@@ -253,14 +253,13 @@ fn slip_distances_are_accurate_to_a_few_millimetres() {
     println!(
         "{slips} slips, {several} in parts, {false_events} false; errors {middle:.2} mm, {nine_of_ten:.2} mm, {worst:.2} mm"
     );
-    // Measured are 1.19, 5.41 and 7.90 mm.
+    // 1.19, 5.41 and 7.90 mm now. The last two limits are in docs/reference/formats.md.
     assert!(middle < 1.25, "{middle} mm");
     assert!(nine_of_ten < 5.7, "{nine_of_ten} mm");
     assert!(worst < 8.3, "{worst} mm");
 }
 
-/// Limit of the slips reported on the twelve walks in a shoe, none of which slips: measured are 3 in
-/// 270 steps.
+/// Limit of the slips reported on the twelve walks in a shoe, none of which slips. 3 are reported in 270 steps.
 const SHOE_SLIPS: usize = 5;
 
 /// Numbers of touch-downs and slips in recordings without known slips, from the IMU alone.
