@@ -1,7 +1,7 @@
 //! Bitwise comparison of targets and host: the self-check ELF runs on an emulated Cortex-M4F, and on a Cortex-M33, and must
 //! print the digests that the same code gives here.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use estimator_core::{Params, self_check};
@@ -13,7 +13,7 @@ fn the_estimator_gives_the_host_bits_on_an_emulated_m4f() {
     let Some(mut qemu) = qemu::stock_board() else {
         return;
     };
-    assert_same_bits(qemu.arg("-kernel").arg(build_self_check()));
+    assert_same_bits(qemu.arg("-kernel").arg(build_for_m4f()));
 }
 
 #[test]
@@ -22,7 +22,7 @@ fn the_estimator_gives_the_host_bits_on_an_emulated_m33() {
     let Some(mut qemu) = qemu::cortex_m33() else {
         return;
     };
-    assert_same_bits(qemu.arg("-kernel").arg(build_self_check_of_m33()));
+    assert_same_bits(qemu.arg("-kernel").arg(build_for_m33()));
 }
 
 fn assert_same_bits(qemu: &mut Command) {
@@ -48,34 +48,44 @@ fn digests_on_host() -> Vec<String> {
     lines
 }
 
-/// Builds the release ELF for the target and returns its path.
-fn build_self_check() -> PathBuf {
-    let target_dir = workspace().join("target");
-    let status = Command::new(env!("CARGO"))
-        .args(["build", "--profile", "firmware", "-p", "foot-stm32f405", "--bin", "self-check"])
-        .args(["--target", "thumbv7em-none-eabihf", "--target-dir"])
-        .arg(&target_dir)
-        .current_dir(workspace())
-        .status()
-        .expect("cargo starts");
-    assert!(
-        status.success(),
-        "the firmware does not build; `rustup target add thumbv7em-none-eabihf` adds the target"
-    );
-    target_dir.join("thumbv7em-none-eabihf/firmware/self-check")
+/// Builds the self-check for a Cortex-M4F, and returns the path of its ELF.
+fn build_for_m4f() -> PathBuf {
+    build(
+        "thumbv7em-none-eabihf",
+        "firmware",
+        &["--package", "foot-stm32f405"],
+        &workspace(),
+        &workspace().join("target"),
+    )
 }
 
-/// Builds the ELF for a Cortex-M33, the core of the RP2350, and returns its path.
-fn build_self_check_of_m33() -> PathBuf {
-    const TARGET: &str = "thumbv8m.main-none-eabihf";
-    let target_dir = workspace().join("target/feather-rp2350");
+/// Builds it for a Cortex-M33, the core of the RP2350.
+fn build_for_m33() -> PathBuf {
+    build(
+        "thumbv8m.main-none-eabihf",
+        "release",
+        &["--no-default-features", "--features", "self-check"],
+        &workspace().join("firmware/boards/rp2040"),
+        &workspace().join("target/feather-rp2350"),
+    )
+}
+
+/// Builds the self-check of the package that `options` choose in `folder`.
+fn build(
+    target: &str,
+    profile: &str,
+    options: &[&str],
+    folder: &Path,
+    target_folder: &Path,
+) -> PathBuf {
     let status = Command::new(env!("CARGO"))
-        .args(["build", "--locked", "--release", "--bin", "self-check", "--target", TARGET])
-        .args(["--no-default-features", "--features", "self-check", "--target-dir"])
-        .arg(&target_dir)
-        .current_dir(workspace().join("firmware/boards/rp2040"))
+        .args(["build", "--locked", "--bin", "self-check", "--target", target])
+        .args(["--profile", profile, "--target-dir"])
+        .arg(target_folder)
+        .args(options)
+        .current_dir(folder)
         .status()
         .expect("cargo starts");
-    assert!(status.success(), "it does not build; `rustup target add {TARGET}` adds the target");
-    target_dir.join(TARGET).join("release/self-check")
+    assert!(status.success(), "it does not build; `rustup target add {target}` adds the target");
+    target_folder.join(target).join(profile).join("self-check")
 }
