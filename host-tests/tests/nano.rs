@@ -16,7 +16,6 @@ use results::{Measurement, rounded};
 use serde_json::Value as Json;
 use tempfile::TempDir;
 use wire::dictionary::{SIGNATURE_STORE, index};
-
 use wire::node::{NmtCommand, NmtState};
 use wire::settings::WINDOW_CAPACITY;
 use wire::uart::{

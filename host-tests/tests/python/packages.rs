@@ -15,6 +15,7 @@ pub struct Packages {
 
 impl Packages {
     /// Runs a script, and returns its trimmed output.
+    #[allow(dead_code, reason = "tests of some features run their scripts otherwise")]
     pub fn run(&self, script: &str, arguments: &[&dyn AsRef<OsStr>]) -> String {
         let output = Command::new(&self.interpreter)
             .arg(script)
