@@ -119,9 +119,7 @@ pub fn run(only: Option<Part>) -> Result<()> {
         results::refuse_older()?;
     }
     let dist = root().join("dist");
-    if dist.exists() {
-        fs::remove_dir_all(&dist).context("dist cannot be emptied")?;
-    }
+    remove_folder(&dist)?;
     fs::create_dir(&dist).context("dist cannot be made")?;
     match only {
         Some(Part::Native) => return build_native_program(&dist),
