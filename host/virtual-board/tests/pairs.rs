@@ -9,7 +9,7 @@ use virtual_board::product::on_all_cores;
 use virtual_board::product::scenario::pairs::{self, Pair};
 
 #[test]
-#[ignore = "full: 4900 pairs of faults, an hour"]
+#[ignore = "full: 5100 pairs of faults, an hour"]
 fn the_board_survives_two_simultaneous_or_close_faults() {
     let Some(elf) = product() else { return };
     let wish = std::env::var("FOOTFALL_PAIRS").unwrap_or_else(|_| "1".to_owned());

@@ -9,14 +9,14 @@
 //! | prepare, inject, clear, wait for recovery: [`Scenario::run`] | here |
 //! | record everything the board sends | `watch` |
 //! | measure it against the scenario, and compare it with the requirements | `outcome`, [`ScenarioOutcome`] |
-//! | run all of them; the figures of an outcome | `table` |
+//! | run all of them; the figures of an outcome | `matrix` |
 //! | two scenarios at once | [`pairs`] |
 
 mod list;
+mod matrix;
 mod outcome;
 mod pages;
 pub mod pairs;
-mod table;
 mod watch;
 
 use lsm6dsox::sim::Stimulus;
@@ -27,9 +27,9 @@ use wire::uart::{self, ConfigGet, ConfigSet, Message, NmtRequest};
 use wire::{Address, Value};
 
 pub use list::{ALL, CLEAR};
+pub use matrix::{figures, matrix};
 pub use outcome::ScenarioOutcome;
 pub use pages::Pages;
-pub use table::{figures, matrix};
 
 use crate::emulator::board::{Board, BoardOptions, Injection};
 use crate::emulator::corner::Corner;
