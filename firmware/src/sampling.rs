@@ -338,8 +338,8 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
     /// Creates a sensor that has not been started, with a new sample at least each tick.
     pub fn new(bus: BUS, config: Config) -> Self {
         Self {
+            conversion: imu::Conversion::new(&config),
             driver: Lsm6dsox::new(bus, config),
-            conversion: imu::Conversion::default(),
             watch: Watch::default(),
             activity: Activity::Starting,
             restarts: 0,

@@ -77,7 +77,7 @@ fn recorded(plan: &Plan, labelled: &Recording, frequency: f64) -> Recording {
     let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
     driver.init(&mut part.delay()).expect("it starts");
     part.advance_to(START_NS);
-    let mut conversion = Conversion::default();
+    let mut conversion = Conversion::new(&Config::FRESH_KILOHERTZ);
     let mut recording = labelled.clone();
     for (tick, sample) in (0..).zip(&mut recording.samples) {
         part.advance_to(START_NS + tick * TICK_NS);

@@ -3,15 +3,15 @@
 //! Sensor and estimator are independent. They meet here, on the foot and in every program on a host. Units are SI on
 //! both sides, so this module adds time and validity.
 
-use crate::{RawSample, Sample};
+use crate::{Config, RawSample, Sample};
 use estimator_core::{
     AngularRate, ImuSample, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
 
-/// Time for which a clipped sample is in the output of the accelerometer's filter, µs. At a cut-off of 333 Hz a tenth
-/// of it is left after 1.1 ms if the filter is of first order, and after 1.3 ms if it is of second. A lower cut-off is
-/// not considered: at 148 Hz a tenth is left after 2.5 to 2.8 ms.
-const FILTER_MICROS: u64 = 1_500;
+/// Time for which a clipped sample is in the output of the accelerometer's filter, periods of the cut-off: 1.5 ms at
+/// 333 Hz, 3.4 ms at 148 Hz. A tenth of the sample is left after 0.37 periods if the filter is of first order, and after
+/// 0.43 periods if it is of second.
+const RINGING_PERIODS: f32 = 0.5;
 
 /// Conversion of samples in order of time.
 ///
@@ -19,13 +19,22 @@ const FILTER_MICROS: u64 = 1_500;
 /// end. A sample near the full scale therefore counts as saturated, and so do the following ones while the filter rings
 /// down. A shock too short to come near the full scale is not detected. The gyroscope has a margin of 15 % beyond its
 /// full scale.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Conversion {
+    /// Time for which a clipped sample is in the output of the filter, µs.
+    ringing_us: u64,
     /// Time of the last sample near the accelerometer's full scale.
     clipped: Option<Timestamp>,
 }
 
 impl Conversion {
+    /// Creates a conversion of the samples of a part with this configuration.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        let micros = |hertz| (RINGING_PERIODS * 1.0e6 / hertz) as u64;
+        Self { ringing_us: config.accel_cutoff().map_or(0, micros), clipped: None }
+    }
+
     /// Converts the sample read at the data-ready edge at `timestamp`.
     #[must_use]
     pub fn imu_sample(&mut self, raw: &RawSample, timestamp: Timestamp) -> ImuSample {
@@ -34,7 +43,7 @@ impl Conversion {
             self.clipped = Some(timestamp);
         }
         let since = self.clipped.and_then(|at| timestamp.micros_since(at));
-        sample.accel_saturated = since.is_some_and(|us| us <= FILTER_MICROS);
+        sample.accel_saturated = since.is_some_and(|us| us <= self.ringing_us);
         let vector = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
         ImuSample {
             timestamp,
@@ -67,8 +76,6 @@ const fn validity(sample: &Sample) -> Validity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Config;
-
     /// A burst with these freshness bits and these codes on ωy and ax.
     fn read(status: u8, rate: i16, force: i16) -> ImuSample {
         let mut bytes = [0; 16];
@@ -76,7 +83,7 @@ mod tests {
         bytes[6..8].copy_from_slice(&rate.to_le_bytes());
         bytes[10..12].copy_from_slice(&force.to_le_bytes());
         let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
-        Conversion::default().imu_sample(&raw, Timestamp::from_micros(1_234))
+        Conversion::new(&Config::FRESH_KILOHERTZ).imu_sample(&raw, Timestamp::from_micros(1_234))
     }
 
     #[test]
@@ -101,21 +108,29 @@ mod tests {
         }
     }
 
-    /// 29 484 codes are 90 %; the edges are up to 155 µs off their milliseconds.
+    /// Number of samples marked by a force, one each `tick_us` and up to 155 µs off.
+    fn marked(force: i16, config: &Config, tick_us: u64) -> usize {
+        let mut conversion = Conversion::new(config);
+        let samples = (0..).zip([0, force, 1_000, 0, -1_000, 0]).filter(|(tick, force)| {
+            let mut bytes = [0b11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+            bytes[10..12].copy_from_slice(&force.to_le_bytes());
+            let raw = RawSample::decode(&bytes, config).expect("a status");
+            let edge = Timestamp::from_micros(tick_us * tick + tick * 311 % 155);
+            let validity = conversion.imu_sample(&raw, edge).validity;
+            validity == Validity::Saturated(Saturation::Accelerometer)
+        });
+        samples.count()
+    }
+
+    /// 29 484 codes are 90 %.
     #[test]
     fn near_full_scale_saturates_the_sample_that_follows() {
-        for (force, flagged) in [(29_484, 0), (-29_485, 2), (i16::MAX, 2)] {
-            let mut conversion = Conversion::default();
-            let forces = [0, force, 1_000, 0, -1_000, 0];
-            let samples = (0..).zip(forces).filter(|(tick, force)| {
-                let mut bytes = [0b11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-                bytes[10..12].copy_from_slice(&force.to_le_bytes());
-                let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
-                let edge = Timestamp::from_micros(1_000 * tick + tick * 311 % 155);
-                let validity = conversion.imu_sample(&raw, edge).validity;
-                validity == Validity::Saturated(Saturation::Accelerometer)
-            });
-            assert_eq!(samples.count(), flagged, "{force}");
+        for (config, tick_us) in
+            [(Config::FRESH_KILOHERTZ, 1_000), (Config::FRESH_417_HERTZ, 2_400)]
+        {
+            for (force, expected) in [(29_484, 0), (-29_485, 2), (i16::MAX, 2)] {
+                assert_eq!(marked(force, &config, tick_us), expected, "{force}, {tick_us} µs");
+            }
         }
     }
 

@@ -263,7 +263,7 @@ fn flagged(micros: u64) -> [usize; 2] {
         };
         let part = Part::with_options(shock, QUIET).shared();
         let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-        let mut conversion = Conversion::default();
+        let mut conversion = Conversion::new(&Config::FRESH_KILOHERTZ);
         let mut found = [false; 2];
         for millisecond in 190..220 {
             part.advance_to(millisecond * MILLISECOND);

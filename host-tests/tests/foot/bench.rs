@@ -297,7 +297,7 @@ impl Bench {
         bytes[4] = u8::from(scatter > 0);
         bytes[14..].copy_from_slice(&(2049 + scatter).to_le_bytes());
         let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
-        let sample = Conversion::default().imu_sample(&raw, time);
+        let sample = Conversion::new(&Config::FRESH_KILOHERTZ).imu_sample(&raw, time);
         let measurement = Measurement { raw: Some(raw), ..measurement(sample, None) };
         self.tick(&tick, &measurement, reading);
     }

@@ -91,7 +91,7 @@ impl Sampler {
         let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
         driver.init(&mut part.delay()).expect("a part without a fault starts");
         assert!(part.now_ns() < START_US * 1000, "it started in time");
-        Self { part, driver, conversion: Conversion::default() }
+        Self { part, driver, conversion: Conversion::new(&Config::FRESH_KILOHERTZ) }
     }
 
     /// Runs the foot's program at the tick at `tick_us`: waits for the next data-ready edge, takes its time, and reads

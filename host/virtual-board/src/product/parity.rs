@@ -101,7 +101,7 @@ impl ParityCheck {
         let config = Settings::default().params().validate_for()?;
         Ok(Self {
             parity: Parity::default(),
-            conversion: Conversion::default(),
+            conversion: Conversion::new(&Config::FRESH_KILOHERTZ),
             estimator: ContactEstimator::new(&config),
             changes: FrozenDetector::new(),
             offset: None,
