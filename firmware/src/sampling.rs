@@ -172,13 +172,14 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
             each(tick, &Sensor::<BUS>::absent(tick, activity, counts));
         })
         .await;
-        if self_test && started.is_ok() {
-            started = alongside(sensor.self_test(&mut delay), &mut ticks, |tick| {
+        if self_test && let Ok(lost) = started {
+            let tested = alongside(sensor.self_test(&mut delay), &mut ticks, |tick| {
                 let absent = Sensor::<BUS>::absent(tick, Activity::SelfTest, counts);
                 each(tick, &absent);
             })
             .await;
-            self_test = started.is_err();
+            self_test = tested.is_err();
+            started = tested.map(|failed| failed.or(lost));
         }
         let mut reason = None;
         let mut unreported = match started {
@@ -471,6 +472,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         Ok(lost)
     }
 
+    /// Tests the sensor. Returns [`Fault::SensorSelfTest`] if it has failed.
     async fn self_test(
         &mut self,
         delay: &mut impl DelayNs,

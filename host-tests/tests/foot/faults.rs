@@ -431,3 +431,22 @@ fn a_failed_self_test_axis_invalidates_every_estimate() {
         assert_eq!(status.is_valid(), failed == 0);
     }
 }
+
+#[test]
+fn self_test_keeps_the_report_of_lost_settings() {
+    let part = standing();
+    // In the first self-test. The second follows a start that finds the settings lost.
+    let reset = |part: &SharedPart| part.inject(PartFault::Reset);
+    let options = Run { self_test: true, actions: &[(300 * MS, &reset)], ..Run::default() };
+    let mut bench = Bench::new(Settings::default());
+    let (mut stages, mut raised) = (Vec::new(), Vec::new());
+    run(options, &part, &mut bench, 4 * SECOND, |bench, _, _| {
+        if stages.last() != Some(&bench.foot.stage()) {
+            stages.push(bench.foot.stage());
+        }
+        let emergencies = bench.emergencies();
+        raised.extend(emergencies.iter().filter(|emergency| emergency.code != 0).map(|e| e.fault));
+    });
+    assert_eq!(stages[..4], [Stage::Starting, Stage::SelfTest, Stage::Recovering, Stage::SelfTest]);
+    assert_eq!(raised, [Some(Fault::SensorSilent), Some(Fault::SensorReset)]);
+}
