@@ -47,8 +47,8 @@ pub(super) struct Device {
     /// Period of the ticks, µs.
     pub(super) tick_us: u16,
     pub(super) load: Option<Load>,
-    /// Ticks since the load was received.
-    pub(super) load_age: u16,
+    /// Time since the load was received, µs.
+    pub(super) load_age_us: u32,
     pub(super) time: Option<(TimeOfDay, Timestamp)>,
     pub(super) event: Option<Event>,
     /// Whether a store or a restore is pending. Another one is refused until it is answered.
@@ -118,7 +118,7 @@ impl Device {
 
     pub(super) const fn take_load(&mut self, load: Load) {
         self.load = Some(load);
-        self.load_age = 0;
+        self.load_age_us = 0;
     }
 
     fn calibration(&self) -> CalibrationState {

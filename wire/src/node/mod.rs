@@ -6,7 +6,7 @@
 //! - [`Node::boot`] at the start and after each reset, with its cause. The streams start without a command only at
 //!   power-up. After a reset commanded by a master, the node waits in pre-operational state to be configured.
 //! - [`Node::receive`] with each received frame.
-//! - [`Node::tick`] each millisecond.
+//! - [`Node::tick`] each millisecond, or at the period given to [`Node::set_tick`].
 //!
 //! It acts on the events that these return. UART messages reach the same objects by [`Node::read`] and [`Node::write`],
 //! under the same rules:
@@ -69,8 +69,8 @@ pub struct Node {
     /// it.
     given: Option<Option<NodeId>>,
     ticks: u32,
-    /// Ticks since the last heartbeat.
-    heartbeat_age: u16,
+    /// Time since the last heartbeat, µs.
+    heartbeat_age_us: u32,
     /// SYNCs received.
     syncs: u32,
     /// One bit per PDO, set if a SYNC has requested it.
@@ -91,6 +91,9 @@ const LSS_FASTSCAN: u8 = 0x51;
 const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
 const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
 const LSS_STORE: u8 = 0x17;
+
+/// Period of the ticks unless the application sets another, µs.
+const TICK_US: u16 = 1_000;
 
 /// Address of the setting of the node id.
 const NODE_ID: Address = Address::new(index::NODE_ID, 0);
@@ -118,9 +121,9 @@ impl Node {
                 program: Program::default(),
                 learnt: Learnt::default(),
                 costs: Costs::default(),
-                tick_us: 0,
+                tick_us: TICK_US,
                 load: None,
-                load_age: 0,
+                load_age_us: 0,
                 time: None,
                 event: None,
                 has_pending_store: false,
@@ -130,7 +133,7 @@ impl Node {
             pending_store: None,
             given: None,
             ticks: 0,
-            heartbeat_age: 0,
+            heartbeat_age_us: 0,
             syncs: 0,
             requested: 0,
             last_sync: ClockReading::default(),
@@ -154,7 +157,7 @@ impl Node {
         self.nmt = NmtStateMachine::new();
         self.sdo = SdoServer::new();
         self.pending_store = None;
-        self.heartbeat_age = 0;
+        self.heartbeat_age_us = 0;
         self.requested = 0;
         self.reported = Faults::NONE;
         let id = self.device.id?;
@@ -219,7 +222,7 @@ impl Node {
         self.device.hardware = name;
     }
 
-    /// Publishes the period of the ticks, µs.
+    /// Sets and publishes the period of the ticks, µs; 1,000 if it is not called.
     pub const fn set_tick(&mut self, tick_us: u16) {
         self.device.tick_us = tick_us;
     }
@@ -373,7 +376,7 @@ impl Node {
         Some(CanFrame::of(id, emergency.encode()))
     }
 
-    /// Advances by one millisecond: takes the newest estimate and sends the frames due, the contact first.
+    /// Advances by one tick: takes the newest estimate and sends the frames due, the contact first.
     ///
     /// A frame that cannot be sent still advances its sequence, so that the gap is visible.
     pub fn tick(
@@ -428,18 +431,18 @@ impl Node {
         }
     }
 
-    /// Discards a load that is too old. Reports it if the robot should send the load.
+    /// Discards a load that is too old. If the robot should send the load, reports when it stops and when it sends again.
     fn watch_load(&mut self) -> Option<CanFrame> {
         let device = &mut self.device;
-        let limit = device.settings.load_timeout_ms();
-        device.load_age = device.load_age.saturating_add(1);
-        let overdue = device.load_age > limit && device.load.take().is_some();
+        let limit_ms = u32::from(device.settings.load_timeout_ms());
+        device.load_age_us = device.load_age_us.saturating_add(u32::from(device.tick_us));
+        let overdue = device.load_age_us > 1_000 * limit_ms && device.load.take().is_some();
         let expected = device.state == NmtState::Operational
             && device.settings.load_input().source == LoadSource::Can;
-        if !expected {
+        if expected && overdue {
+            self.raise(Fault::PdoTimeout, limit_ms)
+        } else if !expected || device.load.is_some() {
             self.clear(Fault::PdoTimeout)
-        } else if overdue {
-            self.raise(Fault::PdoTimeout, u32::from(limit))
         } else {
             None
         }
@@ -457,13 +460,14 @@ impl Node {
     }
 
     fn heartbeat(&mut self, id: NodeId) -> Option<CanFrame> {
-        let period = self.device.settings.heartbeat_ms();
-        self.heartbeat_age = self.heartbeat_age.saturating_add(1);
-        let due = period != 0 && self.heartbeat_age >= period;
+        let period_us = 1_000 * u32::from(self.device.settings.heartbeat_ms());
+        self.heartbeat_age_us =
+            self.heartbeat_age_us.saturating_add(u32::from(self.device.tick_us));
+        let due = period_us != 0 && self.heartbeat_age_us >= period_us;
         if !due || self.device.state == NmtState::Initialising {
             return None;
         }
-        self.heartbeat_age = 0;
+        self.heartbeat_age_us = 0;
         Some(CanFrame::of(id.cob_id(cob_id::HEARTBEAT), nmt::encode_heartbeat(self.device.state)))
     }
 
@@ -570,14 +574,13 @@ impl Node {
         if data.len() < 4 {
             return Outcome { reply: self.raise(Fault::PdoLength, data.len() as u32), event: None };
         }
-        let mut reply = self.clear(Fault::PdoLength);
         // A load that is NaN counts as not received.
         let load = Load::decode(data);
         if let Some(load) = load {
             self.device.take_load(load);
-            reply = reply.or(self.clear(Fault::PdoTimeout));
         }
-        Outcome { reply, event: load.map(Event::Load) }
+        // There is one reply. The next tick reports the end of a timeout.
+        Outcome { reply: self.clear(Fault::PdoLength), event: load.map(Event::Load) }
     }
 
     /// Records a fault in the set of active faults and in the history, with its detail.

@@ -209,8 +209,8 @@ fn a_load_is_valid_for_the_event_timer() {
     assert_eq!(emergencies(&mut node, 50), [[0x50, 0x82, 0x11, 21, 100, 0, 0, 0]]);
     assert_eq!(node.load(), None);
     assert!(is_nan(&mut node));
-    let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
-    assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
+    assert_eq!(send(&mut node, rpdo, &Load(6.0).encode()).reply, None);
+    assert_eq!(emergencies(&mut node, 1), [[0, 0, 0, 21, 0, 0, 0, 0]]);
     assert_eq!(node.load(), Some(Load(6.0)));
     // Over SDO as well; a load that is not taken from CAN raises no fault when it is missing.
     node.command(NmtCommand::EnterPreOperational);
@@ -220,6 +220,21 @@ fn a_load_is_valid_for_the_event_timer() {
     node.command(NmtCommand::StartRemoteNode);
     assert_eq!(emergencies(&mut node, 200), [[0; 8]; 0]);
     assert_eq!(node.load(), None);
+}
+
+#[test]
+fn a_good_load_ends_both_faults_of_loads() {
+    let rpdo = 0x200 + u16::from(ID);
+    let mut node = node();
+    accepted(&mut node, Address::new(index::LOAD_INPUT, 1), Value::U8(2));
+    node.command(NmtCommand::StartRemoteNode);
+    send(&mut node, rpdo, &Load(5.0).encode());
+    send(&mut node, rpdo, &[1, 2]).reply.expect("a wrong length");
+    assert_eq!(emergencies(&mut node, 101).len(), 1, "a timeout");
+    let ended = send(&mut node, rpdo, &Load(6.0).encode()).reply.expect("one of them ends");
+    assert_eq!(ended.data(), [0, 0, 0x11, 19, 0, 0, 0, 0], "the other is active");
+    assert_eq!(emergencies(&mut node, 2), [[0, 0, 0, 21, 0, 0, 0, 0]], "none is active");
+    assert!(node.faults().is_empty());
 }
 
 #[test]
@@ -236,6 +251,13 @@ fn no_load_is_valid_for_longer_than_a_second() {
     let object = Address::new(index::LOAD, 0);
     accepted(&mut node, object, Value::F32(7.0));
     emergencies(&mut node, 1_000);
+    assert_eq!(node.load(), Some(Load(7.0)));
+    emergencies(&mut node, 1);
+    assert_eq!(node.load(), None);
+    // Of the ticks of a slower board there are fewer.
+    node.set_tick(2_400);
+    accepted(&mut node, object, Value::F32(7.0));
+    emergencies(&mut node, 416);
     assert_eq!(node.load(), Some(Load(7.0)));
     emergencies(&mut node, 1);
     assert_eq!(node.load(), None);
