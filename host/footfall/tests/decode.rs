@@ -122,6 +122,7 @@ fn feet_are_listed_with_name_and_id() {
         ("1=", "1 to 32 letters"),
         ("0=FL", "write a node id"),
         ("1=F L", "1 to 32 letters"),
+        ("33=FL,x.log=FL", "two feet are given the name FL"),
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
             .args(["decode", "x.log", "--names", names])

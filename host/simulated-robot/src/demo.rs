@@ -90,7 +90,7 @@ impl FromStr for Demo {
                 }
                 "seed" => demo.seed = parse_value(text, "seed", "a whole number", |_| true)?,
                 "speed" => {
-                    demo.speed = Some(parse_value(text, "speed", Speed::EXPECTED, |_| true)?)
+                    demo.speed = Some(parse_value(text, "speed", Speed::EXPECTED, |_| true)?);
                 }
                 "seconds" => {
                     let is_valid = |seconds: &f64| *seconds > 0.0 && seconds.is_finite();

@@ -401,15 +401,8 @@ impl ListenArguments {
     ///
     /// # Errors
     /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
-    pub(crate) fn sources_and_feet(mut self) -> Result<(Vec<Source>, KnownFeet), Error> {
-        // Names that contradict each other are an error even if one of them is of no line.
-        self.feet.feet()?;
-        let sources = self.played.find_sources(&self.sources)?;
-        // The lines of files and of simulated feet are known only when they are read.
-        if let Some(lines) = sources.iter().map(Source::device).collect::<Option<Vec<_>>>() {
-            self.feet.take_unused(&lines).into_iter().for_each(warn);
-        }
-        Ok((sources, self.feet.feet()?))
+    pub(crate) fn sources_and_feet(self) -> Result<(Vec<Source>, KnownFeet), Error> {
+        self.feet.of_sources(&self.sources, &self.played)
     }
 }
 
@@ -435,6 +428,25 @@ pub enum NamedFoot {
 }
 
 impl FeetArguments {
+    /// Finds the sources, and returns them with their feet. Reports names of no line.
+    ///
+    /// # Errors
+    /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
+    pub(crate) fn of_sources(
+        mut self,
+        sources: &[SourceArgument],
+        played: &PlayedArguments,
+    ) -> Result<(Vec<Source>, KnownFeet), Error> {
+        // Names that contradict each other are an error even if one of them is of no line.
+        self.feet()?;
+        let sources = played.find_sources(sources)?;
+        // The lines of files and of simulated feet are known only when they are read.
+        if let Some(lines) = sources.iter().map(Source::device).collect::<Option<Vec<_>>>() {
+            self.take_unused(&lines).into_iter().for_each(warn);
+        }
+        Ok((sources, self.feet()?))
+    }
+
     /// Returns the feet.
     ///
     /// # Errors
@@ -443,7 +455,11 @@ impl FeetArguments {
         let mut feet = KnownFeet::default();
         self.nodes.iter().for_each(|node| feet.add(*node));
         let (mut nodes, mut lines) = (Vec::new(), Vec::new());
-        for (foot, name) in self.names.iter().cloned() {
+        for (k, (foot, name)) in self.names.iter().cloned().enumerate() {
+            // A node and a line with one name would be one foot in a table.
+            if self.names[..k].iter().any(|(of, other)| *of != foot && *other == name) {
+                return Err(NamedTwice::Name(name.to_string()));
+            }
             match foot {
                 NamedFoot::Node(node) => nodes.push((node, name)),
                 NamedFoot::Line(line) => lines.push((line, name)),

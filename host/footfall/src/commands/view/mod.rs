@@ -30,7 +30,7 @@ pub struct ViewArguments {
     pub sources: Vec<SourceArgument>,
     /// Nodes that are feet.
     #[command(flatten)]
-    pub nodes: FeetArguments,
+    pub feet: FeetArguments,
     /// How a played recording of an IMU is read.
     #[command(flatten)]
     pub played: PlayedArguments,
@@ -81,17 +81,17 @@ impl ViewArguments {
         if let Some(viewer) = self.layout {
             return print_text(viewer.layout()).map_err(Error::Print);
         }
-        let sources = self.played.find_sources(&self.sources)?;
+        let found = self.feet.of_sources(&self.sources, &self.played)?;
         #[cfg(feature = "foxglove")]
         return server::serve(
-            sources,
+            found,
             (&self.host, self.port),
-            (self.nodes.feet()?, self.published.bridge()?),
+            self.published.bridge()?,
             self.seconds,
         );
         #[cfg(not(feature = "foxglove"))]
         Err(Feature::Foxglove
-            .missing_for(format_args!("footfall view {}", text_of(&sources)))
+            .missing_for(format_args!("footfall view {}", text_of(&found.0)))
             .into())
     }
 }

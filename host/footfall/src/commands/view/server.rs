@@ -41,9 +41,9 @@ const DEADLINE_CHECK: Duration = Duration::from_millis(50);
 /// # Errors
 /// The source cannot be opened, or the server cannot start.
 pub fn serve(
-    sources: Vec<Source>,
+    (sources, feet): (Vec<Source>, KnownFeet),
     (host, port): (&str, u16),
-    (feet, bridge): (KnownFeet, Bridge),
+    bridge: Bridge,
     seconds: Option<f64>,
 ) -> Result<(), Error> {
     let text = text_of(&sources);
