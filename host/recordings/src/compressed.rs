@@ -2,10 +2,10 @@
 
 use std::error::Error;
 use std::ffi::OsStr;
-use std::io::{self, BufReader, Cursor, Read};
+use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
+use flate2::bufread::GzDecoder;
 use ruzstd::decoding::StreamingDecoder;
 
 /// The first bytes of a gzip member, whose only method is deflate (RFC 1952, section 2.3.1).
@@ -37,14 +37,61 @@ pub fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
     file.by_ref().take(ZSTD.len() as u64).read_to_end(&mut first)?;
     let is_gzip = first.starts_with(&GZIP);
     let is_zstd = first == ZSTD;
-    let whole = Cursor::new(first).chain(file);
+    let whole: Box<dyn Read> = Box::new(Cursor::new(first).chain(file));
     Ok(if is_gzip {
-        Box::new(MultiGzDecoder::new(BufReader::new(whole)))
+        Box::new(Members { decoder: Some(GzDecoder::new(BufReader::new(whole))) })
     } else if is_zstd {
         Box::new(Frames { decoder: Some(decoder(Box::new(BufReader::new(whole)))?) })
     } else {
-        Box::new(whole)
+        whole
     })
+}
+
+/// The consecutive members of a gzip file, which zeros may follow: a tape or a loss of power pads a file with them.
+struct Members {
+    /// `None` after the last member.
+    decoder: Option<GzDecoder<BufReader<Box<dyn Read>>>>,
+}
+
+impl Read for Members {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        if to.is_empty() {
+            return Ok(0);
+        }
+        while let Some(member) = &mut self.decoder {
+            let count = member.read(to)?;
+            if count > 0 {
+                return Ok(count);
+            }
+            let Some(finished) = self.decoder.take() else {
+                break;
+            };
+            let mut source = finished.into_inner();
+            match first_beyond_zeros(&mut source)? {
+                None => {}
+                Some(first) if first == GZIP[0] => self.decoder = Some(GzDecoder::new(source)),
+                Some(_) => {
+                    let other = "other data follow the gzip data";
+                    return Err(io::Error::new(io::ErrorKind::InvalidData, other));
+                }
+            }
+        }
+        Ok(0)
+    }
+}
+
+/// Skips zeros, and returns the byte after them without consuming it.
+fn first_beyond_zeros(source: &mut impl BufRead) -> io::Result<Option<u8>> {
+    loop {
+        let bytes = source.fill_buf()?;
+        let first = bytes.iter().find(|byte| **byte != 0).copied();
+        let zeros = bytes.iter().take_while(|byte| **byte == 0).count();
+        let is_end = bytes.is_empty();
+        source.consume(zeros);
+        if first.is_some() || is_end {
+            return Ok(first);
+        }
+    }
 }
 
 type FrameReader = StreamingDecoder<Box<dyn Read>, ruzstd::decoding::FrameDecoder>;
@@ -146,6 +193,16 @@ mod tests {
         assert_eq!(read(&gzip("t,ax\n")).unwrap(), "t,ax\n");
         let two = [gzip("t,ax\n"), gzip("0,1\n")].concat();
         assert_eq!(read(&two).unwrap(), "t,ax\n0,1\n");
+    }
+
+    #[test]
+    fn zeros_after_gzip_data_are_skipped() {
+        let zeros = vec![0; 100_000];
+        assert_eq!(read(&[gzip("t,ax\n"), zeros.clone()].concat()).unwrap(), "t,ax\n");
+        let padded = [gzip("t,ax\n"), zeros, gzip("0,1\n")].concat();
+        assert_eq!(read(&padded).unwrap(), "t,ax\n0,1\n");
+        let other = read(&[gzip("t,ax\n"), b"0,1\n".to_vec()].concat()).unwrap_err();
+        assert_eq!(other.to_string(), "other data follow the gzip data");
     }
 
     #[test]
