@@ -267,8 +267,11 @@ impl Reader {
     fn take<T: DeserializeOwned>(&mut self, value: &Value<'_>, expected: &str) -> Option<T> {
         let read = T::deserialize(ValueDeserializer::from(value.clone()));
         let read = read.map_err(|error| {
-            let (what, _) = error.message().split_once(", expected ").unwrap_or_default();
-            format!("{what}, expected {expected}")
+            let message = error.message();
+            match message.split_once(", expected ") {
+                Some((what, _)) => format!("{what}, expected {expected}"),
+                None => message.to_owned(),
+            }
         });
         self.noted(value, read)
     }

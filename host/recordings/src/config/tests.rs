@@ -135,6 +135,14 @@ fn value_of_wrong_type_is_named_by_key() {
 }
 
 #[test]
+fn too_large_number_is_named_by_key() {
+    assert_eq!(
+        message("[load]\non_threshold = 1e400\n"),
+        "x.toml, line 2, column 16, key load.on_threshold: floating-point number overflowed"
+    );
+}
+
+#[test]
 fn an_unknown_axis_is_named() {
     let message = message("[bandwidth]\nangular_rate_rad_s = { ax = 1 }\n");
     assert!(
