@@ -19,7 +19,7 @@ use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
 use super::options::ListenArguments;
-use crate::error::{Error, with_hint};
+use crate::error::Error;
 use crate::files::unless_closed;
 use crate::report::{Described, Document};
 use crate::stream::{
@@ -212,7 +212,10 @@ impl MonitorState {
                     self.add_event(None, format!("not sent: {error}"));
                 }
                 Update::Line(FeedEvent::Ended(error)) => {
-                    self.add_event(None, with_hint(&error, error.hint()));
+                    // Any other end is the error of the command.
+                    if let LinkError::Ended(_) = error {
+                        self.add_event(None, error.to_string());
+                    }
                     self.ended = Some(error);
                 }
             }
