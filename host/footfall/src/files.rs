@@ -360,7 +360,9 @@ pub enum OutputError {
 impl OutputError {
     /// Returns the conversion of an error of the operating system about a result.
     pub fn unwritable(path: &Path) -> impl FnOnce(io::Error) -> Self {
-        |source| Self::Unwritable { file: path.display().to_string(), source }
+        let is_standard = path == Path::new(STANDARD);
+        let file = if is_standard { "standard output".to_owned() } else { named(path) };
+        |source| Self::Unwritable { file, source }
     }
 }
 

@@ -141,6 +141,22 @@ fn unwritable_output_streams_cause_no_panic() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disk_error_names_the_result() {
+    let bench = Bench::with("x.csv", format!("{AXES}\n0,0,9,0,0,0\n"));
+    for (result, expected) in [
+        ("--output /dev/full", "footfall: /dev/full cannot be written: No space left"),
+        ("--output - >/dev/full", "footfall: standard output cannot be written: No space left"),
+        ("--json >/dev/full", "footfall: standard output cannot be written: No space left"),
+    ] {
+        let line = format!("\"$0\" replay x.csv --sample-rate 100 {result}");
+        let output = bench.shell("sh", &line).expect("a shell");
+        assert_eq!(output.status.code(), Some(1), "{result}");
+        assert!(text(&output.stderr).starts_with(expected), "{result}: {output:?}");
+    }
+}
+
 #[test]
 fn configuration_sets_a_missing_sample_rate() {
     let bench = Bench::with("x.csv", format!("{AXES}\n0,0,9,0,0,0\n0,0,9,0,0,0\n"));
