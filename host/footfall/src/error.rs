@@ -191,19 +191,20 @@ pub enum Error {
     },
     /// A foot has no place in messages of all feet.
     #[error(
-        "the foot {name} has no place of its own in the messages of all feet, which are those of {names}: name it, as in --rename {name}={first}, or leave its topic out with --not-topic"
+        "the foot {name} has no place of its own in the messages of all feet, which are those of {names}: {}leave its topic out with --not-topic",
+        free.map(|free| format!("name it, as in --rename {name}={free}, or ")).unwrap_or_default()
     )]
     NoPlace {
         /// Name of the foot.
         name: String,
         /// Names of all feet.
         names: String,
-        /// The first of these names.
-        first: &'static str,
+        /// The first of these names that no foot has, if any.
+        free: Option<&'static str>,
     },
     /// Messages of all feet are to be written, and feet are missing.
     #[error(
-        "the foot {absent} is missing: {option} writes messages of {names}, and a missing foot may be standing; --compat bool and wrench have a topic for each foot"
+        "missing feet: {absent}; {option} writes messages of {names}, and a missing foot may be standing; --compat bool and wrench have a topic for each foot"
     )]
     AbsentFeet {
         /// Option that requests the messages.

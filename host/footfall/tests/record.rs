@@ -445,7 +445,7 @@ fn copy_of_a_bag_wants_a_place_for_each_foot() {
     );
     let right = "--rename R=FR";
     let said = bench.error(&format!("{copy} --compat champ {right}"));
-    assert_has(&said, "the foot RL, RR is missing: --compat writes messages of FL, FR, RL, RR,");
+    assert_has(&said, "missing feet: RL, RR; --compat writes messages of FL, FR, RL, RR,");
     let output = bench.run(&format!("{copy} --compat bool {right}"));
     let said = text(&output.stderr);
     assert!(output.status.success(), "{said}");

@@ -40,14 +40,16 @@ use crate::ros::message::{
 };
 use crate::ros::topics::Published;
 
-/// Names of four feet, in the order of the messages.
-pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
+/// Names of four feet, in the order of the messages. The first name of each is that of this program. Spot and the MIT
+/// Cheetah have `HL`, ANYmal has `LH`.
+pub const FEET: [&[&str]; 4] =
+    [&["FL", "LF"], &["FR", "RF"], &["RL", "LH", "HL", "BL"], &["RR", "RH", "HR", "BR"]];
 
 /// The feet in the order right front, left front, right hind, left hind, by their places in [`FEET`].
 pub const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
 
 /// Names of two feet.
-const BIPED_FEET: [[&str; 2]; 2] = [["L", "left"], ["R", "right"]];
+const BIPED_FEET: [&[&str]; 2] = [&["L", "left"], &["R", "right"]];
 
 /// Longest wait of a message of all feet for the contacts that it lacks, µs.
 const COMPLETION_WAIT_US: u64 = 20_000;
@@ -89,9 +91,9 @@ impl Body {
         }
     }
 
-    /// Names of its feet, in the order of the messages.
+    /// Names of its feet, in the order of the messages, the first of each that of this program.
     #[must_use]
-    pub const fn feet(self) -> &'static [[&'static str; 2]] {
+    pub const fn feet(self) -> &'static [&'static [&'static str]] {
         match self {
             Self::FourLegged => &FEET,
             Self::Biped => &BIPED_FEET,
@@ -101,7 +103,7 @@ impl Body {
     /// First names of its feet, separated by commas.
     #[must_use]
     pub fn names(self) -> String {
-        let names: Vec<&str> = self.feet().iter().map(|[name, _]| *name).collect();
+        let names: Vec<&str> = self.feet().iter().map(|names| names[0]).collect();
         names.join(", ")
     }
 
@@ -114,12 +116,12 @@ impl Body {
             .split(|letter: char| !letter.is_ascii_alphanumeric())
             .map(str::to_ascii_lowercase)
             .collect();
-        let is = |names: &[&str; 2]| {
+        let is = |names: &[&str]| {
             let mut own = names.iter();
             own.any(|own| words.iter().any(|word| own.eq_ignore_ascii_case(word)))
         };
         let feet = self.feet();
-        let mut named = (0..feet.len()).filter(|at| is(&feet[*at]));
+        let mut named = (0..feet.len()).filter(|at| is(feet[*at]));
         match (named.next(), named.next()) {
             (Some(at), None) => return Some(at),
             (Some(_), Some(_)) => return None,
@@ -218,7 +220,7 @@ impl Compat {
     #[must_use]
     pub fn topics(self, body: Body) -> Vec<String> {
         let of_foot = |topic: &str| {
-            let names = body.feet().iter().map(|[name, _]| name);
+            let names = body.feet().iter().map(|names| names[0]);
             names.map(|name| format!("/footfall/{name}/{topic}")).collect()
         };
         let topic = match self {
@@ -347,7 +349,7 @@ impl AllFeet {
     pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
         let feet = self.body.feet().iter().zip(&self.has_contact);
         let absent = feet.filter(|(_, heard)| self.is_late(listened_us) && !**heard);
-        absent.map(|([name, _], _)| *name).collect()
+        absent.map(|(names, _)| names[0]).collect()
     }
 
     /// Returns whether feet without a contact are no longer waited for.
@@ -473,6 +475,8 @@ mod tests {
         for (name, expected) in [
             ("FL", Some(0)),
             ("rh", Some(3)),
+            ("hl", Some(2)),
+            ("/BR/imu", Some(3)),
             ("FL_foot", Some(0)),
             ("/imu/FR_foot", Some(1)),
             ("go1/RL_foot_imu", Some(2)),

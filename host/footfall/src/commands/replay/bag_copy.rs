@@ -56,14 +56,14 @@ impl AllFeetOptions {
             let mut before = feet[..*index].iter();
             foot.place.is_none() || before.any(|other| other.place == foot.place)
         };
-        if let Some((_, foot)) = feet.iter().enumerate().find(has_none) {
-            let name = foot.name.clone();
-            return Err(Error::NoPlace { name, names: body.names(), first: body.feet()[0][0] });
-        }
         let is_absent = |at: &usize| feet.iter().all(|foot| foot.place != Some(*at));
         let all = body.feet().iter().enumerate();
-        let absent = all.filter(|(at, _)| is_absent(at)).map(|(_, [name, _])| *name);
+        let absent = all.filter(|(at, _)| is_absent(at)).map(|(_, names)| names[0]);
         let absent: Vec<&str> = absent.collect();
+        if let Some((_, foot)) = feet.iter().enumerate().find(has_none) {
+            let free = absent.first().copied();
+            return Err(Error::NoPlace { name: foot.name.clone(), names: body.names(), free });
+        }
         let are_of_one = self.compats.iter().all(|compat| compat.is_of_one());
         if absent.is_empty() || self.low_states.is_none() && are_of_one {
             return Ok(());
