@@ -32,7 +32,7 @@ use contact_feed::ContactFeeds;
 use feed::Feed;
 use loads::loads;
 use reader::Reader;
-use selection::{may_be_trunk, names_of, renamed};
+use selection::{names_of, renamed, trunks};
 use visit::visit;
 
 use crate::hint::{Hint, Notice};
@@ -177,8 +177,7 @@ fn of_contacts_alone(
 
 /// Sentences on topics where all are feet: one that may be the robot's trunk, and those without a message.
 fn selection_notices(file: &str, topics: &[String], empty: &[String]) -> Vec<Notice> {
-    let trunks = topics.iter().filter(|topic| topics.len() > 1 && may_be_trunk(topic));
-    let trunks = trunks.map(|topic| {
+    let trunks = trunks(topics).map(|topic| {
         let text = format!("{file} is read with {topic} as a foot; if it is the robot's trunk");
         Notice::with_hint(text, Hint::LeaveOut(topic.clone()))
     });

@@ -137,10 +137,25 @@ fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
 /// Words for a robot's trunk in topics.
 const TRUNKS: [&str; 5] = ["trunk", "base", "body", "torso", "pelvis"];
 
-/// Returns whether an address names the trunk of a robot.
-pub(super) fn may_be_trunk(address: &str) -> bool {
-    let parts = address.split(['/', '.', '_']);
-    parts.map(str::to_lowercase).any(|part| TRUNKS.contains(&part.as_str()))
+/// Addresses among several that may be the trunk of a robot: they name it, or they name nothing but a sensor and others
+/// name more.
+pub(super) fn trunks(addresses: &[String]) -> impl Iterator<Item = &String> {
+    let only_sensors = |address: &String| words(address).all(|word| is_one_of(&SENSORS, &word));
+    let has_names = !addresses.iter().all(only_sensors);
+    addresses.iter().filter(move |address| {
+        let names_trunk = words(address).any(|word| is_one_of(&TRUNKS, &word));
+        addresses.len() > 1 && (names_trunk || has_names && only_sensors(*address))
+    })
+}
+
+/// Words of an address, in lower case.
+fn words(address: &str) -> impl Iterator<Item = String> {
+    let words = address.split(['/', '.', '_']).filter(|word| !word.is_empty());
+    words.map(str::to_lowercase)
+}
+
+fn is_one_of(words: &[&str], word: &str) -> bool {
+    words.contains(&word)
 }
 
 /// Last part of an address that does not name a sensor.
@@ -186,12 +201,17 @@ mod tests {
 
     #[test]
     fn trunk_is_known_by_a_word_of_its_topic() {
-        for topic in ["/trunk/imu", "/imu/base_link", "/Body_imu"] {
-            assert!(may_be_trunk(topic), "{topic}");
+        let trunks_of = |topics: &[&str]| {
+            let topics: Vec<String> = topics.iter().map(|topic| (*topic).to_owned()).collect();
+            trunks(&topics).cloned().collect::<Vec<_>>()
+        };
+        for topic in ["/trunk/imu", "/imu/base_link", "/Body_imu", "/imu/data", "/imu_raw"] {
+            assert_eq!(trunks_of(&["/imu/fl", topic, "/fr/imu"]), [topic]);
+            assert!(trunks_of(&[topic]).is_empty(), "{topic}");
         }
-        for topic in ["/imu/fl", "/database/imu", "/imu"] {
-            assert!(!may_be_trunk(topic), "{topic}");
-        }
+        assert!(trunks_of(&["/imu/fl", "/database/imu"]).is_empty());
+        // Two sensors of the only foot.
+        assert!(trunks_of(&["/imu", "/imu/raw"]).is_empty());
     }
 
     #[test]
