@@ -252,14 +252,15 @@ fn normal(name: &str) -> String {
 /// Guesses the column for one of our names from the content of its name.
 pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
     let words: &[&str] = match ours {
-        "t" => &["time", "stamp", "sec"],
+        "t" => &["time", "stamp", "sec", "clock", "zeit"],
         "ax" | "ay" | "az" => &["acc", "force_", "lin"],
         _ => &["gyr", "ang", "rate", "omega", "vel", "rot"],
     };
     let axis = ours.chars().nth(1);
     names.iter().position(|name| {
         let lower = name.to_lowercase();
-        let has_word = words.iter().any(|word| lower.contains(word));
+        let parted = axis.is_some() && normal(name) == format!("{}.{}", &ours[..1], &ours[1..]);
+        let has_word = parted || words.iter().any(|word| lower.contains(word));
         let has_axis = axis.is_none_or(|axis| {
             let number = match axis {
                 'x' => '0',
@@ -395,6 +396,10 @@ mod tests {
         assert_eq!(guess("ax", &header), Some(1));
         assert_eq!(guess("wx", &header), Some(2));
         assert_eq!(guess("wz", &header), None);
+        let header = names("Zeit,a_x,a_y,w_x");
+        assert_eq!(guess("t", &header), Some(0));
+        assert_eq!(guess("ay", &header), Some(2));
+        assert_eq!(guess("wx", &header), Some(3));
     }
 
     fn chosen(header: &str) -> Vec<String> {
