@@ -34,7 +34,7 @@ impl Vocabulary for FileArguments {
         match setting {
             // A number.
             Setting::SampleRate => format!("{}={value}", argument(setting)),
-            // A pair of numbers.
+            // Numbers.
             Setting::Scale => format!("{}=({value})", argument(setting)),
             Setting::Window => format!("config={{\"window\": \"{value}\"}}"),
             other => format!("{}=\"{value}\"", argument(other)),
@@ -71,6 +71,7 @@ impl Vocabulary for ArrayArguments {
             Hint::TurnRatesAround => {
                 "one axis has the wrong sign, or two are exchanged; -gyr repairs it".to_owned()
             }
+            Hint::TurnLoadAround => "-load has the other sign".to_owned(),
             _ => return None,
         };
         Some(text)

@@ -82,6 +82,22 @@ fn batched_rows_finding_is_resolved_by_spacing() {
 }
 
 #[test]
+fn negative_load_finding_is_resolved_by_its_factor() {
+    let load = |row: u32| if row % 200 < 100 { -40 } else { 0 };
+    let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0,{}\n", f64::from(k) * 0.001, load(k));
+    let rows: String = (0..1000).map(row).collect();
+    let bench = Bench::with("x.csv", format!("t,{AXES},force\n{rows}"));
+    let (stderr, names) = replayed(&bench, "");
+    assert_eq!(names, ["load_negative"]);
+    assert_eq!(
+        stderr,
+        "footfall: x.csv: the load is -40 in stances, as of a sensor whose z points down (on a foot, set \
+         load_input.scale): --scale 1,1,-1 turns its sign\n"
+    );
+    assert_eq!(replayed(&bench, "--scale 1,1,-1"), (String::new(), vec![]));
+}
+
+#[test]
 fn calibrate_reports_the_same_findings() {
     let bench = resting(0.001, |t| format!("{t:.4},0,0,1,0,0,0"));
     bench.refuses("calibrate x.csv --strict", "which looks like g: --units g");

@@ -210,6 +210,8 @@ pub enum Hint {
     ExchangeColumns(&'static str),
     /// The sign of the angular rates is to be changed.
     TurnRatesAround,
+    /// The sign of the load is to be changed.
+    TurnLoadAround,
     /// The six axes of a message are to be named.
     MapFields,
     /// The part of a message is the IMU of the trunk; this is its address.
@@ -345,6 +347,9 @@ impl InWords for Hint {
                 "one axis has the wrong sign, or two are exchanged; {} repairs it",
                 words.set(Setting::Scale, &"1,-1")
             ),
+            Self::TurnLoadAround => {
+                write!(f, "{} turns its sign", words.set(Setting::Scale, &"1,1,-1"))
+            }
             Self::MapFields => write!(
                 f,
                 "{} names the six axes, such as ax=imu.accelerometer[0]",

@@ -110,7 +110,7 @@ def estimate_file(
     rename: str | Mapping[str, str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
-    scale: tuple[float, float] | None = None,
+    scale: tuple[float, float] | tuple[float, float, float] | None = None,
     decimal: str | None = None,
     time_unit: TimeUnit | None = None,
     times: Times | None = None,

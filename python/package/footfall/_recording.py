@@ -143,7 +143,7 @@ def read(
     rename: str | Mapping[str, str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
-    scale: tuple[float, float] | None = None,
+    scale: tuple[float, float] | tuple[float, float, float] | None = None,
     decimal: str | None = None,
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
@@ -182,8 +182,9 @@ def read(
     units : str, optional
         Units of the six axes if they are not ``"m/s2,rad/s"``: ``"g"``, ``"dps"``, ``"g,dps"``,
         ``"mg,mdps"``.
-    scale : two floats, optional
-        Factors that convert the readings of accelerometer and gyroscope to `units`, such as the values of a count.
+    scale : two or three floats, optional
+        Factors that convert the readings of accelerometer and gyroscope to `units`, such as the values of a count; the
+        third is that of the load.
     decimal : {".", ","}, optional
         Decimal mark of a table's numbers.
     time_unit : {"s", "ms", "us", "ns"}, optional

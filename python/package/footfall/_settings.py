@@ -107,7 +107,7 @@ def read_options(
     rename: str | Mapping[str, str] | None,
     map: str | Mapping[str, str] | None,
     units: str | None,
-    scale: tuple[float, float] | None,
+    scale: tuple[float, float] | tuple[float, float, float] | None,
     decimal: str | None,
     time_unit: str | None,
     times: str | None,

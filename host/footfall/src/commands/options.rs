@@ -205,8 +205,8 @@ pub struct TableArguments {
     #[arg(long, value_name = "g,dps", help_heading = INPUT)]
     pub units: Option<Units>,
     /// Factors that convert the readings of accelerometer and gyroscope to --units, such as 0.000122,0.07 for
-    /// counts
-    #[arg(long, value_name = "A,W", help_heading = INPUT, allow_hyphen_values = true)]
+    /// counts; a third one is that of the load, such as 1,1,-1
+    #[arg(long, value_name = "A,W[,LOAD]", help_heading = INPUT, allow_hyphen_values = true)]
     pub scale: Option<Scale>,
     /// Decimal mark of a table's numbers, such as the comma in 1,5
     #[arg(long, value_name = "MARK", value_parser = word_parser([".", ","], str::parse::<Decimal>), hide_possible_values = true, help_heading = INPUT)]

@@ -22,6 +22,9 @@ const MIDDLE: f64 = 0.45;
 /// that stands before it walks has most of its loads in the middle.
 const UNLOADED: f32 = 0.3;
 
+/// The same share for a load that is negative in stances.
+const UNLOADED_IF_NEGATIVE: f32 = 0.1;
+
 /// Proposed thresholds between both levels, as fractions of their distance.
 const ON: f32 = 0.3;
 const OFF: f32 = 0.15;
@@ -65,15 +68,16 @@ impl LoadCheck {
         let quarter = 0.25 * (high - low);
         let middle = low + quarter..high - quarter;
         let between = sorted.iter().filter(|load| middle.contains(load)).count();
-        let are_apart =
-            (between as f64) < MIDDLE * sorted.len() as f64 || low.abs() < UNLOADED * high;
+        let are_apart = (between as f64) < MIDDLE * sorted.len() as f64
+            || low.abs() < UNLOADED * high
+            || high.abs() < UNLOADED_IF_NEGATIVE * -low;
         (sorted.len() >= FEWEST && high > low && are_apart).then_some((low, high))
     }
 
     /// Finding about the thresholds.
     pub(super) fn finding(&self, thresholds: &LoadParams) -> Option<Finding> {
         let (low, high) = self.levels()?;
-        if low < 0.0 && high < 0.1 * -low {
+        if low < 0.0 && high < UNLOADED_IF_NEGATIVE * -low {
             return Some(Finding::LoadNegative { lowest: low });
         }
         let crosses = high >= thresholds.on_threshold && low < thresholds.off_threshold;

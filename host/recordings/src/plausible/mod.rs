@@ -252,8 +252,8 @@ impl Finding {
                 "x" => Hint::ExchangeColumns("ax=az,az=ax,wx=wz,wz=wx"),
                 _ => Hint::TurnRatesAround,
             },
+            Self::LoadNegative { .. } => Hint::TurnLoadAround,
             Self::NotNumbers { .. }
-            | Self::LoadNegative { .. }
             | Self::FrozenSensor { .. }
             | Self::DeadGyroscope { .. }
             | Self::HeldReadings { .. }
@@ -328,7 +328,7 @@ impl Finding {
             ),
             Self::LoadNegative { lowest } => write!(
                 f,
-                "the load is {lowest} where it is largest: record it with the opposite sign (on a foot, set \
+                "the load is {lowest} in stances, as of a sensor whose z points down (on a foot, set \
                  load_input.scale)"
             ),
             Self::ClockJumps { count, longest_s } => {
@@ -1254,6 +1254,12 @@ mod tests {
         };
         assert!(13.0 < off && off < on && on < 229.0, "{off}, {on}");
         assert_eq!(found(on, off), []);
+        for sample in &mut recording.samples {
+            sample.load = sample.load.map(|load| estimator_core::Load(13.0 - load.0));
+        }
+        let found =
+            check_with_load(&recording, LoadParams { on_threshold: 12.0, off_threshold: 6.0 });
+        assert!(matches!(found[..], [Finding::LoadNegative { .. }]), "{found:?}");
     }
 
     #[test]

@@ -68,10 +68,11 @@ fn read(
     input_options: &InputOptions,
     wanted: &[LoadTopic],
 ) -> Result<Loads, InputError> {
+    let scale = input_options.table.scale.load;
     let mut reader = LoadReader {
         file: &container.file,
         input_options,
-        series: wanted.iter().cloned().map(LoadSeries::new).collect(),
+        series: wanted.iter().cloned().map(|topic| LoadSeries::new(topic, scale)).collect(),
         feet: BTreeSet::new(),
         others: Vec::new(),
         parts: Vec::new(),
@@ -208,6 +209,8 @@ struct LoadPlace {
 /// All values of a load: 16 bytes each, 32 with stamps.
 pub(super) struct LoadSeries {
     pub(super) topic: LoadTopic,
+    /// Factor of the numbers in messages.
+    scale: f64,
     place: Option<LoadPlace>,
     messages: u64,
     /// Values by log time, µs.
@@ -217,8 +220,9 @@ pub(super) struct LoadSeries {
 }
 
 impl LoadSeries {
-    pub(super) const fn new(topic: LoadTopic) -> Self {
-        Self { topic, place: None, messages: 0, by_log: Vec::new(), by_stamp: Some(Vec::new()) }
+    pub(super) const fn new(topic: LoadTopic, scale: f64) -> Self {
+        let by_stamp = Some(Vec::new());
+        Self { topic, scale, place: None, messages: 0, by_log: Vec::new(), by_stamp }
     }
 
     /// Returns whether a channel is this load; an error if it is, but lacks the field.
@@ -266,9 +270,10 @@ impl LoadSeries {
         let (value, stamp_us) = place
             .number(payload)
             .map_err(|what| InputError::of_message(file, &self.topic.topic, self.messages, what))?;
-        self.by_log.push((micros(log_ns), value as f32));
+        let load = (self.scale * value) as f32;
+        self.by_log.push((micros(log_ns), load));
         match (&mut self.by_stamp, stamp_us) {
-            (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, value as f32)),
+            (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, load)),
             _ => self.by_stamp = None,
         }
         Ok(())

@@ -135,7 +135,7 @@ impl<'a> Intake<'a> {
         if is_foreign && self.columns.has_no_axis(row) {
             self.rows.repairs.blank_rows += 1;
             let has_time = self.columns.t.is_some_and(|index| !row.is_blank(index));
-            if let Some(load) = self.columns.load(row)? {
+            if let Some(load) = self.columns.load(row, self.input_options)? {
                 self.load_rows += 1;
                 if has_time {
                     self.load = self.time_us(row)?.map(|time_us| (time_us, load));
@@ -146,7 +146,7 @@ impl<'a> Intake<'a> {
         let time_us = self.time_us(row)?;
         let mut sample = self.columns.sample(row, blanks, self.input_options)?;
         if let (Some((newest_us, load)), Some(now_us)) = (&mut self.load, time_us) {
-            if let Some(here) = self.columns.load(row)? {
+            if let Some(here) = self.columns.load(row, self.input_options)? {
                 (*newest_us, *load) = (now_us, here);
             } else if *newest_us <= now_us && now_us.abs_diff(*newest_us) <= OLDEST_LOAD_US {
                 sample.load = finite_load(*load);
@@ -324,9 +324,14 @@ impl Columns {
         axes.all(|index| row.is_blank(*index))
     }
 
-    /// Load of a row, N, which may be NaN; `None` if it is blank.
-    fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
-        self.force.map_or(Ok(None), |index| row.optional(index, "force"))
+    /// Load of a row times its factor, which may be NaN; `None` if it is blank.
+    fn load(
+        &self,
+        row: &impl Cells,
+        input_options: &InputOptions,
+    ) -> Result<Option<f64>, InputError> {
+        let load = self.force.map_or(Ok(None), |index| row.optional(index, "force"))?;
+        Ok(load.map(|load| input_options.table.scale.load * load))
     }
 
     /// Values of a row; the time is set later.
@@ -352,7 +357,7 @@ impl Columns {
         let validity = validity.transpose()?.unwrap_or(Validity::Valid);
         Ok(RecordedSample {
             imu: imu_sample(Timestamp::default(), axes, validity),
-            load: self.load(row)?.and_then(finite_load),
+            load: self.load(row, input_options)?.and_then(finite_load),
             label,
         })
     }
@@ -1007,6 +1012,16 @@ mod tests {
         // One of two is not known to be the foot's.
         let two = with("fz").replace("wz,fz", "wz,fz,Fz").replace(",70", ",70,71");
         assert_eq!(loaded(two).recording.samples[0].load, None);
+    }
+
+    #[test]
+    fn load_is_scaled_by_its_factor() {
+        let mut input_options = InputOptions::default();
+        input_options.table.scale = "1,1,-2".parse().unwrap();
+        let text = WHOLE.replace("wz\n", "wz,fz\n").replace(",6\n", ",6,70\n");
+        let read = read_text(text, &input_options).unwrap();
+        assert_eq!(read.recording.samples[0].load, Some(Load(-140.0)));
+        assert_eq!(read.recording.samples[0].imu.specific_force.0.x, 1.0);
     }
 
     #[test]

@@ -13,7 +13,7 @@ pub struct TableOptions {
     pub mapping: Mapping,
     /// The units of the six axes.
     pub units: Units,
-    /// Factors of their readings, before the units apply.
+    /// Factors of their readings, before the units apply, and of the load.
     pub scale: Scale,
     /// Mark before the fraction of numbers in a text.
     pub decimal: Decimal,
@@ -41,40 +41,42 @@ pub struct Scale {
     pub acceleration: f64,
     /// Of the gyroscope, finite and not 0.
     pub rate: f64,
+    /// Of the load, finite and not 0.
+    pub load: f64,
 }
 
 impl Default for Scale {
     fn default() -> Self {
-        Self { acceleration: 1.0, rate: 1.0 }
+        Self { acceleration: 1.0, rate: 1.0, load: 1.0 }
     }
 }
 
 impl fmt::Display for Scale {
     /// Writes factors as [`FromStr`] reads them.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{},{}", self.acceleration, self.rate)
+        write!(f, "{},{}", self.acceleration, self.rate)?;
+        if self.load == 1.0 { Ok(()) } else { write!(f, ",{}", self.load) }
     }
 }
 
 impl FromStr for Scale {
     type Err = String;
 
-    /// Reads two numbers separated by a comma: the factors of accelerometer and gyroscope.
+    /// Reads numbers separated by commas: the factors of accelerometer and gyroscope, and of the load, if given.
     fn from_str(text: &str) -> Result<Self, String> {
         let factor = |text: &str| -> Option<f64> {
             let factor = text.trim().parse().ok()?;
             (f64::is_finite(factor) && factor != 0.0).then_some(factor)
         };
-        let factors = text
-            .split_once(',')
-            .and_then(|(acceleration, rate)| Some((factor(acceleration)?, factor(rate)?)));
-        let (acceleration, rate) = factors.ok_or_else(|| {
-            format!(
+        let factors: Option<Vec<f64>> = text.split(',').map(factor).collect();
+        match factors.as_deref() {
+            Some(&[acceleration, rate]) => Ok(Self { acceleration, rate, ..Self::default() }),
+            Some(&[acceleration, rate, load]) => Ok(Self { acceleration, rate, load }),
+            _ => Err(format!(
                 "{text:?} is no scale: write the factors of accelerometer and gyroscope, finite and not 0, such as \
-                 0.000122,0.07 with units g,dps"
-            )
-        })?;
-        Ok(Self { acceleration, rate })
+                 0.000122,0.07 with units g,dps; a third is that of the load"
+            )),
+        }
     }
 }
 
@@ -427,7 +429,9 @@ mod tests {
         assert_eq!(ax, f64::from(STANDARD_GRAVITY));
         assert_eq!(wz, std::f64::consts::PI);
         assert_eq!(options.scale.to_string().parse(), Ok(options.scale));
-        for wrong in ["", "1", "1,0", "nan,1", "1,inf", "1,2,3"] {
+        let with_load: Scale = "1,1,-9.8".parse().unwrap();
+        assert_eq!((with_load.load, with_load.to_string().parse()), (-9.8, Ok(with_load)));
+        for wrong in ["", "1", "1,0", "nan,1", "1,inf", "1,2,0", "1,2,3,4"] {
             assert!(wrong.parse::<Scale>().is_err(), "{wrong}");
         }
     }
