@@ -130,6 +130,10 @@ impl<'a> Intake<'a> {
 
     /// Processes a row, which is left out if all six axes are blank.
     pub(super) fn take(&mut self, row: &impl Cells) -> Result<(), InputError> {
+        // A sheet saved as a table may end in rows of separators alone.
+        if self.columns.t.is_some() && self.columns.is_blank(row) {
+            return Ok(());
+        }
         let blanks = self.layout.blanks;
         let is_foreign = self.columns.t.is_some() && blanks == Blanks::NotANumber;
         if is_foreign && self.columns.has_no_axis(row) {
@@ -316,6 +320,11 @@ impl Columns {
     fn notice(&self, file: &str) -> Option<String> {
         let names = shortened(&self.ignored);
         (!self.ignored.is_empty()).then(|| format!("{file}: ignored columns: {names}"))
+    }
+
+    /// Returns whether a row has no value in any column.
+    fn is_blank(&self, row: &impl Cells) -> bool {
+        (0..self.count).all(|index| row.is_blank(index))
     }
 
     /// Returns whether a row has no value in any axis.
@@ -644,6 +653,16 @@ mod tests {
     }
 
     const WHOLE: &str = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n0.02,1,2,3,4,5,6\n";
+
+    #[test]
+    fn rows_of_separators_alone_are_skipped() {
+        let read = loaded(WHOLE.to_owned() + ",,,,,,\n,,,,,,\n");
+        assert_eq!((read.recording.samples.len(), read.notices.len()), (3, 0));
+        // Without times the row counts as a sample.
+        let steady = "ax,ay,az,wx,wy,wz\n1,2,3,4,5,6\n,,,,,\n";
+        let input_options = InputOptions { sample_rate: Some(100.0), ..InputOptions::default() };
+        assert!(read_text(steady, &input_options).is_err());
+    }
 
     #[test]
     fn truncated_last_line_is_left_out_and_reported() {
