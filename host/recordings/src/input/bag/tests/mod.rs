@@ -553,6 +553,24 @@ fn load_is_the_last_before_the_sample_unless_old() {
 }
 
 #[test]
+fn imu_of_the_trunk_and_empty_topic_are_named() {
+    let mut messages = two_feet(Order::Little);
+    for k in 0..40 {
+        let stamp = 1_700_000_000_100_000_000 + 5_000_000 * k as i64;
+        messages.push(Message("/trunk/imu", IMU, stamp, imu(Order::Little, stamp, k)));
+    }
+    for kind in KINDS {
+        let bytes = written(kind, &messages, &[("/imu/rl", IMU)]);
+        let feet = open(&bytes, &topics(&["all"])).unwrap();
+        let notices = feet.iter().flat_map(|foot| &foot.about.notices);
+        let said: String = notices.map(ToString::to_string).collect();
+        let asked = "is read with /trunk/imu as a foot; if it is the robot's trunk: not topic /trunk/imu leaves it out";
+        assert!(said.contains(asked), "{said}");
+        assert!(said.contains("topic /imu/rl is empty"), "{said}");
+    }
+}
+
+#[test]
 fn samples_without_a_load_say_which_kind_is_missing() {
     let mut messages = one_foot(Order::Little);
     let start = messages[0].2;
