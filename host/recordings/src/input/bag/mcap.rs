@@ -19,8 +19,8 @@ use crate::input::bag::records::{AT_ONCE, LONGEST_RECORD, Stop, load, number, re
 use crate::input::error::InputError;
 use crate::input::open::ContainerFile;
 
-/// Length of the magic bytes at the start of a file.
-const MAGIC: u64 = 8;
+/// The bytes at the start and at the end of a file.
+const MAGIC: &[u8] = mcap::MAGIC;
 
 /// Length of the fields of a chunk before the name of its compression: two times, its size, its CRC, and the
 /// length of the name.
@@ -47,17 +47,52 @@ pub(super) fn visit(
     file: &str,
     visitor: &mut dyn Visitor,
 ) -> Result<Option<String>, InputError> {
-    let mut bag =
-        Bag { schemas: HashMap::new(), channels: HashMap::new(), visitor, record: Vec::new() };
     let read = part.bytes().map_err(Stop::Unreadable).and_then(|bytes| {
         let mut bytes = BufReader::with_capacity(AT_ONCE, bytes);
-        skip(&mut bytes, MAGIC)?;
-        bag.file(&mut bytes)
+        skip(&mut bytes, MAGIC.len() as u64)?;
+        loop {
+            let mut bag = Bag {
+                schemas: HashMap::new(),
+                channels: HashMap::new(),
+                visitor: &mut *visitor,
+                record: Vec::new(),
+            };
+            let end = bag.file(&mut bytes)?;
+            if !begins_another(&mut bytes, end)? {
+                return Ok(());
+            }
+        }
     });
     match read {
         Ok(()) => Ok(None),
         Err(stop) => stop.ending(file, ADVICE).map(Some),
     }
+}
+
+/// Passes over the rest of a file from the frame of the record that ends its messages, and over the start of another file
+/// after it: `cat` joins files. The rest may be cut off.
+fn begins_another(bytes: &mut Bytes, end: (u8, u64)) -> Result<bool, Stop> {
+    let mut rest = || {
+        let (mut opcode, mut length) = end;
+        loop {
+            skip(bytes, length)?;
+            if opcode == op::FOOTER {
+                return skip(bytes, MAGIC.len() as u64);
+            }
+            (opcode, length) = frame(bytes)?;
+        }
+    };
+    match rest() {
+        Ok(()) => {}
+        Err(Stop::Early(_)) => return Ok(false),
+        Err(stop) => return Err(stop),
+    }
+    let mut next = Vec::new();
+    bytes.take(MAGIC.len() as u64).read_to_end(&mut next)?;
+    if next.is_empty() || next == MAGIC {
+        return Ok(!next.is_empty());
+    }
+    Err(Stop::Early("other data follow its end"))
 }
 
 /// State of the parser.
@@ -72,13 +107,12 @@ struct Bag<'a> {
 }
 
 impl Bag<'_> {
-    /// Reads all records up to the end of the messages.
-    fn file(&mut self, bytes: &mut Bytes) -> Result<(), Stop> {
+    /// Reads all records up to the end of the messages. Returns the frame of the record that ends them.
+    fn file(&mut self, bytes: &mut Bytes) -> Result<(u8, u64), Stop> {
         loop {
             let (opcode, length) = frame(bytes)?;
             match opcode {
-                // The records after the messages are not needed.
-                op::DATA_END | op::FOOTER => return Ok(()),
+                op::DATA_END | op::FOOTER => return Ok((opcode, length)),
                 0 => return Err(Stop::ZEROS),
                 op::CHUNK => {
                     let mut chunk = bytes.take(length);

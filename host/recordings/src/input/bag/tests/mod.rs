@@ -553,6 +553,23 @@ fn load_is_the_last_before_the_sample_unless_old() {
 }
 
 #[test]
+fn joined_files_are_read_to_the_end() {
+    let (right, left): (Vec<_>, Vec<_>) =
+        two_feet(Order::Little).into_iter().partition(|message| message.0 == "/imu/fr");
+    for kind in [Kind::Chunks, Kind::Zstd, Kind::Records] {
+        let mut joined = [written(kind, &right, &[]), written(kind, &left, &[])].concat();
+        let mut feet = open(&joined, &topics(&["all"])).unwrap();
+        let counts: Vec<_> = feet.iter_mut().map(|foot| samples(foot).len()).collect();
+        assert_eq!(counts, [200, 200]);
+        joined.extend_from_slice(b"and so on");
+        let feet = open(&joined, &topics(&["all"])).unwrap();
+        let notices = feet.iter().flat_map(|foot| &foot.about.notices);
+        let said: String = notices.map(ToString::to_string).collect();
+        assert!(said.contains("other data follow its end"), "{said}");
+    }
+}
+
+#[test]
 fn imu_of_the_trunk_and_empty_topic_are_named() {
     let mut messages = two_feet(Order::Little);
     for k in 0..40 {
