@@ -297,3 +297,19 @@ fn damage_is_an_error_without_panic() {
         }
     }
 }
+
+/// Written by pyarrow 26 with `write_page_checksum`.
+const WITH_CHECKSUMS: &[u8] = include_bytes!("page_checksums.parquet");
+
+#[test]
+fn page_with_a_wrong_checksum_is_an_error() {
+    let mut stored = open(WITH_CHECKSUMS, &InputOptions::default()).unwrap();
+    let samples: Vec<_> = stored.samples().unwrap().map(Result::unwrap).collect();
+    assert_eq!(times(&samples)[1], 10_000);
+    let mut damaged = WITH_CHECKSUMS.to_vec();
+    let second_time = 0.01_f64.to_le_bytes();
+    let at = damaged.windows(8).position(|bytes| bytes == second_time).unwrap();
+    damaged[at] ^= 1;
+    let error = open(&damaged, &InputOptions::default()).err().expect("an error").to_string();
+    assert!(error.contains("CRC"), "{error}");
+}
