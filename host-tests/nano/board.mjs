@@ -101,6 +101,9 @@ export class Board {
     enumerated: 0,
     maxPowerMa: 0,
     isOpen: true,
+    baud: 115_200,
+    // What the last requests about the port said that the device has answered: its rate, and whether it is open.
+    answered: null,
     isDeaf: false,
     isHubBusy: false,
     latestArmUs: 0,
@@ -210,9 +213,9 @@ export class Board {
     this.chip.core.exceptionEntry(HARD_FAULT);
   }
 
-  /** Opens the serial port, which asserts DTR, or closes it. */
-  open(isOpen) {
-    this.port.isOpen = isOpen;
+  /** Opens the serial port, which asserts DTR, or closes it. Sets its rate before. */
+  open(isOpen, baud = this.port.baud) {
+    Object.assign(this.port, { isOpen, baud });
     this.port.host.setLines();
   }
 

@@ -26,6 +26,7 @@ const { values: options } = parseArgs({
     'scratch-0': { ...text, default: '0' },
     'busy-hub': { type: 'boolean' },
     'open-at-ms': list,
+    'close-at-ms': list,
     'press-at-ms': list,
     'crash-at-ms': list,
     'hang-usb-at-ms': list,
@@ -72,6 +73,7 @@ for (const [name, change] of [
 }
 for (const [name, action] of [
   ['open-at-ms', () => board.open(true)],
+  ['close-at-ms', (baud) => board.open(false, Number(baud))],
   ['press-at-ms', () => board.press()],
   ['crash-at-ms', () => board.fault()],
   ['hang-usb-at-ms', () => board.port.host.hang()],
@@ -108,6 +110,7 @@ const summary = {
     ...port.strings,
     id: port.id?.map((id) => id.toString(16).padStart(4, '0')),
     enumerated: port.enumerated,
+    answered: port.answered,
     maxPowerMa: port.maxPowerMa,
     latestArmUs: port.latestArmUs,
   },

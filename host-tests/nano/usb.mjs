@@ -1,4 +1,4 @@
-// The computer at the USB socket: it enumerates a serial port, asserts DTR, reads, and sends.
+// The computer at the USB socket: it enumerates a serial port, sets its rate and DTR, reads, and sends.
 
 import { createSetupPacket, DataDirection, SetupRecipient, SetupType } from 'rp2040js';
 
@@ -160,24 +160,26 @@ export class UsbHost {
     this.endpoints = bulkEndpoints(configuration);
     port.maxPowerMa = 2 * configuration[8];
     yield standard(9, 1);
-    const lineCoding = Uint8Array.of(0x00, 0xc2, 0x01, 0x00, 0, 0, 8);
-    yield { setup: setup(DataDirection.HostToDevice, SetupType.Class, SetupRecipient.Interface, 0x20, 0, 0, 7), data: lineCoding };
-    yield this.lineState();
+    yield* this.lineRequests();
     port.enumerated += 1;
     this.moved();
   }
 
-  /** Tells the device whether the port is open, or lets `next` do so after the present request. */
+  /** Tells the device the port's rate and whether it is open, or lets `next` do so after the present request. */
   setLines() {
     if (this.request || this.endpoints.in < 0) return;
-    this.requests = [this.lineState()].values();
+    this.requests = this.lineRequests();
     this.next(undefined);
   }
 
-  /** The request that tells the device whether the port is open. */
-  lineState() {
-    this.reportedOpen = this.port.isOpen;
-    return lines(this.reportedOpen);
+  /** The requests that tell the device the port's rate, and then whether it is open. */
+  *lineRequests() {
+    const { port } = this;
+    const { baud, isOpen } = port;
+    this.reportedOpen = isOpen;
+    yield lineCoding(baud);
+    yield lines(isOpen);
+    port.answered = { baud, isOpen };
   }
 
   next(answer) {
@@ -262,6 +264,14 @@ export class UsbHost {
 
 function setup(dataDirection, type, recipient, bRequest, wValue, wIndex, wLength) {
   return createSetupPacket({ dataDirection, type, recipient, bRequest, wValue, wIndex, wLength });
+}
+
+/** A request that sets the rate, with eight data bits, one stop bit and no parity. */
+function lineCoding(baud) {
+  const data = new Uint8Array(7);
+  new DataView(data.buffer).setUint32(0, baud, true);
+  data[6] = 8;
+  return { setup: setup(DataDirection.HostToDevice, SetupType.Class, SetupRecipient.Interface, 0x20, 0, 0, data.length), data };
 }
 
 /** A request that sets DTR and RTS. */

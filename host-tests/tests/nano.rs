@@ -158,6 +158,17 @@ fn read_at(ms: u32, index: u16, subindex: u8) -> String {
     at(ms, &Message::ConfigGet(ConfigGet { address: Address::new(index, subindex) }))
 }
 
+/// A request that sets a value at a time, as an option.
+fn set_at(ms: u32, index: u16, subindex: u8, value: Value) -> String {
+    let (address, value) = (Address::new(index, subindex), value.into());
+    at(ms, &Message::ConfigSet(ConfigSet { address, value }))
+}
+
+/// A command to the foot as a node at a time, as an option.
+fn command_at(ms: u32, command: NmtCommand) -> String {
+    at(ms, &Message::Nmt(NmtRequest(command)))
+}
+
 /// Asserts the state that the page promises at the first light and acceptance of a good board: it runs without a fault, and
 /// has not crashed before.
 fn assert_good(run: &Run, what: &str) {
@@ -172,15 +183,10 @@ fn assert_good(run: &Run, what: &str) {
 
 /// Runs a board that stores a setting: it sends each sample.
 fn store_raw_stream(folder: &TempDir) {
-    let set = |index, subindex, value: Value| {
-        let (address, value) = (Address::new(index, subindex), value.into());
-        Message::ConfigSet(ConfigSet { address, value })
-    };
-    let open = Message::Nmt(NmtRequest(NmtCommand::EnterPreOperational));
     let requests = [
-        at(1_000, &open),
-        at(1_200, &set(index::UART_STREAMS, 2, Value::U16(1))),
-        at(1_500, &set(index::STORE, 1, Value::U32(SIGNATURE_STORE))),
+        command_at(1_000, NmtCommand::EnterPreOperational),
+        set_at(1_200, index::UART_STREAMS, 2, Value::U16(1)),
+        set_at(1_500, index::STORE, 1, Value::U32(SIGNATURE_STORE)),
     ];
     let options = requests.each_ref().map(|request| ["--send-at-ms", request]);
     let run = board(folder, 2, options.as_flattened());
@@ -424,6 +430,36 @@ fn nano_stays_out_of_its_loader_at_resets_of_others() {
     assert!(!run.is_in_loader());
 }
 
+/// The host sets the port to a rate, and closes it: at 1.5 s, when the board streams or no longer does.
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_starts_its_loader_when_its_port_closes_at_1200_baud() {
+    let no_streams = [
+        command_at(1_000, NmtCommand::EnterPreOperational),
+        set_at(1_100, index::UART_STREAMS, 1, Value::U16(0)),
+        set_at(1_200, index::UART_STREAMS, 3, Value::U16(0)),
+    ];
+    let stopped = [command_at(1_000, NmtCommand::StopRemoteNode)];
+    for (what, requests) in
+        [("streams", &[][..]), ("no streams", &no_streams), ("stopped", &stopped)]
+    {
+        for baud in [1_200, 115_200] {
+            let what = format!("{what}, {baud} baud");
+            let folder = TempDir::new().expect("a folder");
+            let close = format!("1500:{baud}");
+            let mut options = vec!["--close-at-ms", &close];
+            options.extend(requests.iter().flat_map(|request| ["--send-at-ms", request]));
+            let run = board(&folder, 2, &options);
+            assert_eq!(run.is_in_loader(), baud == 1_200, "{what}");
+            // The loader does not start before the host has the answers to both of its requests.
+            let answered = serde_json::json!({ "baud": baud, "isOpen": false });
+            assert_eq!(run.summary["usb"]["answered"], answered, "{what}");
+            let last = run.contacts().next_back().expect("a contact").timestamp.as_micros();
+            assert_eq!(last > 1_450_000, requests.is_empty(), "{what}: last contact at {last} µs");
+        }
+    }
+}
+
 #[test]
 #[ignore = "full: an emulator of the chip"]
 fn nano_restarts_after_a_crash_before_its_watchdog_runs() {
@@ -473,7 +509,7 @@ fn nano_recovers_from_a_hung_usb_controller() {
 #[ignore = "full: an emulator of the chip"]
 fn nano_waits_for_a_command_after_a_reset_by_one() {
     let folder = TempDir::new().expect("a folder");
-    let reset = at(1_000, &Message::Nmt(NmtRequest(NmtCommand::ResetNode)));
+    let reset = command_at(1_000, NmtCommand::ResetNode);
     let run = board(&folder, 3, &["--send-at-ms", &reset]);
     assert_eq!(run.summary["resets"][0]["reason"], "watchdog forced");
     assert_eq!(run.health().state, NmtState::PreOperational);

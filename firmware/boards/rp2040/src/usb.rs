@@ -11,7 +11,7 @@ use embassy_rp::Peri;
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::Driver;
 use embassy_time::{Duration, Timer, with_timeout};
-use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
+use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
 use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config};
 use firmware::ports::{Input, UartBatch};
@@ -41,6 +41,9 @@ const DEADLINE: Duration = Duration::from_millis(20);
 /// Baud rate that a host sets before it closes the port, to start the loader (Arduino's convention).
 const LOADER_RATE: u32 = 1_200;
 
+/// Time after which the host has the answer to a request, so that the loader may take the port away.
+const ANSWERED: Duration = Duration::from_millis(20);
+
 /// Serves the port of a board with the serial number `serial`, hexadecimal. A controller that hangs is reset.
 #[embassy_executor::task]
 pub async fn serve(mut usb: Peri<'static, USB>, serial: &'static str) {
@@ -68,29 +71,30 @@ async fn run(usb: Peri<'_, USB>, serial: &str) {
         &mut control,
     );
     builder.handler(&mut watch);
-    let (sender, receiver) = CdcAcmClass::new(&mut builder, &mut state, PACKET as u16).split();
+    let port = CdcAcmClass::new(&mut builder, &mut state, PACKET as u16);
+    let (sender, receiver, control) = port.split_with_control();
     let mut device = builder.build();
     usb_watch::watch_frames();
-    join4(device.run(), usb_errata::connect(), send(sender), receive(receiver)).await;
+    join4(device.run(), usb_errata::connect(), send(sender, control), receive(receiver)).await;
 }
 
 /// Sends frames while a host has the port open. Frames that the host does not take in time are dropped and counted.
-async fn send<'d>(mut sender: Sender<'d, Bus<'d>>) {
+/// Starts the loader when a host asks for it.
+async fn send<'d>(mut sender: Sender<'d, Bus<'d>>, control: ControlChanged<'d>) {
     let mut batch = UartBatch::default();
     let mut is_torn = false;
     loop {
         PORTS.liveness.report(Worker::Uart);
-        let bytes = match PORTS.take_uart(&mut batch) {
-            [] => {
-                PORTS.uart_ready().await;
-                continue;
-            }
-            bytes => bytes,
-        };
+        if !sender.dtr() && sender.line_coding().data_rate() == LOADER_RATE {
+            Timer::after(ANSWERED).await;
+            board::start_loader();
+        }
+        let bytes = PORTS.take_uart(&mut batch);
+        if bytes.is_empty() {
+            select(PORTS.uart_ready(), control.control_changed()).await;
+            continue;
+        }
         if !sender.dtr() {
-            if sender.line_coding().data_rate() == LOADER_RATE {
-                board::start_loader();
-            }
             // No host has opened the port.
             continue;
         }
