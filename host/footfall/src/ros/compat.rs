@@ -41,7 +41,7 @@ use crate::ros::message::{
 use crate::ros::topics::Published;
 
 /// Names of four feet, in the order of the messages. The first name of each is that of this program. Spot and the MIT
-/// Cheetah have `HL`, ANYmal has `LH`.
+/// Cheetah have `HL`, `ANYmal` has `LH`.
 pub const FEET: [&[&str]; 4] =
     [&["FL", "LF"], &["FR", "RF"], &["RL", "LH", "HL", "BL"], &["RR", "RH", "HR", "BR"]];
 
