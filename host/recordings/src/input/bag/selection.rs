@@ -144,7 +144,7 @@ pub(super) fn trunks(addresses: &[String]) -> impl Iterator<Item = &String> {
     let has_names = !addresses.iter().all(only_sensors);
     addresses.iter().filter(move |address| {
         let names_trunk = words(address).any(|word| is_one_of(&TRUNKS, &word));
-        addresses.len() > 1 && (names_trunk || has_names && only_sensors(*address))
+        addresses.len() > 1 && (names_trunk || has_names && only_sensors(address))
     })
 }
 
