@@ -195,7 +195,7 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
             .err()
             .expect("several feet")
             .to_string();
-        assert!(said.contains("choose with --topic, or --topic all"), "{said}");
+        assert!(said.contains("choose with topic, or topic all"), "{said}");
         assert!(said.contains(&format!("/imu/fl ({ROWS_OF_FEET} messages")), "{said}");
     }
 }
@@ -244,7 +244,7 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
         // The message has one IMU. Only the user knows whether it is on a foot, and on which one.
         let said = refused(&InputOptions::default());
         assert!(
-            said.ends_with("; /lowstate.imu_state has six axes, of a foot or of the trunk: --topic /lowstate.imu_state"),
+            said.ends_with("; /lowstate.imu_state has six axes, of a foot or of the trunk: topic /lowstate.imu_state"),
             "{said}"
         );
         let said = refused(&input_options(&["/lowstate"], &[]));
