@@ -8,8 +8,9 @@
 //! | `csv`, `parquet`: named columns | [`table`] |
 //! | `mcap`, `rosbag2`, `rosbag1`: bags of ROS 2 and ROS 1 | `bag` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`published`] |
-//! | rows on one clock and in order; their rate, smooth times | `rows`; `rate`, `smooth` |
-//! | the stored recording: the result; recorded contacts as its estimates | `stored`; [`contacts`] |
+//! | rows on one clock and in order, and the stored recording: the result | `stored` |
+//! | the rate of the rows; smooth times | `rate`; `smooth` |
+//! | recorded contacts as the estimates | [`contacts`] |
 //! | errors, with their position | [`error`] |
 //! | dates with times | [`iso8601`] |
 //!
@@ -29,7 +30,6 @@ mod open;
 mod options;
 pub mod published;
 pub(crate) mod rate;
-mod rows;
 mod smooth;
 mod stored;
 pub mod table;
@@ -52,8 +52,7 @@ pub use options::{
     matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
-pub use rows::Repairs;
-pub use stored::{About, Loaded, RecordedEstimate, Stored};
+pub use stored::{About, Loaded, RecordedEstimate, Repairs, Stored};
 pub use table::options::{
     AccelerationUnit, Decimal, Mapping, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
 };

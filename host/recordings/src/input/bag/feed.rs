@@ -19,8 +19,7 @@ use crate::input::bag::loads::LoadSeries;
 use crate::input::bag::messages::{Channel, decode, micros};
 use crate::input::error::{ImuTopic, InputError, Place, Problem};
 use crate::input::options::InputOptions;
-use crate::input::rows::Rows;
-use crate::input::stored::{About, OLDEST_LOAD_US, Stored};
+use crate::input::stored::{About, OLDEST_LOAD_US, Rows, Stored};
 use crate::ros::Imu;
 use crate::samples::{Label, RecordedSample, imu_sample, validity_of_name};
 

@@ -23,8 +23,7 @@ use crate::hint::{Hint, Notice};
 use crate::input::error::{InputError, MAX_TIME_S, Problem};
 use crate::input::options::InputOptions;
 use crate::input::rate::{PLAUSIBLE_RATES, unit_of_step};
-use crate::input::rows::{Refused, Rows};
-use crate::input::stored::{About, OLDEST_LOAD_US, Stored};
+use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored};
 use crate::input::table::header::{
     Blanks, Layout, NANOSECONDS, OTHER_SEPARATORS, shortened, suggestion,
 };
