@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 use std::io;
 
-use super::format::Format;
+use super::Format;
 use super::iso8601::micros_since_1970;
 use super::options::LoadTopic;
 use super::table::options::{Mapping, TimeUnit, Units, is_ours};

@@ -2,8 +2,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | the public type [`Opened`]: a file of known format, and its reading | this one |
-//! | formats by name; opening of files by their first bytes | `format`, `open` |
+//! | the public type [`Opened`]: a file of known format, found by its first bytes, and its reading; the formats by name | this one |
 //! | properties that a format does not carry: units, times, gravity, mounting, topics | `options` |
 //! | `csv`, `parquet`: named columns | [`table`] |
 //! | `mcap`, `rosbag2`, `rosbag1`: bags of ROS 2 and ROS 1 | `bag` |
@@ -24,9 +23,7 @@
 pub mod bag;
 pub mod contacts;
 pub mod error;
-mod format;
 pub mod iso8601;
-mod open;
 mod options;
 pub mod published;
 pub(crate) mod rate;
@@ -34,19 +31,22 @@ mod smooth;
 mod stored;
 pub mod table;
 
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
 
+use tempfile::{NamedTempFile, TempPath};
+
+use crate::compressed::decompressed;
+use crate::file_kind::{self, FileKind};
+use crate::utf16::{ByteOrder, Utf8};
 use error::OptionsFor;
-use open::{Container, Readable};
 #[cfg(feature = "parquet")]
 use table::parquet;
-use table::reader::Table;
+use table::reader::{Table, beginning_with};
 use table::{csv, header};
 
 pub use error::{InputError, Place, Problem, RowPlace};
-pub use format::{Content, Format};
 pub use options::{
     BagOptions, ContactUse, Correction, InputOptions, LoadTopic, Rename, Topics, is_among,
     matches_pattern, without_effect,
@@ -226,4 +226,329 @@ pub fn read(
     input_options: &InputOptions,
 ) -> Result<Loaded, InputError> {
     Opened::new(path, Some(format))?.read(input_options)
+}
+
+crate::named! {
+    /// Layout of a file.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Format {
+        /// Simulated ATLAS of the method's authors: 13 columns, no header, 1 kHz, gravity removed.
+        PceAtlas = "pce-atlas",
+        /// Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz.
+        PceGo1 = "pce-go1",
+        /// Simulated ATLAS and NAO of github.com/mrsp/lcd: 13 columns, no header, 100 Hz, gravity
+        /// removed.
+        Lcd = "lcd",
+        /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1).
+        Csv = "csv",
+        /// The columns of a csv in Parquet.
+        Parquet = "parquet",
+        /// `sensor_msgs/msg/Imu` of ROS 2 in MCAP.
+        Mcap = "mcap",
+        /// The same in the `SQLite` database of a rosbag2, or the folder of a rosbag2.
+        Rosbag2 = "rosbag2",
+        /// `sensor_msgs/Imu` of ROS 1 in a `.bag`.
+        Rosbag1 = "rosbag1",
+    } or |name| {
+        let known = Self::ALL.map(Self::name).join(", ");
+        format!("there is no format `{name}`; known are {known}")
+    }
+}
+
+/// Kind of content, which determines the applicable options.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Columns at fixed places with fixed units.
+    Fixed,
+    /// Columns identified by name.
+    Columns,
+    /// Messages by topic.
+    Messages,
+}
+
+impl Format {
+    /// Description in one line, for the help of an option.
+    #[must_use]
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::PceAtlas => {
+                "Simulated ATLAS of the method's authors: 13 columns, no header, 1 kHz, gravity removed"
+            }
+            Self::PceGo1 => {
+                "Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz"
+            }
+            Self::Lcd => {
+                "Simulated ATLAS and NAO of github.com/mrsp/lcd: 13 columns, no header, 100 Hz, gravity removed"
+            }
+            Self::Csv => {
+                "A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1)"
+            }
+            Self::Parquet => "The columns of a csv in Parquet",
+            Self::Mcap => "sensor_msgs/msg/Imu of ROS 2 in MCAP; known by its first bytes",
+            Self::Rosbag2 => {
+                "The same in a .db3 of rosbag2, or the folder of a rosbag2; known by its first bytes"
+            }
+            Self::Rosbag1 => "sensor_msgs/Imu of ROS 1 in a .bag; known by its first bytes",
+        }
+    }
+
+    /// Kind of content.
+    #[must_use]
+    pub const fn content(self) -> Content {
+        match self {
+            Self::PceAtlas | Self::PceGo1 | Self::Lcd => Content::Fixed,
+            Self::Csv | Self::Parquet => Content::Columns,
+            Self::Mcap | Self::Rosbag2 | Self::Rosbag1 => Content::Messages,
+        }
+    }
+
+    /// Returns whether its files are recognised by their first bytes and read from a disk only.
+    #[must_use]
+    pub const fn is_container(self) -> bool {
+        matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2 | Self::Rosbag1)
+    }
+
+    /// Format of a kind of file that is recognised by its first bytes; `None` if it is not read.
+    const fn of_kind(kind: FileKind) -> Option<Self> {
+        match kind {
+            FileKind::Mcap => Some(Self::Mcap),
+            FileKind::Sqlite => Some(Self::Rosbag2),
+            FileKind::Ros1Bag => Some(Self::Rosbag1),
+            FileKind::Parquet => Some(Self::Parquet),
+            _ => None,
+        }
+    }
+
+    /// Feature of this crate that reads its files, if missing in this build.
+    #[must_use]
+    pub const fn missing_feature(self) -> Option<&'static str> {
+        match self {
+            Self::Parquet if !cfg!(feature = "parquet") => Some("parquet"),
+            Self::Mcap | Self::Rosbag2 | Self::Rosbag1 if !cfg!(feature = "bags") => Some("bags"),
+            _ => None,
+        }
+    }
+}
+
+/// An opened file.
+enum Readable {
+    Table(Box<Table>),
+    Container(Container),
+}
+
+/// A container read from the disk, in one or several files.
+#[cfg_attr(
+    not(any(feature = "bags", feature = "parquet")),
+    allow(dead_code, reason = "only the readers use it")
+)]
+struct Container {
+    format: Format,
+    /// File or folder, as given.
+    file: String,
+    /// Title of the recording.
+    name: String,
+    /// Files in the order of their times.
+    parts: Vec<ContainerFile>,
+}
+
+/// A file of a container.
+#[cfg_attr(not(feature = "bags"), allow(dead_code, reason = "only the readers use it"))]
+struct ContainerFile {
+    format: Format,
+    path: PathBuf,
+    /// Reader of the first pass, which shows its progress.
+    first_pass: Option<Box<dyn Read>>,
+    /// Temporary copy, so that the file can be read repeatedly and at any position.
+    _copy: Option<TempPath>,
+}
+
+#[cfg(feature = "bags")]
+impl ContainerFile {
+    /// Returns its bytes from the start.
+    fn bytes(&mut self) -> io::Result<Box<dyn Read>> {
+        match self.first_pass.take() {
+            Some(bytes) => Ok(bytes),
+            None => Ok(Box::new(File::open(&self.path)?)),
+        }
+    }
+}
+
+impl Readable {
+    /// Opens a file, read through the result of `wrap` with its length in bytes; or a folder.
+    fn open(
+        path: &Path,
+        given: Option<Format>,
+        wrap: impl FnOnce(File, u64) -> Box<dyn Read>,
+    ) -> Result<Self, InputError> {
+        let file = path.display().to_string();
+        let opened = if path.is_dir() {
+            Recognised::Container(Format::Rosbag2, Self::folder(path)?)
+        } else {
+            Recognised::file(path, wrap).map_err(|source| InputError::unreadable(&file, source))?
+        };
+        match (opened, given) {
+            (Recognised::Foreign(kind), _) => {
+                Err(InputError::of_file(file, Problem::Foreign(kind)))
+            }
+            (Recognised::Table(_), Some(given)) if given.is_container() => {
+                Err(other_format(file, given, None))
+            }
+            (Recognised::Table(table), _) => Ok(Self::Table(table)),
+            (Recognised::Container(format, _), Some(given)) if format != given => {
+                Err(other_format(file, given, Some(format)))
+            }
+            (Recognised::Container(format, parts), _) => match format.missing_feature() {
+                Some(feature) => {
+                    Err(InputError::of_file(file, Problem::NotBuilt { format, feature }))
+                }
+                None => Ok(Self::Container(Container {
+                    format,
+                    file,
+                    name: recording_name(path),
+                    parts,
+                })),
+            },
+        }
+    }
+
+    /// Files of a rosbag2 in its folder.
+    fn folder(path: &Path) -> Result<Vec<ContainerFile>, InputError> {
+        let file = path.display().to_string();
+        let entries = fs::read_dir(path).map_err(|source| InputError::unreadable(&file, source))?;
+        let mut paths: Vec<PathBuf> = entries
+            .filter_map(|entry| Some(entry.ok()?.path()))
+            .filter(|path| is_part(path))
+            .collect();
+        paths.sort_by_key(|path| (number_at_the_end(path), path.clone()));
+        let mut parts = Vec::new();
+        for path in paths {
+            let file = path.display().to_string();
+            let opened = Recognised::file(&path, |file, _| Box::new(file));
+            match opened.map_err(|source| InputError::unreadable(&file, source))? {
+                Recognised::Container(Format::Mcap | Format::Rosbag2, mut part) => {
+                    parts.append(&mut part);
+                }
+                _ => return Err(other_format(file, Format::Rosbag2, None)),
+            }
+        }
+        if parts.is_empty() {
+            return Err(InputError::of_file(file, Problem::Folder));
+        }
+        Ok(parts)
+    }
+}
+
+fn other_format(file: String, given: Format, found: Option<Format>) -> InputError {
+    InputError::of_file(file, Problem::OtherFormat { given, found })
+}
+
+/// Kind of an opened file.
+enum Recognised {
+    Table(Box<Table>),
+    Container(Format, Vec<ContainerFile>),
+    Foreign(FileKind),
+}
+
+impl Recognised {
+    fn file(path: &Path, wrap: impl FnOnce(File, u64) -> Box<dyn Read>) -> io::Result<Self> {
+        let mut file = File::open(path)?;
+        let about = file.metadata()?;
+        if about.is_file() {
+            let first = beginning(&mut file)?;
+            file.seek(SeekFrom::Start(0))?;
+            if let Some(format) = file_kind::known(&first).and_then(Format::of_kind) {
+                return Ok(Self::of(ContainerFile {
+                    format,
+                    path: path.to_owned(),
+                    first_pass: Some(wrap(file, about.len())),
+                    _copy: None,
+                }));
+            }
+        }
+        let mut text = decompressed(wrap(file, about.len()))?;
+        let mut first = beginning(&mut text)?;
+        if let Some(order) = ByteOrder::of_text(&first) {
+            text = Box::new(Utf8::new(beginning_with(first, text), order));
+            first = beginning(&mut text)?;
+        }
+        let known = file_kind::known(&first);
+        let mut text = beginning_with(first, text);
+        let Some(kind) = known else {
+            let table = Table::of(path.display().to_string(), recording_name(path), text)?;
+            return Ok(Self::Table(Box::new(table)));
+        };
+        let Some(format) = Format::of_kind(kind) else {
+            return Ok(Self::Foreign(kind));
+        };
+        // An unsupported file is not copied.
+        if format.missing_feature().is_some() {
+            return Ok(Self::Container(format, Vec::new()));
+        }
+        let mut copy = NamedTempFile::new()?;
+        io::copy(&mut text, &mut copy)?;
+        let copy = copy.into_temp_path();
+        Ok(Self::of(ContainerFile {
+            format,
+            path: copy.to_path_buf(),
+            first_pass: None,
+            _copy: Some(copy),
+        }))
+    }
+
+    fn of(part: ContainerFile) -> Self {
+        Self::Container(part.format, vec![part])
+    }
+}
+
+/// Reads the first bytes.
+fn beginning(file: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut first = Vec::new();
+    file.take(file_kind::LENGTH as u64).read_to_end(&mut first)?;
+    Ok(first)
+}
+
+/// Returns whether this is the name of a file of a rosbag2.
+fn is_part(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.strip_suffix(".zstd").unwrap_or(&name);
+    name.ends_with(".mcap") || name.ends_with(".db3")
+}
+
+/// Number that rosbag2 appends to names of files: 10 of `walk_10.db3`.
+fn number_at_the_end(path: &Path) -> u64 {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.split('.').next().unwrap_or_default();
+    let number = stem.rsplit('_').next().unwrap_or_default();
+    number.parse().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn format_is_found_by_its_name() {
+        for format in Format::ALL {
+            assert_eq!(format.to_string().parse(), Ok(format));
+        }
+    }
+
+    #[test]
+    fn kinds_that_are_read_have_a_format() {
+        for kind in FileKind::ALL {
+            // Other databases than those of a rosbag2 are refused by their tables.
+            let is_read = kind.advice().is_none() || kind == FileKind::Sqlite;
+            assert_eq!(Format::of_kind(kind).is_some(), is_read, "{kind}");
+        }
+    }
+
+    #[test]
+    fn unknown_format_error_lists_the_known_ones() {
+        assert_eq!(
+            "xls".parse::<Format>(),
+            Err("there is no format `xls`; known are pce-atlas, pce-go1, lcd, csv, \
+             parquet, mcap, rosbag2, rosbag1"
+                .to_owned())
+        );
+    }
 }

@@ -37,8 +37,8 @@
 
 use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
+use crate::input::Format;
 use crate::input::error::{InputError, Problem};
-use crate::input::format::Format;
 use crate::input::options::InputOptions;
 use crate::input::stored::Stored;
 use crate::input::table::csv::label;

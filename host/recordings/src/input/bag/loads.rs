@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::input::Container;
 use crate::input::bag::definition::{Definition, FieldPath, within};
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode_start, micros};
 use crate::input::bag::reader::Fields;
@@ -12,7 +13,6 @@ use crate::input::bag::selection::{
 };
 use crate::input::bag::visit::visit;
 use crate::input::error::{InputError, Problem};
-use crate::input::open::Container;
 use crate::input::options::{InputOptions, LoadTopic, Topics};
 use crate::input::stored::OLDEST_LOAD_US;
 use crate::ros::{Header, Time};

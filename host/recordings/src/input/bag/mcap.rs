@@ -13,11 +13,11 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use crate::input::ContainerFile;
 use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
 use crate::input::bag::records::{AT_ONCE, LONGEST_RECORD, Stop, load, number, read_some, skip};
 use crate::input::error::InputError;
-use crate::input::open::ContainerFile;
 
 /// The bytes at the start and at the end of a file.
 const MAGIC: &[u8] = mcap::MAGIC;

@@ -37,10 +37,9 @@ use visit::visit;
 
 use crate::hint::{Hint, Notice};
 use crate::input::error::{ImuTopic, InputError, OptionsFor, Problem, STREAM_ADVICE};
-use crate::input::format::Format;
-use crate::input::open::Container;
 use crate::input::options::{BagOptions, InputOptions, Topics};
 use crate::input::stored::Stored;
+use crate::input::{Container, Format};
 
 pub use messages::{Channel, MessageTimes, Schema};
 pub use visit::{Replacement, copy, copy_merged};

@@ -11,11 +11,11 @@ use std::sync::Arc;
 use bzip2::read::BzDecoder;
 use thiserror::Error;
 
+use crate::input::ContainerFile;
 use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
 use crate::input::bag::records::{AT_ONCE, LONGEST_RECORD, Stop, load, number, read_some, skip};
 use crate::input::error::InputError;
-use crate::input::open::ContainerFile;
 
 /// Length of the first line.
 const VERSION: u64 = b"#ROSBAG V2.0\n".len() as u64;

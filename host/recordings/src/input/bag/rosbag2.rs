@@ -12,9 +12,9 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::{NamedTempFile, TempPath};
 
 use crate::file_kind::FileKind;
+use crate::input::ContainerFile;
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
 use crate::input::error::{InputError, Problem};
-use crate::input::open::ContainerFile;
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";

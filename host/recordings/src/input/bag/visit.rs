@@ -14,8 +14,7 @@ use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decompressed_m
 use crate::input::bag::records::LONGEST_RECORD;
 use crate::input::bag::{mcap, rosbag1, rosbag2};
 use crate::input::error::InputError;
-use crate::input::format::Format;
-use crate::input::open::{ContainerFile, Readable};
+use crate::input::{ContainerFile, Format, Readable};
 
 /// Passes all messages to a visitor in stored order, and reports each part that ends early.
 pub(super) fn visit(

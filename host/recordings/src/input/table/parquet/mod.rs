@@ -27,9 +27,9 @@ use parquet::arrow::arrow_reader::{
 };
 use parquet::errors::ParquetError;
 
+use crate::input::Container;
 use crate::input::error::{InputError, Place, Problem, RowPlace};
 use crate::input::iso8601::micros_since_1970;
-use crate::input::open::Container;
 use crate::input::options::InputOptions;
 use crate::input::stored::Stored;
 use crate::input::table::csv::Intake;
