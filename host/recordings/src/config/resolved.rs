@@ -16,8 +16,7 @@ use crate::display_in_plain_words;
 use crate::estimate::CAPACITY;
 use crate::hint::{InWords, Setting, Vocabulary};
 use crate::input::Format;
-use crate::input::table::options::TableOptions;
-use crate::input::{BagOptions, ContactUse, Correction, InputOptions, is_among};
+use crate::input::{BagOptions, ContactUse, Correction, InputOptions, TableOptions, is_among};
 use crate::mounting::parse_axes;
 
 /// Settings of preset, configuration file and options. Options override the file, and the file overrides the

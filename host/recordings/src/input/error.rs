@@ -5,8 +5,7 @@ use std::io;
 
 use super::Format;
 use super::iso8601::micros_since_1970;
-use super::options::LoadTopic;
-use super::table::options::{Mapping, TimeUnit, Units, is_ours};
+use super::options::{LoadTopic, Mapping, TimeUnit, Units, is_ours};
 use crate::display_in_plain_words;
 use crate::file_kind::FileKind;
 use crate::hint::{Hint, InWords, Setting, Vocabulary};

@@ -48,14 +48,12 @@ use table::{csv, header};
 
 pub use error::{InputError, Place, Problem, RowPlace};
 pub use options::{
-    BagOptions, ContactUse, Correction, InputOptions, LoadTopic, Rename, Topics, is_among,
+    AccelerationUnit, BagOptions, ContactUse, Correction, Decimal, InputOptions, LoadTopic,
+    Mapping, RateUnit, Rename, Scale, TableOptions, TimeUnit, Times, Topics, Units, is_among,
     matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
 pub use stored::{About, Loaded, RecordedEstimate, Repairs, Stored};
-pub use table::options::{
-    AccelerationUnit, Decimal, Mapping, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
-};
 pub use table::reader::recording_name;
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.

@@ -39,10 +39,9 @@ use estimator_core::{Axis, Load, Params, Saturation, Validity};
 
 use crate::input::Format;
 use crate::input::error::{InputError, Problem};
-use crate::input::options::InputOptions;
+use crate::input::options::{AccelerationUnit, InputOptions, RateUnit, Units};
 use crate::input::stored::Stored;
 use crate::input::table::csv::label;
-use crate::input::table::options::{AccelerationUnit, RateUnit, Units};
 use crate::input::table::reader::{Cells, Row, Table};
 use crate::samples::{Label, RecordedSample, Recording, finite_load, imu_sample, steady_time};
 

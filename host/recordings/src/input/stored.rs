@@ -11,12 +11,11 @@ use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Ti
 use crate::hint::Notice;
 use crate::input::contacts::{Contacts, SentContact};
 use crate::input::error::{InputError, Problem};
-use crate::input::options::{Correction, InputOptions};
+use crate::input::options::{Correction, InputOptions, Times};
 use crate::input::rate::{
     Steps, jittering, longest_increase, mean_rate, median, moved, rate_near, sample_rate,
 };
 use crate::input::smooth::{Smoothed, smoothed};
-use crate::input::table::options::Times;
 use crate::samples::{RecordedSample, Recording, steady_time};
 use crate::spool::{Spool, SpooledRows};
 

@@ -14,9 +14,8 @@ use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
 };
 use crate::input::error::{FieldsProblem, ImuTopic, InputError, Place, Problem};
-use crate::input::options::{ContactUse, InputOptions, Topics};
+use crate::input::options::{ContactUse, InputOptions, Mapping, Topics, is_axis};
 use crate::input::table::names::{Found, Triple, find};
-use crate::input::table::options::{Mapping, is_axis};
 use crate::ros::{Header, Imu, Time};
 
 /// Visitor that reads the samples.

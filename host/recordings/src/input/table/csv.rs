@@ -14,21 +14,20 @@
 //! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 10 %.
 //!
 //! Tables of other origin are read by their names for these columns, listed in `names`, or by a
-//! [`Mapping`](super::options::Mapping). In these tables a blank cell of an axis is NaN. A row without any axis belongs
+//! [`Mapping`](crate::input::Mapping). In these tables a blank cell of an axis is NaN. A row without any axis belongs
 //! to another signal, and is left out and counted. Times may be dates with times as in ISO 8601.
 
 use estimator_core::{Axis, Gravity, Timestamp, Validity};
 
 use crate::hint::{Hint, Notice};
 use crate::input::error::{InputError, MAX_TIME_S, Problem};
-use crate::input::options::InputOptions;
+use crate::input::options::{InputOptions, TimeUnit, is_ours};
 use crate::input::rate::{PLAUSIBLE_RATES, unit_of_step};
 use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored};
 use crate::input::table::header::{
     Blanks, Layout, NANOSECONDS, OTHER_SEPARATORS, shortened, suggestion,
 };
 use crate::input::table::names::{FoundTime, find_time, guess};
-use crate::input::table::options::{TimeUnit, is_ours};
 use crate::input::table::reader::{Cells, Row, Table};
 use crate::samples::{Label, RecordedSample, finite_load, imu_sample, validity_of_name};
 
@@ -524,8 +523,8 @@ mod tests {
 
     use crate::input::Opened;
     use crate::input::error::{Place, RowPlace};
+    use crate::input::options::{TimeUnit, Units};
     use crate::input::stored::Loaded;
-    use crate::input::table::options::{TimeUnit, Units};
     use crate::samples::{Label, VALIDITIES};
 
     fn read_text(

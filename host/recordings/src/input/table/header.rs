@@ -5,12 +5,12 @@ use csv::StringRecord;
 use crate::hint::Hint;
 use crate::input::error::{InputError, Problem, first_of};
 use crate::input::iso8601::micros_since_1970;
+use crate::input::options::{
+    AccelerationUnit, Mapping, RateUnit, TableOptions, TimeUnit, Units, is_axis, is_ours,
+};
 use crate::input::table::names::{
     Found, FoundTime, Triple, choices, find_load, find_time, find_with_units, guess, position,
     split_unit, without_units,
-};
-use crate::input::table::options::{
-    AccelerationUnit, Mapping, RateUnit, TableOptions, TimeUnit, Units, is_axis, is_ours,
 };
 use crate::input::table::reader::{Cells, Row, Table};
 

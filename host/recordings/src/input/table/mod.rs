@@ -2,7 +2,6 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | options for tables of other origin: mapping, units, scale, times | [`options`] |
 //! | a text into rows of cells, with separator, preamble and line numbers; the cells of a row | `reader` |
 //! | names of the columns of an IMU in tables of other origin | `names` |
 //! | whether there is a header; a header into one with our names | `header` |
@@ -12,7 +11,6 @@
 pub mod csv;
 pub(super) mod header;
 pub(super) mod names;
-pub mod options;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 pub(super) mod reader;

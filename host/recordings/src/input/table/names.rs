@@ -16,7 +16,7 @@
 
 use csv::StringRecord;
 
-use crate::input::table::options::{Mapping, TimeUnit};
+use crate::input::options::{Mapping, TimeUnit};
 
 /// Names of accelerations without the axis, best first.
 const ACCELERATION: [&str; 7] = [

@@ -12,8 +12,8 @@ use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 use crate::compressed::without_ending;
 use crate::input::error::{InputError, Place, Problem, RowPlace};
 use crate::input::iso8601::micros_since_1970;
+use crate::input::options::{Decimal, is_ours};
 use crate::input::table::names::is_header;
-use crate::input::table::options::{Decimal, is_ours};
 
 /// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
