@@ -1,15 +1,24 @@
-//! A configuration file: its settings, and its errors by line and key.
+//! A configuration file: its settings, read by the table of keys, and its errors by line and key.
 
 use std::collections::BTreeMap;
 use std::{fmt, io};
 
-use estimator_core::Params;
+use estimator_core::mounting::Mounting;
+use estimator_core::parameter::Parameter;
+use estimator_core::params::{GyroTiming, Method, WindowLength};
+use estimator_core::{Gravity, Learning, Learnt, LearntError, Params};
+use serde::de::{DeserializeOwned, IgnoredAny};
 use thiserror::Error;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use crate::config::settings::{Reader, Settings};
+use crate::config::keys::{Key, Kind, Limits, axis, keys, keys_of_a_foot};
+use crate::config::value::{
+    checked_sample_rate, parse_gravity, parse_gyro_timing, parse_learning, parse_method,
+    parse_window,
+};
 use crate::input::{Correction, is_among};
+use crate::mounting::parse_axes;
 
 /// Name and text of a configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -126,6 +135,286 @@ impl Overrides {
     }
 }
 
+/// Settings for all feet, or for one. Values that are present override the preset.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// Whether samples contain gravity.
+    pub gravity: Option<Gravity>,
+    /// How the axes of the sensor that recorded lie in the foot.
+    pub axes: Option<Mounting>,
+    /// Source of the limits of stillness.
+    pub method: Option<Method>,
+    /// Whether the foot continues to learn.
+    pub learning: Option<Learning>,
+    /// Values learnt earlier, for a warm start.
+    pub learnt: Option<Learnt>,
+    /// Length of the window.
+    pub window: Option<WindowLength>,
+    gyro_timing: Option<GyroTiming>,
+    /// Numbers of the estimator, in the order of the file.
+    numbers: Vec<(Parameter, f32)>,
+    /// Errors of the sensor that recorded: key, place among its axes, value.
+    corrections: Vec<(Limits, usize, f32)>,
+}
+
+impl Settings {
+    /// Returns the value that is set for a number.
+    #[must_use]
+    pub fn get(&self, parameter: Parameter) -> Option<f32> {
+        let mut numbers = self.numbers.iter();
+        numbers.find_map(|(of, value)| (*of == parameter).then_some(*value))
+    }
+
+    /// Returns whether a number, or the limit of it that is another, is set.
+    pub(super) fn determines(&self, name: &str) -> bool {
+        let is_limited = name == Parameter::LoadOffThreshold.name();
+        let mut names = self.numbers.iter().map(|(number, _)| number.name());
+        names.any(|set| set == name || is_limited && set == Parameter::LoadOnThreshold.name())
+    }
+
+    /// Returns whether a number is set in this table.
+    pub(super) fn has(&self, table: &str) -> bool {
+        let mut names = self.numbers.iter().map(|(number, _)| number.name());
+        names.any(|name| name.split('.').next() == Some(table))
+    }
+
+    /// Applies the settings to `params`.
+    pub fn apply(&self, params: &mut Params) {
+        set(&mut params.gravity, self.gravity);
+        set(&mut params.method, self.method);
+        set(&mut params.learning, self.learning);
+        set(&mut params.learnt, self.learnt.map(Some));
+        set(&mut params.window, self.window);
+        set(&mut params.attitude.gyro_timing, self.gyro_timing);
+        for (parameter, value) in &self.numbers {
+            parameter.set(params, *value);
+        }
+    }
+
+    /// Returns another correction with the mounting and the sensor's errors that are set.
+    fn corrected(&self, mut correction: Correction) -> Correction {
+        set(&mut correction.mounting, self.axes);
+        for (limits, place, value) in &self.corrections {
+            let of = (limits.of)(&mut correction);
+            *[&mut of.x, &mut of.y, &mut of.z][*place] = *value;
+        }
+        correction
+    }
+}
+
+fn set<T: Copy>(field: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *field = value;
+    }
+}
+
+/// Reader of a file: collects all errors of its keys, each with the byte at which it is.
+#[derive(Default)]
+struct Reader {
+    feet: BTreeMap<String, Settings>,
+    errors: Vec<(usize, String)>,
+    learnt: [Option<f32>; Learnt::NUMBERS],
+    learnt_version: Option<u32>,
+    learnt_crc: Option<u32>,
+}
+
+type Value<'a> = Spanned<DeValue<'a>>;
+
+impl Reader {
+    /// Reads the settings for all feet, and those of single feet.
+    fn all(&mut self, table: &DeTable<'_>) -> Settings {
+        let mut all = Settings::default();
+        self.table(table, "", &keys(), &mut all);
+        all
+    }
+
+    fn table(&mut self, table: &DeTable<'_>, within: &str, keys: &[Key], to: &mut Settings) {
+        for (key, value) in in_order(table) {
+            let path = format!("{within}{}", key.get_ref());
+            let below = format!("{path}.");
+            if path == "feet" && keys.iter().any(|known| known.path.starts_with(&below)) {
+                self.feet(value);
+            } else if let Some(known) = keys.iter().find(|known| known.path == path) {
+                self.setting(&known.kind, value, to);
+            } else if keys.iter().any(|known| known.path.starts_with(&below)) {
+                let before = self.errors.len();
+                if let Some(table) = self.inner(value, &format!("the table {path}")) {
+                    self.table(table, &below, keys, to);
+                }
+                if path == "learnt" && self.errors.len() == before {
+                    to.learnt = self.learnt(value);
+                }
+            } else {
+                let mut known: Vec<&str> = Vec::new();
+                let beside = keys.iter().filter_map(|key| key.path.strip_prefix(within));
+                for name in beside.filter_map(|rest| rest.split('.').next()) {
+                    if !known.contains(&name) {
+                        known.push(name);
+                    }
+                }
+                self.unknown(key, &known);
+            }
+        }
+    }
+
+    fn feet(&mut self, value: &Value<'_>) {
+        let Some(feet) = self.inner(value, "the table feet") else {
+            return;
+        };
+        for (name, value) in in_order(feet) {
+            let mut own = Settings::default();
+            let mut before = self.feet.keys();
+            if let Some(other) = before.find(|other| other.eq_ignore_ascii_case(name.get_ref())) {
+                let sentence = format!("feet.{other} and feet.{} are one foot", name.get_ref());
+                self.errors.push((name.span().start, sentence));
+            }
+            if let Some(table) = self.inner(value, "a table of settings") {
+                self.table(table, "", &keys_of_a_foot(), &mut own);
+            }
+            self.feet.insert(name.get_ref().to_string(), own);
+        }
+    }
+
+    fn setting(&mut self, kind: &Kind, value: &Value<'_>, to: &mut Settings) {
+        match kind {
+            Kind::Gravity => to.gravity = self.word(value, parse_gravity),
+            Kind::Axes => to.axes = self.word(value, parse_axes),
+            Kind::Method => to.method = self.word(value, parse_method),
+            Kind::Learning => to.learning = self.word(value, parse_learning),
+            Kind::Window => to.window = self.word(value, parse_window),
+            Kind::GyroTiming => to.gyro_timing = self.word(value, parse_gyro_timing),
+            Kind::Learnt(place) => self.learnt[*place] = self.take(value, "a number"),
+            Kind::LearntVersion => self.learnt_version = self.take(value, "a version"),
+            Kind::LearntCrc => self.learnt_crc = self.take(value, "a CRC of 32 bits"),
+            Kind::Numbers(numbers) => match &numbers[..] {
+                [Parameter::SampleRate] => {
+                    let rate = self.take(value, "a number").map(checked_sample_rate);
+                    let rate = rate.and_then(|rate| self.noted(value, rate));
+                    (to.numbers).extend(rate.map(|rate| (Parameter::SampleRate, rate)));
+                }
+                [number] => {
+                    let read = self.take(value, "a number");
+                    to.numbers.extend(read.map(|read| (*number, read)));
+                }
+                axes if value.get_ref().is_table() => {
+                    let names: Vec<&str> = axes.iter().map(|number| axis(*number)).collect();
+                    let read = self.each(value, &names, |_, read| Ok(read)).into_iter();
+                    to.numbers.extend(read.map(|(place, read)| (axes[place], read)));
+                }
+                axes => {
+                    let read: Option<f32> = self.take(value, "a number or a table of axes");
+                    let read = read.into_iter();
+                    (to.numbers)
+                        .extend(read.flat_map(|read| axes.iter().map(move |of| (*of, read))));
+                }
+            },
+            Kind::Correction(limits) => {
+                let read = self.each(value, &limits.axes, |axis, read| limits.checked(axis, read));
+                let read = read.into_iter();
+                to.corrections.extend(read.map(|(place, read)| (*limits, place, read)));
+            }
+        }
+    }
+
+    /// Reads a table of axes: places among their names, and numbers that pass a check.
+    fn each(
+        &mut self,
+        value: &Value<'_>,
+        axes: &[&str],
+        check: impl Fn(&str, f32) -> Result<f32, String>,
+    ) -> Vec<(usize, f32)> {
+        let mut read = Vec::new();
+        let table = self.inner(value, "a table of axes");
+        for (key, value) in table.into_iter().flat_map(in_order) {
+            match axes.iter().position(|axis| axis == key.get_ref()) {
+                Some(place) => {
+                    let number = self.take(value, "a number");
+                    let number = number.map(|number| check(axes[place], number));
+                    let number = number.and_then(|number| self.noted(value, number));
+                    read.extend(number.map(|number| (place, number)));
+                }
+                None => self.unknown(key, axes),
+            }
+        }
+        read
+    }
+
+    /// Takes the learnt numbers that were read. They are valid only together and with their version.
+    fn learnt(&mut self, table: &Value<'_>) -> Option<Learnt> {
+        const AGAIN: &str = "run footfall calibrate again";
+        let mut numbers = [0.0; Learnt::NUMBERS];
+        let read = std::mem::take(&mut self.learnt);
+        let (version, crc) = (self.learnt_version.take(), self.learnt_crc.take());
+        for ((number, read), row) in numbers.iter_mut().zip(read).zip(Learnt::ROWS).rev() {
+            let name = row.name.trim_start_matches("learnt.");
+            *number = self.noted(table, read.ok_or(format!("missing field `{name}`")))?;
+        }
+        let missing =
+            || format!("missing field `version`: these numbers may mean something else: {AGAIN}");
+        let version = self.noted(table, version.ok_or_else(missing))?;
+        let learnt = Learnt::from_array(numbers);
+        let checked = if version != Learnt::VERSION {
+            Err(LearntError::Version(version))
+        } else if crc.is_some_and(|crc| crc != learnt.crc()) {
+            Err(LearntError::Damaged)
+        } else {
+            Ok(learnt)
+        };
+        self.noted(table, checked.map_err(|error| format!("{error}: {AGAIN}")))
+    }
+
+    fn word<T>(
+        &mut self,
+        value: &Value<'_>,
+        parse: impl FnOnce(&str) -> Result<T, String>,
+    ) -> Option<T> {
+        let text: String = self.take(value, "a string")?;
+        self.noted(value, parse(&text))
+    }
+
+    fn inner<'a, 'b>(&mut self, value: &'a Value<'b>, expected: &str) -> Option<&'a DeTable<'b>> {
+        let table = value.get_ref().as_table();
+        if table.is_none() {
+            let _ = self.take::<BTreeMap<String, IgnoredAny>>(value, expected);
+        }
+        table
+    }
+
+    /// Reads a value. Errors state `expected`.
+    fn take<T: DeserializeOwned>(&mut self, value: &Value<'_>, expected: &str) -> Option<T> {
+        let read = T::deserialize(ValueDeserializer::from(value.clone()));
+        let read = read.map_err(|error| {
+            let message = error.message();
+            match message.split_once(", expected ") {
+                Some((what, _)) => format!("{what}, expected {expected}"),
+                None => message.to_owned(),
+            }
+        });
+        self.noted(value, read)
+    }
+
+    fn noted<T>(&mut self, at: &Value<'_>, read: Result<T, String>) -> Option<T> {
+        read.map_err(|error| self.errors.push((at.span().start, error))).ok()
+    }
+
+    fn unknown(&mut self, key: &Spanned<impl AsRef<str>>, known: &[&str]) {
+        let names: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+        let name = key.get_ref().as_ref();
+        let names = names.join(", ");
+        let sentence = format!("unknown field `{name}`, expected one of {names}");
+        self.errors.push((key.span().start, sentence));
+    }
+}
+
+/// Returns the entries of a table in the order of the file.
+fn in_order<'a, 'b>(
+    table: &'a DeTable<'b>,
+) -> Vec<(&'a Spanned<toml::de::DeString<'b>>, &'a Value<'b>)> {
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    entries
+}
+
 /// Returns the key on a line (from 1), with the table it is in.
 fn key_on_line(text: &str, line: usize) -> Option<String> {
     let so_far: Vec<&str> = text.lines().take(line).map(str::trim).collect();
@@ -189,6 +478,56 @@ fn byte_of(table: &DeTable<'_>, path: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_number_can_be_set_by_its_key() {
+        for number in Parameter::ALL {
+            let name = number.name();
+            let overrides = Overrides::parse(&format!("{name} = 0.25\n"), "x.toml").expect(name);
+            let mut params = Params::DEFAULT;
+            overrides.apply(&mut params);
+            let mut expected = Params::DEFAULT;
+            number.set(&mut expected, 0.25);
+            assert_eq!(params, expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn unknown_key_error_lists_the_known_keys() {
+        for (text, expected) in [
+            (
+                "decision.on_delay = 1",
+                "unknown field `on_delay`, expected one of `threshold`, `on_delay_s`, `off_delay_s`",
+            ),
+            (
+                "load.threshold = 1",
+                "unknown field `threshold`, expected one of `on_threshold`, `off_threshold`",
+            ),
+            ("gyroscope.bias = 1", "unknown field `bias`, expected one of `bias_rad_s`"),
+            (
+                "feet.FL.window = 1",
+                "unknown field `window`, expected one of `axes`, `decision`, `load`, `learnt`, \
+             `accelerometer`, `gyroscope`",
+            ),
+            ("load = 3", "invalid type: integer `3`, expected the table load"),
+            ("feet.FL = 3", "invalid type: integer `3`, expected a table of settings"),
+            ("gyroscope.bias_rad_s = 3", "invalid type: integer `3`, expected a table of axes"),
+            (
+                "attitude.rest.time_s = 1",
+                "unknown field `time_s`, expected one of `duration_s`, `acceleration_m_s2`, \
+             `rate_rad_s`, `bias_limit_rad_s`, `bias_time_constant_s`",
+            ),
+            (
+                "attitude.gain = 1",
+                "unknown field `gain`, expected one of `motion_time_constant_s`, `quiet_gain`, \
+             `quiet_acceleration_m_s2`, `quiet_rate_rad_s`, `rest`, `gyro_timing`",
+            ),
+        ] {
+            let error = Overrides::parse(text, "x.toml").unwrap_err().to_string();
+            let (_, message) = error.split_once(": ").expect("a message");
+            assert_eq!(message, expected);
+        }
+    }
 
     #[test]
     fn key_is_found_in_tables_and_dotted_paths() {

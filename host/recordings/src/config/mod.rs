@@ -6,8 +6,7 @@
 //! |---|---|
 //! | the merged settings, and the parameters that they give a foot: [`Resolved`] | `resolved` |
 //! | settings to start from | `preset` |
-//! | a file with its settings; its errors by line and key | `file` |
-//! | the settings, read by the table of keys | `settings` |
+//! | a file: its settings, read by the table of keys; its errors by line and key | `file` |
 //! | the keys: meaning, unit, range, object on a foot; a file with all of them | `keys` |
 //! | values as text, such as `50ms` | `value` |
 //! | refused parameters, by the option or key that sets them | `refusal` |
@@ -100,15 +99,13 @@ mod keys;
 pub(super) mod preset;
 mod refusal;
 mod resolved;
-mod settings;
 pub(super) mod value;
 
-pub use file::{ConfigError, ConfigFile, KeyError, Overrides, Position};
+pub use file::{ConfigError, ConfigFile, KeyError, Overrides, Position, Settings};
 pub use keys::{Key, example, keys};
 pub use preset::{Preset, default_params};
 pub use refusal::{Origins, ParameterRefusal, RateOrigin};
 pub use resolved::{FootAxes, NoSuchFoot, Resolved};
-pub use settings::Settings;
 pub use value::{
     GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_gravity, parse_gyro_timing,
     parse_sample_rate, parse_seconds, parse_window, window_text, word_of,
