@@ -1,6 +1,6 @@
-//! Tests of configuration files and presets.
+//! Tests of the merged settings, of configuration files and of presets.
 
-use crate::input::Format;
+use crate::mounting::axes_text;
 
 use super::*;
 use estimator_core::params::{
@@ -241,5 +241,80 @@ fn invalid_number_of_a_foot_is_refused_by_its_key() {
         ("decision.threshold = 1.5\n[feet.fl]\nload.on_threshold = 20\n", None),
     ] {
         assert_eq!(refusal(text).as_deref(), expected, "{text}");
+    }
+}
+
+fn of_file(text: &str) -> Resolved {
+    Resolved::of_file(ConfigFile { name: "c.toml".to_owned(), text: text.to_owned() })
+        .expect("a configuration")
+}
+
+fn input_options(resolved: &Resolved) -> InputOptions {
+    resolved.input_options(TableOptions::default(), BagOptions::default())
+}
+
+#[test]
+fn options_override_the_file_and_the_file_the_preset() {
+    let text = "sample_rate_hz = 500\ngravity = 'removed'\naxes = 'x,-z,y'\n\
+            window = '40ms'\n[feet.FL]\naxes = '-x,-y,z'";
+    let file = of_file(text);
+    let options = Resolved {
+        window: Some(WindowLength::Samples(7)),
+        sample_rate: Some(400.0),
+        gravity: Some(Gravity::Included),
+        axes: "y,-x,z".parse().ok(),
+        ..file.clone()
+    };
+    let [preset, file, options] = [&Resolved::default(), &file, &options].map(|resolved| {
+        let input_options = input_options(resolved);
+        (
+            resolved.params(Format::Csv).window,
+            input_options.sample_rate,
+            input_options.gravity,
+            axes_text(&input_options.correction.mounting),
+            axes_text(&input_options.correction_of(&["FL"]).mounting),
+        )
+    });
+    let window = Preset::Default.params(Format::Csv).window;
+    let axes = |text: &str| text.to_owned();
+    let [identity, of_all, own] = ["x,y,z", "x,-z,y", "-x,-y,z"].map(axes);
+    let given = axes("y,-x,z");
+    assert_eq!(preset, (window, None, None, identity.clone(), identity));
+    let removed = Some(Gravity::Removed);
+    let duration = WindowLength::Duration(0.04);
+    assert_eq!(file, (duration, Some(500.0), removed, of_all, own));
+    let count = WindowLength::Samples(7);
+    let included = Some(Gravity::Included);
+    assert_eq!(options, (count, Some(400.0), included, given.clone(), given));
+}
+
+#[test]
+fn rate_equal_to_that_of_the_file_is_attributed_to_the_option() {
+    let origin = |resolved: &Resolved| resolved.origins("x.csv").sample_rate;
+    let file = of_file("sample_rate_hz = 500");
+    assert_eq!(origin(&Resolved::default()), RateOrigin::Recording);
+    assert_eq!(origin(&file), RateOrigin::Configuration);
+    let option = Resolved { sample_rate: Some(500.0), ..file };
+    assert_eq!(origin(&option), RateOrigin::Option);
+}
+
+#[test]
+fn axes_of_each_foot_are_read() {
+    let axes = |text: &str| text.parse::<FootAxes>();
+    let turned = parse_axes("x,-z,y").unwrap();
+    assert_eq!(axes("x,-z,y"), Ok(FootAxes::All(turned)));
+    let Ok(FootAxes::Each(feet)) = axes("FL=x,-z,y,fr=1,0,0,0") else {
+        panic!("two feet");
+    };
+    assert_eq!(feet["FL"], turned);
+    assert_eq!(feet["fr"], Mounting::IDENTITY);
+    for (text, why) in [
+        ("x,FL=y,z", "has \"x\" before the name of a foot"),
+        ("FL=x,y,z,fl=x,y,z", "one twice"),
+        ("=x,y,z", "names no foot"),
+        ("FL=x,y", "FL: \"x,y\" is neither axes nor a quaternion"),
+    ] {
+        let said = axes(text).unwrap_err();
+        assert!(said.contains(why), "{text}: {said}");
     }
 }
