@@ -110,6 +110,17 @@ kinds! {
 }
 
 impl FileKind {
+    /// Kind of a file, by its first [`LENGTH`] bytes; `None` if it may be a table.
+    #[must_use]
+    pub fn of_first_bytes(first: &[u8]) -> Option<Self> {
+        BEGINNINGS
+            .iter()
+            .find(|(beginning, _)| first.starts_with(beginning))
+            .map(|(_, kind)| *kind)
+            .or_else(|| zip(first))
+            .or_else(|| other(first))
+    }
+
     /// Advice for a file given as a recording that cannot be read; `None` if every file of the kind is read.
     #[must_use]
     pub const fn advice(self) -> Option<&'static str> {
@@ -169,21 +180,10 @@ const BEGINNINGS: &[(&[u8], FileKind)] = &[
     (b"<html", FileKind::Other),
 ];
 
-/// Kind of a file, by its first [`LENGTH`] bytes; `None` if it may be a table.
-#[must_use]
-pub fn known(first: &[u8]) -> Option<FileKind> {
-    BEGINNINGS
-        .iter()
-        .find(|(beginning, _)| first.starts_with(beginning))
-        .map(|(_, kind)| *kind)
-        .or_else(|| zip(first))
-        .or_else(|| other(first))
-}
-
 /// Kind of a file given as a log of frames, by its first `LENGTH` bytes or more; `None` if it may be one.
 #[must_use]
 pub fn no_log(first: &[u8]) -> Option<FileKind> {
-    known(first).filter(|kind| kind.log_advice("").is_some())
+    FileKind::of_first_bytes(first).filter(|kind| kind.log_advice("").is_some())
 }
 
 /// Kind of ZIP archive, by the names of its first members.
@@ -246,7 +246,7 @@ mod tests {
             (b"(0.0) vcan0 191##1".to_vec(), FileKind::CanLog),
         ];
         for (first, foreign) in &others {
-            assert_eq!(known(first), Some(*foreign), "{foreign}");
+            assert_eq!(FileKind::of_first_bytes(first), Some(*foreign), "{foreign}");
         }
         for foreign in FileKind::ALL {
             let by_beginning = BEGINNINGS.iter().any(|(_, known)| *known == foreign);
@@ -293,7 +293,7 @@ mod tests {
             "P",
             "PK,other\n",
         ] {
-            assert_eq!(known(table.as_bytes()), None, "{table}");
+            assert_eq!(FileKind::of_first_bytes(table.as_bytes()), None, "{table}");
         }
     }
 }

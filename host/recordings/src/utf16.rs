@@ -1,6 +1,6 @@
 //! Text in UTF-16, as spreadsheets and Windows write it, read as UTF-8.
 
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
 
 /// Bytes of the file that are converted at once.
 const CHUNK: usize = 1 << 14;
@@ -8,9 +8,24 @@ const CHUNK: usize = 1 << 14;
 /// Number of plain characters by which UTF-16 without a byte order mark is recognised.
 const PLAIN_CHARACTERS: usize = 8;
 
+/// Returns a text in UTF-16 as UTF-8, without a byte order mark, and any other content unchanged.
+///
+/// # Errors
+/// The first bytes cannot be read.
+pub(crate) fn in_utf8(mut content: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
+    let mut first = Vec::new();
+    content.by_ref().take(2 * PLAIN_CHARACTERS as u64).read_to_end(&mut first)?;
+    let order = ByteOrder::of_text(&first);
+    let content = Cursor::new(first).chain(content);
+    Ok(match order {
+        Some(order) => Box::new(Utf8::new(content, order)),
+        None => Box::new(content),
+    })
+}
+
 /// Order of the two bytes of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ByteOrder {
+enum ByteOrder {
     Little,
     Big,
 }
@@ -18,7 +33,7 @@ pub(crate) enum ByteOrder {
 impl ByteOrder {
     /// Order of the bytes of a text in UTF-16, by its first bytes: a byte order mark, or ASCII characters with a zero beside
     /// each; `None` of any other file.
-    pub(crate) fn of_text(first: &[u8]) -> Option<Self> {
+    fn of_text(first: &[u8]) -> Option<Self> {
         match first {
             // UTF-32.
             [0xff, 0xfe, 0, 0, ..] => None,
@@ -43,7 +58,7 @@ impl ByteOrder {
 }
 
 /// UTF-8 of a text in UTF-16, without its byte order mark. An invalid unit becomes U+FFFD.
-pub(crate) struct Utf8<R> {
+struct Utf8<R> {
     text: R,
     order: ByteOrder,
     /// First byte of a unit whose second has not been read.
@@ -58,7 +73,7 @@ pub(crate) struct Utf8<R> {
 }
 
 impl<R: Read> Utf8<R> {
-    pub(crate) const fn new(text: R, order: ByteOrder) -> Self {
+    const fn new(text: R, order: ByteOrder) -> Self {
         Self {
             text,
             order,
@@ -118,9 +133,9 @@ mod tests {
     use super::*;
 
     /// Returns one byte per call, so that each unit and each pair is cut.
-    struct Slowly<'a>(&'a [u8]);
+    struct Slowly(Cursor<Vec<u8>>);
 
-    impl Read for Slowly<'_> {
+    impl Read for Slowly {
         fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
             let most = to.len().min(1);
             self.0.read(&mut to[..most])
@@ -142,7 +157,10 @@ mod tests {
                 let bytes = encoded(text, order);
                 assert_eq!(ByteOrder::of_text(&bytes), Some(order), "{text}");
                 let mut read = String::new();
-                Utf8::new(Slowly(&bytes), order).read_to_string(&mut read).unwrap();
+                in_utf8(Box::new(Slowly(Cursor::new(bytes))))
+                    .unwrap()
+                    .read_to_string(&mut read)
+                    .unwrap();
                 assert_eq!(read, text.trim_start_matches('\u{feff}'));
             }
         }
@@ -159,6 +177,9 @@ mod tests {
             b"\x80\x04\x95\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0",
         ] {
             assert_eq!(ByteOrder::of_text(first), None, "{first:?}");
+            let mut read = Vec::new();
+            in_utf8(Box::new(first)).unwrap().read_to_end(&mut read).unwrap();
+            assert_eq!(read, first);
         }
     }
 

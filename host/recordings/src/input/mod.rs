@@ -39,7 +39,7 @@ use tempfile::{NamedTempFile, TempPath};
 
 use crate::compressed::decompressed;
 use crate::file_kind::{self, FileKind};
-use crate::utf16::{ByteOrder, Utf8};
+use crate::utf16::in_utf8;
 use error::OptionsFor;
 #[cfg(feature = "parquet")]
 use table::parquet;
@@ -454,7 +454,7 @@ impl Recognised {
         if about.is_file() {
             let first = beginning(&mut file)?;
             file.seek(SeekFrom::Start(0))?;
-            if let Some(format) = file_kind::known(&first).and_then(Format::of_kind) {
+            if let Some(format) = FileKind::of_first_bytes(&first).and_then(Format::of_kind) {
                 return Ok(Self::of(ContainerFile {
                     format,
                     path: path.to_owned(),
@@ -463,13 +463,9 @@ impl Recognised {
                 }));
             }
         }
-        let mut text = decompressed(wrap(file, about.len()))?;
-        let mut first = beginning(&mut text)?;
-        if let Some(order) = ByteOrder::of_text(&first) {
-            text = Box::new(Utf8::new(beginning_with(first, text), order));
-            first = beginning(&mut text)?;
-        }
-        let known = file_kind::known(&first);
+        let mut text = in_utf8(decompressed(wrap(file, about.len()))?)?;
+        let first = beginning(&mut text)?;
+        let known = FileKind::of_first_bytes(&first);
         let mut text = beginning_with(first, text);
         let Some(kind) = known else {
             let table = Table::of(path.display().to_string(), recording_name(path), text)?;
