@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use crate::input::Container;
 use crate::input::bag::definition::{Definition, FieldPath, within};
+use crate::input::bag::fields::Fields;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode_start, micros};
-use crate::input::bag::reader::Fields;
 use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, last_word, names_of,
     order,

@@ -4,7 +4,7 @@
 //! | step | file |
 //! |---|---|
 //! | a message, its topic and type, as stored and decoded from CDR | `messages` |
-//! | numbers in messages of any type, by the definition of the type | `definition` |
+//! | numbers in messages of any type, by the definition of the type; the six axes of an IMU among them | `definition`; `fields` |
 //! | messages of ROS 1, converted to those of ROS 2 | `definition/ros1` |
 //! | visiting the messages of all topics; a copy of them | `visit`, over `mcap`, `rosbag1` (both by `records`) and `rosbag2` |
 //! | which topics are feet, and the names of the feet | `selection` |
@@ -18,6 +18,7 @@
 mod contact_feed;
 mod definition;
 mod feed;
+mod fields;
 mod loads;
 mod mcap;
 mod messages;

@@ -1,0 +1,117 @@
+//! Six axes of an IMU in messages of any type, found by their names or named by the user.
+
+use estimator_core::Axis;
+
+use crate::input::bag::definition::{Definition, FieldPath, within};
+use crate::input::bag::messages::Channel;
+use crate::input::error::FieldsProblem;
+use crate::input::options::{Mapping, is_axis};
+use crate::input::table::names::{Found, Triple, find};
+use crate::ros::{Header, Imu, Time};
+
+/// Axes of one IMU in the messages of a topic.
+pub(super) struct Fields {
+    /// Topic of the messages.
+    pub(super) topic: String,
+    definition: Definition,
+    /// In the order of [`Axis::ALL`].
+    axes: [FieldPath; 6],
+    /// Seconds and nanoseconds.
+    stamp: Option<[FieldPath; 2]>,
+    frame: Option<FieldPath>,
+    /// First covariances of rates and accelerations, where axes are those of a `sensor_msgs/msg/Imu`.
+    covariances: Option<[FieldPath; 2]>,
+    /// Which fields were taken, if they were found by their names.
+    pub(super) taken: Option<String>,
+}
+
+impl Fields {
+    /// Axes in a part of the messages of a channel.
+    pub(super) fn of(
+        channel: &Channel,
+        part: &str,
+        mapping: &Mapping,
+    ) -> Result<Self, FieldsProblem> {
+        let definition = Definition::of_channel(channel)?;
+        let numbers = definition.numbers(part)?;
+        let names: Vec<String> = numbers.iter().map(|(name, _)| name.clone()).collect();
+        let mut taken = None;
+        let axes = if mapping.is_empty() {
+            let no_axes = || FieldsProblem::NoAxes(definition.listed(part));
+            let axes = recognised(&names).ok_or_else(no_axes)?;
+            if part.is_empty() && channel.message.ends_with(LOW_STATE) {
+                let of_trunk = |part: &&&str| definition.numbers(part).is_ok();
+                let part = TRUNKS.iter().find(of_trunk).copied().unwrap_or(TRUNKS[0]);
+                let address = format!("{}.{part}", channel.topic);
+                return Err(FieldsProblem::OfTrunk { part, address });
+            }
+            let names = Axis::ALL.iter().zip(axes);
+            let named =
+                names.map(|(axis, index)| format!("{} is {}", axis.name(), numbers[index].0));
+            taken = Some(named.collect::<Vec<_>>().join(", "));
+            axes.map(|index| numbers[index].1.clone())
+        } else {
+            let mut axes: [FieldPath; 6] = Default::default();
+            for (path, axis) in axes.iter_mut().zip(Axis::ALL) {
+                let mut pairs = mapping.pairs();
+                let named = pairs.find(|(ours, _)| *ours == axis.name());
+                let (_, name) = named.ok_or_else(|| FieldsProblem::NotNamed(axis.name()))?;
+                *path = definition.number(&within(part, name))?;
+            }
+            if let Some((other, _)) = mapping.pairs().find(|(ours, _)| !is_axis(ours)) {
+                return Err(FieldsProblem::NoAxis(other));
+            }
+            axes
+        };
+        let stamp = definition.stamp(part).or_else(|| definition.stamp(""));
+        let frame = definition.frame(part).or_else(|| definition.frame(""));
+        let covariances = taken.as_ref().and_then(|_| definition.covariances(part));
+        Ok(Self {
+            topic: channel.topic.clone(),
+            definition,
+            axes,
+            stamp,
+            frame,
+            covariances,
+            taken,
+        })
+    }
+
+    /// Sample of a message; the error is half a sentence.
+    pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
+        let beside = self.stamp.iter().chain(&self.covariances).flatten();
+        let paths: Vec<&FieldPath> = self.axes.iter().chain(beside).collect();
+        let (found, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
+        let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
+        let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
+            return Err("it lacks an axis".to_owned());
+        };
+        let (stamp, covariances) =
+            rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));
+        let header = Header { stamp: Time::of_numbers(stamp), frame_id: frame };
+        let covariances = match covariances {
+            [rates, accelerations] => [*rates, *accelerations],
+            _ => [0.0; 2],
+        };
+        let (accelerations, rates) = ([*ax, *ay, *az], [*wx, *wy, *wz]);
+        Ok(Imu::of(header, accelerations, rates, covariances))
+    }
+}
+
+/// End of the types of states of Unitree's robots, whose one IMU is that of the trunk.
+const LOW_STATE: &str = "/LowState";
+
+/// The part of such a state that is this IMU: in ROS 2, and in ROS 1 (`unitree_legged_msgs`).
+pub(super) const TRUNKS: [&str; 2] = ["imu_state", "imu"];
+
+/// Indices of the six axes among names, if there is one sensor of each kind.
+fn recognised(names: &[String]) -> Option<[usize; 6]> {
+    // As in tables, our own names come first.
+    let triple = |triple: Triple| match (triple.own(names), find(triple, names)) {
+        (Some(axes), _) | (None, Found::At(axes)) => Some(axes),
+        (None, Found::Nowhere | Found::Several(..)) => None,
+    };
+    let [ax, ay, az] = triple(Triple::Acceleration)?;
+    let [wx, wy, wz] = triple(Triple::Rate)?;
+    Some([ax, ay, az, wx, wy, wz])
+}
