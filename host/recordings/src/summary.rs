@@ -8,7 +8,7 @@ use estimator_core::params::{GyroTiming, WindowLength};
 use estimator_core::{ContactEstimate, Flag, Learnt, Params, Phase, Timestamp};
 use serde::Serialize;
 
-use crate::config::preset::Preset;
+use crate::config::Preset;
 use crate::config::value::{GRAVITIES, LEARNINGS, METHODS, word_of};
 use crate::hint::{InWords, Notice, Vocabulary};
 use crate::input::Correction;

@@ -7,7 +7,7 @@ use estimator_core::params::Method;
 use estimator_core::{Axis, Learnt, Params, Vec3};
 use wire::dictionary::{self, Address};
 
-use crate::config::preset::Preset;
+use crate::config::Preset;
 use crate::config::value::{
     GRAVITIES, LEARNINGS, METHODS, Notation, gyro_timing_text, window_text, word_of,
 };

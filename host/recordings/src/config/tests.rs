@@ -318,3 +318,12 @@ fn axes_of_each_foot_are_read() {
         assert!(said.contains(why), "{text}: {said}");
     }
 }
+
+#[test]
+fn bandwidths_follow_the_noise_if_it_is_known() {
+    let noise = Noise { specific_force: Some(0.5), angular_rate: None };
+    let params = with_bandwidth_of(&noise, Params::DEFAULT);
+    assert_eq!((params.bandwidth.ax, params.bandwidth.az), (0.5, 0.5));
+    assert_eq!(params.bandwidth.wz, Params::DEFAULT.bandwidth.wz);
+    assert_eq!(params.half_width, Params::DEFAULT.half_width);
+}
