@@ -11,7 +11,7 @@ use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, last_word, names_of,
     order,
 };
-use crate::input::bag::visit::visit;
+use crate::input::bag::visit;
 use crate::input::error::{InputError, Problem};
 use crate::input::options::{InputOptions, LoadTopic, Topics};
 use crate::input::stored::OLDEST_LOAD_US;

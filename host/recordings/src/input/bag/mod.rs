@@ -6,16 +6,18 @@
 //! | a message, its topic and type, as stored and decoded from CDR | `messages` |
 //! | numbers in messages of any type, by the definition of the type; the six axes of an IMU among them | `definition`; `fields` |
 //! | messages of ROS 1, converted to those of ROS 2 | `definition/ros1` |
-//! | visiting the messages of all topics; a copy of them | `visit`, over `mcap`, `rosbag1` (both by `records`) and `rosbag2` |
+//! | the messages of all topics, from their storage | `mcap`, `rosbag1` (both by `records`) and `rosbag2` |
 //! | which topics are feet, and the names of the feet | `selection` |
 //! | loads of the feet, from other topics: the first reading | `loads` |
 //! | samples of the feet: the second reading | `reader`, a `feed` for each IMU |
 //! | contacts of feet, from topics beside that of the samples | `contact_feed` |
+//! | copies of all messages | `copy` |
 //!
 //! A bag is read once, or twice if it has loads, which may be stored after the samples that they belong to. The memory
 //! required is that of the longest record and of the loads.
 
 mod contact_feed;
+mod copy;
 mod definition;
 mod feed;
 mod fields;
@@ -27,23 +29,22 @@ mod records;
 mod rosbag1;
 mod rosbag2;
 mod selection;
-mod visit;
 
 use contact_feed::ContactFeeds;
 use feed::Feed;
 use loads::loads;
+use messages::Visitor;
 use reader::Reader;
 use selection::{names_of, renamed, trunks};
-use visit::visit;
 
 use crate::hint::{Hint, Notice};
 use crate::input::error::{ImuTopic, InputError, OptionsFor, Problem, STREAM_ADVICE};
 use crate::input::options::{BagOptions, InputOptions, Topics};
 use crate::input::stored::Stored;
-use crate::input::{Container, Format};
+use crate::input::{Container, ContainerFile, Format};
 
+pub use copy::{Replacement, copy, copy_merged};
 pub use messages::{Channel, MessageTimes, Schema};
-pub use visit::{Replacement, copy, copy_merged};
 
 /// Reads the recordings of the selected feet.
 ///
@@ -112,6 +113,31 @@ pub(super) fn read(
         first.about.notices.splice(0..0, notices);
     }
     Ok(recordings)
+}
+
+/// Passes all messages to a visitor in stored order, and reports each part that ends early.
+fn visit(
+    parts: &mut [ContainerFile],
+    file: &str,
+    visitor: &mut dyn Visitor,
+) -> Result<Vec<String>, InputError> {
+    let mut notices = Vec::new();
+    let is_alone = parts.len() == 1;
+    for part in parts {
+        let name = if is_alone { file.to_owned() } else { part.path.display().to_string() };
+        let early = match part.format {
+            Format::Mcap => mcap::visit(part, &name, visitor)?,
+            Format::Rosbag1 => rosbag1::visit(part, &name, visitor)?,
+            _ => rosbag2::visit(part, &name, visitor)?,
+        };
+        notices.extend(early.map(|why| {
+            format!(
+                "{name} ends early ({why}): what is there is read; for readers that refuse such a file, \
+                 footfall convert writes a whole one"
+            )
+        }));
+    }
+    Ok(notices)
 }
 
 /// Returns whether the error is that a bag, or a named topic of it, has no samples of an IMU.

@@ -1,4 +1,4 @@
-//! Visit of all messages of a bag, in any storage: for reading, and for a copy with other numbers in some messages.
+//! Copies of all messages of a bag or of several, with other numbers in some of them.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -9,37 +9,12 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::thread::{self, ScopedJoinHandle};
 
+use crate::input::Readable;
 use crate::input::bag::definition::{Definition, FieldPath};
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decompressed_message};
 use crate::input::bag::records::LONGEST_RECORD;
-use crate::input::bag::{mcap, rosbag1, rosbag2};
+use crate::input::bag::visit;
 use crate::input::error::InputError;
-use crate::input::{ContainerFile, Format, Readable};
-
-/// Passes all messages to a visitor in stored order, and reports each part that ends early.
-pub(super) fn visit(
-    parts: &mut [ContainerFile],
-    file: &str,
-    visitor: &mut dyn Visitor,
-) -> Result<Vec<String>, InputError> {
-    let mut notices = Vec::new();
-    let is_alone = parts.len() == 1;
-    for part in parts {
-        let name = if is_alone { file.to_owned() } else { part.path.display().to_string() };
-        let early = match part.format {
-            Format::Mcap => mcap::visit(part, &name, visitor)?,
-            Format::Rosbag1 => rosbag1::visit(part, &name, visitor)?,
-            _ => rosbag2::visit(part, &name, visitor)?,
-        };
-        notices.extend(early.map(|why| {
-            format!(
-                "{name} ends early ({why}): what is there is read; for readers that refuse such a file, \
-                 footfall convert writes a whole one"
-            )
-        }));
-    }
-    Ok(notices)
-}
 
 /// Receiver of the messages of a bag, decompressed; its error ends the copy.
 type Receiver<'a> = &'a mut dyn FnMut(&Channel, MessageTimes, &[u8]) -> io::Result<()>;
