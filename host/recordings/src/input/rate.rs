@@ -6,8 +6,8 @@
 
 use std::collections::HashMap;
 
-use crate::input::TimeUnit;
 use crate::input::error::{InputError, Problem};
+use crate::input::options::TimeUnit;
 
 /// Largest deviation of a given sample rate from that of the times, as a fraction. The clock of a sensor may be wrong
 /// by some per cent; a rate in another unit is far outside.
