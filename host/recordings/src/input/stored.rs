@@ -253,7 +253,7 @@ pub struct Loaded {
     pub repairs: Repairs,
 }
 
-/// Rows of one recording.
+/// Rows of a recording while they are read: on one clock and in order, or repaired until they are.
 #[derive(Default)]
 pub(super) struct Rows {
     times: Times,
