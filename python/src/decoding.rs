@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use estimator_core::Flag;
 use feet::FootHint;
-use feet::decode::known_feet::Name;
+use feet::decode::known_feet::{Name, NamedFoot};
 use feet::decode::row::CommonClock;
 use feet::decode::{ContactRow, DecodeError, FileOutcome, KnownFeet};
 use numpy::{IntoPyArray, PyArray1};
@@ -140,9 +140,9 @@ pub(crate) fn decode_file<'py>(
     let mut named = Vec::new();
     for (id, name) in names {
         let refused = |error| value_error(format!("{name:?} of node {id}: {error}"));
-        named.push((node(id)?, Name::new(&name).map_err(refused)?));
+        named.push((NamedFoot::Node(node(id)?), Name::new(&name).map_err(refused)?));
     }
-    feet.name_nodes(&named).map_err(value_error)?;
+    feet.give_names(&named).map_err(value_error)?;
     let mut columns = RowColumns::default();
     let flags = flag_names();
     let decoded = py.detach(|| {

@@ -34,43 +34,33 @@ impl KnownFeet {
         self.names.entry(node.get()).or_default();
     }
 
-    /// Names nodes, which makes them feet. Another node that has one of the names by default loses it, because
-    /// both would be the same foot in a table.
+    /// Gives feet names. A node that gets a name becomes a foot. Another node that has the name by default loses it,
+    /// because both would be the same foot in a table.
     ///
     /// # Errors
-    /// A node is given two names, or two nodes the same name.
-    pub fn name_nodes(&mut self, names: &[(NodeId, Name)]) -> Result<(), NamedTwice> {
-        for (k, (node, name)) in names.iter().enumerate() {
+    /// A foot is given two names, or two feet the same name. No foot is named then.
+    pub fn give_names(&mut self, names: &[(NamedFoot, Name)]) -> Result<(), NamedTwice> {
+        for (k, (foot, name)) in names.iter().enumerate() {
             let before = &names[..k];
-            if before.iter().any(|(other, _)| other == node) {
-                return Err(NamedTwice::Node(node.get()));
+            if before.iter().any(|(other, _)| other == foot) {
+                return Err(NamedTwice::Foot(foot.clone()));
             }
             if before.iter().any(|(_, other)| other == name) {
-                return Err(NamedTwice::Name(name.0.to_string()));
+                return Err(NamedTwice::Name(name.clone()));
             }
         }
+        // All names are taken before one is given, so that two nodes can swap theirs.
         names.iter().for_each(|(_, name)| self.take_default(name));
-        for (node, name) in names {
-            self.names.insert(node.get(), Some(Arc::clone(&name.0)));
-        }
-        Ok(())
-    }
-
-    /// Names the feet of serial lines: by the line's name, or by the serial number of a board on USB. A node that has the
-    /// name by default loses it.
-    ///
-    /// # Errors
-    /// A line is given two names, or two lines the same name.
-    pub fn name_lines(&mut self, names: &[(String, Name)]) -> Result<(), NamedTwice> {
-        for (line, name) in names {
-            if self.lines.contains_key(line) {
-                return Err(NamedTwice::Line(line.clone()));
+        for (foot, name) in names {
+            let name = Arc::clone(&name.0);
+            match foot {
+                NamedFoot::Node(node) => {
+                    self.names.insert(node.get(), Some(name));
+                }
+                NamedFoot::Line(line) => {
+                    self.lines.insert(line.clone(), name);
+                }
             }
-            if self.lines.values().any(|other| *other == name.0) {
-                return Err(NamedTwice::Name(name.0.to_string()));
-            }
-            self.take_default(name);
-            self.lines.insert(line.clone(), Arc::clone(&name.0));
         }
         Ok(())
     }
@@ -119,6 +109,24 @@ impl KnownFeet {
     }
 }
 
+/// Foot that is given a name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NamedFoot {
+    /// A node of a bus.
+    Node(NodeId),
+    /// The foot of a serial line, by the line's port or by the serial number of its board on USB: [`names_line`].
+    Line(String),
+}
+
+impl fmt::Display for NamedFoot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node(node) => write!(f, "node {}", node.get()),
+            Self::Line(line) => f.write_str(line),
+        }
+    }
+}
+
 /// Returns whether `of` names a serial line: its port or file, the last part of that path, or the serial number of its
 /// board on USB.
 #[must_use]
@@ -131,15 +139,12 @@ pub fn names_line(of: &str, line: &str) -> bool {
 /// Conflicting names.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NamedTwice {
-    /// A node is given two names.
-    #[error("node {0} is given two names")]
-    Node(u8),
-    /// A line is given two names.
+    /// A foot is given two names.
     #[error("{0} is given two names")]
-    Line(String),
+    Foot(NamedFoot),
     /// Two feet are given the same name.
     #[error("two feet are given the name {0}")]
-    Name(String),
+    Name(Name),
 }
 
 /// Name of a foot, valid in tables.
@@ -187,20 +192,44 @@ mod tests {
         Name::new(text).unwrap()
     }
 
+    /// Names of nodes and of lines, as on a command line.
+    fn names<const N: usize>(names: [(&str, &str); N]) -> Vec<(NamedFoot, Name)> {
+        let foot = |of: &str| match of.parse() {
+            Ok(id) => NamedFoot::Node(node(id)),
+            Err(_) => NamedFoot::Line(of.to_owned()),
+        };
+        names.map(|(of, text)| (foot(of), name(text))).into()
+    }
+
     #[test]
-    fn feet_names_are_unique() {
+    fn foot_with_two_names_is_refused() {
+        for of in ["33", "ttyACM0"] {
+            let mut feet = KnownFeet::default();
+            let twice = names([(of, "A"), ("34", "B"), (of, "C")]);
+            assert_eq!(feet.give_names(&twice), Err(NamedTwice::Foot(twice[0].0.clone())));
+            assert_eq!(feet, KnownFeet::default());
+        }
+    }
+
+    #[test]
+    fn name_of_two_feet_is_refused() {
+        for [one, other] in [["33", "34"], ["ttyACM0", "ttyACM1"], ["33", "ttyACM0"]] {
+            let mut feet = KnownFeet::default();
+            let twice = names([(one, "A"), (other, "A")]);
+            assert_eq!(feet.give_names(&twice), Err(NamedTwice::Name(name("A"))));
+            assert_eq!(feet, KnownFeet::default());
+        }
+    }
+
+    #[test]
+    fn given_name_is_taken_from_the_node_of_that_default() {
+        for of in ["33", "ttyACM0"] {
+            let mut feet = KnownFeet::default();
+            feet.give_names(&names([(of, "FL")])).unwrap();
+            assert!(feet.contains(node(0x11)) && feet.name(node(0x11)).is_none());
+        }
         let mut feet = KnownFeet::default();
-        let twice = [(node(33), name("A")), (node(34), name("A"))];
-        assert_eq!(feet.name_nodes(&twice), Err(NamedTwice::Name("A".to_owned())));
-        let twice = [(node(33), name("A")), (node(33), name("B"))];
-        assert_eq!(feet.name_nodes(&twice), Err(NamedTwice::Node(33)));
-        assert_eq!(feet, KnownFeet::default());
-        // A given name is taken from the node that has it by default.
-        feet.name_nodes(&[(node(33), name("FL"))]).unwrap();
-        assert_eq!(feet.name(node(33)).as_deref(), Some("FL"));
-        assert!(feet.contains(node(0x11)) && feet.name(node(0x11)).is_none());
-        let mut feet = KnownFeet::default();
-        feet.name_nodes(&[(node(0x11), name("FR")), (node(0x12), name("FL"))]).unwrap();
+        feet.give_names(&names([("17", "FR"), ("18", "FL")])).unwrap();
         assert_eq!(feet.name(node(0x11)).as_deref(), Some("FR"));
         assert_eq!(feet.name(node(0x12)).as_deref(), Some("FL"));
     }
@@ -208,8 +237,7 @@ mod tests {
     #[test]
     fn line_is_named_by_its_path_or_the_last_part_of_it() {
         let mut feet = KnownFeet::default();
-        let names = [("ttyACM0".to_owned(), name("FR")), ("/dev/ttyACM1".to_owned(), name("RL"))];
-        feet.name_lines(&names).unwrap();
+        feet.give_names(&names([("ttyACM0", "FR"), ("/dev/ttyACM1", "RL")])).unwrap();
         let name_of = |line: &str| feet.name_of_line(line).map(|name| name.to_string());
         assert_eq!(name_of("/dev/ttyACM0").as_deref(), Some("FR"));
         assert_eq!(name_of("ttyACM0").as_deref(), Some("FR"));
@@ -228,7 +256,7 @@ mod tests {
         assert!(!feet.contains(node(33)));
         feet.add(node(33));
         assert!(feet.contains(node(33)) && feet.name(node(33)).is_none());
-        feet.name_nodes(&[(node(33), name("toe_1"))]).unwrap();
+        feet.give_names(&names([("33", "toe_1")])).unwrap();
         feet.add(node(33));
         assert_eq!(feet.name(node(33)).as_deref(), Some("toe_1"));
         assert_eq!(feet.ids(), "17 to 22, 33");

@@ -18,7 +18,7 @@ use estimator_core::params::{LoadParams, WindowLength};
 use estimator_core::{Gravity, Params};
 use feet::Playback;
 use feet::decode::KnownFeet;
-use feet::decode::known_feet::{Name, NamedTwice, names_line};
+use feet::decode::known_feet::{Name, NamedFoot, NamedTwice, names_line};
 use recordings::config::{
     ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
     parse_sample_rate,
@@ -418,15 +418,6 @@ pub struct FeetArguments {
     pub names: Vec<(NamedFoot, Name)>,
 }
 
-/// Foot that is given a name.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum NamedFoot {
-    /// A node of a bus.
-    Node(NodeId),
-    /// The foot of a serial line, by the serial number of its board or by its port.
-    Line(String),
-}
-
 impl FeetArguments {
     /// Finds the sources, and returns them with their feet. Reports names of no line.
     ///
@@ -454,19 +445,7 @@ impl FeetArguments {
     pub(crate) fn feet(&self) -> Result<KnownFeet, NamedTwice> {
         let mut feet = KnownFeet::default();
         self.nodes.iter().for_each(|node| feet.add(*node));
-        let (mut nodes, mut lines) = (Vec::new(), Vec::new());
-        for (k, (foot, name)) in self.names.iter().cloned().enumerate() {
-            // A node and a line with one name would be one foot in a table.
-            if self.names[..k].iter().any(|(of, other)| *of != foot && *other == name) {
-                return Err(NamedTwice::Name(name.to_string()));
-            }
-            match foot {
-                NamedFoot::Node(node) => nodes.push((node, name)),
-                NamedFoot::Line(line) => lines.push((line, name)),
-            }
-        }
-        feet.name_nodes(&nodes)?;
-        feet.name_lines(&lines)?;
+        feet.give_names(&self.names)?;
         Ok(feet)
     }
 
@@ -520,6 +499,19 @@ impl PlayedArguments {
     /// A source has no line, options are given and no source is a file, or the configuration file cannot be read or has an
     /// error.
     pub(crate) fn find_sources(&self, sources: &[SourceArgument]) -> Result<Vec<Source>, Error> {
+        let playback = self.playback()?;
+        if playback != Playback::default() && sources.iter().all(|source| source.file().is_none()) {
+            return Err(Error::NotPlayed(text_of(sources)));
+        }
+        let found = find_all(sources)?.into_iter();
+        Ok(found.map(|source| source.played_with(playback.clone())).collect())
+    }
+
+    /// Returns how a file is read and estimated when it is played.
+    ///
+    /// # Errors
+    /// The configuration file cannot be read or has an error.
+    fn playback(&self) -> Result<Playback, Error> {
         let config = self.config.as_deref();
         let settings = Resolved {
             preset: self.preset,
@@ -527,19 +519,12 @@ impl PlayedArguments {
             ..config.map(read_config).transpose()?.unwrap_or_default()
         };
         settings.check_before_reading(Format::Csv)?;
-        let playback = Playback {
-            input_options: InputOptions {
-                contacts: ContactUse::unless_estimated(self.estimate_again),
-                ..settings.input_options(self.table.options(), self.bag.options())
-            },
-            estimator_options: estimator_options(self.preset, config, None, &self.mounting),
-            settings,
+        let input_options = InputOptions {
+            contacts: ContactUse::unless_estimated(self.estimate_again),
+            ..settings.input_options(self.table.options(), self.bag.options())
         };
-        if playback != Playback::default() && sources.iter().all(|source| source.file().is_none()) {
-            return Err(Error::NotPlayed(text_of(sources)));
-        }
-        let found = find_all(sources)?.into_iter();
-        Ok(found.map(|source| source.played_with(playback.clone())).collect())
+        let estimator_options = estimator_options(self.preset, config, None, &self.mounting);
+        Ok(Playback { input_options, estimator_options, settings })
     }
 }
 
