@@ -1,8 +1,8 @@
-//! `footfall replay`: estimates recordings and writes a table, pictures, events and a summary, or a copy of a bag with
-//! the contacts of its feet (`bag_copy`).
+//! `footfall replay`: estimates recordings and writes a table, events, [`pictures`] and a summary, or a copy of a bag
+//! with the contacts of its feet ([`bag_copy`]).
 
-#[cfg(feature = "bags")]
 mod bag_copy;
+mod pictures;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -25,21 +25,18 @@ use recordings::replay::{
 use recordings::samples::RecordedSample;
 use recordings::summary::{Estimation, InputReport, ParametersReport, Summaries, Summary};
 
+use self::bag_copy::{CopiedFoot, CopyArguments, is_bag};
+use self::pictures::Picture;
 use super::options::{
-    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, compat_parser,
-    estimator_options, parse_force, with_mounting,
+    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, estimator_options,
+    with_mounting,
 };
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, Drawing, Existing, OutputError, STANDARD, Target, write_file};
 use crate::messages::{detail, warn};
-use crate::plot::page::{self, PageFoot};
-use crate::plot::{self, RecordingPlot};
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
-use crate::ros::Compat;
-use crate::ros::compat::{Body, MixedBodies, WRENCH_FORCE};
-#[cfg(feature = "bags")]
-use bag_copy::{AllFeetOptions, LowStateSource};
+use crate::ros::compat::Body;
 
 /// Examples of `footfall replay`.
 pub const EXAMPLES: &str = "\
@@ -80,7 +77,7 @@ pub struct ReplayArguments {
     pub output: Option<PathBuf>,
     /// Messages of all feet in a copy of a bag.
     #[command(flatten)]
-    pub copied: CopiedArguments,
+    pub copied: CopyArguments,
     /// Write the events: touch-downs, lift-offs, starts and ends of slips with their distance, and starts and
     /// ends of stances that are never stable; `-` is standard output
     #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
@@ -100,21 +97,7 @@ pub struct ReplayArguments {
     pub jobs: Option<NonZeroUsize>,
 }
 
-/// A recording with estimates of all its feet.
-struct ReplayedRecording {
-    file: String,
-    /// Notices about reading the recording.
-    notices: Vec<Notice>,
-    /// Details of the recognised format.
-    details: Vec<String>,
-    /// Names of each foot in the recording.
-    names: Vec<Vec<String>>,
-    /// Feet whose contacts go into a copy of the bag.
-    copied: Vec<CopiedFoot>,
-    feet: Vec<ReplayedFoot>,
-}
-
-/// A recording while its feet are estimated.
+/// Recording while its feet are estimated.
 struct RecordingRun<'a> {
     resolved: &'a Resolved,
     file: &'a str,
@@ -123,57 +106,32 @@ struct RecordingRun<'a> {
     bars: &'a Bars,
 }
 
-/// Messages of all feet in a copy of a bag.
-#[derive(Clone, Debug, Default, Args)]
-pub struct CopiedArguments {
-    /// In a copy of a bag, also write the decisions of all feet in messages of other programs, separated by
-    /// commas
-    #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser(), help_heading = OUTPUT)]
-    pub compat: Vec<Compat>,
-    /// Force of a foot that stands, N, in messages of --compat wrench
-    #[arg(long, value_name = "NEWTONS", default_value_t = WRENCH_FORCE, value_parser = parse_force, help_heading = OUTPUT)]
-    pub wrench_force: f64,
-    /// In a copy of a bag, repeat the messages of a Unitree robot on this topic as /footfall/lowstate, with a
-    /// `foot_force` of 100 for each standing foot and 0 for the others
-    #[arg(long, value_name = "TOPIC", help_heading = OUTPUT)]
-    pub lowstate: Option<String>,
-    /// Factor of the loads that are the forces instead of decisions.
-    #[arg(
-        long,
-        value_name = "FACTOR",
-        requires = "lowstate",
-        allow_negative_numbers = true,
-        value_parser = parse_scale,
-        help = "With --lowstate, write the loads times this factor, rounded, as forces",
-        help_heading = OUTPUT
-    )]
-    pub lowstate_scale: Option<f64>,
+/// Foot of a recording before it is estimated.
+struct StoredFoot {
+    /// Names of the foot in the recording.
+    names: Vec<String>,
+    stored: Stored,
 }
 
-/// A foot with its estimates.
+/// Foot with its estimates.
 struct ReplayedFoot {
     results: Replayed,
     /// Picture of the foot, if drawn.
     picture: Option<Picture>,
 }
 
-/// A foot whose contacts go into a copy of its bag.
-#[cfg_attr(not(feature = "bags"), expect(dead_code, reason = "only a copy of a bag reads it"))]
-struct CopiedFoot {
-    /// Bag of the foot.
+/// Recording with the estimates of all its feet.
+struct ReplayedRecording {
     file: String,
-    /// Name of the foot, in the topics of its contacts.
-    name: String,
-    /// Its place in messages of all feet, if its names have one.
-    place: Option<usize>,
-    /// Its samples.
-    stored: Stored,
-    /// Parameters of its estimate.
-    params: Params,
-    /// Part of the recording whose contacts are written.
-    span: Span,
-    /// Events in that part.
-    events: Vec<ContactEvent>,
+    /// Notices about reading the recording.
+    notices: Vec<Notice>,
+    /// Details of the recognised format.
+    details: Vec<String>,
+    /// Names of all its feet in the recording.
+    names: Vec<String>,
+    /// Feet whose contacts go into a copy of the bag.
+    copied: Vec<CopiedFoot>,
+    feet: Vec<ReplayedFoot>,
 }
 
 impl ReplayArguments {
@@ -188,7 +146,7 @@ impl ReplayArguments {
             self.estimate_recording(&resolved, input, span, jobs, &bars)
         });
         let replayed: Vec<ReplayedRecording> = replayed.into_iter().collect::<Result<_, _>>()?;
-        let names = replayed.iter().flat_map(|recording| recording.names.iter().flatten());
+        let names = replayed.iter().flat_map(|recording| &recording.names);
         let names: Vec<&str> = names.map(String::as_str).collect();
         resolved.check_axes(&names)?;
         resolved.unused_feet(&names).into_iter().for_each(warn);
@@ -209,13 +167,15 @@ impl ReplayArguments {
             return Err(Error::NothingInSpan(files.collect::<Vec<_>>().join(", ")));
         }
         // The names of pictures of several feet are known only now.
-        let pictures = self.plot.as_deref().map(|path| picture_paths(path, &feet));
+        let names = feet.iter().map(|foot| foot.results.summary.recording.as_str());
+        let names: Vec<&str> = names.collect();
+        let pictures = self.plot.as_deref().map(|path| pictures::paths(path, &names));
         let pictures = pictures.unwrap_or_default();
         pictures.iter().try_for_each(|path| self.overwrite.existing().check(path))?;
         #[cfg(feature = "bags")]
         if let Some(bag) = self.bag() {
             let to = (bag, self.overwrite.existing());
-            self.copied.copy(&self.inputs, to, &mut copied, self.estimate_again)?;
+            bag_copy::write(&self.inputs, &mut copied, &self.copied, self.estimate_again, to)?;
         }
         self.write(feet, &pictures)
     }
@@ -229,24 +189,7 @@ impl ReplayArguments {
         let picture = self.plot.as_deref().map(Target::Drawing);
         let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
         files::check(&self.inputs, &all, self.overwrite.existing())?;
-        self.copied.check(self.bag())?;
-        if let Some(bag) = self.bag() {
-            let file = bag.display().to_string();
-            let folder = bag.parent().filter(|folder| *folder != Path::new(""));
-            let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok();
-            for input in &self.inputs {
-                let is_pipe = input.exists() && !input.is_file() && !input.is_dir();
-                if is_pipe || input == Path::new(STANDARD) {
-                    return Err(OutputError::ReadTwice(file));
-                }
-                if let (Some(folder), Ok(input)) = (&folder, input.canonicalize())
-                    && input.is_dir()
-                    && folder.starts_with(&input)
-                {
-                    return Err(OutputError::OverInput(file));
-                }
-            }
-        }
+        self.copied.check(&self.inputs, self.bag())?;
         if self.json && self.fills_stdout() {
             return Err(OutputError::StdoutTwice);
         }
@@ -275,81 +218,93 @@ impl ReplayArguments {
         bars: &Bars,
     ) -> Result<ReplayedRecording, Error> {
         let started = Instant::now();
-        let opened = progress::open(input, self.recording.reading.format, bars)?;
-        let format = opened.format();
-        if let Some(bag) = self.bag()
-            && format.content() != Content::Messages
-        {
-            let file = bag.display().to_string();
-            return Err(OutputError::BagsOnly(file).into());
-        }
-        let file = input.display().to_string();
-        let input_options = InputOptions {
-            contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..self.recording.reading.input_options(resolved)
-        };
-        let mut stored = opened.store_all(&input_options)?;
-        let names_of = |stored: &Stored| {
-            let names = stored.about.names().into_iter();
-            names.map(str::to_owned).collect()
-        };
-        let names: Vec<Vec<String>> = stored.iter().map(names_of).collect();
-        options::check_begin(&file, self.from, &stored)?;
-        if let Some(name) = files::name_among(&self.inputs, input) {
-            for foot in &mut stored {
-                foot.about.name.clone_from(&name);
-            }
-        }
+        let (format, feet) = self.read(resolved, input, bars)?;
         let read = Instant::now();
+        let file = input.display().to_string();
         let params = resolved.params(format);
         resolved.origins(&file).check_effects(&params)?;
-        let notices = self.notices(&file, format, &params, &stored);
-        let has_recorded_contacts_only = stored.iter().all(Stored::has_estimates);
-        let run = RecordingRun {
-            resolved,
-            file: &file,
-            format,
-            requested: self.requested(span, stored.len()),
-            bars,
-        };
+        let notices = self.notices(&file, format, &params, &feet);
+        let has_recorded_contacts_only = feet.iter().all(|foot| foot.stored.has_estimates());
+        let requested = self.requested(span, feet.len());
+        let run = RecordingRun { resolved, file: &file, format, requested, bars };
         // Each foot is estimated once, on any thread.
-        let stored = stored.into_iter().map(Mutex::new);
-        let stored: Vec<_> = names.iter().zip(stored).collect();
+        let feet: Vec<_> = feet.into_iter().map(Mutex::new).collect();
         // Several recordings already keep all cores busy.
         let jobs = if self.inputs.len() == 1 { jobs } else { NonZeroUsize::MIN };
-        let replayed = jobs::run(&stored, jobs, |(names, stored)| {
-            let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
-            self.estimate_foot(&run, names, &mut stored)
+        let replayed = jobs::run(&feet, jobs, |foot| {
+            let mut foot = foot.lock().unwrap_or_else(PoisonError::into_inner);
+            self.estimate_foot(&run, &mut foot)
         });
         let body = Body::of(&self.copied.compat)?;
-        let (mut feet, mut copied, mut details) = (Vec::new(), Vec::new(), Vec::new());
-        for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
-            let (foot, events) = replayed?;
-            let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
-            details.push(recognised(&stored.about, &foot.results.summary));
-            copied.extend(events.map(|events| CopiedFoot {
+        let mut recording = ReplayedRecording {
+            file: file.clone(),
+            notices,
+            details: Vec::new(),
+            names: Vec::new(),
+            copied: Vec::new(),
+            feet: Vec::new(),
+        };
+        for (foot, replayed) in feet.into_iter().zip(replayed) {
+            let (replayed, events) = replayed?;
+            let foot = foot.into_inner().unwrap_or_else(PoisonError::into_inner);
+            let StoredFoot { names, stored } = foot;
+            recording.details.push(recognised(&stored.about, &replayed.results.summary));
+            recording.copied.extend(events.map(|events| CopiedFoot {
                 file: file.clone(),
                 name: names.first().cloned().unwrap_or_default(),
                 place: names.iter().find_map(|name| body.place(name)),
                 stored,
-                params: params_of(resolved, names, format),
+                params: params_of(resolved, &names, format),
                 span,
                 events,
             }));
-            feet.push(foot);
+            recording.names.extend(names);
+            recording.feet.push(replayed);
         }
         let parameters = if has_recorded_contacts_only {
             "the estimates are recorded contacts".to_owned()
         } else {
             self.recording.parameters_text(&params, format)
         };
-        details.push(format!("{file}: format {}; {parameters}", format.name()));
-        details.push(format!(
+        recording.details.push(format!("{file}: format {}; {parameters}", format.name()));
+        recording.details.push(format!(
             "{file}: {:.2} s to read, {:.2} s to estimate",
             (read - started).as_secs_f64(),
             read.elapsed().as_secs_f64()
         ));
-        Ok(ReplayedRecording { feet, names, copied, file, notices, details })
+        Ok(recording)
+    }
+
+    /// Reads the feet of a recording.
+    fn read(
+        &self,
+        resolved: &Resolved,
+        input: &Path,
+        bars: &Bars,
+    ) -> Result<(Format, Vec<StoredFoot>), Error> {
+        let opened = progress::open(input, self.recording.reading.format, bars)?;
+        let format = opened.format();
+        if let Some(bag) = self.bag()
+            && format.content() != Content::Messages
+        {
+            return Err(OutputError::BagsOnly(bag.display().to_string()).into());
+        }
+        let input_options = InputOptions {
+            contacts: ContactUse::unless_estimated(self.estimate_again),
+            ..self.recording.reading.input_options(resolved)
+        };
+        let stored = opened.store_all(&input_options)?;
+        options::check_begin(&input.display().to_string(), self.from, &stored)?;
+        let name = files::name_among(&self.inputs, input);
+        let foot = |mut stored: Stored| {
+            let names = stored.about.names().into_iter();
+            let names = names.map(str::to_owned).collect();
+            if let Some(name) = &name {
+                stored.about.name.clone_from(name);
+            }
+            StoredFoot { names, stored }
+        };
+        Ok((format, stored.into_iter().map(foot).collect()))
     }
 
     /// Returns the notices about a recording, before it is estimated.
@@ -358,21 +313,21 @@ impl ReplayArguments {
         file: &str,
         format: Format,
         params: &Params,
-        stored: &[Stored],
+        feet: &[StoredFoot],
     ) -> Vec<Notice> {
         let preset = self.recording.preset;
         let mut notices = Vec::new();
-        if stored.iter().any(Stored::has_estimates) {
+        if feet.iter().any(|foot| foot.stored.has_estimates()) {
             let RecordingArguments { config, reading, .. } = &self.recording;
             let config = config.as_deref();
             let ineffective = estimator_options(preset, config, self.window, &reading.mounting);
             notices.extend(without_effect(file, &ineffective));
         }
-        for Stored { about, .. } in stored {
-            notices.extend(about.notices.iter().cloned());
+        for foot in feet {
+            notices.extend(foot.stored.about.notices.iter().cloned());
         }
-        for stored in stored.iter().filter(|stored| !stored.has_estimates()) {
-            let about = &stored.about;
+        for foot in feet.iter().filter(|foot| !foot.stored.has_estimates()) {
+            let about = &foot.stored.about;
             notices.extend(preset.window_notice(format, params, &about.name, about.sample_rate));
         }
         notices
@@ -405,14 +360,13 @@ impl ReplayArguments {
     fn estimate_foot(
         &self,
         run: &RecordingRun<'_>,
-        names: &[String],
-        stored: &mut Stored,
+        StoredFoot { names, stored }: &mut StoredFoot,
     ) -> Result<(ReplayedFoot, Option<Vec<ContactEvent>>), Error> {
         let RecordingRun { resolved, file, format, requested, bars } = run;
         let drawing = self.plot.as_deref().map(Drawing::of);
         let mut observer = FootObserver {
             bar: bars.estimating(stored.about.samples as u64),
-            picture: drawing.map(|drawing| Picture::new(drawing, stored, requested.span)),
+            picture: drawing.map(|drawing| Picture::new(drawing, &stored.about, requested.span)),
             events: self.bag().map(|_| Vec::new()),
         };
         let params = params_of(resolved, names, *format);
@@ -458,7 +412,8 @@ impl ReplayArguments {
             write_events((path, existing), &mut feet, names)?;
             written.push(path.clone());
         }
-        write_pictures(pictures, existing, &mut feet)?;
+        let drawn = feet.iter_mut().filter_map(|foot| foot.picture.take());
+        pictures::write(pictures, existing, drawn)?;
         written.extend_from_slice(pictures);
         let style =
             if self.fills_stdout() { SummaryStyle::Silent } else { SummaryStyle::of(self.json) };
@@ -474,11 +429,6 @@ fn params_of(resolved: &Resolved, names: &[String], format: Format) -> Params {
     resolved.params_of(&names, format)
 }
 
-/// Returns whether the file is a bag by its name.
-fn is_bag(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
-}
-
 /// Returns the recognised properties of a recording.
 fn recognised(about: &About, summary: &Summary) -> String {
     let gravity = word_of(&GRAVITIES, about.gravity);
@@ -491,87 +441,6 @@ fn recognised(about: &About, summary: &Summary) -> String {
         about.duration_s(),
         about.sample_rate,
     )
-}
-
-impl CopiedArguments {
-    /// Checks that the options apply: there is a copy, or none of them is given.
-    fn check(&self, bag: Option<&Path>) -> Result<(), OutputError> {
-        let option = match (&self.compat[..], &self.lowstate) {
-            ([], None) => return Ok(()),
-            (_, Some(_)) => "--lowstate",
-            (_, None) => "--compat",
-        };
-        if bag.is_none() {
-            return Err(OutputError::NoCopy(option));
-        }
-        let body = Body::of(&self.compat)?;
-        match &self.lowstate {
-            Some(_) if body == Body::Biped => Err(MixedBodies("--lowstate"))?,
-            Some(_) if self.compat.contains(&Compat::Unitree) => {
-                return Err(OutputError::LowStateTwice);
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// Copies the bags `inputs` with the contacts and events of their feet.
-    ///
-    /// # Errors
-    /// Two bags have the same foot, or the copy cannot be written.
-    #[cfg(feature = "bags")]
-    fn copy(
-        &self,
-        inputs: &[PathBuf],
-        to: (&Path, Existing),
-        feet: &mut [CopiedFoot],
-        again: bool,
-    ) -> Result<(), Error> {
-        let options = AllFeetOptions {
-            compats: self.compat.clone(),
-            wrench_force: self.wrench_force,
-            low_states: self
-                .lowstate
-                .clone()
-                .map(|topic| LowStateSource { topic, scale: self.lowstate_scale }),
-        };
-        // Parts that end early were reported when the samples were read.
-        bag_copy::write(inputs, feet, &options, again, to)?;
-        Ok(())
-    }
-}
-
-/// Parses a factor of loads.
-fn parse_scale(text: &str) -> Result<f64, &'static str> {
-    let scale = text.parse().ok();
-    scale
-        .filter(|scale: &f64| scale.is_finite() && *scale != 0.0)
-        .ok_or("write a number other than 0")
-}
-
-/// Picture of a foot.
-enum Picture {
-    /// A figure of its own.
-    Figure(RecordingPlot),
-    /// Its part of a page.
-    Page(PageFoot),
-}
-
-impl Picture {
-    /// Creates the picture for the part `span` of a foot, without samples.
-    fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
-        let name = stored.about.title();
-        let about = &stored.about;
-        let (from_s, to_s) = span.within(about.duration_us);
-        let span = plot::span(from_s, to_s - from_s, about.sample_rate);
-        match drawing {
-            Drawing::Page => Self::Page(PageFoot::new(&name, about, span)),
-            Drawing::Svg => {
-                let (start_us, load) = (about.start_us, &about.load_title);
-                Self::Figure(RecordingPlot::new(&name, start_us, load, span))
-            }
-        }
-    }
 }
 
 /// Observer of the estimation of a foot: progress bar, picture and events.
@@ -589,10 +458,8 @@ impl Observer for FootObserver {
     }
 
     fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
-        match &mut self.picture {
-            Some(Picture::Figure(figure)) => figure.add(sample, estimate),
-            Some(Picture::Page(page)) => page.add(sample, estimate),
-            None => {}
+        if let Some(picture) = &mut self.picture {
+            picture.add(sample, estimate);
         }
     }
 
@@ -600,10 +467,8 @@ impl Observer for FootObserver {
         if let Some(events) = &mut self.events {
             events.push(*event);
         }
-        match &mut self.picture {
-            Some(Picture::Figure(figure)) => figure.add_event(event),
-            Some(Picture::Page(page)) => page.add_event(event),
-            None => {}
+        if let Some(picture) = &mut self.picture {
+            picture.add_event(event);
         }
     }
 }
@@ -619,41 +484,4 @@ fn write_events(
         let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
         parts.try_for_each(|part| part.write(to))
     })
-}
-
-/// Returns the paths of the pictures: one page of all feet, or a figure for each.
-fn picture_paths(path: &Path, feet: &[ReplayedFoot]) -> Vec<PathBuf> {
-    if feet.len() == 1 || Drawing::of(path) == Drawing::Page {
-        return vec![path.to_owned()];
-    }
-    let mut paths = Vec::new();
-    for foot in feet {
-        let path = files::path_of_foot(path, &foot.results.summary.recording);
-        // Foot names may differ only in characters that file names cannot hold.
-        paths.push(files::unused_path(path, &paths));
-    }
-    paths
-}
-
-/// Writes the page of all feet, or the figure of each, to these paths.
-fn write_pictures(
-    paths: &[PathBuf],
-    existing: Existing,
-    feet: &mut [ReplayedFoot],
-) -> Result<(), OutputError> {
-    let mut page = Vec::new();
-    let mut figures = Vec::new();
-    for picture in feet.iter_mut().filter_map(|foot| foot.picture.take()) {
-        match picture {
-            Picture::Page(foot) => page.push(foot),
-            Picture::Figure(figure) => figures.push(figure),
-        }
-    }
-    for (path, figure) in paths.iter().zip(figures) {
-        write_file(path, existing, |to| to.write_all(figure.svg()?.as_bytes()))?;
-    }
-    match paths {
-        [path] if !page.is_empty() => write_file(path, existing, |to| page::write(page, to)),
-        _ => Ok(()),
-    }
 }

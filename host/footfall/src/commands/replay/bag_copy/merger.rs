@@ -1,6 +1,6 @@
-//! Copy of a bag with the contacts and events of its feet added to the other messages, for `footfall replay --output`.
-//! It may repeat the states of a Unitree robot with forces of the feet from the estimates, for programs that compare
-//! the forces with a threshold.
+//! Writes the copy of bags: merges the contacts and events of their feet into the other messages. It may repeat the
+//! states of a Unitree robot with forces of the feet from the estimates, for programs that compare the forces with a
+//! threshold.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -14,40 +14,20 @@ use recordings::events::ContactEvent;
 use recordings::input::About;
 use recordings::input::bag::{Channel, MessageTimes, Replacement, copy_merged};
 
-use super::CopiedFoot;
+use super::{CopiedFoot, CopyArguments};
 use crate::error::Error;
 use crate::files::{Existing, write_file};
 use crate::ros::compat::{Body, FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
 use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
-use crate::ros::{AllFeet, Compat, EstimateMessages, McapFile, Published, RosMessage};
+use crate::ros::{AllFeet, EstimateMessages, McapFile, Published, RosMessage};
 
-/// Messages of all feet that the copy contains in addition.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct AllFeetOptions {
-    /// Programs whose messages are written.
-    pub(super) compats: Vec<Compat>,
-    /// Force of a foot that stands, N, in messages of [`Compat::Wrench`].
-    pub(super) wrench_force: f64,
-    /// States of the robot that are written again with the forces of the estimates.
-    pub(super) low_states: Option<LowStateSource>,
-}
-
-impl AllFeetOptions {
+impl CopyArguments {
     /// Topics of the messages about a robot.
     fn topics(&self, body: Body) -> impl Iterator<Item = String> {
-        let compats = self.compats.iter().flat_map(move |compat| compat.topics(body));
-        let low_states = self.low_states.iter();
+        let compats = self.compat.iter().flat_map(move |compat| compat.topics(body));
+        let low_states = self.lowstate.iter();
         compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
-    }
-
-    /// Returns the option that requests messages of all feet, if any.
-    fn option(&self) -> Option<&'static str> {
-        match (&self.low_states, &self.compats[..]) {
-            (Some(_), _) => Some("--lowstate"),
-            (None, [_, ..]) => Some("--compat"),
-            (None, []) => None,
-        }
     }
 
     /// Checks that each foot has its own place in the messages, and each place a foot. A missing foot may be standing.
@@ -64,8 +44,8 @@ impl AllFeetOptions {
             let free = absent.first().copied();
             return Err(Error::NoPlace { name: foot.name.clone(), names: body.names(), free });
         }
-        let are_of_one = self.compats.iter().all(|compat| compat.is_of_one());
-        if absent.is_empty() || self.low_states.is_none() && are_of_one {
+        let are_of_one = self.compat.iter().all(|compat| compat.is_of_one());
+        if absent.is_empty() || self.lowstate.is_none() && are_of_one {
             return Ok(());
         }
         Err(Error::AbsentFeet {
@@ -76,40 +56,29 @@ impl AllFeetOptions {
     }
 }
 
-/// Source of the states, and unit of their forces.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct LowStateSource {
-    /// Topic of the robot's states.
-    pub(super) topic: String,
-    /// Factor of the loads; `None` for decisions, [`STANDS`] or 0.
-    pub(super) scale: Option<f64>,
-}
-
-/// Copies the messages of the bags `inputs`, in order of their times of writing, with the contacts and events of their feet to the MCAP file
-/// `path`.
+/// Copies the messages of the bags `inputs`, in order of their times of writing, with the contacts and events of their
+/// feet to the MCAP file `path`.
 ///
-/// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those of the
-/// samples. Recorded contacts are copied like other messages, but omitted if the estimate is made `again`. Returns a
-/// sentence about each part that ends early.
+/// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those of
+/// the samples. Recorded contacts are copied like other messages, but omitted if the estimate is made `again`.
 ///
 /// # Errors
 /// Two bags have the same foot, a bag has a topic of the copy, none has the robot's states, or cannot be read or written.
-pub(super) fn write(
+pub(in super::super) fn write(
     inputs: &[PathBuf],
     feet: &mut [CopiedFoot],
-    options: &AllFeetOptions,
+    arguments: &CopyArguments,
     again: bool,
     (path, existing): (&Path, Existing),
-) -> Result<Vec<String>, Error> {
-    let mut notices = Vec::new();
+) -> Result<(), Error> {
     let files: Vec<String> = inputs.iter().map(|input| input.display().to_string()).collect();
     check_names(feet)?;
-    let body = Body::of(&options.compats)?;
-    if let Some(option) = options.option() {
+    let body = Body::of(&arguments.compat)?;
+    if let Some(option) = arguments.option() {
         if feet.iter().any(|foot| foot.stored.has_estimates()) {
             return Err(Error::CopiedContacts { file: files.join(", "), option });
         }
-        options.check_places(body, feet)?;
+        arguments.check_places(body, feet)?;
     }
     write_file(path, existing, |to| {
         let mut bag = McapFile::new(NoSeek::new(to))?;
@@ -123,9 +92,9 @@ pub(super) fn write(
             names.push(name);
         }
         let topics = streams.iter().flat_map(EstimateStream::topics);
-        let topics = topics.chain(options.topics(body)).collect();
-        let AllFeetOptions { compats, wrench_force, .. } = options;
-        let all_feet = (!compats.is_empty()).then(|| AllFeet::new(compats, *wrench_force));
+        let topics = topics.chain(arguments.topics(body)).collect();
+        let CopyArguments { compat, wrench_force, .. } = arguments;
+        let all_feet = (!compat.is_empty()).then(|| AllFeet::new(compat, *wrench_force));
         let all_feet = all_feet.transpose().map_err(|error| wrapped(error.into()))?;
         let mut merger = Merger {
             file: "",
@@ -135,23 +104,22 @@ pub(super) fn write(
             places,
             again,
             all_feet,
-            low_state: options.low_states.as_ref().map(LowStateForces::new),
+            low_state: LowStateForces::of(arguments),
         };
         let copied = copy_merged(inputs, &mut |index, channel, times, payload| {
             merger.file = &files[index];
             merger.message(channel, times, payload)
         });
-        notices.extend(copied.map_err(|error| wrapped(error.into()))??);
+        // Parts that end early were reported when the samples were read.
+        copied.map_err(|error| wrapped(error.into()))??;
         merger.messages_until(i64::MAX)?;
-        if let Some(states) = &options.low_states
-            && merger.low_state.is_some_and(|state| !state.is_found)
-        {
+        if let Some(states) = merger.low_state.filter(|states| !states.is_found) {
             let what = "the bag has no message on it".to_owned();
             return Err(no_forces(&files.join(", "), &states.topic, what));
         }
         bag.finish()
     })?;
-    Ok(notices)
+    Ok(())
 }
 
 /// Checks that no two bags have a foot of the same name.
@@ -350,7 +318,10 @@ const FORCES: [&str; 4] = ["foot_force[0]", "foot_force[1]", "foot_force[2]", "f
 
 /// Newest forces, and the fields that they replace.
 struct LowStateForces {
-    of: LowStateSource,
+    /// Topic of the robot's states.
+    topic: String,
+    /// Factor of the loads; `None` for decisions, [`STANDS`] or 0.
+    scale: Option<f64>,
     /// Forces in the order of [`FEET`].
     forces: [f64; FEET.len()],
     /// Fields of the messages of the newest channel.
@@ -360,13 +331,21 @@ struct LowStateForces {
 }
 
 impl LowStateForces {
-    fn new(of: &LowStateSource) -> Self {
-        Self { of: of.clone(), forces: [0.0; FEET.len()], replacement: None, is_found: false }
+    /// Returns the forces before the first message, if they are wanted.
+    fn of(arguments: &CopyArguments) -> Option<Self> {
+        let topic = arguments.lowstate.clone()?;
+        Some(Self {
+            topic,
+            scale: arguments.lowstate_scale,
+            forces: [0.0; FEET.len()],
+            replacement: None,
+            is_found: false,
+        })
     }
 
     /// Sets the force of a foot in the order of [`FEET`]; an unknown load is 0.
     fn set(&mut self, place: usize, stands: bool, load: Option<Load>) {
-        self.forces[place] = match self.of.scale {
+        self.forces[place] = match self.scale {
             Some(scale) => load.map_or(0.0, |load| scale * f64::from(load.0)),
             None if stands => f64::from(STANDS),
             None => 0.0,
@@ -378,7 +357,7 @@ impl LowStateForces {
     /// # Errors
     /// Half a sentence: the message has no forces of four feet.
     fn replaced(&mut self, channel: &Channel, message: &[u8]) -> Result<Option<Vec<u8>>, String> {
-        if channel.topic != self.of.topic {
+        if channel.topic != self.topic {
             return Ok(None);
         }
         self.is_found = true;
@@ -439,12 +418,10 @@ mod tests {
             }
         };
         let mut feet = ["front left", "front_left"].map(foot);
-        let options = AllFeetOptions::default();
-        {
-            let to = path("contacts.mcap");
-            write(&[path("walk.mcap")], &mut feet, &options, false, (&to, Existing::Kept)).unwrap()
-        };
-        let bytes = std::fs::read(path("contacts.mcap")).unwrap();
+        let arguments = CopyArguments::default();
+        let to = path("contacts.mcap");
+        write(&[path("walk.mcap")], &mut feet, &arguments, false, (&to, Existing::Kept)).unwrap();
+        let bytes = std::fs::read(to).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let counts = summary.stats.unwrap().channel_message_counts;
         for part in ["front_left", "front_left_2"] {
