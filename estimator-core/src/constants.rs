@@ -66,7 +66,7 @@ pub struct Constants {
     pub turn_part: f32,
     /// Weight of the turn relative to the acceleration, if both separate stances from swings equally well.
     ///
-    /// With 0 only the acceleration decides. Default: 1.5; `docs/design/choosing.md` has its gain and its cost.
+    /// With 0 only the acceleration decides. Default: 1.5; `docs/design/parts.md` has its gain and its cost.
     pub turn_weight: f32,
     /// Largest distance of acceleration and turn from their edges that counts, as a part of the distance of their
     /// classes.

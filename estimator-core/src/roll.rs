@@ -10,7 +10,7 @@
 //! ```
 //!
 //! The second limit is for a point foot below a leg that sweeps over it. Such a foot turns in each stance, and its
-//! stances must not be lost. `docs/design/choosing.md` has the reasons for the constants.
+//! stances must not be lost. `docs/design/rolling.md` has the alternatives.
 
 use crate::constants::Constants;
 use crate::math::{Order, exp};

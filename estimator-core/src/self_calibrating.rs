@@ -23,7 +23,7 @@
 //! The same edges judge parts of the motion: across up (tangential), along up (vertical), and along and about each axis
 //! alone. No part is less probable than the whole.
 //!
-//! `docs/design/method.md` has all equations, `docs/design/choosing.md` the reasons, and
+//! `docs/design/method.md` has all equations, `docs/design/parts.md` the reasons, and
 //! `docs/design/estimate.md` the alternatives.
 
 use crate::axis::PerAxis;

@@ -3,7 +3,7 @@
 //! before.
 //!
 //! These motions were not recorded on a robot: they are sums of sines with the noise of the sensor.
-//! `docs/design/choosing.md` lists motions that no IMU can distinguish from rest.
+//! `docs/guide/limits.md` lists motions that no IMU can distinguish from rest.
 
 use std::f64::consts::TAU;
 
