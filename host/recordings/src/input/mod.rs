@@ -37,7 +37,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
 
-use crate::compressed::decompressed;
+use crate::compressed::{decompressed, without_ending};
 use crate::file_kind::{self, FileKind};
 use crate::utf16::in_utf8;
 use error::OptionsFor;
@@ -54,7 +54,6 @@ pub use options::{
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
 pub use stored::{About, Loaded, RecordedEstimate, Repairs, Stored};
-pub use table::reader::recording_name;
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {
@@ -224,6 +223,13 @@ pub fn read(
     input_options: &InputOptions,
 ) -> Result<Loaded, InputError> {
     Opened::new(path, Some(format))?.read(input_options)
+}
+
+/// Title of a recording: the file's name without its extension and that of its compression.
+#[must_use]
+pub fn recording_name(path: &Path) -> String {
+    let stem = without_ending(path).file_stem().unwrap_or(path.as_os_str());
+    stem.to_string_lossy().into_owned()
 }
 
 crate::named! {

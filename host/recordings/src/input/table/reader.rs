@@ -4,12 +4,10 @@
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::io::{self, Chain, Cursor, Read};
-use std::path::Path;
 use std::rc::Rc;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
-use crate::compressed::without_ending;
 use crate::input::error::{InputError, Place, Problem, RowPlace};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::options::{Decimal, is_ours};
@@ -43,11 +41,12 @@ pub(in crate::input) struct Table {
 impl Table {
     /// Opens a file that is known to be a table.
     #[cfg(test)]
-    pub(in crate::input) fn open(path: &Path) -> Result<Self, InputError> {
+    pub(in crate::input) fn open(path: &std::path::Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
         let opened = std::fs::File::open(path)
             .and_then(|file| crate::compressed::decompressed(Box::new(file)));
-        let table = opened.and_then(|text| Self::of(name.clone(), recording_name(path), text));
+        let table = opened
+            .and_then(|text| Self::of(name.clone(), crate::input::recording_name(path), text));
         table.map_err(|source| InputError::unreadable(&name, source))
     }
 
@@ -213,13 +212,6 @@ impl Table {
 /// Prepends bytes that were already read to the rest.
 pub(in crate::input) fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Read> {
     Box::new(Cursor::new(bytes).chain(rest))
-}
-
-/// Title of a recording: the file's name without its extension and that of its compression.
-#[must_use]
-pub fn recording_name(path: &Path) -> String {
-    let stem = without_ending(path).file_stem().unwrap_or(path.as_os_str());
-    stem.to_string_lossy().into_owned()
 }
 
 /// A row of the table.
