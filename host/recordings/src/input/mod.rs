@@ -418,14 +418,10 @@ impl Readable {
     /// Files of a rosbag2 in its folder.
     fn folder(path: &Path) -> Result<Vec<ContainerFile>, InputError> {
         let file = path.display().to_string();
-        let entries = fs::read_dir(path).map_err(|source| InputError::unreadable(&file, source))?;
-        let mut paths: Vec<PathBuf> = entries
-            .filter_map(|entry| Some(entry.ok()?.path()))
-            .filter(|path| is_part(path))
-            .collect();
-        paths.sort_by_key(|path| (number_at_the_end(path), path.clone()));
+        let entries = fs::read_dir(path).map(|entries| entries.map(|entry| Ok(entry?.path())));
+        let paths = entries.and_then(parts_among);
         let mut parts = Vec::new();
-        for path in paths {
+        for path in paths.map_err(|source| InputError::unreadable(&file, source))? {
             let file = path.display().to_string();
             let opened = Recognised::file(&path, |file, _| Box::new(file));
             match opened.map_err(|source| InputError::unreadable(&file, source))? {
@@ -507,6 +503,17 @@ fn beginning(file: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(first)
 }
 
+/// Files of a rosbag2 among the entries of its folder, in the order of their times.
+///
+/// # Errors
+/// The folder cannot be read to its end: a file could be missing from the result.
+fn parts_among(entries: impl Iterator<Item = io::Result<PathBuf>>) -> io::Result<Vec<PathBuf>> {
+    let mut paths: Vec<PathBuf> = entries.collect::<io::Result<_>>()?;
+    paths.retain(|path| is_part(path));
+    paths.sort_by_key(|path| (number_at_the_end(path), path.clone()));
+    Ok(paths)
+}
+
 /// Returns whether this is the name of a file of a rosbag2.
 fn is_part(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -550,5 +557,18 @@ mod tests {
              parquet, mcap, rosbag2, rosbag1"
                 .to_owned())
         );
+    }
+
+    #[test]
+    fn folder_that_fails_midway_is_an_error() {
+        let entry = |name: &str| Ok(PathBuf::from(name));
+        let entries =
+            || [entry("walk/walk_10.db3"), entry("walk/metadata.yaml"), entry("walk/walk_2.db3")];
+        let paths = parts_among(entries().into_iter()).expect("all entries are readable");
+        assert_eq!(paths, ["walk/walk_2.db3", "walk/walk_10.db3"].map(PathBuf::from));
+        let broken = Err(io::Error::from(io::ErrorKind::StaleNetworkFileHandle));
+        let error =
+            parts_among(entries().into_iter().chain([broken])).expect_err("an entry is missing");
+        assert_eq!(error.kind(), io::ErrorKind::StaleNetworkFileHandle);
     }
 }
