@@ -105,7 +105,7 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
     let mut events = Events::default();
     for contact in stored.estimates()?.into_iter().flatten() {
         let contact = contact?;
-        events.add(&contact.moved);
+        events.add(&contact.with_motion);
         columns.push(&contact.estimate, about.start_us);
     }
     let findings = findings_beside_contacts(&check).into_iter();

@@ -131,7 +131,7 @@ fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io
         if results.span.is_before(recorded.estimate.timestamp) {
             break;
         }
-        results.add(&recorded.sample, &recorded.estimate, &recorded.moved)?;
+        results.add(&recorded.sample, &recorded.estimate, &recorded.with_motion)?;
     }
     Ok(Replayed { findings: findings_beside_contacts(&check), ..results.finish()? })
 }
@@ -196,14 +196,14 @@ impl<'a, O: Observer> Results<'a, O> {
         })
     }
 
-    /// Adds the estimate of the next sample. `moved` is the same estimate with everything known about the foot's motion.
+    /// Adds the estimate of the next sample. `with_motion` is the same estimate with everything known about the foot's motion.
     fn add(
         &mut self,
         sample: &RecordedSample,
         estimate: &ContactEstimate,
-        moved: &ContactEstimate,
+        with_motion: &ContactEstimate,
     ) -> io::Result<()> {
-        self.events.add(moved);
+        self.events.add(with_motion);
         while let Some(event) = self.events.pop() {
             self.add_event(&event)?;
         }

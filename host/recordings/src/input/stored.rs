@@ -594,7 +594,7 @@ pub struct RecordedEstimate {
     /// The estimate; numbers that were not recorded with it are NaN.
     pub estimate: ContactEstimate,
     /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
-    pub moved: ContactEstimate,
+    pub with_motion: ContactEstimate,
 }
 
 /// Age up to which a load with its own stream is valid, µs: half of the shortest stance of a walking robot. It must
@@ -654,12 +654,18 @@ impl RecordedEstimates<'_> {
             label: newest.and_then(|(age_us, newest)| newest.label.filter(|_| age_us == 0)),
         };
         let estimate = contact.estimate(timestamp);
-        let moved = ContactEstimate {
+        let with_motion = ContactEstimate {
             orientation: contact.orientation,
             linear_acceleration: LinearAcceleration(contact.acceleration),
             ..estimate
         };
-        Ok(RecordedEstimate { sample, new_age_us, is_valid: contact.is_valid, estimate, moved })
+        Ok(RecordedEstimate {
+            sample,
+            new_age_us,
+            is_valid: contact.is_valid,
+            estimate,
+            with_motion,
+        })
     }
 }
 

@@ -225,7 +225,7 @@ impl<'a> RowSender<'a> {
             let (sample, estimate) = (recorded.sample, recorded.estimate);
             let axes = estimate.probabilities.axes;
             let are_known = axes.to_array().iter().all(|p| p.is_finite());
-            let orientation = recorded.moved.orientation;
+            let orientation = recorded.with_motion.orientation;
             let sigma = estimate.velocity_sigma.0;
             let row = ContactRow {
                 axes: are_known.then_some(axes),
