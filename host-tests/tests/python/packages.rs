@@ -9,20 +9,22 @@ use super::{environment, unmet};
 
 /// An interpreter, and the folder with the packages, which goes into `PYTHONPATH`.
 pub struct Packages {
-    pub interpreter: PathBuf,
-    pub folder: PathBuf,
+    interpreter: PathBuf,
+    folder: PathBuf,
 }
 
 impl Packages {
+    /// Command that runs a script with the packages.
+    pub fn command(&self, script: &str) -> Command {
+        let mut command = Command::new(&self.interpreter);
+        command.arg(script).env("PYTHONPATH", &self.folder);
+        command
+    }
+
     /// Runs a script, and returns its trimmed output.
-    #[allow(dead_code, reason = "tests of some features run their scripts otherwise")]
+    #[allow(dead_code, reason = "the tests of ROS 2 alone change the command")]
     pub fn run(&self, script: &str, arguments: &[&dyn AsRef<OsStr>]) -> String {
-        let output = Command::new(&self.interpreter)
-            .arg(script)
-            .args(arguments)
-            .env("PYTHONPATH", &self.folder)
-            .output()
-            .expect("Python runs");
+        let output = self.command(script).args(arguments).output().expect("Python runs");
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{script}: {error}");
         String::from_utf8_lossy(&output.stdout).trim().to_owned()

@@ -1,10 +1,9 @@
 //! Tests of `footfall replay` on files that other programs write: comma decimals, counts, bags of ROS 1.
 
 use std::fs;
-use std::process::Command;
 
 use crate::common::{Bench, assert_has, read, text};
-use crate::packages::{self, Packages};
+use crate::packages;
 use crate::record::{column, count};
 
 const REQUIREMENTS: &str = include_str!("../../../host-tests/tests/python/roads.txt");
@@ -30,9 +29,9 @@ fn assert_near(found: &[f32], expected: &[f32]) {
 
 #[test]
 fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
-    let Some((packages, bench, _)) = python(SCRIPT, &[WALK, "."]) else {
-        return;
-    };
+    let Some(packages) = packages::install("python-roads", REQUIREMENTS) else { return };
+    let bench = Bench::new();
+    packages.run(SCRIPT, &[&WALK, &bench.directory.path()]);
     let expected = probabilities(&bench, "point.csv");
     assert!(expected.iter().any(|p| *p > 0.9) && expected.iter().any(|p| *p < 0.1));
 
@@ -49,38 +48,17 @@ fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
     }
     // The copy is a bag of ROS 2 that others read.
     bench.stdout("replay bz2.bag --load-topic /ft --output copy.mcap");
-    let counts = run(&packages, &bench, WHOLE, &["copy.mcap"]);
+    let counts = packages.run(WHOLE, &[&bench.path("copy.mcap")]);
     let counts: Vec<Vec<usize>> = serde_json::from_str(&counts).expect("counts");
     assert!(counts[0][0] > 2 * expected.len() && counts[0][0] == counts[0][1], "{counts:?}");
-}
-
-/// Installs the packages, and runs a script with the walk in the folder of a bench; `None` if they cannot be installed.
-fn python(script: &str, arguments: &[&str]) -> Option<(Packages, Bench, String)> {
-    let packages = packages::install("python-roads", REQUIREMENTS)?;
-    let bench = Bench::new();
-    let said = run(&packages, &bench, script, arguments);
-    Some((packages, bench, said))
-}
-
-/// Runs a script in the folder of a bench, and returns what it prints.
-fn run(packages: &Packages, bench: &Bench, script: &str, arguments: &[&str]) -> String {
-    let output = Command::new(&packages.interpreter)
-        .arg(script)
-        .args(arguments)
-        .current_dir(&bench.directory)
-        .env("PYTHONPATH", &packages.folder)
-        .output()
-        .expect("Python runs");
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    text(&output.stdout)
 }
 
 #[test]
 fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
     const FEET: &str = "--topic all --not-topic /trunk* --load-topic /ft/{foot}";
-    let Some((_, bench, _)) = python(ROBOT_BAG, &[WALK, "bag"]) else {
-        return;
-    };
+    let Some(packages) = packages::install("python-roads", REQUIREMENTS) else { return };
+    let bench = Bench::new();
+    packages.run(ROBOT_BAG, &[&WALK, &bench.path("bag")]);
     let rows = |arguments: &str| {
         bench.stdout(&format!("replay bag {arguments} --output out.csv --overwrite"));
         read(&bench.path("out.csv"))
@@ -127,8 +105,8 @@ fn cut_bag_that_others_refuse_is_made_whole() {
         assert!(said.status.success(), "{arguments}: {}", text(&said.stderr));
         assert_has(&text(&said.stderr), "footfall convert writes a whole one");
     }
-    let files = ["cut.mcap", "samples.mcap", "all.mcap"];
-    let counts = run(&packages, &bench, WHOLE, &files);
+    let [cut, samples, all] = ["cut.mcap", "samples.mcap", "all.mcap"].map(|file| bench.path(file));
+    let counts = packages.run(WHOLE, &[&cut, &samples, &all]);
     let counts: Vec<Vec<usize>> = serde_json::from_str(&counts).expect("counts");
     let [cut, samples, all] = counts.as_slice() else {
         panic!("{counts:?}");

@@ -34,13 +34,9 @@ const LOOPBACK: &str = "<CycloneDDS><Domain><General>\
 
 /// Runs the script, which fails the test if it fails. No message may be rejected or missing, so it prints no error.
 fn run_script(packages: &Packages, arguments: &[&str]) {
-    let output = Command::new(&packages.interpreter)
-        .arg(SCRIPT)
-        .args(arguments)
-        .env("PYTHONPATH", &packages.folder)
-        .env("CYCLONEDDS_URI", LOOPBACK)
-        .output()
-        .expect("Python runs");
+    let mut command = packages.command(SCRIPT);
+    let output = command.args(arguments).env("CYCLONEDDS_URI", LOOPBACK).output();
+    let output = output.expect("Python runs");
     let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
     assert!(output.status.success(), "{arguments:?}:\n{stdout}\n{stderr}");
     assert_eq!(stderr, "", "{arguments:?}");
