@@ -167,6 +167,8 @@ pub enum Hint {
     TimesLookLike(TimeUnit),
     /// A number has a comma before its fraction.
     DecimalComma,
+    /// A date is not in the form of ISO 8601.
+    DateForm,
     /// Rows are not in order.
     RowOrder,
     /// Messages are not in order.
@@ -287,6 +289,7 @@ impl InWords for Hint {
                 "a comma before the fraction, not between thousands, is read with {}",
                 words.set(Setting::Decimal, &',')
             ),
+            Self::DateForm => f.write_str("a date is read in the form 2026-11-30 12:00:00.123"),
             Self::RowOrder => write!(
                 f,
                 "sort the rows, leave such rows out with {}, or smooth times that jitter with {}",

@@ -4,7 +4,7 @@ use std::fmt::{self, Display, Formatter};
 use std::io;
 
 use super::Format;
-use super::iso8601::micros_since_1970;
+use super::iso8601::{is_in_another_form, micros_since_1970};
 use super::options::{LoadTopic, Mapping, TimeUnit, Units, is_ours};
 use crate::display_in_plain_words;
 use crate::file_kind::FileKind;
@@ -771,6 +771,8 @@ fn cell_hint(text: &str) -> Option<Hint> {
     let has_comma = text.matches(',').count() == 1;
     if has_comma && text.replace(',', ".").parse::<f64>().is_ok() {
         Some(Hint::DecimalComma)
+    } else if is_in_another_form(text) {
+        Some(Hint::DateForm)
     } else if Units::are_named(text) || TimeUnit::written(text).is_some() {
         Some(Hint::UnitsLine)
     } else if is_ours(text) {
@@ -834,5 +836,17 @@ mod tests {
         let expected =
             "walk.mcap has no topic /odom of Odometry; there is /imu (sensor_msgs/\u{FFFD}sg/Imu)";
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn date_with_the_day_first_has_a_hint_on_its_form() {
+        let date = "30.11.2026 12:00:00,123";
+        let place = Place::Cell { row: RowPlace::Line(2), column: 1, name: "t".to_owned() };
+        let problem = Problem::NotANumber(date.to_owned());
+        assert_eq!(
+            InputError { file: "walk.csv".to_owned(), place, problem }.to_string(),
+            "walk.csv, line 2, column 1 (t): \"30.11.2026 12:00:00,123\" is not a number: \
+             a date is read in the form 2026-11-30 12:00:00.123"
+        );
     }
 }

@@ -19,9 +19,48 @@ pub fn micros_since_1970(text: &str) -> Option<i64> {
     i64::try_from((time.as_nanosecond() + 500).div_euclid(1000)).ok()
 }
 
+/// Returns whether a text is a date with a time in another form, such as `30.11.2026 12:00:00,123` or `11/30/2026 12:00`.
+/// The order of day and month is then not known.
+#[must_use]
+pub fn is_in_another_form(text: &str) -> bool {
+    let Some((date, time)) = text.split_once([' ', 'T']) else {
+        return false;
+    };
+    let numbers: Vec<&str> = date.trim_end_matches(',').split(['.', '/', '-']).collect();
+    let is_number = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    numbers.len() == 3
+        && numbers.iter().all(is_number)
+        && time.contains(':')
+        && micros_since_1970(text).is_none()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn dates_of_spreadsheets_are_in_another_form() {
+        for text in [
+            "30.11.2026 12:00:00,123",
+            "30.11.2026 12:00",
+            "11/30/2026 12:00:00 PM",
+            "2026/11/30 12:00:00",
+            "30-11-26, 12:00:00",
+        ] {
+            assert!(is_in_another_form(text), "{text}");
+        }
+        for text in [
+            "2026-11-30 12:00:00.123",
+            "30.11.2026",
+            "1.5",
+            "1.2.3",
+            "time 12:00",
+            "a.b.c 12:00",
+            "",
+        ] {
+            assert!(!is_in_another_form(text), "{text}");
+        }
+    }
 
     #[test]
     fn dates_are_counted_from_1970() {
