@@ -164,7 +164,7 @@ remedies! {
         Stale: "samples repeat: check the rate of the recording, and the sensor's wiring on a board";
         InvalidSample: "check units and times of the recording; on a board the sensor could not be read";
         TimeGap: "samples are missing: check the logger for drops";
-        Settling: "walk four or five steps, or start with values learnt before (footfall calibrate, object 0x2018)";
+        Settling: "walk four or five steps, or calibrate the foot: it then starts with learnt values (object 0x2018)";
         Unproven: "let the foot rest for half a second, or take a step";
     }
     fn of_refusal(AbortCode) {

@@ -41,11 +41,11 @@ kinds! {
     /// A bag of ROS 1.
     Ros1Bag = "a ROS 1 bag",
         None,
-        Some("it holds topics, no frames: see footfall replay and docs/reference/formats.md");
+        Some("it holds topics, no frames: replay it, see docs/reference/formats.md");
     /// A bag of ROS 1 before 2010.
     OldRos1Bag = "a ROS 1 bag of a version before 2.0",
         Some("write it again with ROS 1: rosbag filter walk.bag new.bag True"),
-        Some("it holds topics, no frames: see footfall replay and docs/reference/formats.md");
+        Some("it holds topics, no frames: replay it, see docs/reference/formats.md");
     /// HDF5, also of pandas.
     Hdf5 = "an HDF5 file",
         Some("write a table of it: pandas.read_hdf(…).to_parquet(\"walk.parquet\"), or h5py"),
@@ -81,14 +81,14 @@ kinds! {
     Zip = "a ZIP archive", Some(UNPACK), Some(UNPACK);
     /// A log of Vector's tools.
     Blf = "a BLF log of a CAN bus",
-        Some("convert it with python-can: can_logconvert walk.blf walk.log; then footfall decode"),
+        Some("convert it with python-can: can_logconvert walk.blf walk.log; then decode that"),
         Some(BY_PYTHON_CAN);
     /// A log of PEAK's tools.
     Trc = "a PEAK TRC log of a CAN bus",
-        Some("convert it with python-can: can_logconvert walk.trc walk.log; then footfall decode"),
+        Some("convert it with python-can: can_logconvert walk.trc walk.log; then decode that"),
         Some(BY_PYTHON_CAN);
     /// Log of `candump -l`.
-    CanLog = "a CAN log", Some("decode it: footfall decode"), None;
+    CanLog = "a CAN log", Some("decode it: it holds frames, no samples"), None;
     /// Database of `SQLite`, which is read if it has the tables of a rosbag2.
     Sqlite = "an SQLite database without the tables of a rosbag2",
         Some("write a table: sqlite3 -header -csv walk.db \"SELECT …\""),
@@ -96,7 +96,7 @@ kinds! {
     /// MCAP.
     Mcap = "a recording in MCAP",
         None,
-        Some("it holds topics, no frames: see footfall replay and docs/reference/formats.md");
+        Some("it holds topics, no frames: replay it, see docs/reference/formats.md");
     /// Parquet.
     Parquet = "a Parquet table", None, Some("write it as CSV");
     /// A file compressed with gzip or zstd twice.

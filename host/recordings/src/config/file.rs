@@ -341,7 +341,7 @@ impl Reader {
 
     /// Takes the learnt numbers that were read. They are valid only together and with their version.
     fn learnt(&mut self, table: &Value<'_>) -> Option<Learnt> {
-        const AGAIN: &str = "run footfall calibrate again";
+        const AGAIN: &str = "calibrate the foot again";
         let mut numbers = [0.0; Learnt::NUMBERS];
         let read = std::mem::take(&mut self.learnt);
         let (version, crc) = (self.learnt_version.take(), self.learnt_crc.take());

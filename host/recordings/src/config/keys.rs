@@ -359,7 +359,7 @@ fn facts(key: &Key, params: &Params) -> String {
 fn note(key: &Key, params: &Params) -> &'static str {
     let (table, _) = key.path.split_once('.').unwrap_or((&key.path, ""));
     match table {
-        "learnt" => "an example, default: a cold start; footfall calibrate writes all of [learnt]",
+        "learnt" => "an example, default: a cold start; a calibration writes all of [learnt]",
         "bandwidth" | "half_width" | "window" if params.method == Method::SelfCalibrating => {
             "with method = \"half_widths\" only, else refused"
         }

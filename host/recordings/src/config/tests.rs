@@ -85,12 +85,12 @@ fn incomplete_learnt_table_is_rejected() {
     for (seal, expected) in [
         (
             "",
-            "missing field `version`: these numbers may mean something else: run footfall calibrate again",
+            "missing field `version`: these numbers may mean something else: calibrate the foot again",
         ),
-        ("version = 2", "learnt has version 2, expected 1: run footfall calibrate again"),
+        ("version = 2", "learnt has version 2, expected 1: calibrate the foot again"),
         (
             "version = 1\ncrc = 1",
-            "learnt is damaged: its CRC does not match: run footfall calibrate again",
+            "learnt is damaged: its CRC does not match: calibrate the foot again",
         ),
     ] {
         let found = message(&format!("{numbers}{seal}\n"));
