@@ -4,6 +4,7 @@
 use std::f32::consts::TAU;
 use std::ops::Range;
 
+use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, ImuSample, Learnt, Params, Saturation, SpecificForce,
     Validity, Vec3,
@@ -12,8 +13,6 @@ use gait::{Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation
 use host_tests::changed::{Chance, after, after_samples, changed};
 use recordings::estimate::estimates_and_learnt;
 use recordings::samples::{Label, Recording};
-
-const GRAVITY: f32 = 9.806_65;
 
 /// Steps of the walk after which the estimate has to be right.
 const STEPS: usize = 10;
@@ -145,7 +144,7 @@ fn assert_nothing_wrong(wrong: &[String]) {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-const UP: Vec3 = Vec3::new(0.0, 0.0, GRAVITY);
+const UP: Vec3 = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
 
 #[test]
 fn a_foot_that_walks_at_once_is_estimated_correctly() {
@@ -174,7 +173,7 @@ fn a_walk_after_gentle_carrying_is_estimated_correctly() {
         let carried = motion(MINUTES, 2, |t| {
             let (turns, lifts) = (TAU * 0.4, TAU * 1.1);
             let angle = 0.2 * strength * (turns * t).sin();
-            let lifted = GRAVITY + 0.8 * strength * (lifts * t).sin();
+            let lifted = STANDARD_GRAVITY + 0.8 * strength * (lifts * t).sin();
             let force = Vec3::new(0.0, lifted * angle.sin(), lifted * angle.cos());
             let rate = 0.2 * strength * turns * (turns * t).cos();
             (force, Vec3::new(rate, 0.0, 0.0))
@@ -187,7 +186,7 @@ fn a_walk_after_gentle_carrying_is_estimated_correctly() {
 
 #[test]
 fn a_walk_after_lying_in_a_box_is_estimated_correctly() {
-    let rest = motion(MINUTES, 3, |_| (Vec3::new(GRAVITY, 0.0, 0.0), Vec3::ZERO));
+    let rest = motion(MINUTES, 3, |_| (Vec3::new(STANDARD_GRAVITY, 0.0, 0.0), Vec3::ZERO));
     assert_nothing_wrong(&walk_after_motion("in a box", rest));
 }
 

@@ -18,6 +18,7 @@
 
 use std::collections::BTreeMap;
 
+use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::velocity::{VelocityCoefficients, VelocityParams};
 use estimator_core::{
     Decision, Flags, ImuSample, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity,
@@ -41,8 +42,8 @@ use crate::ros::topics::{DIAGNOSTICS, FootTopics, NODE, Published};
 /// Diagnostic message of a foot without contacts.
 pub const SILENT: &str = "silent: no contact for half a second";
 
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
+/// Standard gravity as the estimator subtracts it, m/s².
+const GRAVITY: f64 = STANDARD_GRAVITY as f64;
 
 /// Period of a foot's diagnostics if nothing changes, µs.
 const DIAGNOSTIC_US: u64 = 1_000_000;

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use estimator_core::internals::SENSOR_NOISE;
+use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Quaternion, Timestamp, Vec3};
 use recordings::space::{Rotation, Vector};
 use wire::{Emergency, Faults};
@@ -13,7 +14,7 @@ use crate::decode::live::{FootMessage, MessageBody};
 use crate::foot::{Client, RequestError};
 
 /// Standard gravity, m/s².
-const GRAVITY: f64 = 9.80665;
+const GRAVITY: f64 = STANDARD_GRAVITY as f64;
 
 /// Motion of the foot at one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
