@@ -37,6 +37,8 @@ fn scan_and_acceptance_take_the_feet_of_several_lines() {
     let bench = Bench::new();
     let (scan, error) = foot(&bench, "demo:feet=2,speed=max demo:line=uart,speed=max scan");
     assert_eq!(scan, "can0  node 21  L\ncan0  node 22  R\nFL  FL\n", "{error}");
+    let (scan, error) = foot(&bench, "demo:feet=2,line=uart,speed=max scan");
+    assert_eq!(scan, "L  L\nR  R\n", "{error}");
     let (_, error) = foot(&bench, "demo:speed=max demo:line=uart info");
     assert_eq!(error, "footfall: demo:feet=1 demo:feet=1 are several sources: name one\n");
     let both = bench.run("accept demo:speed=max demo:line=uart,speed=max --only board --json");

@@ -21,6 +21,9 @@ pub const SCAN: Duration = Duration::from_millis(1200);
 const ANSWER: Duration = Duration::from_millis(150);
 const TRIES: u32 = 2;
 
+/// Time after the first foot on a serial line in which those on the other lines of a demo are heard.
+const OTHER_LINES: Duration = Duration::from_millis(20);
+
 /// Object of the product code.
 const PRODUCT: Address = Address::new(index::IDENTITY, 2);
 
@@ -37,7 +40,7 @@ pub fn feet(
     let mut feet = BTreeSet::new();
     let mut others = BTreeMap::new();
     let clock = link.clock();
-    let end = clock.now() + time;
+    let mut end = clock.now() + time;
     while clock.now() < end {
         if let Some((at, arrival)) = link.receive(LISTEN)? {
             others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), (node, line))));
@@ -56,7 +59,12 @@ pub fn feet(
             if is_serial {
                 message.foot.node = None;
                 feet.insert(message.foot);
-                return Ok(feet);
+                end = end.min(clock.now() + OTHER_LINES);
+                continue;
+            }
+            let line = &message.foot.line;
+            if feet.iter().any(|foot: &FootKey| foot.node.is_none() && foot.line == *line) {
+                continue;
             }
             // A load report is sent by the robot, not by a foot.
             if !matches!(message.body, MessageBody::Load(_)) {
