@@ -80,9 +80,9 @@ impl Stream {
         while unknown > 0 && !is_interrupted() {
             match feed.next(QUIET) {
                 Some(FeedEvent::Ended(error)) if early.is_empty() => return Err(error),
-                Some(FeedEvent::WaitsFor(error)) => {
-                    warn_of_waiting(&error);
-                    unheard.remove(&error);
+                Some(event @ FeedEvent::WaitsFor(_)) => {
+                    unheard.remove_waiting(&event);
+                    line_event_text(&event).into_iter().for_each(warn);
                     unknown -= 1;
                 }
                 Some(FeedEvent::Opened) => unknown -= 1,
@@ -160,15 +160,12 @@ impl Stream {
             match update {
                 Update::Message(foot, _) => self.warn_of_shared_id(foot),
                 Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
-                Update::Line(FeedEvent::WaitsFor(error)) => {
-                    warn_of_waiting(&error);
-                    self.unheard.remove(&error);
-                }
-                Update::Line(FeedEvent::Remark(remark)) => warn(remark_text(&remark)),
-                Update::Line(FeedEvent::NotSent(error)) => warn(error),
                 Update::Line(FeedEvent::Ended(error)) => return Ok(Some(error)),
-                Update::Line(FeedEvent::OpenedAgain(line)) => warn(format!("{line} is open again")),
-                Update::Quiet(_) | Update::Line(FeedEvent::Opened | FeedEvent::Arrived(_)) => {}
+                Update::Line(event) => {
+                    self.unheard.remove_waiting(&event);
+                    line_event_text(&event).into_iter().for_each(warn);
+                }
+                Update::Quiet(_) => {}
             }
         }
         Ok(None)
@@ -265,9 +262,11 @@ impl UnheardLines {
         Self { sources: devices.cloned().collect(), began: None }
     }
 
-    /// Removes a line that is missing or has broken, which was reported.
-    pub fn remove(&mut self, error: &LinkError) {
-        self.sources.retain(|source| source.device() != error.device_name());
+    /// Removes the line of this event if it is missing or has broken, which has a report of its own.
+    pub fn remove_waiting(&mut self, event: &FeedEvent) {
+        if let FeedEvent::WaitsFor(error) = event {
+            self.sources.retain(|source| source.device() != error.device_name());
+        }
     }
 
     /// Takes the lines without a foot two seconds after the first call, and returns a sentence about each. `now` is the
@@ -377,7 +376,7 @@ impl Board {
 ///
 /// # Errors
 /// A sentence that states the accepted values.
-pub fn parse_seconds(text: &str) -> Result<f64, String> {
+pub fn parse_duration(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
     let seconds = seconds.filter(|seconds| (0.0..=LONGEST_S).contains(seconds));
     seconds.ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
@@ -414,18 +413,26 @@ pub fn unless_ended(ended: Option<LinkError>) -> Result<(), Error> {
     }
 }
 
+/// Returns the sentence that reports an event of a line; `None` if the event needs no report, or is the end of the source.
+#[must_use]
+pub fn line_event_text(event: &FeedEvent) -> Option<String> {
+    match event {
+        FeedEvent::WaitsFor(error) => Some(format!("{error}; waiting for it")),
+        FeedEvent::OpenedAgain(line) => Some(format!("{line} is open again")),
+        FeedEvent::NotSent(error) => Some(format!("not sent: {error}")),
+        FeedEvent::Remark(remark) => Some(remark_text(remark)),
+        FeedEvent::Opened | FeedEvent::Arrived(_) | FeedEvent::Ended(_) => None,
+    }
+}
+
 /// Returns a remark about a recording that is played, in words. Commands that play accept the options that a finding
 /// advises, except `--gravity`.
-pub fn remark_text(remark: &Remark) -> String {
+fn remark_text(remark: &Remark) -> String {
     let is_of_convert = matches!(
         remark,
         Remark::Implausible(_, finding) if matches!(finding.hint(), Some(Hint::Gravity(_)))
     );
     in_words(remark) + if is_of_convert { ", in footfall convert" } else { "" }
-}
-
-fn warn_of_waiting(error: &LinkError) {
-    warn(format!("{error}; waiting for it"));
 }
 
 /// Warns about arrivals lost on this machine, if any.
@@ -491,9 +498,10 @@ mod tests {
         let session = Session::new(KnownFeet::default());
         let mut unheard = lines(&["uart:/a", "uart:/b"]);
         let error = "uart:/b/none".parse::<feet::Source>().expect("a source").open().err();
-        unheard.remove(&error.expect("no such port"));
+        unheard.remove_waiting(&FeedEvent::WaitsFor(error.expect("no such port")));
         let device = || "/b".to_owned();
-        unheard.remove(&LinkError::Adapter { device: device(), what: "no answer" });
+        let broken = LinkError::Adapter { device: device(), what: "no answer" };
+        unheard.remove_waiting(&FeedEvent::WaitsFor(broken));
         unheard.take_overdue(Duration::ZERO, &session);
         let reported = unheard.take_overdue(UNHEARD, &session);
         assert_eq!(reported, ["uart:/a: nothing has arrived for 2 s"]);

@@ -23,7 +23,7 @@ use crate::error::Error;
 use crate::files::unless_closed;
 use crate::report::{Described, Document};
 use crate::stream::{
-    SameName, UnheardLines, deadline, due_after, feed_of, is_over, parse_seconds, remark_text,
+    SameName, UnheardLines, deadline, due_after, feed_of, is_over, line_event_text, parse_duration,
     unless_ended, warn_of_lost,
 };
 
@@ -43,7 +43,7 @@ pub struct MonitorArguments {
     #[arg(long)]
     pub json: bool,
     /// Stop after this time
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_duration)]
     pub seconds: Option<f64>,
 }
 
@@ -197,26 +197,19 @@ impl MonitorState {
         while let Some(update) = self.session.next_update() {
             match update {
                 Update::Message(foot, message) => self.process_message(foot, &message.body),
-                Update::Quiet(_) | Update::Line(FeedEvent::Opened | FeedEvent::Arrived(_)) => {}
-                Update::Line(FeedEvent::Remark(remark)) => {
-                    self.add_event(None, remark_text(&remark));
-                }
-                Update::Line(FeedEvent::OpenedAgain(line)) => {
-                    self.add_event(None, format!("{line} is open again"));
-                }
-                Update::Line(FeedEvent::WaitsFor(error)) => {
-                    self.unheard.remove(&error);
-                    self.add_event(None, format!("{error}; waiting for it"));
-                }
-                Update::Line(FeedEvent::NotSent(error)) => {
-                    self.add_event(None, format!("not sent: {error}"));
-                }
+                Update::Quiet(_) => {}
                 Update::Line(FeedEvent::Ended(error)) => {
                     // Any other end is the error of the command.
                     if let LinkError::Ended(_) = error {
                         self.add_event(None, error.to_string());
                     }
                     self.ended = Some(error);
+                }
+                Update::Line(event) => {
+                    self.unheard.remove_waiting(&event);
+                    if let Some(text) = line_event_text(&event) {
+                        self.add_event(None, text);
+                    }
                 }
             }
         }

@@ -7,7 +7,7 @@ use clap::Args;
 use super::options::{ListenArguments, OUTPUT, OverwriteArguments, PublishedArguments};
 use crate::error::Error;
 use crate::files::{self, Target};
-use crate::stream::parse_seconds;
+use crate::stream::parse_duration;
 #[cfg(feature = "bags")]
 use {
     crate::files::{Existing, OutputError},
@@ -38,7 +38,7 @@ pub struct RecordArguments {
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
     /// Stop after this time, or on Ctrl-C
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_duration)]
     pub seconds: Option<f64>,
 }
 

@@ -55,7 +55,7 @@ pub struct Ros2Arguments {
     )]
     pub network: Vec<IpAddr>,
     /// Stop after this time, or on Ctrl-C
-    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_duration)]
     pub seconds: Option<f64>,
 }
 

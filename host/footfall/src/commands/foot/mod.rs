@@ -108,7 +108,7 @@ pub enum FootAction {
     /// Wait until the walking foot has learnt its limits of stillness, show them, and store them on the foot
     Calibrate {
         /// Timeout, s
-        #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = parse_seconds, conflicts_with = "forget")]
+        #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = parse_timeout, conflicts_with = "forget")]
         seconds: f64,
         /// Erase what the foot has learnt instead, so that it starts cold
         #[arg(long)]
@@ -685,7 +685,8 @@ pub(super) fn name_of(client: &mut Client) -> Result<&'static str, FootError> {
 /// Longest accepted timeout, s: one hour.
 const MOST_SECONDS: f64 = 3600.0;
 
-fn parse_seconds(text: &str) -> Result<f64, String> {
+/// Parses a timeout, s.
+fn parse_timeout(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
     let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= MOST_SECONDS);
     seconds.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))

@@ -13,7 +13,7 @@ use crate::feature::Feature;
 use crate::report::print_text;
 #[cfg(not(feature = "foxglove"))]
 use crate::source::text_of;
-use crate::stream::parse_seconds;
+use crate::stream::parse_duration;
 
 /// Examples of `footfall view`.
 pub const EXAMPLES: &str = "\
@@ -45,7 +45,7 @@ pub struct ViewArguments {
     #[arg(long, default_value_t = 8765)]
     pub port: u16,
     /// Stop after this time, or on Ctrl-C. The end of a played file does not stop it
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_duration)]
     pub seconds: Option<f64>,
     /// Print a layout of the feet FL, FR, RL and RR for this viewer, and serve nothing
     #[arg(long, value_name = "VIEWER", conflicts_with = "sources")]
