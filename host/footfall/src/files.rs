@@ -320,6 +320,11 @@ pub enum OutputError {
          `footfall demo --overwrite`"
     )]
     DemoExists(String),
+    /// A recording would be written to a terminal, or to a serial port.
+    #[error(
+        "{0} is a terminal or a serial port, and a recording is binary: name a file, or a pipe"
+    )]
+    Terminal(String),
     /// A directory of this name exists.
     #[error("{0} cannot be written: it is a directory")]
     IsDirectory(String),

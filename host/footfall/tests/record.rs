@@ -320,6 +320,29 @@ fn existing_file_is_replaced_on_request_by_a_valid_source_alone() {
     assert!(bytes.starts_with(b"\x89MCAP0"));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn pipe_and_device_are_written_in_place_and_a_terminal_is_not() {
+    let bench = Bench::new();
+    for line in [
+        "mkfifo pipe && { timeout 60 cat pipe > walk.mcap & } && \"$0\" record demo:seconds=2 -o pipe; wait",
+        "\"$0\" record demo:seconds=2 -o /dev/stdout | cat > walk.mcap",
+    ] {
+        let output = bench.shell("sh", line).expect("a shell");
+        let (said, error) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(said, "", "{line}: {error}");
+        assert_has(&error, "wrote ");
+        assert_has(&bench.stdout("replay walk.mcap"), "walk: 2000 samples");
+    }
+    let output = bench.run("record demo:seconds=1 -o /dev/null");
+    assert!(output.status.success(), "{output:?}");
+    // A new pseudo-terminal.
+    bench.refuses(
+        "record demo:seconds=1 -o /dev/ptmx",
+        "footfall: /dev/ptmx is a terminal or a serial port, and a recording is binary: name a file, or a pipe",
+    );
+}
+
 /// Cells of the six axes in each row of a table of ours with times, without trailing columns.
 fn axes(table: &str) -> Vec<String> {
     let cells = |line: &str| line.split(',').skip(1).take(6).collect::<Vec<_>>().join(",");

@@ -12,14 +12,15 @@ use crate::stream::parse_duration;
 use {
     crate::files::{Existing, OutputError},
     crate::interruption::finish_when_interrupted,
-    crate::messages::warn,
+    crate::messages::{aside, warn},
     crate::report::print_text,
     crate::ros::{McapFile, Published},
     crate::stream::{Sink, Stream, deadline, unless_ended},
     feet::source::Speed,
+    mcap::write::NoSeek,
     std::fmt::Write as _,
     std::fs::{self, File},
-    std::io,
+    std::io::{self, IsTerminal as _},
 };
 
 /// Arguments of `footfall record`.
@@ -79,7 +80,14 @@ impl RecordArguments {
             ended?;
             return Err(Error::NothingHeard);
         }
-        print_text(&recording.finish()?).map_err(Error::Print)?;
+        let is_in_place = recording.is_in_place;
+        let report = recording.finish()?;
+        if is_in_place {
+            // The pipe may be standard output.
+            aside(report.trim_end());
+        } else {
+            print_text(&report).map_err(Error::Print)?;
+        }
         ended
     }
 }
@@ -91,6 +99,8 @@ struct McapRecording {
     file: RecordingFile,
     /// Whether there was no file of this name before.
     is_new: bool,
+    /// Whether the output is a pipe or a device, which is written in place.
+    is_in_place: bool,
 }
 
 /// File of a recording.
@@ -98,7 +108,7 @@ struct McapRecording {
 enum RecordingFile {
     /// It has no message yet. A file that is replaced has its old content.
     Opened(File),
-    Begun(Box<McapFile<File>>),
+    Begun(Box<McapFile<NoSeek<File>>>),
     /// It could not be begun.
     Failed,
 }
@@ -108,10 +118,11 @@ impl McapRecording {
     /// Creates a recording without messages.
     ///
     /// # Errors
-    /// The file cannot be written, or exists by now and is kept.
+    /// The file cannot be written, exists by now and is kept, or is a terminal.
     fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
-        let replaces = existing == Existing::Replaced;
         let is_new = !path.exists();
+        let is_in_place = !is_new && !path.is_file();
+        let replaces = is_in_place || existing == Existing::Replaced;
         let mut options = File::options();
         options.write(true).create_new(!replaces);
         // The old content is kept until something is received.
@@ -120,7 +131,10 @@ impl McapRecording {
             io::ErrorKind::AlreadyExists => OutputError::Exists(path.display().to_string()),
             _ => OutputError::unwritable(path)(source),
         })?;
-        Ok(Self { path: path.to_owned(), file: RecordingFile::Opened(file), is_new })
+        if file.is_terminal() {
+            return Err(OutputError::Terminal(path.display().to_string()));
+        }
+        Ok(Self { path: path.to_owned(), file: RecordingFile::Opened(file), is_new, is_in_place })
     }
 
     /// Returns whether no message was recorded.
@@ -149,7 +163,7 @@ impl McapRecording {
                 if file.metadata()?.is_file() {
                     file.set_len(0)?;
                 }
-                RecordingFile::Begun(Box::new(McapFile::new(file)?))
+                RecordingFile::Begun(Box::new(McapFile::new(NoSeek::new(file))?))
             }
             file => file,
         };
