@@ -54,7 +54,7 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| {
             0 => ptr::null(),
             _ => &raw const load,
         };
-        let mut estimate = CEstimate::default();
+        let mut estimate = CEstimate::doubtful();
         // SAFETY: NULL, or an estimator; the structs are of their types.
         let error =
             unsafe { footfall_estimator_update(estimator, &sample, load, &raw mut estimate) };
