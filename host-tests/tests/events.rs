@@ -226,9 +226,9 @@ impl Found {
     }
 }
 
-/// Limit of the slips without an event. 122 of 1,120 have none, most of which are slower than the speed that a wrong estimate
-/// of up adds.
-const UNSEEN: usize = 140;
+/// Limit of the slips without an event: 5 % above the 122 of 1,120 that have none. Most of these are slower than the speed that
+/// a wrong estimate of up adds.
+const UNSEEN: usize = 128;
 
 #[test]
 fn slip_distances_are_accurate_to_a_few_millimetres() {
