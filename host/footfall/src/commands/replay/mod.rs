@@ -1,5 +1,5 @@
-//! `footfall replay`: estimates recordings and writes a table, events, [`pictures`] and a summary, or a copy of a bag
-//! with the contacts of its feet ([`bag_copy`]).
+//! `footfall replay`: estimates recordings and writes a table, events, a summary and pictures (`pictures.rs`), or a copy
+//! of a bag with the contacts of its feet (`bag_copy`).
 
 mod bag_copy;
 mod pictures;
