@@ -21,14 +21,11 @@ pub const SCAN: Duration = Duration::from_millis(1200);
 const ANSWER: Duration = Duration::from_millis(150);
 const TRIES: u32 = 2;
 
-/// Time after the first foot on a serial line in which those on the other lines of a demo are heard.
-const OTHER_LINES: Duration = Duration::from_millis(20);
-
 /// Object of the product code.
 const PRODUCT: Address = Address::new(index::IDENTITY, 2);
 
 /// Returns the feet that send on a line within `time`, by line and id, and adds them to the decoder. A serial line
-/// has one foot, whose id is `None`.
+/// has one foot, whose id is `None`, and ends the scan early.
 ///
 /// # Errors
 /// The line does not work.
@@ -39,13 +36,16 @@ pub fn feet(
 ) -> Result<BTreeSet<FootKey>, LinkError> {
     let mut feet = BTreeSet::new();
     let mut others = BTreeMap::new();
+    // A serial line has one foot. Those of a demo's lines take turns, so all have been heard once one is heard again.
+    let mut is_heard_again = false;
     let clock = link.clock();
-    let mut end = clock.now() + time;
-    while clock.now() < end {
+    let end = clock.now() + time;
+    while clock.now() < end && !is_heard_again {
         if let Some((at, arrival)) = link.receive(LISTEN)? {
             others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), (node, line))));
             decoder.take(arrival, at);
         }
+        let heard_before = feet.clone();
         while let Some(mut message) = decoder.next_message() {
             let is_serial = match &message.body {
                 MessageBody::Raw(_)
@@ -58,8 +58,8 @@ pub fn feet(
             };
             if is_serial {
                 message.foot.node = None;
+                is_heard_again |= heard_before.contains(&message.foot);
                 feet.insert(message.foot);
-                end = end.min(clock.now() + OTHER_LINES);
                 continue;
             }
             let line = &message.foot.line;
