@@ -1,5 +1,6 @@
-//! Loads of all feet, and the order of the feet's IMUs. A bag with loads is read twice, and this is the first time. A load is
-//! any number in the messages of a topic.
+//! Loads of all feet, and the order of the feet's IMUs. A load is any number in the messages of a topic.
+//!
+//! The loads are read before the samples. If their topic is a pattern, a reading before that finds the names of the feet.
 
 use std::collections::BTreeSet;
 

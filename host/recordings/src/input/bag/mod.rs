@@ -1,5 +1,5 @@
-//! Bags of ROS 2 and ROS 1: `sensor_msgs/msg/Imu` by topic and frame, one foot per topic, or per frame of a topic. Also six named
-//! axes of messages of any type.
+//! Bags of ROS 2 and ROS 1: `sensor_msgs/msg/Imu` by topic and frame, one foot per topic, or per frame of a topic. Also
+//! six named axes of messages of any type.
 //!
 //! | step | file |
 //! |---|---|
@@ -13,8 +13,9 @@
 //! | contacts of feet, from topics beside that of the samples | `contact_feed` |
 //! | copies of all messages | `copy` |
 //!
-//! A bag is read once, or twice if it has loads, which may be stored after the samples that they belong to. The memory
-//! required is that of the longest record and of the loads.
+//! A bag is read once. It is read twice if loads are selected, since they may be stored after the samples that they
+//! belong to, and three times if `{foot}` in the topic of the loads stands for the names of the feet. The memory required
+//! is that of the longest record and of the loads.
 
 mod contact_feed;
 mod copy;

@@ -1,4 +1,5 @@
-//! Second reading of a bag: selects the IMUs that are feet, and passes the messages of each to its feed.
+//! Reading of a bag's samples, after its loads: selects the IMUs that are feet, and passes the messages of each to its
+//! feed.
 
 use std::collections::BTreeSet;
 
