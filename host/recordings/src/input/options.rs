@@ -1,5 +1,5 @@
-//! Properties of a recording that its format does not carry: those of its sensor, of a table of other origin (mapping of
-//! columns, units, scale, times), and the topics of a bag.
+//! Properties of a recording that its format does not carry: those of its sensor, of a table of other origin (mapping
+//! of columns, units, scale, times), and the topics of a bag.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,13 +21,14 @@ pub struct InputOptions {
     pub gravity: Option<Gravity>,
     /// Static calibration and mounting of the sensor.
     pub correction: Correction,
-    /// Those of single feet in its place, by the name of the foot, or of the recording of one foot.
+    /// Corrections of single feet, which replace `correction`: by the name of the foot, or of a recording of one foot.
     pub foot_corrections: BTreeMap<String, Correction>,
-    /// Interpretation of named columns; units and times also apply to bags.
+    /// Interpretation of named columns. Units, scale and the treatment of times also apply to bags, and the mapping to
+    /// messages of other types in them.
     pub table: TableOptions,
     /// Topics of a bag that are read.
     pub bag: BagOptions,
-    /// Whether the estimates are the contacts that a bag has of its feet; [`Stored`](super::Stored) then describes those.
+    /// Whether the contacts in a bag are the estimates; [`Stored`](super::Stored) then describes the contacts.
     pub contacts: ContactUse,
 }
 
@@ -120,7 +121,7 @@ pub struct TableOptions {
     pub mapping: Mapping,
     /// The units of the six axes.
     pub units: Units,
-    /// Factors of their readings, before the units apply, and of the load.
+    /// Factors of the readings, applied before the units, and of the load.
     pub scale: Scale,
     /// Mark before the fraction of numbers in a text.
     pub decimal: Decimal,
@@ -485,10 +486,7 @@ impl fmt::Display for Mapping {
     }
 }
 
-/// Selects all topics with samples of an IMU.
-const ALL: &str = "all";
-
-/// Options of a bag of ROS 2. The default reads its only IMU.
+/// Options of a bag. The default reads its only IMU.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BagOptions {
     /// Topics of the feet.
@@ -502,29 +500,6 @@ pub struct BagOptions {
     pub loads: Vec<LoadTopic>,
     /// Other names of feet.
     pub renames: Vec<Rename>,
-}
-
-/// Another name of a foot.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rename {
-    /// Name of the foot, or a topic of it or a part of that.
-    pub old: String,
-    /// The name that it gets.
-    pub new: String,
-}
-
-impl FromStr for Rename {
-    type Err = String;
-
-    /// Reads `OLD=NEW`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once('=') {
-            Some((old, new)) if !old.is_empty() && !new.is_empty() => {
-                Ok(Self { old: old.to_owned(), new: new.to_owned() })
-            }
-            _ => Err(format!("{text:?} is not a name: write OLD=NEW, such as leg_1=FL")),
-        }
-    }
 }
 
 impl BagOptions {
@@ -554,6 +529,9 @@ pub fn matches_pattern(pattern: &str, name: &str) -> bool {
     }
     last.map_or(rest.is_empty(), |last| rest.ends_with(last))
 }
+
+/// Selects all topics with samples of an IMU.
+const ALL: &str = "all";
 
 /// Selection of the topics of feet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -587,6 +565,9 @@ impl Topics {
     }
 }
 
+/// Placeholder for the name of the foot in a [`LoadTopic`].
+const FOOT: &str = "{foot}";
+
 /// Topic of the load of a foot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadTopic {
@@ -615,9 +596,6 @@ impl FromStr for LoadTopic {
     }
 }
 
-/// Name of each foot in a [`LoadTopic`].
-const FOOT: &str = "{foot}";
-
 impl LoadTopic {
     /// Returns whether the topic depends on the foot.
     #[must_use]
@@ -642,6 +620,29 @@ impl fmt::Display for LoadTopic {
         match &self.field {
             Some(field) => write!(f, "{}:{field}", self.topic),
             None => f.write_str(&self.topic),
+        }
+    }
+}
+
+/// Another name of a foot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rename {
+    /// Name of the foot, or a topic of it or a part of that.
+    pub old: String,
+    /// The name that it gets.
+    pub new: String,
+}
+
+impl FromStr for Rename {
+    type Err = String;
+
+    /// Reads `OLD=NEW`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            Some((old, new)) if !old.is_empty() && !new.is_empty() => {
+                Ok(Self { old: old.to_owned(), new: new.to_owned() })
+            }
+            _ => Err(format!("{text:?} is not a name: write OLD=NEW, such as leg_1=FL")),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Recording that is read from a file, with its samples in a [`Spool`].
 //!
-//! A reader of a format appends its rows to [`Rows`], which puts them on one clock and in order, or repairs them until they
-//! are. The result is a [`Stored`]. Its samples are read back with their times and along the axes of the foot. If the
-//! contacts of a bag are the estimates, these are read with the samples beside them.
+//! A reader of a format appends its rows to [`Rows`], which puts them on one clock and in order, or repairs them until
+//! they are. The result is a [`Stored`]. Its samples are read back with their times and along the axes of the foot. If
+//! the contacts of a bag are the estimates, each is read with the newest sample at its time.
 
 use std::io;
 
@@ -225,7 +225,7 @@ impl About {
         [self.foot_or_name()].into_iter().chain(parts).collect()
     }
 
-    /// The same with `foot`, another name of a foot that has none in its file.
+    /// Names of [`Self::names`], and `foot` if the file does not name its foot.
     #[must_use]
     pub fn names_with<'a>(&'a self, foot: Option<&'a str>) -> Vec<&'a str> {
         let other = foot.filter(|_| self.foot.is_none());
@@ -488,7 +488,8 @@ impl Repairs {
     }
 }
 
-/// Largest share of rows that may be left out because their times jitter. With more, the error advises to smooth the times.
+/// Largest share of rows that may be left out because their times jitter. With more, the error advises to smooth the
+/// times.
 const MOST_JITTERING: f64 = 0.01;
 
 /// Sentence about the gaps between smooth times.

@@ -43,8 +43,8 @@ const WAITING: usize = 64;
 /// Receiver of the messages of several bags, with the index of the bag; its error ends the copy.
 type ReceiverOfAll<'a> = &'a mut dyn FnMut(usize, &Channel, MessageTimes, &[u8]) -> io::Result<()>;
 
-/// Passes all messages of bags to a receiver in order of the time of writing, as far as each bag is in this order itself;
-/// returns a sentence about each part that ends early. Memory does not grow with the length of a bag.
+/// Passes all messages of bags to a receiver in order of the time of writing, as far as each bag is in this order
+/// itself; returns a sentence about each part that ends early. Memory does not grow with the length of a bag.
 ///
 /// # Errors
 /// As [`copy`].
@@ -149,7 +149,7 @@ impl Visitor for Copier<'_> {
     }
 }
 
-/// Numbers in the messages of a channel.
+/// Numbers to replace in the messages of a channel.
 #[derive(Clone, Debug)]
 pub struct Replacement {
     definition: Definition,
@@ -168,8 +168,8 @@ impl Replacement {
         Ok(Self { definition, paths })
     }
 
-    /// Returns a message, which is not compressed, with other values: one for each name, in its unit, rounded and limited to
-    /// the type of the number.
+    /// Returns a message, which is not compressed, with other values: one for each name, in its unit, rounded and
+    /// limited to the type of the number.
     ///
     /// # Errors
     /// Half a sentence: the message is not of its definition.

@@ -1,8 +1,8 @@
 //! Messages of a bag, as stored and decoded.
 //!
-//! A message of ROS 2 is CDR in either byte order, optionally compressed. The first four bytes give the encoding of the rest
-//! (DDSI-RTPS 2.5, section 10.5): 0 and 1 are plain CDR, big and little endian. rosbag2 may compress each message with zstd;
-//! plain ones begin with a zero.
+//! A message of ROS 2 is CDR in either byte order, optionally compressed. The first four bytes give the encoding of the
+//! rest (DDSI-RTPS 2.5, section 10.5): 0 and 1 are plain CDR, big and little endian. rosbag2 may compress each message
+//! with zstd; plain ones begin with a zero.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ pub struct Channel {
     pub topic: String,
     /// Type of its messages, such as `sensor_msgs/msg/Imu`.
     pub message: String,
-    /// Serialisation of its messages: `cdr`.
+    /// Serialisation of its messages, such as `cdr`.
     pub encoding: String,
     /// Definition of the type, if the bag has one.
     pub schema: Option<Arc<Schema>>,

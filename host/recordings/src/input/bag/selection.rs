@@ -7,7 +7,7 @@ use crate::input::error::{InputError, Problem};
 use crate::input::options::{BagOptions, InputOptions, Topics, is_among};
 use crate::ros::Imu;
 
-/// Maximum frames of one topic: enough for the feet of any robot and other IMUs.
+/// Maximum number of frames of one topic: enough for the feet of any robot and other IMUs.
 pub(super) const MOST_FRAMES: usize = 64;
 
 /// Topic, or part of its messages, and frame of an IMU.
