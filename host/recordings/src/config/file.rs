@@ -140,7 +140,7 @@ impl Overrides {
 pub struct Settings {
     /// Whether samples contain gravity.
     pub gravity: Option<Gravity>,
-    /// How the axes of the sensor that recorded lie in the foot.
+    /// Mounting of the recording's sensor in the foot.
     pub axes: Option<Mounting>,
     /// Source of the limits of stillness.
     pub method: Option<Method>,
@@ -153,7 +153,7 @@ pub struct Settings {
     gyro_timing: Option<GyroTiming>,
     /// Numbers of the estimator, in the order of the file.
     numbers: Vec<(Parameter, f32)>,
-    /// Errors of the sensor that recorded: key, place among its axes, value.
+    /// Errors of the recording's sensor: key, place among its axes, value.
     corrections: Vec<(Limits, usize, f32)>,
 }
 
@@ -462,6 +462,7 @@ impl fmt::Display for Position {
     }
 }
 
+/// Returns the byte at which a key begins, given with its tables.
 fn byte_of(table: &DeTable<'_>, path: &str) -> Option<usize> {
     let (first, rest) = match path.split_once('.') {
         Some((first, rest)) => (first, Some(rest)),

@@ -1,5 +1,5 @@
-//! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot; and the file that lists
-//! all of them. Numbers come from the estimator's table of limits.
+//! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot; and the file that
+//! lists all of them. Numbers come from the estimator's table of limits.
 
 use estimator_core::mounting::Mounting;
 use estimator_core::parameter::{self, Parameter, Row};
@@ -11,8 +11,7 @@ use crate::config::Preset;
 use crate::config::value::{
     GRAVITIES, LEARNINGS, METHODS, Notation, gyro_timing_text, window_text, word_of,
 };
-use crate::input::Correction;
-use crate::input::Format;
+use crate::input::{Correction, Format};
 use crate::mounting::axes_text;
 use crate::number::shown;
 
@@ -45,12 +44,8 @@ pub(super) enum Kind {
     Correction(Limits),
 }
 
-/// Example of learnt numbers.
-const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [-0.9, 2.4, -4.7, 4.6, 4.6];
-
-fn learnt_or_example(params: &Params) -> Learnt {
-    params.learnt.unwrap_or(Learnt::from_array(LEARNT_EXAMPLE))
-}
+/// Beginning of the keys of one foot.
+pub(super) const OF_FOOT: &str = "feet.FL.";
 
 /// Returns all keys, in file order.
 #[must_use]
@@ -101,9 +96,6 @@ pub(super) fn keys_of_a_foot() -> Vec<Key> {
     all.retain(|key| TABLES.contains(&key.path.split('.').next().unwrap_or_default()));
     all
 }
-
-/// Beginning of the keys of one foot.
-pub(super) const OF_FOOT: &str = "feet.FL.";
 
 impl Key {
     /// Returns the meaning, as a phrase.
@@ -244,6 +236,14 @@ impl Key {
             .map(|(address, _)| address)
             .collect()
     }
+}
+
+/// Example of learnt numbers.
+const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [-0.9, 2.4, -4.7, 4.6, 4.6];
+
+/// Returns the learnt numbers of `params`, or the example if they have none.
+fn learnt_or_example(params: &Params) -> Learnt {
+    params.learnt.unwrap_or(Learnt::from_array(LEARNT_EXAMPLE))
 }
 
 /// Splits the name of a number of one axis into the key of all axes and the axis.

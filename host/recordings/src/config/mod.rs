@@ -4,7 +4,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | the public type [`Resolved`]: the merged settings, and the parameters that they give a foot; presets | this one |
+//! | the public type [`Resolved`]: the merged settings, and the parameters that they give a foot; presets; mountings of feet | this one |
 //! | a file: its settings, read by the table of keys; its errors by line and key | `file` |
 //! | the keys: meaning, unit, range, object on a foot; a file with all of them | `keys` |
 //! | values as text, such as `50ms` | `value` |
@@ -220,8 +220,8 @@ impl Resolved {
         self.check_params(format, |_| true)
     }
 
-    /// Checks the parameters that do not depend on the recording. The length of the window in samples depends on it, and
-    /// is checked after reading.
+    /// Checks the parameters that do not depend on the recording. The length of the window in samples depends on it,
+    /// and is checked after reading.
     ///
     /// # Errors
     /// Each parameter that is out of range, or the first without an effect.

@@ -65,9 +65,6 @@ pub enum Reason {
     Other(ParamsError),
 }
 
-/// Sample rate up to which times in s are suspected to be in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
-const FASTEST_IN_S: f32 = 2.0;
-
 /// Source of the sample rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateOrigin {
@@ -157,6 +154,9 @@ impl InWords for Refusal {
         }
     }
 }
+
+/// Sample rate up to which times in s are suspected to be in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
+const FASTEST_IN_S: f32 = 2.0;
 
 impl Origins<'_> {
     /// Checks that every setting has an effect with `params`, and that those of single feet are in range.
@@ -249,8 +249,8 @@ impl Origins<'_> {
         }
     }
 
-    /// Returns a hint on the unit of the times if the rate measured from them is far too low or too high; `numbers` are the
-    /// rate and the ends of its range, Hz.
+    /// Returns a hint on the unit of the times if the rate measured from them is far too low or too high; `numbers` are
+    /// the rate and the ends of its range, Hz.
     fn unit_of_times(&self, [rate, min, max]: [f32; 3]) -> Option<Hint> {
         let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
         if self.sample_rate != RateOrigin::Recording {
