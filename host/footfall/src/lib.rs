@@ -11,7 +11,7 @@
 //! | scoring the estimates | [`recordings::scoring`] |
 //! | syntax of a source of streaming feet | [`source`] |
 //! | receiving streaming feet, and decoding their output | [`feet`] |
-//! | streaming feet as messages of ROS 2 | [`stream`], [`mod@ros`] |
+//! | streaming feet: reports, and messages of ROS 2 | [`stream`], [`mod@ros`] |
 //! | simulating a walk, and the output of a foot | [`gait`], [`simulated_robot::walk`] |
 //! | tables, pictures and summaries | [`recordings::output`], [`plot`], [`recordings::summary`] |
 //! | summaries on standard output, as text or JSON | [`report`] |

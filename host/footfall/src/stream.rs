@@ -1,4 +1,10 @@
-//! Messages of streaming feet, for `footfall record`, `footfall ros2` and `footfall view`.
+//! Streaming feet, for the commands that listen to them.
+//!
+//! | item | used by |
+//! |---|---|
+//! | [`Stream`]: the messages of the feet, published to a [`Sink`] | `record`, `ros2`, `view` |
+//! | [`UnheardLines`], [`SameName`] and events of lines: reports about lines and boards | these and `monitor` |
+//! | duration and end of a stream | these and `monitor` |
 
 use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
@@ -67,8 +73,8 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Opens sources with the given feet, whose messages `bridge` creates. Returns once each source is open, or is being
-    /// waited for.
+    /// Opens sources with the given feet, whose messages `bridge` creates. Returns once each source is open, or is
+    /// being waited for.
     ///
     /// # Errors
     /// A source cannot be opened.
@@ -413,7 +419,8 @@ pub fn unless_ended(ended: Option<LinkError>) -> Result<(), Error> {
     }
 }
 
-/// Returns the sentence that reports an event of a line; `None` if the event needs no report, or is the end of the source.
+/// Returns the sentence that reports an event of a line; `None` if the event needs no report, or is the end of the
+/// source.
 #[must_use]
 pub fn line_event_text(event: &FeedEvent) -> Option<String> {
     match event {

@@ -17,7 +17,7 @@
 //! | `foot` | [`foot`] |
 //! | `completions` | this one |
 //! | options that commands share | [`options`] |
-//! | functions shared by `record`, `view` and `ros2` | [`stream`](crate::stream) |
+//! | streaming feet, for `monitor`, `record`, `view` and `ros2` | [`stream`](crate::stream) |
 
 pub mod accept;
 pub mod calibrate;

@@ -2,10 +2,12 @@
 //!
 //! | options | type | commands |
 //! |---|---|---|
-//! | how recordings are read, and their parameters | [`RecordingArguments`], [`ReadingArguments`] | `replay`, `calibrate`, `convert` |
-//! | where feet stream from, and which nodes are feet | [`ListenArguments`], [`FeetArguments`] | `monitor`, `record`, `ros2`, `view`, `decode` |
-//! | whether results replace files | [`OverwriteArguments`] | those that write a file |
-//! | how a recording that is played as a source is read | [`PlayedArguments`] | those that listen to feet |
+//! | reading of recordings, and the parameters of their estimates | [`RecordingArguments`] | `replay`, `calibrate` |
+//! | reading of recordings: format, mounting, tables, bags | [`ReadingArguments`] and the types in it | the same, and `convert` |
+//! | sources of streaming feet, and nodes that are feet | [`ListenArguments`] | `monitor`, `record`, `ros2` |
+//! | nodes that are feet, alone | [`FeetArguments`] | the same, `view` and `decode` |
+//! | reading and estimate of a recording that is played as a source | [`PlayedArguments`] | `monitor`, `record`, `ros2`, `view` |
+//! | replacing of files | [`OverwriteArguments`] | those that write a file |
 //! | frames of messages, and messages of other programs | [`PublishedArguments`] | those that publish |
 
 use std::fs;
@@ -84,20 +86,6 @@ impl RecordingArguments {
             "" => format!("all parameters are those of the preset {preset}"),
             differences => format!("preset {preset}, but {differences}"),
         }
-    }
-}
-
-/// Whether results replace files of their names. Commands that write a file have this option.
-#[derive(Clone, Copy, Debug, Default, Args)]
-pub struct OverwriteArguments {
-    /// Replace existing files
-    #[arg(long, help_heading = OUTPUT)]
-    pub overwrite: bool,
-}
-
-impl OverwriteArguments {
-    pub(crate) const fn existing(self) -> Existing {
-        if self.overwrite { Existing::Replaced } else { Existing::Kept }
     }
 }
 
@@ -400,7 +388,8 @@ impl ListenArguments {
     /// Returns the sources and the feet.
     ///
     /// # Errors
-    /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
+    /// A source has no line, names of feet contradict each other, or options for reading a file are given for another
+    /// source.
     pub(crate) fn sources_and_feet(self) -> Result<(Vec<Source>, KnownFeet), Error> {
         self.feet.of_sources(&self.sources, &self.played)
     }
@@ -422,7 +411,8 @@ impl FeetArguments {
     /// Finds the sources, and returns them with their feet. Reports names of no line.
     ///
     /// # Errors
-    /// A source has no line, names of feet contradict each other, or options for reading a file are given for another source.
+    /// A source has no line, names of feet contradict each other, or options for reading a file are given for another
+    /// source.
     pub(crate) fn of_sources(
         mut self,
         sources: &[SourceArgument],
@@ -449,8 +439,8 @@ impl FeetArguments {
         Ok(feet)
     }
 
-    /// Removes the names of serial lines that are not among these lines, and returns a sentence about each. Otherwise such a
-    /// name would be taken from the node that has it by default.
+    /// Removes the names of serial lines that are not among these lines, and returns a sentence about each. Otherwise
+    /// such a name would be taken from the node that has it by default.
     pub(crate) fn take_unused(&mut self, lines: &[&str]) -> Vec<String> {
         let is_used = |of: &NamedFoot| match of {
             NamedFoot::Node(_) => true,
@@ -496,8 +486,8 @@ impl PlayedArguments {
     /// Finds the sources, and returns them with these options.
     ///
     /// # Errors
-    /// A source has no line, options are given and no source is a file, or the configuration file cannot be read or has an
-    /// error.
+    /// A source has no line, options are given and no source is a file, or the configuration file cannot be read or has
+    /// an error.
     pub(crate) fn find_sources(&self, sources: &[SourceArgument]) -> Result<Vec<Source>, Error> {
         let playback = self.playback()?;
         if playback != Playback::default() && sources.iter().all(|source| source.file().is_none()) {
@@ -543,6 +533,20 @@ pub(crate) fn estimator_options(
     ];
     let given = given.into_iter().filter(|(_, is_given)| *is_given);
     given.map(|(option, _)| option).collect()
+}
+
+/// Whether results replace files of their names. Commands that write a file have this option.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct OverwriteArguments {
+    /// Replace existing files
+    #[arg(long, help_heading = OUTPUT)]
+    pub overwrite: bool,
+}
+
+impl OverwriteArguments {
+    pub(crate) const fn existing(self) -> Existing {
+        if self.overwrite { Existing::Replaced } else { Existing::Kept }
+    }
 }
 
 /// Frames of messages, and messages of other programs.

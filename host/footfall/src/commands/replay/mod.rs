@@ -1,4 +1,4 @@
-//! `footfall replay`: estimates recordings and writes a table, events, a summary and pictures (`pictures.rs`), or a copy
+//! `footfall replay`: estimates recordings and writes a table, events, a summary and pictures (`pictures`), or a copy
 //! of a bag with the contacts of its feet (`bag_copy`).
 
 mod bag_copy;
@@ -95,43 +95,6 @@ pub struct ReplayArguments {
     /// Number of recordings to estimate at once; by default the number of cores
     #[arg(long, value_name = "N", help_heading = OUTPUT)]
     pub jobs: Option<NonZeroUsize>,
-}
-
-/// Recording while its feet are estimated.
-struct RecordingRun<'a> {
-    resolved: &'a Resolved,
-    file: &'a str,
-    format: Format,
-    requested: RequestedResults,
-    bars: &'a Bars,
-}
-
-/// Foot of a recording before it is estimated.
-struct StoredFoot {
-    /// Names of the foot in the recording.
-    names: Vec<String>,
-    stored: Stored,
-}
-
-/// Foot with its estimates.
-struct ReplayedFoot {
-    results: Replayed,
-    /// Picture of the foot, if drawn.
-    picture: Option<Picture>,
-}
-
-/// Recording with the estimates of all its feet.
-struct ReplayedRecording {
-    file: String,
-    /// Notices about reading the recording.
-    notices: Vec<Notice>,
-    /// Details of the recognised format.
-    details: Vec<String>,
-    /// Names of all its feet in the recording.
-    names: Vec<String>,
-    /// Feet whose contacts go into a copy of the bag.
-    copied: Vec<CopiedFoot>,
-    feet: Vec<ReplayedFoot>,
 }
 
 impl ReplayArguments {
@@ -421,6 +384,43 @@ impl ReplayArguments {
             Summaries { recordings: feet.into_iter().map(|foot| foot.results.summary).collect() };
         print(&summaries, style, &written).map_err(Error::Print)
     }
+}
+
+/// Recording while its feet are estimated.
+struct RecordingRun<'a> {
+    resolved: &'a Resolved,
+    file: &'a str,
+    format: Format,
+    requested: RequestedResults,
+    bars: &'a Bars,
+}
+
+/// Foot of a recording before it is estimated.
+struct StoredFoot {
+    /// Names of the foot in the recording.
+    names: Vec<String>,
+    stored: Stored,
+}
+
+/// Foot with its estimates.
+struct ReplayedFoot {
+    results: Replayed,
+    /// Picture of the foot, if drawn.
+    picture: Option<Picture>,
+}
+
+/// Recording with the estimates of all its feet.
+struct ReplayedRecording {
+    file: String,
+    /// Notices about reading the recording.
+    notices: Vec<Notice>,
+    /// Details of the recognised format.
+    details: Vec<String>,
+    /// Names of all its feet in the recording.
+    names: Vec<String>,
+    /// Feet whose contacts go into a copy of the bag.
+    copied: Vec<CopiedFoot>,
+    feet: Vec<ReplayedFoot>,
 }
 
 /// Returns the parameters of the foot with these names.

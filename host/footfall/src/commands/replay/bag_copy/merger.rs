@@ -22,48 +22,15 @@ use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
 use crate::ros::{AllFeet, EstimateMessages, McapFile, Published, RosMessage};
 
-impl CopyArguments {
-    /// Topics of the messages about a robot.
-    fn topics(&self, body: Body) -> impl Iterator<Item = String> {
-        let compats = self.compat.iter().flat_map(move |compat| compat.topics(body));
-        let low_states = self.lowstate.iter();
-        compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
-    }
-
-    /// Checks that each foot has its own place in the messages, and each place a foot. A missing foot may be standing.
-    fn check_places(&self, body: Body, feet: &[CopiedFoot]) -> Result<(), Error> {
-        let has_none = |(index, foot): &(usize, &CopiedFoot)| {
-            let mut before = feet[..*index].iter();
-            foot.place.is_none() || before.any(|other| other.place == foot.place)
-        };
-        let is_absent = |at: &usize| feet.iter().all(|foot| foot.place != Some(*at));
-        let all = body.feet().iter().enumerate();
-        let absent = all.filter(|(at, _)| is_absent(at)).map(|(_, names)| names[0]);
-        let absent: Vec<&str> = absent.collect();
-        if let Some((_, foot)) = feet.iter().enumerate().find(has_none) {
-            let free = absent.first().copied();
-            return Err(Error::NoPlace { name: foot.name.clone(), names: body.names(), free });
-        }
-        let are_of_one = self.compat.iter().all(|compat| compat.is_of_one());
-        if absent.is_empty() || self.lowstate.is_none() && are_of_one {
-            return Ok(());
-        }
-        Err(Error::AbsentFeet {
-            option: self.option().unwrap_or_default(),
-            absent: absent.join(", "),
-            names: body.names(),
-        })
-    }
-}
-
 /// Copies the messages of the bags `inputs`, in order of their times of writing, with the contacts and events of their
 /// feet to the MCAP file `path`.
 ///
-/// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those of
-/// the samples. Recorded contacts are copied like other messages, but omitted if the estimate is made `again`.
+/// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those
+/// of the samples. Recorded contacts are copied like other messages, but omitted if the estimate is made `again`.
 ///
 /// # Errors
-/// Two bags have the same foot, a bag has a topic of the copy, none has the robot's states, or cannot be read or written.
+/// Two bags have the same foot, messages of all feet are requested and a foot has no place or a place no foot, a bag has
+/// a topic of the copy, none has the robot's states, a bag cannot be read, or the copy cannot be written.
 pub(in super::super) fn write(
     inputs: &[PathBuf],
     feet: &mut [CopiedFoot],
@@ -120,6 +87,40 @@ pub(in super::super) fn write(
         bag.finish()
     })?;
     Ok(())
+}
+
+impl CopyArguments {
+    /// Topics of the messages about a robot.
+    fn topics(&self, body: Body) -> impl Iterator<Item = String> {
+        let compats = self.compat.iter().flat_map(move |compat| compat.topics(body));
+        let low_states = self.lowstate.iter();
+        compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
+    }
+
+    /// Checks that each foot has its own place in the messages, and each place a foot. A missing foot may be standing.
+    fn check_places(&self, body: Body, feet: &[CopiedFoot]) -> Result<(), Error> {
+        let has_none = |(index, foot): &(usize, &CopiedFoot)| {
+            let mut before = feet[..*index].iter();
+            foot.place.is_none() || before.any(|other| other.place == foot.place)
+        };
+        let is_absent = |at: &usize| feet.iter().all(|foot| foot.place != Some(*at));
+        let all = body.feet().iter().enumerate();
+        let absent = all.filter(|(at, _)| is_absent(at)).map(|(_, names)| names[0]);
+        let absent: Vec<&str> = absent.collect();
+        if let Some((_, foot)) = feet.iter().enumerate().find(has_none) {
+            let free = absent.first().copied();
+            return Err(Error::NoPlace { name: foot.name.clone(), names: body.names(), free });
+        }
+        let are_of_one = self.compat.iter().all(|compat| compat.is_of_one());
+        if absent.is_empty() || self.lowstate.is_none() && are_of_one {
+            return Ok(());
+        }
+        Err(Error::AbsentFeet {
+            option: self.option().unwrap_or_default(),
+            absent: absent.join(", "),
+            names: body.names(),
+        })
+    }
 }
 
 /// Checks that no two bags have a foot of the same name.
