@@ -13,7 +13,7 @@ use crate::usb;
 /// Nodes that are feet, with their names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KnownFeet {
-    /// By node id; the name is optional.
+    /// Nodes that are feet, by id, each with its name if it has one.
     names: BTreeMap<u8, Option<Arc<str>>>,
     /// Names by line: a port, a file, or the serial number of a board on USB.
     lines: BTreeMap<String, Arc<str>>,
@@ -50,7 +50,7 @@ impl KnownFeet {
             }
         }
         // All names are taken before one is given, so that two nodes can swap theirs.
-        names.iter().for_each(|(_, name)| self.take_default(name));
+        names.iter().for_each(|(_, name)| self.take_name(name));
         for (foot, name) in names {
             let name = Arc::clone(&name.0);
             match foot {
@@ -65,8 +65,8 @@ impl KnownFeet {
         Ok(())
     }
 
-    /// Takes a name from the node that has it.
-    fn take_default(&mut self, name: &Name) {
+    /// Takes a name from the node that has it, if any. The node remains a foot.
+    fn take_name(&mut self, name: &Name) {
         for known in self.names.values_mut() {
             if known.as_deref() == Some(&*name.0) {
                 *known = None;
