@@ -578,8 +578,7 @@ impl PublishedArguments {
     /// # Errors
     /// A form of messages is of two feet, and another of four.
     pub(crate) fn bridge(&self) -> Result<Bridge, Error> {
-        let is_any = !self.compat.is_empty();
-        let all_feet = is_any.then(|| AllFeet::new(&self.compat, self.wrench_force)).transpose()?;
+        let all_feet = AllFeet::unless_empty(&self.compat, self.wrench_force)?;
         Ok(Bridge::new(&self.frame(), all_feet))
     }
 }

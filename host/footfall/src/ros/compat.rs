@@ -338,6 +338,17 @@ impl AllFeet {
         })
     }
 
+    /// Creates an empty state as [`Self::new`]; `None` without a form.
+    ///
+    /// # Errors
+    /// The error of [`Self::new`].
+    pub fn unless_empty(
+        compats: &[Compat],
+        wrench_force: f64,
+    ) -> Result<Option<Self>, MixedBodies> {
+        (!compats.is_empty()).then(|| Self::new(compats, wrench_force)).transpose()
+    }
+
     /// The feet that the robot has.
     #[must_use]
     pub const fn body(&self) -> Body {

@@ -60,9 +60,8 @@ pub(in super::super) fn write(
         }
         let topics = streams.iter().flat_map(EstimateStream::topics);
         let topics = topics.chain(arguments.topics(body)).collect();
-        let CopyArguments { compat, wrench_force, .. } = arguments;
-        let all_feet = (!compat.is_empty()).then(|| AllFeet::new(compat, *wrench_force));
-        let all_feet = all_feet.transpose().map_err(|error| wrapped(error.into()))?;
+        let all_feet = AllFeet::unless_empty(&arguments.compat, arguments.wrench_force);
+        let all_feet = all_feet.map_err(|error| wrapped(error.into()))?;
         let mut merger = Merger {
             file: "",
             bag: &mut bag,
