@@ -1,71 +1,17 @@
 //! The pipeline: one sample in, one [`ContactEstimate`] out.
 
 use crate::attitude::{Alignment, AttitudeFilter};
-use crate::axis::PerAxis;
 use crate::config::Config;
-use crate::flag::{Flag, Flags};
+use crate::estimate::{ContactEstimate, Flag, Flags, PerAxis, Probabilities};
 use crate::kde::{AnyRing, Density, Ring};
 use crate::learnt::Learnt;
 use crate::params::{Gravity, Method};
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
-use crate::probability::Probabilities;
 use crate::roll::Roll;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::self_calibrating::{SelfCalibrating, Up};
-use crate::vector::{Quaternion, Vec3};
+use crate::vector::Vec3;
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
-
-/// Estimate of the foot's contact after one sample.
-///
-/// Vectors are in the frame of the samples: that of the foot if a [mounting](crate::mounting) has rotated them,
-/// otherwise that of the sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ContactEstimate {
-    /// Timestamp of the sample that produced this estimate.
-    pub timestamp: Timestamp,
-    /// The probabilities over the trailing window, in [0, 1].
-    pub probabilities: Probabilities,
-    /// The debounced decision.
-    pub decision: Decision,
-    /// One of the paper's four cases; unknown without a load signal.
-    pub phase: Phase,
-    /// Reasons to doubt the estimate.
-    pub flags: Flags,
-    /// Orientation, foot → world; heading is arbitrary. The identity with [`Gravity::Removed`].
-    pub orientation: Quaternion,
-    /// Acceleration with gravity removed, frame of the foot, m/s². Zero if it is unknown.
-    pub linear_acceleration: LinearAcceleration,
-    /// Angular rate with bias removed, frame of the foot, rad/s. Zero if it is unknown.
-    pub angular_rate: AngularRate,
-    /// Estimated gyroscope bias, frame of the foot, rad/s.
-    pub gyro_bias: AngularRate,
-    /// Standard deviation of the foot's velocity, each axis, about zero, m/s: a
-    /// [zero-velocity measurement](crate::velocity) of this sample.
-    pub velocity_sigma: VelocitySigma,
-}
-
-impl ContactEstimate {
-    /// The estimate where a sample could not be processed: not stable, with probability 0, the identity as orientation,
-    /// [`VelocitySigma::MOST`] and [`Flag::InvalidSample`].
-    pub const DOUBTFUL: Self = Self {
-        timestamp: Timestamp::from_micros(0),
-        probabilities: Probabilities {
-            axes: PerAxis::splat(0.0),
-            tangential: 0.0,
-            vertical: 0.0,
-            stable: 0.0,
-        },
-        decision: Decision::NotStable,
-        phase: Phase::Unknown,
-        flags: Flags::NONE.with(Flag::InvalidSample),
-        orientation: Quaternion::IDENTITY,
-        linear_acceleration: LinearAcceleration(Vec3::ZERO),
-        angular_rate: AngularRate(Vec3::ZERO),
-        gyro_bias: AngularRate(Vec3::ZERO),
-        velocity_sigma: VelocitySigma::MOST,
-    };
-}
 
 /// The contact estimator of one foot: attitude filter, model of stillness and decision.
 ///

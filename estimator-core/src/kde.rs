@@ -15,9 +15,8 @@
 //! [`Method::HalfWidths`](crate::Method) selects this method. With the default method a foot learns its limits itself:
 //! see [`self_calibrating`](crate::self_calibrating).
 
-use crate::axis::PerAxis;
+use crate::estimate::{PerAxis, Probabilities};
 use crate::math::erf;
-use crate::probability::Probabilities;
 use crate::sample::{AngularRate, LinearAcceleration};
 
 /// The kernel density estimate of the paper, causal and in closed form, with room for `CAPACITY` samples in the window.

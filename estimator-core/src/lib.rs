@@ -67,6 +67,7 @@
 //! | rolling: a foot that turns about a point on the ground | `roll.rs` |
 //! | debounced decision, and the phase if the load is known | `phase.rs` |
 //! | standard deviation of a zero-velocity measurement | `velocity.rs` |
+//! | what comes out: probabilities, decision, and the reasons to doubt them | `estimate.rs` |
 //!
 //! These files serve them:
 //!
@@ -74,7 +75,6 @@
 //! |---|---|
 //! | `params.rs`, `parameter.rs`, `config.rs` | parameters, their ranges, and the derived configuration |
 //! | `constants.rs`, `learnt.rs` | constants of the self-calibrating estimate, and its state to be stored |
-//! | `probability.rs`, `flag.rs` | results: probability per axis, tangential, vertical and in total; reasons to doubt them |
 //! | `vector.rs`, `math.rs` | vectors, quaternions and functions with the same bits on every machine |
 //!
 //! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
@@ -98,12 +98,11 @@
 extern crate std;
 
 mod attitude;
-mod axis;
 mod config;
 mod constants;
 mod contact;
 pub mod correction;
-mod flag;
+mod estimate;
 mod gyro_bias;
 mod kde;
 mod learnt;
@@ -112,7 +111,6 @@ pub mod mounting;
 pub mod parameter;
 pub mod params;
 mod phase;
-mod probability;
 mod range;
 mod rest;
 mod roll;
@@ -134,14 +132,12 @@ pub mod internals {
     pub use crate::rest::{LARGEST_SWAY, SENSOR_NOISE, SensorNoise};
 }
 
-pub use axis::{Axis, PerAxis};
 pub use config::Config;
-pub use contact::{ContactEstimate, ContactEstimator};
-pub use flag::{Flag, Flags};
+pub use contact::ContactEstimator;
+pub use estimate::{Axis, ContactEstimate, Flag, Flags, PerAxis, Probabilities};
 pub use learnt::{Learnt, LearntError};
 pub use params::{Gravity, Learning, Params};
 pub use phase::{Decision, Load, Phase};
-pub use probability::Probabilities;
 pub use range::ParamsError;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,

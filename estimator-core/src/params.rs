@@ -3,7 +3,7 @@
 //! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`](crate::Config)
 //! from which an estimator is made, or reports the invalid field and its range.
 
-use crate::axis::PerAxis;
+use crate::estimate::PerAxis;
 use crate::learnt::Learnt;
 use crate::units::DEGREE;
 

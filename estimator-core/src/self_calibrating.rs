@@ -26,11 +26,10 @@
 //! `docs/design/method.md` has all equations, `docs/design/parts.md` the reasons, and
 //! `docs/design/estimate.md` the alternatives.
 
-use crate::axis::PerAxis;
 use crate::constants::Constants;
+use crate::estimate::{PerAxis, Probabilities};
 use crate::learnt::{LEAST_DISTANCE, Learning, Learnt};
 use crate::math::{Order, erf, exp, inverse_root, ln, rounded};
-use crate::probability::Probabilities;
 use crate::rest::BriefRest;
 use crate::sample::{AngularRate, LinearAcceleration};
 use crate::units::STANDARD_GRAVITY;
