@@ -36,14 +36,14 @@ pub struct Lsm6dsox<BUS> {
     pub(crate) bus: BUS,
     /// Configuration to write; the scale of codes while the part holds it.
     config: Config,
-    holding: Holding,
+    registers: Registers,
 }
 
-/// Whether the part is known to hold the driver's configuration.
+/// State of the part's registers, as far as the driver knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Holding {
-    /// The last reading showed that it does.
-    Config,
+enum Registers {
+    /// They held the driver's configuration when they were last read.
+    Configured,
     /// Unknown, from before the first write that changes the configuration until all of it has been read back.
     Unknown,
 }
@@ -51,7 +51,7 @@ enum Holding {
 impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// Creates a driver without accessing the bus. Call [`init`](Self::init) next.
     pub const fn new(bus: BUS, config: Config) -> Self {
-        Self { bus, config: config.on_bus(BUS::IS_I2C), holding: Holding::Unknown }
+        Self { bus, config: config.on_bus(BUS::IS_I2C), registers: Registers::Unknown }
     }
 
     /// The configuration that [`init`](Self::init) writes.
@@ -78,7 +78,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// # Errors
     /// The first register that does not hold the expected value.
     pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<BUS::Error>> {
-        self.holding = Holding::Unknown;
+        self.registers = Registers::Unknown;
         delay.delay_us(BOOT_MICROS).await;
         self.make_readable().await?;
         match self.check_identity().await {
@@ -93,7 +93,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         let config = self.config;
         self.apply(&config).await?;
         delay.delay_us(TURN_ON_MICROS).await;
-        self.holding = Holding::Config;
+        self.registers = Registers::Configured;
         Ok(())
     }
 
@@ -144,9 +144,9 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// [`init`](Self::init) has succeeded.
     pub async fn verify(&mut self) -> Result<(), Error<BUS::Error>> {
         let config = self.config;
-        let holding = core::mem::replace(&mut self.holding, Holding::Unknown);
+        let registers = core::mem::replace(&mut self.registers, Registers::Unknown);
         self.verify_as(&config).await?;
-        self.holding = holding;
+        self.registers = registers;
         Ok(())
     }
 
@@ -165,11 +165,8 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub async fn sample(&mut self) -> Result<RawSample, Error<BUS::Error>> {
-        // Checked before the transfer as well, because nothing is read without a scale.
-        self.scale()?;
-        let mut frame = BURST;
-        self.transfer(&mut frame).await?;
-        decode(&frame, self.scale()?)
+        let config = *self.configured()?;
+        self.sample_as(&config).await
     }
 
     /// Reads `STATUS_REG` alone.
@@ -197,7 +194,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// # Errors
     /// [`Error::ReadBack`] with the data rate that was not accepted.
     pub async fn power_down(&mut self) -> Result<(), Error<BUS::Error>> {
-        self.holding = Holding::Unknown;
+        self.registers = Registers::Unknown;
         const OFF: [Write; 2] = [
             Write { register: &register::CTRL1_XL, value: 0 },
             Write { register: &register::CTRL2_G, value: 0 },
@@ -222,7 +219,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     ) -> Result<SelfTest, Error<BUS::Error>> {
         let accel = ctrl5_c::ST_XL.place(self_test::ST_XL_NEGATIVE);
         let gyro = ctrl5_c::ST_G.place(self_test::ST_G_POSITIVE);
-        self.holding = Holding::Unknown;
+        self.registers = Registers::Unknown;
         self.make_readable().await?;
         self.check_identity().await?;
         let (off, on) =
@@ -326,17 +323,20 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         Ok(())
     }
 
+    /// Reads a burst, and decodes it into codes with the scales of `config`.
     async fn sample_as(&mut self, config: &Config) -> Result<RawSample, Error<BUS::Error>> {
         let mut frame = BURST;
         self.transfer(&mut frame).await?;
-        decode(&frame, config)
+        let [_, bytes @ ..] = &frame;
+        RawSample::decode(bytes, config)
+            .map_err(|read| Error::Status { register: register::STATUS_REG, read })
     }
 
-    /// Returns the configuration if the part holds it. It gives codes their scale.
-    fn scale(&self) -> Result<&Config, Error<BUS::Error>> {
-        match self.holding {
-            Holding::Config => Ok(&self.config),
-            Holding::Unknown => Err(Error::Unconfigured),
+    /// Returns the configuration if the part is known to hold it. Without it the codes have no scale.
+    fn configured(&self) -> Result<&Config, Error<BUS::Error>> {
+        match self.registers {
+            Registers::Configured => Ok(&self.config),
+            Registers::Unknown => Err(Error::Unconfigured),
         }
     }
 
@@ -375,15 +375,6 @@ const BURST: [u8; SAMPLE_BYTES + 1] = {
     *address = register::STATUS_REG.read_address();
     frame
 };
-
-/// Decodes the sample in a burst.
-fn decode<E>(
-    [_, bytes @ ..]: &[u8; SAMPLE_BYTES + 1],
-    config: &Config,
-) -> Result<RawSample, Error<E>> {
-    RawSample::decode(bytes, config)
-        .map_err(|read| Error::Status { register: register::STATUS_REG, read })
-}
 
 /// Mean of the self-test's samples, SI.
 #[derive(Default)]
