@@ -2,9 +2,8 @@
 
 use estimator_core::{ContactEstimate, PerAxis};
 
+use super::code::{P8, ShortTime};
 use super::field::{Field, Signal, TIMESTAMP};
-use super::quantity::P8;
-use super::time::ShortTime;
 use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;

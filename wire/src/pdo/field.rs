@@ -1,7 +1,7 @@
 //! Row of a frame: an object of the dictionary, and the signals in its bits. The mapping, the DBC, the EDS and the
 //! tables of `README.md` are generated from the rows.
 
-use super::time::TIME_STEP_US;
+use super::code::TIME_STEP_US;
 use crate::address::{Address, index};
 use crate::value::Value;
 

@@ -10,8 +10,8 @@
 
 use estimator_core::{Flag, Flags, Timestamp};
 
+use super::code::{LongTime, TIME_STEP_US};
 use super::field::{Field, Signal};
-use super::time::{LongTime, TIME_STEP_US};
 use crate::address::index;
 use crate::value::Value;
 

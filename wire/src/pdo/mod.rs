@@ -6,24 +6,23 @@
 //! little-endian.
 
 mod axes;
+mod code;
 mod contact;
 mod field;
 mod health;
 mod load;
 mod motion;
-mod quantity;
-mod time;
 
 pub use axes::Axes;
+pub use code::{
+    ACCELERATION_STEP, BIAS_STEP, LongTime, P8, P16, Quantity, RATE_STEP, ShortTime,
+    TEMPERATURE_STEP, TIME_STEP_US, UNIT_STEP, Unwrapper,
+};
 pub use contact::{Contact, Status};
 pub use field::{Field, Mapped, Signal, SignalKind};
 pub use health::{ClockReading, Health};
 pub use load::Load;
 pub use motion::{Acceleration, Attitude, Bias, Rate};
-pub use quantity::{
-    ACCELERATION_STEP, BIAS_STEP, P8, P16, Quantity, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP,
-};
-pub use time::{LongTime, ShortTime, TIME_STEP_US, Unwrapper};
 
 use crate::foot::{NodeId, cob_id};
 

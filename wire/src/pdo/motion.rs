@@ -7,11 +7,10 @@
 
 use estimator_core::{ContactEstimate, Flag, Quaternion, Vec3};
 
-use super::field::{Field, Signal, TIMESTAMP};
-use super::quantity::{
-    ACCELERATION_STEP, BIAS_STEP, Quantity, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP,
+use super::code::{
+    ACCELERATION_STEP, BIAS_STEP, Quantity, RATE_STEP, ShortTime, TEMPERATURE_STEP, UNIT_STEP,
 };
-use super::time::ShortTime;
+use super::field::{Field, Signal, TIMESTAMP};
 use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;
