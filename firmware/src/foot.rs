@@ -27,9 +27,8 @@ use estimator_core::{
 use lsm6dsox::scale::{DEGREE, FullScale, STANDARD_GRAVITY};
 use storage::{Erase, Origin, StoreFailed};
 use wire::dictionary::{self, Concern};
-use wire::foot::cob_id;
 use wire::node::{BootCause, Calibration, Crash, NmtState, Program};
-use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
+use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadInput, LoadSource, UartStreams, WINDOW_CAPACITY};
 use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
 use wire::{
@@ -336,6 +335,7 @@ impl Foot {
 
         self.renew_estimator();
         let mut sample = measurement.sample;
+        // (Reading − bias) × scale, along the sensor's axes. Then both vectors are rotated to the axes of the foot.
         sample.specific_force = self.in_use.accelerometer.apply(sample.specific_force);
         self.in_use.mounting.apply(&mut sample.specific_force, &mut sample.angular_rate);
         let estimate = self.estimator.update(&sample, load);
@@ -820,7 +820,7 @@ impl Foot {
         let (node, counters) = (&mut self.node, &self.counters);
         node.tick(estimate, self.temperature, counters, |frame| {
             if with_can {
-                dropped += ports.push_can(lane_of(&frame), frame);
+                dropped += ports.push_can(Lane::of(&frame), frame);
             }
         });
         self.counters.add(Counter::CanDropped, dropped);
@@ -951,17 +951,6 @@ impl Foot {
     }
 }
 
-/// Lane of a frame. Process data are a stream, except the contact, which goes before them. Emergencies and heartbeats
-/// are not process data.
-const fn lane_of(frame: &CanFrame) -> Lane {
-    const CONTACT: u16 = Pdo::Contact.base();
-    match cob_id::split(frame.id()).0 {
-        CONTACT => Lane::Estimate,
-        cob_id::EMERGENCY | cob_id::HEARTBEAT => Lane::Notice,
-        _ => Lane::Stream,
-    }
-}
-
 /// Message with the codes of a sample. `range` is
 /// [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
 fn raw_message(measurement: &Measurement, range: f32) -> Option<uart::RawMessage> {
@@ -975,24 +964,4 @@ fn raw_message(measurement: &Measurement, range: f32) -> Option<uart::RawMessage
         acceleration_scale: raw.specific_force.full_scale.sensitivity() * range,
         rate_scale: raw.angular_rate.full_scale.sensitivity(),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_kind_of_frame_has_its_lane() {
-        for (id, lane) in [
-            (0x191, Lane::Estimate),
-            (0x091, Lane::Notice),
-            (0x711, Lane::Notice),
-            (0x291, Lane::Stream),
-            (0x391, Lane::Stream),
-            (0x511, Lane::Stream),
-        ] {
-            let frame = CanFrame::new(id, &[]).expect("a frame");
-            assert_eq!(lane_of(&frame), lane, "{id:#x}");
-        }
-    }
 }

@@ -18,6 +18,7 @@ use estimator_core::Timestamp;
 use heapless::deque::{Deque, DequeView};
 use storage::{Erase, Origin, StoreFailed};
 use wire::foot::cob_id;
+use wire::pdo::Pdo;
 use wire::uart::{self, ConfigGet, ConfigSet, Encoded, Message, NmtRequest};
 use wire::{CanFrame, Settings};
 
@@ -374,6 +375,17 @@ pub enum Lane {
 impl Lane {
     /// All lanes, in the order in which they are sent.
     pub const ALL: [Self; 4] = [Self::Notice, Self::Estimate, Self::Answer, Self::Stream];
+
+    /// Lane of a frame that the node sends on a tick. Process data are a stream, except the contact, which goes before
+    /// them. Emergencies and heartbeats are not process data.
+    pub(crate) const fn of(frame: &CanFrame) -> Self {
+        const CONTACT: u16 = Pdo::Contact.base();
+        match cob_id::split(frame.id()).0 {
+            CONTACT => Self::Estimate,
+            cob_id::EMERGENCY | cob_id::HEARTBEAT => Self::Notice,
+            _ => Self::Stream,
+        }
+    }
 }
 
 /// Outgoing frames: a bounded queue in which the newest item wins. It has room for `ESTIMATES` estimates, and for
@@ -528,6 +540,20 @@ mod tests {
 
     fn frame(id: u16) -> CanFrame {
         CanFrame::new(id, &[]).expect("a frame")
+    }
+
+    #[test]
+    fn each_kind_of_frame_has_its_lane() {
+        for (id, lane) in [
+            (0x191, Lane::Estimate),
+            (0x091, Lane::Notice),
+            (0x711, Lane::Notice),
+            (0x291, Lane::Stream),
+            (0x391, Lane::Stream),
+            (0x511, Lane::Stream),
+        ] {
+            assert_eq!(Lane::of(&frame(id)), lane, "{id:#x}");
+        }
     }
 
     #[test]

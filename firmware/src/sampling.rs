@@ -204,6 +204,7 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
                 failures = 0;
             }
             each(&tick, &measurement);
+            // The frames of the tick are sent. The rest of it checks the sensor for the next ticks.
             if sensor.activity == Activity::Measuring {
                 sensor.check(&tick).await;
             }
