@@ -29,6 +29,7 @@
 
 use crate::gyro_bias::{BiasCoefficients, BiasEstimator};
 use crate::math::{Order, inverse_root, sqrt};
+use crate::params::Config;
 use crate::rest::{
     LongRest, LongRestCoefficients, Quietness, QuietnessCoefficients, RestParams, Stillness,
 };
@@ -210,6 +211,13 @@ pub struct AttitudeFilter {
 }
 
 impl AttitudeFilter {
+    /// Creates an attitude filter without samples, for use without an estimator.
+    #[must_use]
+    #[inline(never)] // Its temporary values leave the stack.
+    pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
+        Self::with_coefficients(config.attitude())
+    }
+
     /// A filter without samples.
     pub(crate) fn with_coefficients(coefficients: AttitudeCoefficients) -> Self {
         Self {

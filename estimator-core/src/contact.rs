@@ -1,16 +1,14 @@
 //! The pipeline: one sample in, one [`ContactEstimate`] out.
 
 use crate::attitude::{Alignment, AttitudeFilter};
-use crate::config::Config;
-use crate::estimate::{ContactEstimate, Flag, Flags, PerAxis, Probabilities};
+use crate::estimate::{ContactEstimate, Flag, Flags, Probabilities};
 use crate::kde::{AnyRing, Density, Ring};
 use crate::learnt::Learnt;
-use crate::params::{Gravity, Method};
-use crate::phase::{Decision, Load, Phase, PhaseTracker};
+use crate::params::{Config, Gravity, Method};
+use crate::phase::{Load, PhaseTracker};
 use crate::roll::Roll;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
 use crate::self_calibrating::{SelfCalibrating, Up};
-use crate::vector::Vec3;
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
 
 /// The contact estimator of one foot: attitude filter, model of stillness and decision.
@@ -424,6 +422,7 @@ mod tests {
     use super::*;
     use crate::constants::Constants;
     use crate::params::Params;
+    use crate::phase::{Decision, Phase};
     use crate::sample::{Saturation, SpecificForce};
     use crate::units::STANDARD_GRAVITY;
     use crate::vector::Vec3;

@@ -17,6 +17,7 @@
 
 use crate::estimate::{PerAxis, Probabilities};
 use crate::math::erf;
+use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
 
 /// The kernel density estimate of the paper, causal and in closed form, with room for `CAPACITY` samples in the window.
@@ -24,9 +25,10 @@ use crate::sample::{AngularRate, LinearAcceleration};
 pub struct DensityEstimator<const CAPACITY: usize>(Density<Ring<CAPACITY>>);
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
-    /// An empty window.
-    pub(crate) fn with_config(config: &KdeConfig) -> Self {
-        Self(Density::new(config))
+    /// Creates a kernel density estimate without samples, with the half-widths, bandwidths and window of `config`.
+    #[must_use]
+    pub fn new(config: &Config<CAPACITY>) -> Self {
+        Self(Density::new(&config.kde()))
     }
 
     /// Adds one sample's motion, with gravity and bias removed, and returns the probabilities of the

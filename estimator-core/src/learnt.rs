@@ -15,7 +15,7 @@ use core::fmt;
 
 use crate::constants::Constants;
 use crate::math::{Order, exp, ln};
-use crate::range::{ParamsError, Row, in_range, name};
+use crate::parameter::{ParamsError, Row, in_range, name};
 use crate::units::Unit;
 
 /// Whether the learnt state follows the foot.

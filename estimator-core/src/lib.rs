@@ -73,7 +73,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `params.rs`, `parameter.rs`, `config.rs` | parameters, their ranges, and the derived configuration |
+//! | `params.rs`, `parameter.rs` | parameters with the derived configuration, and their ranges |
 //! | `constants.rs`, `learnt.rs` | constants of the self-calibrating estimate, and its state to be stored |
 //! | `vector.rs`, `math.rs` | vectors, quaternions and functions with the same bits on every machine |
 //!
@@ -98,7 +98,6 @@
 extern crate std;
 
 mod attitude;
-mod config;
 mod constants;
 mod contact;
 pub mod correction;
@@ -111,7 +110,6 @@ pub mod mounting;
 pub mod parameter;
 pub mod params;
 mod phase;
-mod range;
 mod rest;
 mod roll;
 mod sample;
@@ -132,13 +130,12 @@ pub mod internals {
     pub use crate::rest::{LARGEST_SWAY, SENSOR_NOISE, SensorNoise};
 }
 
-pub use config::Config;
 pub use contact::ContactEstimator;
 pub use estimate::{Axis, ContactEstimate, Flag, Flags, PerAxis, Probabilities};
 pub use learnt::{Learnt, LearntError};
-pub use params::{Gravity, Learning, Params};
+pub use parameter::ParamsError;
+pub use params::{Config, Gravity, Learning, Params};
 pub use phase::{Decision, Load, Phase};
-pub use range::ParamsError;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
 };

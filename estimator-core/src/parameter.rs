@@ -1,17 +1,42 @@
-//! Table of all parameters, with their names, units, ranges and defaults.
+//! Table of all parameters, with their names, units, ranges and defaults, and the error of a rejected parameter.
 //!
 //! [`Params::validate`], the object dictionary and the configuration file use it for their checks. A new
 //! parameter needs a row here, its field in [`Params`], and an entry in the object dictionary: see
 //! `docs/design/architecture.md`. The numbers of a warm start have their rows in [`Learnt::ROWS`]. The constants of
 //! self-calibration cannot be set, and are checked by the compiler.
 
+use core::fmt;
+
 use crate::attitude::GyroTiming;
 use crate::learnt::Learnt;
 use crate::params::{Params, WindowLength};
-use crate::range::{ParamsError, in_range, name, ranges};
 
-pub use crate::range::Row;
 pub use crate::units::Unit;
+
+/// Row of the parameter table: name, meaning, unit, range and default of one number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Row {
+    /// Name in files, in messages and on a foot: the path in [`Params`](crate::Params) with the suffix of the unit.
+    pub name: &'static str,
+    /// Meaning, as a phrase.
+    pub about: &'static str,
+    /// The unit of the numbers.
+    pub unit: Unit,
+    /// Least valid value.
+    pub least: f32,
+    /// Largest valid value.
+    pub most: f32,
+    /// Default value.
+    pub default: f32,
+}
+
+impl Row {
+    /// Accepts values within the range.
+    pub(crate) const fn check(&self, value: f32) -> Result<(), ParamsError> {
+        in_range(self.name, value, self.least, self.most)
+    }
+}
 
 /// Generates the enumeration and the functions below, from one row per parameter.
 macro_rules! parameters {
@@ -167,6 +192,19 @@ pub fn rows() -> impl Iterator<Item = Row> {
     Parameter::ALL.into_iter().map(Parameter::row).chain([WINDOW, GYRO_DELAY]).chain(Learnt::ROWS)
 }
 
+/// Ranges as stored in the foot's flash, without names, units and defaults. Only the compiler evaluates this function,
+/// and it would report an index out of range.
+#[allow(clippy::indexing_slicing)]
+pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
+    let mut ranges = [(0.0, 0.0); N];
+    let mut i = 0;
+    while i < N {
+        ranges[i] = (rows[i].least, rows[i].most);
+        i += 1;
+    }
+    ranges
+}
+
 static RANGES: [(f32, f32); Parameter::ALL.len()] = ranges(&Parameter::ROWS);
 
 /// Checks that every number is in its range, and that the load's off threshold does not exceed its
@@ -182,6 +220,67 @@ pub(crate) fn check(params: &Params) -> Result<(), ParamsError> {
     }
     Ok(())
 }
+
+/// Accepts `min..=max`; a NaN is outside every range.
+pub(crate) const fn in_range(
+    field: &'static str,
+    value: f32,
+    min: f32,
+    max: f32,
+) -> Result<(), ParamsError> {
+    if value >= min && value <= max {
+        Ok(())
+    } else {
+        Err(ParamsError::OutOfRange { field, value, min, max })
+    }
+}
+
+/// The display name of a field. A foot has no use for it: on a microcontroller it is empty and
+/// takes no space.
+pub(crate) const fn name(field: &'static str) -> &'static str {
+    if cfg!(target_os = "none") { "" } else { field }
+}
+
+/// Reason why parameters were rejected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ParamsError {
+    /// A number is outside its range, or not a number.
+    OutOfRange {
+        /// Name of the number; empty on a microcontroller, to save room.
+        field: &'static str,
+        /// Rejected value.
+        value: f32,
+        /// Least valid value.
+        min: f32,
+        /// Largest valid value.
+        max: f32,
+    },
+    /// The window contains no sample or exceeds the capacity.
+    WindowLength {
+        /// The window in samples at the sample rate set.
+        samples: u32,
+        /// Largest valid length, in samples.
+        capacity: usize,
+    },
+}
+
+impl fmt::Display for ParamsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OutOfRange { field, value, min, max } => {
+                write!(f, "{field} is {value}, allowed is {min} to {max}")
+            }
+            Self::WindowLength { samples, capacity } => write!(
+                f,
+                "window comes to {samples} samples at this sample rate, allowed is 1 to {capacity}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ParamsError {}
 
 #[cfg(test)]
 mod tests {
@@ -232,5 +331,11 @@ mod tests {
                 assert_eq!(field, name);
             }
         }
+    }
+
+    #[test]
+    fn message_names_field_value_and_range() {
+        let error = in_range("half_width.ax", -0.5, 1.0e-6, 1.0e4).unwrap_err();
+        assert_eq!(std::format!("{error}"), "half_width.ax is -0.5, allowed is 0.000001 to 10000");
     }
 }

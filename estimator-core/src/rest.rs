@@ -13,15 +13,16 @@
 //! Both conditions are needed. A sway accelerates least where it is fastest: |short| is small there, but it changes. A
 //! foot that slides off at a steady acceleration does not change, but |short| is large.
 //!
-//! The estimator asks three questions about rest:
+//! The estimator asks three questions about rest. The attitude filter asks the first two, and the self-calibrating
+//! estimate the third:
 //!
 //! | type | question | signals | short, long | answer after | used for |
 //! |---|---|---|---|---|---|
+//! | `LongRest` | Has the foot rested for longer than any stance? | force, rate | 25 ms, 0.5 s | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
 //! | `Quietness` | How much is this accelerometer sample worth? | force, rate | newest sample, 40 ms | a few samples | weight of the sample in the [inclination](crate::attitude) |
 //! | `BriefRest` | Has the foot stood for a stance? | linear acceleration, rate | 26 ms, [`Constants::stance`] | 0.2 s | evidence of [stable contact](crate::self_calibrating) |
-//! | `LongRest` | Has the foot rested for longer than any stance? | force, rate | 25 ms, 0.5 s | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
 //!
-//! Only `BriefRest` needs gravity and bias to be removed, and only it can require that |short| is small. The other two
+//! Only `BriefRest` needs gravity and bias to be removed, and only it can require that |short| is small. The first two
 //! serve to find them, and so compare the raw force and rate with their own means. Programs on a host judge a stretch of
 //! samples as a whole; their limits are multiples of [`SENSOR_NOISE`], too.
 //!
@@ -32,11 +33,11 @@
 //!
 //! | test | limit | its multiple of the statistic's standard deviation |
 //! |---|---|---|
+//! | `LongRest`, change of the mean | 0.5 m/s², 2 °/s | 180, 210 |
+//! | `LongRest`, change of the long mean | 0.03 m/s² | 34 |
 //! | `Quietness`, deviation of a sample | 0.245 m/s², 3 °/s | 12, 44 |
 //! | `BriefRest`, mean | 0.2 m/s², 0.05 rad/s | 72, 300 |
 //! | `BriefRest`, change of the mean | 0.12 m/s², 0.015 rad/s | 60, 130 |
-//! | `LongRest`, change of the mean | 0.5 m/s², 2 °/s | 180, 210 |
-//! | `LongRest`, change of the long mean | 0.03 m/s² | 34 |
 //!
 //! All are far beyond any level of significance: noise alone never ends a rest, not even five times the noise. Limits at
 //! five standard deviations would call no robot at rest, since a leg under load trembles and its motors hum. What the
@@ -285,91 +286,6 @@ impl LongRest {
     }
 }
 
-/// Detects rest for the duration of a stance, from motion without gravity and bias.
-///
-/// The means of acceleration and rate must stay small, and must not change. A sway accelerates least where it is
-/// fastest: its acceleration is small there, but it changes. Without the test for changes a pendulum of 4 m and 5° is
-/// stable for 93 % of the time.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BriefRest {
-    /// m/s².
-    acceleration: SteadyMean,
-    /// rad/s.
-    rate: SteadyMean,
-    /// Time at rest less the time without rest, s, from 0 to [`Constants::stance`].
-    seconds: f32,
-}
-
-impl BriefRest {
-    /// No rest so far.
-    pub const NONE: Self =
-        Self { acceleration: SteadyMean::ZERO, rate: SteadyMean::ZERO, seconds: 0.0 };
-
-    /// Processes linear acceleration, m/s², and angular rate, rad/s, that lasted for some seconds and have this share
-    /// in a mean over a window. Returns whether the foot has rested for longer than a stance.
-    pub fn push(
-        &mut self,
-        constants: &Constants,
-        acceleration: Vec3,
-        rate: Vec3,
-        seconds: f32,
-        share: f32,
-    ) -> bool {
-        let acceleration_change = self.acceleration.push(constants, acceleration, seconds, share);
-        let rate_change = self.rate.push(constants, rate, seconds, share);
-        let is_within = |value: Vec3, limit: f32| value.dot(value) < limit * limit;
-        let is_at_rest = !self.is_accelerated(constants)
-            && is_within(self.rate.newest, constants.rest_rate)
-            && is_within(acceleration_change, constants.rest_acceleration_change)
-            && is_within(rate_change, constants.rest_rate_change);
-        if is_at_rest {
-            self.seconds = (self.seconds + seconds).lesser(constants.stance);
-        } else {
-            self.pass(seconds);
-        }
-        self.seconds >= constants.stance
-    }
-
-    /// Returns whether the mean acceleration is too large for rest.
-    pub fn is_accelerated(&self, constants: &Constants) -> bool {
-        let (mean, limit) = (self.acceleration.newest, constants.rest_acceleration);
-        mean.dot(mean) >= limit * limit
-    }
-
-    /// Subtracts a time in s without rest, or without a reliable sample. A gap of 30 ms each second must not end all
-    /// rest.
-    pub fn pass(&mut self, seconds: f32) {
-        self.seconds = (self.seconds - seconds).greater(0.0);
-    }
-}
-
-/// Means of a vector, frame of the foot, that show whether it is small and whether it changes.
-#[derive(Clone, Copy, Debug)]
-struct SteadyMean {
-    /// Mean over a window.
-    newest: Vec3,
-    /// Mean over a window of `newest`.
-    smooth: Vec3,
-    /// Mean over a stance of `smooth`.
-    usual: Vec3,
-}
-
-impl SteadyMean {
-    /// Largest length that counts in the means, m/s² or rad/s, so that an impact decays soon.
-    const LARGEST: f32 = 2.0;
-
-    const ZERO: Self = Self { newest: Vec3::ZERO, smooth: Vec3::ZERO, usual: Vec3::ZERO };
-
-    /// Processes a value. Returns the change of its mean within a stance.
-    fn push(&mut self, constants: &Constants, value: Vec3, seconds: f32, share: f32) -> Vec3 {
-        self.newest += (value.clipped(Self::LARGEST) - self.newest) * share;
-        self.smooth += (self.newest - self.smooth) * share;
-        let change = self.smooth - self.usual;
-        self.usual += change * (seconds / (constants.stance + seconds));
-        change
-    }
-}
-
 /// Coefficients of [`Quietness`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct QuietnessCoefficients {
@@ -468,6 +384,91 @@ impl Quietness {
     /// Turns the mean with the world frame, by a small rotation vector, rad.
     pub(crate) fn turn_frame(&mut self, rotation: Vec3) {
         self.mean = self.mean.turned(rotation);
+    }
+}
+
+/// Detects rest for the duration of a stance, from motion without gravity and bias.
+///
+/// The means of acceleration and rate must stay small, and must not change. A sway accelerates least where it is
+/// fastest: its acceleration is small there, but it changes. Without the test for changes a pendulum of 4 m and 5° is
+/// stable for 93 % of the time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BriefRest {
+    /// m/s².
+    acceleration: SteadyMean,
+    /// rad/s.
+    rate: SteadyMean,
+    /// Time at rest less the time without rest, s, from 0 to [`Constants::stance`].
+    seconds: f32,
+}
+
+impl BriefRest {
+    /// No rest so far.
+    pub const NONE: Self =
+        Self { acceleration: SteadyMean::ZERO, rate: SteadyMean::ZERO, seconds: 0.0 };
+
+    /// Processes linear acceleration, m/s², and angular rate, rad/s, that lasted for some seconds and have this share
+    /// in a mean over a window. Returns whether the foot has rested for longer than a stance.
+    pub fn push(
+        &mut self,
+        constants: &Constants,
+        acceleration: Vec3,
+        rate: Vec3,
+        seconds: f32,
+        share: f32,
+    ) -> bool {
+        let acceleration_change = self.acceleration.push(constants, acceleration, seconds, share);
+        let rate_change = self.rate.push(constants, rate, seconds, share);
+        let is_within = |value: Vec3, limit: f32| value.dot(value) < limit * limit;
+        let is_at_rest = !self.is_accelerated(constants)
+            && is_within(self.rate.newest, constants.rest_rate)
+            && is_within(acceleration_change, constants.rest_acceleration_change)
+            && is_within(rate_change, constants.rest_rate_change);
+        if is_at_rest {
+            self.seconds = (self.seconds + seconds).lesser(constants.stance);
+        } else {
+            self.pass(seconds);
+        }
+        self.seconds >= constants.stance
+    }
+
+    /// Returns whether the mean acceleration is too large for rest.
+    pub fn is_accelerated(&self, constants: &Constants) -> bool {
+        let (mean, limit) = (self.acceleration.newest, constants.rest_acceleration);
+        mean.dot(mean) >= limit * limit
+    }
+
+    /// Subtracts a time in s without rest, or without a reliable sample. A gap of 30 ms each second must not end all
+    /// rest.
+    pub fn pass(&mut self, seconds: f32) {
+        self.seconds = (self.seconds - seconds).greater(0.0);
+    }
+}
+
+/// Means of a vector, frame of the foot, that show whether it is small and whether it changes.
+#[derive(Clone, Copy, Debug)]
+struct SteadyMean {
+    /// Mean over a window.
+    newest: Vec3,
+    /// Mean over a window of `newest`.
+    smooth: Vec3,
+    /// Mean over a stance of `smooth`.
+    usual: Vec3,
+}
+
+impl SteadyMean {
+    /// Largest length that counts in the means, m/s² or rad/s, so that an impact decays soon.
+    const LARGEST: f32 = 2.0;
+
+    const ZERO: Self = Self { newest: Vec3::ZERO, smooth: Vec3::ZERO, usual: Vec3::ZERO };
+
+    /// Processes a value. Returns the change of its mean within a stance.
+    fn push(&mut self, constants: &Constants, value: Vec3, seconds: f32, share: f32) -> Vec3 {
+        self.newest += (value.clipped(Self::LARGEST) - self.newest) * share;
+        self.smooth += (self.newest - self.smooth) * share;
+        let change = self.smooth - self.usual;
+        self.usual += change * (seconds / (constants.stance + seconds));
+        change
     }
 }
 

@@ -20,6 +20,8 @@
 //! | S | Does it not slide? Accelerations along the ground that all point one way add up to a speed. | `Slide` |
 //! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, `BriefRest` |
 //!
+//! `constants` has the value of each constant, and the reason for it.
+//!
 //! The same edges judge parts of the motion: across up (tangential), along up (vertical), and along and about each axis
 //! alone. No part is less probable than the whole.
 //!
