@@ -35,9 +35,10 @@ use wire::{
     AbortCode, Address, CanFrame, Counter, Counters, Event, Fault, Node, NodeId, Settings, Stage,
 };
 
-use crate::ports::{BusState, Input, Lane, Mailboxes, Ports, Reloaded, Request};
+use crate::ports::{BusState, Input, Lane, Mailboxes, Ports};
 use crate::sampling::{Activity, Measurement, ReadAt, SATURATED_TICKS, SensorFault, Tick};
 use crate::supervision::{FaultLatch, Hysteresis, Worker};
+use crate::thread::{Reloaded, Request};
 use crate::uart_requests;
 
 /// Period of the ticks unless [`Foot::disable_can`] sets another, µs.

@@ -16,13 +16,14 @@ use embassy_sync::channel::Channel;
 use embassy_sync::waitqueue::WakerRegistration;
 use estimator_core::Timestamp;
 use heapless::deque::{Deque, DequeView};
-use storage::{Erase, Origin, StoreFailed};
+use storage::StoreFailed;
+use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::Pdo;
 use wire::uart::{self, ConfigGet, ConfigSet, Encoded, Message, NmtRequest};
-use wire::{CanFrame, Settings};
 
 use crate::supervision::{CostMeter, Light, Liveness};
+use crate::thread::{Reloaded, Request};
 
 /// Queue with room for one contact, which the next one replaces. So a contact is never older than a tick when it is
 /// sent.
@@ -262,15 +263,6 @@ pub enum UartRequest {
     Nmt(NmtRequest),
 }
 
-/// Settings that were loaded again.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reloaded {
-    /// The settings.
-    pub settings: Settings,
-    /// Origin of the settings.
-    pub origin: Origin,
-}
-
 /// State of the CAN controller on its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusState {
@@ -281,30 +273,6 @@ pub enum BusState {
     /// Bus-off after too many errors, or unable to join a bus that is never idle. The board lets the controller recover
     /// at once.
     Off,
-}
-
-/// A request of the foot to the board.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is no heap to put it on, and a queue of two is small"
-)]
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Request {
-    /// Store these settings, then [`put`](Ports::put) an [`Input::Stored`].
-    Store(Settings, Erase),
-    /// Delete the stored settings, then [`put`](Ports::put) an [`Input::Stored`].
-    Restore(Erase),
-    /// Set the highest brown-out level and protect the bootloader, then [`put`](Ports::put) an [`Input::Completed`].
-    ProtectSupply,
-    /// Confirm the running program, if it is new, then [`put`](Ports::put) an [`Input::Completed`].
-    ConfirmProgram,
-    /// Restart into the bootloader once the answers to requests have been sent.
-    StopProgram,
-    /// Load the stored settings, apply their CAN and UART rates, and pass them to
-    /// [`reload`](Ports::reload).
-    Reload,
-    /// Restart the whole board.
-    Reset,
 }
 
 /// Frames sent to the serial line in one transfer: faults first, then the contact, then others. Together they have at

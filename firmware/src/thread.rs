@@ -3,11 +3,11 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal_async::delay::DelayNs;
 use embedded_storage::nor_flash::NorFlash;
-use storage::{MOST_WATCHDOG_RESETS, Origin, Storage, StoreFailed};
+use storage::{Erase, Origin, Storage, StoreFailed};
 use wire::Settings;
 
 use crate::board::Board;
-use crate::ports::{Input, Mailboxes, Ports, Reloaded, Request};
+use crate::ports::{Input, Mailboxes, Ports};
 use crate::supervision::{Cost, StackDepth};
 
 /// Time for the response to a stop to be sent, ms: some frames at 125 kbit/s.
@@ -16,20 +16,37 @@ const ANSWERING_MS: u32 = 20;
 /// Time for which the watchdog is fed before a new program is confirmed, ms.
 const CONFIRMED_MS: u32 = 10_000;
 
-/// Loads the settings at a start. Returns the defaults if settings may have caused the consecutive resets by the
-/// watchdog.
-pub fn load_settings<F: NorFlash>(
-    storage: &mut Storage<F>,
-    watchdog_resets: u32,
-) -> (Settings, Origin)
-where
-    StoreFailed: From<F::Error>,
-{
-    if watchdog_resets < MOST_WATCHDOG_RESETS {
-        storage.load()
-    } else {
-        (Settings::default(), Origin::NotRead)
-    }
+/// A request of the foot to the board.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put it on, and a queue of two is small"
+)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// Store these settings, then [`put`](Ports::put) an [`Input::Stored`].
+    Store(Settings, Erase),
+    /// Delete the stored settings, then [`put`](Ports::put) an [`Input::Stored`].
+    Restore(Erase),
+    /// Set the highest brown-out level and protect the bootloader, then [`put`](Ports::put) an [`Input::Completed`].
+    ProtectSupply,
+    /// Confirm the running program, if it is new, then [`put`](Ports::put) an [`Input::Completed`].
+    ConfirmProgram,
+    /// Restart into the bootloader once the answers to requests have been sent.
+    StopProgram,
+    /// Load the stored settings, apply their CAN and UART rates, and pass them to
+    /// [`reload`](Ports::reload).
+    Reload,
+    /// Restart the whole board.
+    Reset,
+}
+
+/// Settings that were loaded again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reloaded {
+    /// The settings.
+    pub settings: Settings,
+    /// Origin of the settings.
+    pub origin: Origin,
 }
 
 /// Serves requests of the foot that take longer than a tick, forever.

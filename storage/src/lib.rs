@@ -44,15 +44,14 @@ extern crate std;
 
 mod pages;
 
+use core::convert::Infallible;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 use wire::dictionary::{self, Place, SETTINGS, index};
-use wire::{Address, Settings, Value};
+use wire::{AbortCode, Address, Settings, Value};
 
 use pages::{Item, Pages};
-
-pub use pages::{Erase, StoreFailed};
 
 /// Version of the record.
 const VERSION: u8 = 1;
@@ -78,14 +77,14 @@ pub enum Origin {
     Corrupted,
     /// Defaults, because the stored settings are incompatible with each other.
     Incompatible,
-    /// Defaults, because the stored settings were not read after [`MOST_WATCHDOG_RESETS`] in a row.
+    /// Defaults, because the stored settings were not read after [`RESETS_UNTIL_DEFAULTS`] in a row.
     NotRead,
-    /// The flash, except the learnt values. They have another version, or are damaged, and the foot learns again.
+    /// The flash, except the learnt values. They have another version, or have decayed, and the foot learns again.
     NotLearnt,
 }
 
 /// Consecutive resets by the watchdog after which the stored settings are not read, because they may be the cause.
-pub const MOST_WATCHDOG_RESETS: u32 = 3;
+pub const RESETS_UNTIL_DEFAULTS: u32 = 3;
 
 impl Origin {
     /// Detail of [`Fault::ConfigCorrupted`](wire::Fault::ConfigCorrupted), if the settings in use differ from the
@@ -107,6 +106,44 @@ pub struct Storage<F: NorFlash> {
     pages: Pages<F>,
 }
 
+/// Whether a page of flash may be erased. During an erase, half a second at most, the foot does nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Erase {
+    /// The erase is allowed.
+    Allowed,
+    /// The erase is refused: the foot is streaming.
+    Refused,
+}
+
+/// Reason why the settings, the brown-out level or the confirmation of a program could not be written. The previous
+/// ones are unchanged. The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreFailed {
+    /// The flash refused the write, or its contents do not read back.
+    Flash,
+    /// The supply is too low to write flash.
+    SupplyLow,
+    /// A page must be erased first, and that was not allowed.
+    NeedsErase,
+}
+
+impl From<Infallible> for StoreFailed {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl StoreFailed {
+    /// Abort code of the request.
+    #[must_use]
+    pub const fn abort_code(self) -> AbortCode {
+        match self {
+            Self::Flash | Self::SupplyLow => AbortCode::Hardware,
+            Self::NeedsErase => AbortCode::DeviceState,
+        }
+    }
+}
+
 /// Error of a range that does not fit the flash. It must be at least two whole pages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WrongRange;
@@ -124,6 +161,16 @@ where
         Ok(Self { pages })
     }
 
+    /// Loads the settings at a start after this number of consecutive resets by the watchdog. From
+    /// [`RESETS_UNTIL_DEFAULTS`] on they are the defaults. Writes nothing.
+    pub fn load_at_start(&mut self, watchdog_resets: u32) -> (Settings, Origin) {
+        if watchdog_resets < RESETS_UNTIL_DEFAULTS {
+            self.load()
+        } else {
+            (Settings::default(), Origin::NotRead)
+        }
+    }
+
     /// Loads the stored settings, or defaults. Writes nothing.
     pub fn load(&mut self) -> (Settings, Origin) {
         let Ok(latest) = self.pages.newest() else {
@@ -131,12 +178,12 @@ where
         };
         let Some(item) = latest.item else {
             // Flash that only another program has used was never written here.
-            let is_used = latest.damaged || !matches!(self.pages.were_used(), Ok(false));
+            let is_used = latest.has_decayed || !matches!(self.pages.were_used(), Ok(false));
             let origin = if is_used { Origin::Corrupted } else { Origin::Blank };
             return (Settings::default(), origin);
         };
         let (settings, origin) = self.decode(item);
-        if latest.damaged { (settings, Origin::Corrupted) } else { (settings, origin) }
+        if latest.has_decayed { (settings, Origin::Corrupted) } else { (settings, origin) }
     }
 
     /// Returns the stored value of a setting, zero-extended, without the dictionary, for which the bootloader has no

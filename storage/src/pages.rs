@@ -21,12 +21,12 @@
 //! wrong. A mark counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
 
 use core::cmp::Reverse;
-use core::convert::Infallible;
 use core::ops::Range;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage::nor_flash::NorFlash;
-use wire::AbortCode;
+
+use crate::{Erase, StoreFailed};
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
@@ -44,44 +44,6 @@ const CHUNK: usize = 64;
 
 /// Attempts to write an item before the flash counts as worn out.
 const ATTEMPTS: usize = 2;
-
-/// Whether a page of flash may be erased. During an erase, half a second at most, the foot does nothing else.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Erase {
-    /// The erase is allowed.
-    Allowed,
-    /// The erase is refused: the foot is streaming.
-    Refused,
-}
-
-/// Reason why the settings, the brown-out level or the confirmation of a program could not be written. The previous
-/// ones are unchanged. The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StoreFailed {
-    /// The flash refused the write, or its contents do not read back.
-    Flash,
-    /// The supply is too low to write flash.
-    SupplyLow,
-    /// A page must be erased first, and that was not allowed.
-    NeedsErase,
-}
-
-impl From<Infallible> for StoreFailed {
-    fn from(never: Infallible) -> Self {
-        match never {}
-    }
-}
-
-impl StoreFailed {
-    /// Abort code of the request.
-    #[must_use]
-    pub const fn abort_code(self) -> AbortCode {
-        match self {
-            Self::Flash | Self::SupplyLow => AbortCode::Hardware,
-            Self::NeedsErase => AbortCode::DeviceState,
-        }
-    }
-}
 
 /// State of a page, the least current first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -110,7 +72,7 @@ struct Page {
     is: Use,
     newest: Option<Item>,
     /// Whether an item after the newest was completely written but does not match its checksum.
-    damaged: bool,
+    has_decayed: bool,
     /// Start of the blank part.
     free: u32,
 }
@@ -121,7 +83,7 @@ pub(super) struct Latest {
     /// Newest complete item.
     pub(super) item: Option<Item>,
     /// Whether a newer item has decayed.
-    pub(super) damaged: bool,
+    pub(super) has_decayed: bool,
 }
 
 pub(super) struct Pages<F> {
@@ -209,11 +171,14 @@ where
     pub(super) fn newest(&mut self) -> Result<Latest, F::Error> {
         let pages = self.look()?;
         let Some(best) = best(&pages) else {
-            return Ok(Latest { item: None, damaged: pages.iter().any(|page| page.damaged) });
+            return Ok(Latest {
+                item: None,
+                has_decayed: pages.iter().any(|page| page.has_decayed),
+            });
         };
         // Damage in an earlier page is not reported.
-        let damaged = pages.iter().any(|page| page.damaged && page.is >= best.is);
-        Ok(Latest { item: best.newest, damaged })
+        let has_decayed = pages.iter().any(|page| page.has_decayed && page.is >= best.is);
+        Ok(Latest { item: best.newest, has_decayed })
     }
 
     fn look(&mut self) -> Result<[Page; 2], F::Error> {
@@ -232,7 +197,7 @@ where
                 (false, _) => Use::Unmarked,
             },
             newest: None,
-            damaged: false,
+            has_decayed: false,
             free: at,
         };
         let mut checked = 0;
@@ -256,16 +221,16 @@ where
             checked += u32::from(length);
             if checked > Self::MOST_CHECKED {
                 found.is = Use::Unmarked;
-                found.damaged = true;
+                found.has_decayed = true;
                 break;
             }
             let check = u32::from_le_bytes([c0, c1, c2, c3]);
             if self.check(data, length)? == check {
                 found.newest = Some(Item { data, length, check });
-                found.damaged = false;
+                found.has_decayed = false;
                 at = next;
             } else {
-                found.damaged |= self.read(next - 1)? == [0];
+                found.has_decayed |= self.read(next - 1)? == [0];
                 at += WORD;
             }
         }
@@ -374,6 +339,8 @@ fn padded(length: u16) -> u32 {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use core::convert::Infallible;
+
     use super::*;
     use embedded_storage::nor_flash::{ErrorType, ReadNorFlash};
     use std::{vec, vec::Vec};
@@ -458,7 +425,7 @@ pub(super) mod tests {
             let data = data::<47>(number);
             let data = &data[..1 + usize::from(number) * 5 % 47];
             assert_eq!(pages.append(data, Erase::Allowed), Ok(()));
-            let Ok(Latest { item: Some(item), damaged: false }) = pages.newest() else {
+            let Ok(Latest { item: Some(item), has_decayed: false }) = pages.newest() else {
                 panic!("{number}");
             };
             assert_eq!(usize::from(item.length), data.len());
@@ -511,7 +478,7 @@ pub(super) mod tests {
                     assert_eq!(pages.append(&stored, Erase::Allowed), Ok(()), "{case:?}");
                     let newest = pages.newest().expect("a search");
                     assert_eq!(newest.item.map(|item| item.length), Some(200), "{case:?}");
-                    assert!(!newest.damaged, "{case:?}");
+                    assert!(!newest.has_decayed, "{case:?}");
                 }
             }
         }

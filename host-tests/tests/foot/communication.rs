@@ -3,9 +3,10 @@
 use crate::bench::Bench;
 use ::storage::{Erase, StoreFailed};
 use estimator_core::{Flag, ImuSample, Phase, Timestamp, Validity};
-use firmware::ports::{Input, Request};
+use firmware::ports::Input;
 use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
 use firmware::supervision::Worker;
+use firmware::thread::Request;
 use firmware::{Foot, Ports, Start};
 use lsm6dsox::imu::missing_sample;
 use simulated_robot::board::measurement;

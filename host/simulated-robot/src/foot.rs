@@ -2,8 +2,9 @@
 
 use estimator_core::{Timestamp, Validity};
 use firmware::Start;
-use firmware::ports::{Input, Reloaded, Request};
+use firmware::ports::Input;
 use firmware::sampling::{Activity, Measurement, SensorFault};
+use firmware::thread::{Reloaded, Request};
 use firmware::uart_requests::UartReceiver;
 use gait::control::MOST_FEET;
 use gait::{EndlessRounds, Walked};

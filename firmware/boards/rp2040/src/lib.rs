@@ -86,7 +86,7 @@ pub fn run() -> ! {
     let Ok(mut storage) = Storage::new(flash, &(0..flash::SETTINGS)) else {
         halt();
     };
-    let (settings, origin) = thread::load_settings(&mut storage, restart.timeouts);
+    let (settings, origin) = storage.load_at_start(restart.timeouts);
     let timed_out = restart.reason == Some(ResetReason::TimedOut);
     let reason = match crash {
         Some(record) => Some(record.into()),

@@ -67,7 +67,7 @@ pub fn run() -> ! {
         defmt::warn!("option bytes written: {=bool}", is_protected);
     }
     // Nothing is written before a store, so that the settings in flash stay for inspection.
-    let (settings, origin) = thread::load_settings(&mut storage, peripherals.watchdog_resets);
+    let (settings, origin) = storage.load_at_start(peripherals.watchdog_resets);
     let start = Start {
         serial: peripherals.serial,
         hardware: match wiring::BOARD {

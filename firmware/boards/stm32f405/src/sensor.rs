@@ -63,7 +63,7 @@ const BURST_BYTES: u32 = 17;
 
 /// Timeout of a burst, µs: three times that of a sample, plus 10.
 const fn burst_micros(speed: BusSpeed) -> u32 {
-    10 + 3 * BURST_BYTES * 8 / (speed.spi_hertz() / 1_000_000)
+    10 + 3 * BURST_BYTES * 8 * 1_000_000 / speed.spi_hertz()
 }
 
 /// Divider of APB2's 80 MHz: `BR` in `SPI_CR1` (RM0090, 28.5.1).

@@ -31,9 +31,9 @@ pub const LONGEST_STALL_MILLIS: u32 =
 
 const _: () = assert!(RELOAD <= 0xFFF);
 
-/// Polls of `IWDG_SR` until the settings are applied. That takes five cycles of the oscillator, at most 300 µs: some
-/// 5,000 cycles of the processor just after reset. At its full clock the polls may end before that.
-const POLLS: u32 = 2_000;
+/// Maximum polls of `IWDG_SR` until the settings are applied. That takes five cycles of the oscillator, at most 300 µs,
+/// or 48,000 cycles of the processor at its full clock. Each poll takes at least 5 cycles.
+const POLLS: u32 = 10_000;
 
 // The watchdog starts before memory is initialised and the stack painted, which takes some milliseconds. Its period is
 // 0.35 to 0.96 s after a reset, and 5.6 to 15 s behind the bootloader, which has set it.
