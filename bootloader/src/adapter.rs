@@ -16,7 +16,7 @@ use wire::slcan::{CR, LONGEST, decode};
 
 /// Request of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Word {
+pub enum Request {
     /// A frame for the node.
     Frame(CanFrame),
     /// A command, already executed.
@@ -41,24 +41,24 @@ impl Adapter {
     }
 
     /// Takes a byte. Returns the request of a line at the line's end.
-    pub fn push(&mut self, byte: u8) -> Option<Word> {
+    pub fn push(&mut self, byte: u8) -> Option<Request> {
         if byte != CR {
             self.is_too_long |= self.line.push(byte).is_err();
             return None;
         }
         let line = core::mem::take(&mut self.line);
         if core::mem::take(&mut self.is_too_long) {
-            return Some(Word::Unknown);
+            return Some(Request::Unknown);
         }
         let (command, rest) = line.split_first()?;
         match (command, rest, self.is_open) {
             (b'C', [], _) => self.is_open = false,
             (b'O', [], false) => self.is_open = true,
             (b'S', [b'0'..=b'8'], false) => {}
-            (b't', _, true) => return Some(decode(&line).map_or(Word::Unknown, Word::Frame)),
-            _ => return Some(Word::Unknown),
+            (b't', _, true) => return Some(decode(&line).map_or(Request::Unknown, Request::Frame)),
+            _ => return Some(Request::Unknown),
         }
-        Some(Word::Done)
+        Some(Request::Done)
     }
 }
 
@@ -66,7 +66,7 @@ impl Adapter {
 mod tests {
     use super::*;
 
-    fn words(adapter: &mut Adapter, bytes: &[u8]) -> std::vec::Vec<Word> {
+    fn words(adapter: &mut Adapter, bytes: &[u8]) -> std::vec::Vec<Request> {
         let pushed = bytes.iter().filter_map(|byte| adapter.push(*byte));
         pushed.collect()
     }
@@ -77,13 +77,13 @@ mod tests {
         // footfall, python-can, slcand.
         for opening in ["\r\r\rC\rS8\rO\r", "C\rS8\rO\r", "C\rS6\rO\r"] {
             let answers = words(&mut adapter, opening.as_bytes());
-            assert_eq!(answers, [Word::Done; 3], "{opening:?}");
+            assert_eq!(answers, [Request::Done; 3], "{opening:?}");
             assert!(adapter.is_open());
         }
         let frame = CanFrame::new(0x611, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]).expect("a frame");
         let asked = words(&mut adapter, b"t61184008100000000000\r");
-        assert_eq!(asked, [Word::Frame(frame)]);
-        assert_eq!(words(&mut adapter, b"C\r"), [Word::Done]);
+        assert_eq!(asked, [Request::Frame(frame)]);
+        assert_eq!(words(&mut adapter, b"C\r"), [Request::Done]);
         assert!(!adapter.is_open());
     }
 
@@ -91,12 +91,12 @@ mod tests {
     fn unknown_lines_change_nothing() {
         let mut adapter = Adapter::default();
         for line in ["t0800\r", "S9\r", "S\r", "Ox\r", "V\r", "N\r", "\0\x07\r"] {
-            assert_eq!(words(&mut adapter, line.as_bytes()), [Word::Unknown]);
+            assert_eq!(words(&mut adapter, line.as_bytes()), [Request::Unknown]);
         }
         assert!(!adapter.is_open());
         words(&mut adapter, b"O\r");
         for line in ["O\r", "S8\r", "t08\r", "T000001110\r", "r1110\r"] {
-            assert_eq!(words(&mut adapter, line.as_bytes()), [Word::Unknown]);
+            assert_eq!(words(&mut adapter, line.as_bytes()), [Request::Unknown]);
         }
         assert!(adapter.is_open());
     }
@@ -105,7 +105,7 @@ mod tests {
     fn line_that_is_too_long_is_refused_once() {
         let mut adapter = Adapter::default();
         assert_eq!(words(&mut adapter, &[b't'; 100_000]), []);
-        assert_eq!(words(&mut adapter, b"\r"), [Word::Unknown]);
-        assert_eq!(words(&mut adapter, b"O\r"), [Word::Done]);
+        assert_eq!(words(&mut adapter, b"\r"), [Request::Unknown]);
+        assert_eq!(words(&mut adapter, b"O\r"), [Request::Done]);
     }
 }

@@ -5,7 +5,7 @@
 
 mod chip;
 
-use bootloader::adapter::Word;
+use bootloader::adapter::Request;
 use bootloader::node::{Line, Message, Node};
 use bootloader::update::{ProgramState, Start, settle};
 use bootloader::verify::KEY;
@@ -66,14 +66,14 @@ fn serve(flash: ChipFlash, program: ProgramState) -> ! {
         {
             is_idle = false;
             match word {
-                Word::Frame(frame) => {
+                Request::Frame(frame) => {
                     serial.send(&[CR]);
                     if let Some(answer) = node.receive(&frame, Line::Serial) {
                         serial.send_frame(&answer);
                     }
                 }
-                Word::Done => serial.send(&[CR]),
-                Word::Unknown => serial.send(&[BEL]),
+                Request::Done => serial.send(&[CR]),
+                Request::Unknown => serial.send(&[BEL]),
             }
         }
         for message in [waiting.take(), answer.take()].into_iter().flatten() {

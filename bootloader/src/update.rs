@@ -68,25 +68,27 @@ fn proceed(
     key: &[u8; 32],
 ) -> Result<Start, FlashFailed> {
     // Installing, replacing, a trial that is over, and restoring follow each other at most once.
-    let mut checked = None;
+    let mut is_checked = false;
     for _ in 0..5 {
         let next = match state.progress {
             Progress::Installing => match check_new(flash, key) {
                 Ok(()) => {
-                    checked = Some(());
+                    is_checked = true;
                     keep(flash, state).unwrap_or(Event::Ended(Refusal::FlashFailed))
                 }
                 Err(why) => Event::Ended(why),
             },
-            // Once per start, because it takes a second.
-            Progress::Replacing => match checked
-                .map_or_else(|| check_new(flash, key), Ok)
-                .and_then(|()| replace(flash))
-            {
-                Ok(()) => Event::Started,
-                Err(why) if program::check(flash, Slot::Previous).is_ok() => Event::Restore(why),
-                Err(why) => Event::Ended(why),
-            },
+            Progress::Replacing => {
+                // Once per start, because it takes a second.
+                let checked = if is_checked { Ok(()) } else { check_new(flash, key) };
+                match checked.and_then(|()| replace(flash)) {
+                    Ok(()) => Event::Started,
+                    Err(why) if program::check(flash, Slot::Previous).is_ok() => {
+                        Event::Restore(why)
+                    }
+                    Err(why) => Event::Ended(why),
+                }
+            }
             Progress::Restoring(why) => {
                 if program::check(flash, Slot::Previous).is_ok() {
                     program::copy(flash, Slot::Previous, Slot::Running)?;

@@ -1,7 +1,7 @@
 //! The serial line: USART1, 8N1. DMA receives, because an operation of the flash stops the processor for the time of
 //! many bytes.
 
-use bootloader::adapter::{Adapter, Word};
+use bootloader::adapter::{Adapter, Request};
 use bootloader::image::Board;
 use stm32_metapac::dma::regs::{Cr, Ndtr};
 use stm32_metapac::gpio::Gpio;
@@ -91,7 +91,7 @@ impl Serial {
     }
 
     /// Returns the request of the next complete line, if one has been received.
-    pub fn receive(&mut self) -> Option<Word> {
+    pub fn receive(&mut self) -> Option<Request> {
         loop {
             let left = DMA2.st(STREAM).ndtr().read().ndt();
             let end = RING_BYTES.wrapping_sub(left) % RING_BYTES;
