@@ -20,10 +20,11 @@ use storage::StoreFailed;
 use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::Pdo;
-use wire::uart::{self, ConfigGet, ConfigSet, Encoded, Message, NmtRequest};
+use wire::uart::{self, Encoded, Message};
 
 use crate::supervision::{CostMeter, Light, Liveness};
 use crate::thread::{Reloaded, Request};
+use crate::uart_requests::UartRequest;
 
 /// Queue with room for one contact, which the next one replaces. So a contact is never older than a tick when it is
 /// sent.
@@ -250,17 +251,6 @@ impl Input {
             _ => false,
         }
     }
-}
-
-/// Request over UART: the kinds of a [`Message`] that a foot answers or executes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UartRequest {
-    /// Read an object's value.
-    Get(ConfigGet),
-    /// Change an object's value.
-    Set(ConfigSet),
-    /// Change the NMT state.
-    Nmt(NmtRequest),
 }
 
 /// State of the CAN controller on its bus.
@@ -501,7 +491,9 @@ mod tests {
 
     use wire::node::{NmtCommand, NmtState};
     use wire::pdo::Quantity;
-    use wire::uart::{ContactMessage, Decoder, LogMessage, MAX_LOG};
+    use wire::uart::{
+        ConfigGet, ConfigSet, ContactMessage, Decoder, LogMessage, MAX_LOG, NmtRequest,
+    };
     use wire::{Address, Counters, Faults, Stage, Value};
 
     use super::*;

@@ -388,7 +388,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         let (raw, issue) = match read {
             Ok(raw) => {
                 let issue = self.watch.issue(tick, &raw);
-                (Some(raw), issue.or_else(|| self.unproven()))
+                (Some(raw), issue.or_else(|| self.unchanged_axis()))
             }
             Err(Error::Status { read, .. }) => {
                 self.count_bus_error();
@@ -429,8 +429,8 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
 
     /// Issue of a sensor on which some axis has not changed since the start. Such an axis may be stuck, which is
     /// detected later.
-    fn unproven(&self) -> Option<SampleIssue> {
-        (!self.watch.frozen.every_axis_has_changed()).then_some(SampleIssue::Unproven)
+    fn unchanged_axis(&self) -> Option<SampleIssue> {
+        (!self.watch.frozen.every_axis_has_changed()).then_some(SampleIssue::AxisUnchanged)
     }
 
     /// Numbers of restarts and misreads so far.
@@ -550,7 +550,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             | SampleIssue::Unannounced
             | SampleIssue::Rate
             | SampleIssue::Stale
-            | SampleIssue::Unproven => timing,
+            | SampleIssue::AxisUnchanged => timing,
             SampleIssue::Status(read) => {
                 self.fault_of(&Error::Status { register: lsm6dsox::register::STATUS_REG, read })
             }

@@ -260,7 +260,7 @@ mod tests {
         let (board, ports) = (Counting::default(), Ports::new());
         board.confirms.set(true);
         let request = wire::uart::NmtRequest(wire::node::NmtCommand::StartRemoteNode);
-        let request = Input::Uart(crate::ports::UartRequest::Nmt(request));
+        let request = Input::Uart(crate::uart_requests::UartRequest::Nmt(request));
         let mut put = pin!(ports.put(request));
         let mut context = Context::from_waker(Waker::noop());
         assert!(put.as_mut().poll(&mut context).is_ready());

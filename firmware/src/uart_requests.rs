@@ -4,10 +4,10 @@
 //! on. [`answer`] runs in the tick that handles the request. It follows the rules of the object dictionary, as over
 //! SDO.
 
-use wire::uart::{Answer, ConfigResponse, Decoder, Message, NmtRequest};
+use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Decoder, Message, NmtRequest};
 use wire::{AbortCode, Address, Event, Node};
 
-use crate::ports::{Input, Mailboxes, Ports, UartRequest};
+use crate::ports::{Input, Mailboxes, Ports};
 
 /// Decoder of requests from the bytes of the UART.
 #[derive(Clone, Debug, Default)]
@@ -60,6 +60,17 @@ impl UartReceiver {
         self.reported = refused;
         (new > 0).then_some(Input::UartRefused(new))
     }
+}
+
+/// Request over UART: the kinds of a [`Message`] that a foot answers or executes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UartRequest {
+    /// Read an object's value.
+    Get(ConfigGet),
+    /// Change an object's value.
+    Set(ConfigSet),
+    /// Change the NMT state.
+    Nmt(NmtRequest),
 }
 
 /// Result of a request.
@@ -125,7 +136,7 @@ mod tests {
     use std::vec::Vec;
     use wire::Value;
     use wire::node::NmtCommand;
-    use wire::uart::{ConfigGet, ConfigSet, ContactMessage, encode};
+    use wire::uart::{ContactMessage, encode};
 
     const GET: ConfigGet = ConfigGet { address: Address::new(0x2010, 0) };
 

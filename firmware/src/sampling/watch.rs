@@ -102,7 +102,7 @@ pub(super) enum SampleIssue {
     /// The sample has repeated at least twice, or some of its axes have repeated for long.
     Repeat,
     /// An axis has not changed yet since the start.
-    Unproven,
+    AxisUnchanged,
 }
 
 impl Watch {
@@ -234,7 +234,7 @@ impl Watch {
         match issue {
             // The detector has its own count.
             SampleIssue::Repeat => return (self.frozen_axes() != 0).then_some(issue),
-            SampleIssue::Unproven => return None,
+            SampleIssue::AxisUnchanged => return None,
             _ => {}
         }
         self.badness = self.badness.saturating_add(BAD_TICK);
@@ -356,7 +356,7 @@ mod tests {
     fn an_axis_that_has_not_changed_yet_is_not_a_fault() {
         let mut watch = Watch::default();
         for _ in 0..100 {
-            let fault = watch.count(Some(SampleIssue::Unproven), Timestamp::from_micros(1));
+            let fault = watch.count(Some(SampleIssue::AxisUnchanged), Timestamp::from_micros(1));
             assert_eq!(fault, None);
         }
         assert_eq!((watch.bad_ticks, watch.good_ticks), (100, 0));
