@@ -29,7 +29,7 @@ use canopen_rs::time::TimeOfDay;
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
 use heapless::Deque;
 
-use device::{Device, Snapshot};
+use device::Device;
 
 use crate::abort::AbortCode;
 use crate::board::{Counters, Stage};
@@ -37,7 +37,7 @@ use crate::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
 use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
-use crate::pdo::{ClockReading, Load, Pdo};
+use crate::pdo::{ClockReading, Load, Pdo, Snapshot};
 use crate::sdo::{self, Objects, SdoServer};
 use crate::settings::{LoadSource, Settings, Trigger};
 use crate::value::Value;

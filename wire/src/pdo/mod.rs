@@ -1,5 +1,5 @@
 //! Process data: the frames that a foot sends. Each frame has a file, and each field a row with its object, mapping,
-//! signals and text.
+//! signals and text. [`Pdo`] is the table of the frames. `Snapshot` has the inputs of all frames in one tick.
 //!
 //! The identifiers follow the predefined connection set of CiA 301, which has four TPDOs. The other three frames use
 //! the identifiers of RPDO2 to RPDO4, which this device does not have. Everything is aligned to bytes and
@@ -24,6 +24,10 @@ pub use health::{ClockReading, Health};
 pub use load::Load;
 pub use motion::{Acceleration, Attitude, Bias, Rate};
 
+use estimator_core::ContactEstimate;
+
+use crate::address::Address;
+use crate::fault::Faults;
 use crate::foot::{NodeId, cob_id};
 
 /// Defines the enumeration and the properties of each frame, from one row per frame: its name, function code,
@@ -137,6 +141,58 @@ impl Pdo {
     /// Signals of the frame as a DBC describes them, each with the row that it belongs to.
     pub fn signals(self) -> impl Iterator<Item = (Field, Signal)> {
         field::signals(self.fields())
+    }
+}
+
+/// Inputs of all process data in one tick. Most frames are due on few ticks. So a tick keeps only the estimate, and a
+/// frame is built when it is due or when one of its objects is read.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Snapshot {
+    /// Whether there was a tick.
+    pub(crate) is_taken: bool,
+    pub(crate) estimate: ContactEstimate,
+    /// Temperature of the sensor, °C.
+    pub(crate) temperature: f32,
+    pub(crate) faults: Faults,
+    /// Frames dropped since the start.
+    pub(crate) dropped: u32,
+    pub(crate) last_sync: ClockReading,
+    /// Sequence number of the contact.
+    pub(crate) sequence: u8,
+}
+
+impl Snapshot {
+    /// Encodes a frame.
+    pub(crate) fn payload(&self, pdo: Pdo) -> [u8; 8] {
+        let (estimate, faults) = (&self.estimate, self.faults);
+        match pdo {
+            Pdo::Contact => Contact::new(estimate, self.sequence, faults).encode(),
+            Pdo::Axes => Axes::new(estimate, faults).encode(),
+            Pdo::Attitude => Attitude::new(estimate, faults).encode(),
+            Pdo::Acceleration => Acceleration::new(estimate, faults).encode(),
+            Pdo::Rate => Rate::new(estimate, faults).encode(),
+            Pdo::Bias => Bias::new(estimate, self.temperature, faults).encode(),
+            Pdo::Health => {
+                let register = faults.register();
+                let clock = ClockReading::to_report(self.last_sync, estimate.timestamp);
+                Health::new(estimate.flags, register, self.dropped, clock).encode()
+            }
+        }
+    }
+
+    /// Value of `address` in the PDO that maps it; 0 before the first tick.
+    pub(crate) fn value(&self, address: Address) -> Option<u32> {
+        for pdo in Pdo::ALL {
+            let mut offset = 0;
+            for mapped in pdo.mapping() {
+                if mapped.address == address {
+                    let payload = if self.is_taken { self.payload(pdo) } else { [0; 8] };
+                    return Some((u64::from_le_bytes(payload) >> offset) as u32);
+                }
+                offset += mapped.bits;
+            }
+        }
+        None
     }
 }
 
