@@ -51,7 +51,6 @@
 extern crate std;
 
 pub mod abort;
-mod address;
 pub mod board;
 mod bytes;
 pub mod dictionary;

@@ -1,16 +1,11 @@
 //! 0x1000 to 0x1FFF: objects required or allowed by CiA 301.
 
+use super::index;
 use super::object::{Access, Concern, Entry, Object, Role, Shape, Text};
 use super::process::process;
-use crate::address::index;
 use crate::foot::cob_id;
 use crate::pdo::{self, Pdo};
 use crate::value::Value;
-
-/// "save": signature that must be written to store the settings.
-pub const SIGNATURE_STORE: u32 = u32::from_le_bytes(*b"save");
-/// "load": signature that must be written to restore the defaults.
-pub const SIGNATURE_RESTORE: u32 = u32::from_le_bytes(*b"load");
 
 /// Bit 31 of a PDO's identifier: the PDO is off.
 pub const PDO_OFF: u32 = 1 << 31;

@@ -2,15 +2,12 @@
 
 use estimator_core::Learnt;
 
+use super::index;
 use super::object::{Access, Entry, Object, Role, Shape, Text};
 use super::settings::LEARNT_NUMBERS;
-use crate::address::index;
 use crate::board::Counter;
 use crate::pdo::Field;
 use crate::value::Value;
-
-/// "bor3": signature that must be written to set brown-out level 3 (reset below 2.75 to 2.88 V).
-pub const SIGNATURE_BROWN_OUT: u32 = u32::from_le_bytes(*b"bor3");
 
 /// Number of rows of a frame that belong to an object.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
@@ -46,7 +43,7 @@ pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [En
 macro_rules! process {
     ($pdo:ident, $index:ident) => {{
         const FIELDS: &[crate::pdo::Field] = crate::pdo::Pdo::$pdo.fields();
-        const INDEX: u16 = crate::address::index::$index;
+        const INDEX: u16 = crate::dictionary::index::$index;
         const COUNT: usize = super::process::count(FIELDS, INDEX);
         &super::process::entries::<COUNT>(FIELDS, INDEX)
     }};

@@ -6,8 +6,8 @@ use estimator_core::mounting::handedness;
 use estimator_core::parameter::{self, Parameter, Row};
 use estimator_core::{Learning, Learnt, Params};
 
+use super::index;
 use super::object::{Concern, Entry, Object, Shape, Text};
-use crate::address::index;
 use crate::foot::Foot;
 use crate::value::Value;
 
