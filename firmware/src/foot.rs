@@ -26,7 +26,7 @@ use estimator_core::{
 };
 use lsm6dsox::scale::{DEGREE, FullScale, STANDARD_GRAVITY};
 use storage::{Erase, Origin, StoreFailed};
-use wire::dictionary::{self, Concern};
+use wire::dictionary::Concern;
 use wire::node::{BootCause, Calibration, Crash, NmtState, Program};
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadInput, LoadSource, UartStreams, WINDOW_CAPACITY};
@@ -510,17 +510,15 @@ impl Foot {
     /// Handles an event of the node.
     fn act(&mut self, event: Event, requester: Requester, ports: &Ports<impl Mailboxes>) {
         match event {
-            Event::Changed(address) => {
+            Event::Changed { concern, .. } => {
                 self.in_use = InUse::of(self.node.settings());
-                match dictionary::concern(address) {
-                    Some(Concern::Learnt) => self.renew(Renewal::Restart),
-                    Some(
-                        Concern::Correction
-                        | Concern::Load
-                        | Concern::Estimator
-                        | Concern::Parameter(_),
-                    ) => self.renew(Renewal::Continue),
-                    Some(Concern::Node | Concern::Stream | Concern::Sensor) | None => {}
+                match concern {
+                    Concern::Learnt => self.renew(Renewal::Restart),
+                    Concern::Correction
+                    | Concern::Load
+                    | Concern::Estimator
+                    | Concern::Parameter(_) => self.renew(Renewal::Continue),
+                    Concern::Node | Concern::Stream | Concern::Sensor => {}
                 }
             }
             Event::Store | Event::Restore if self.stores_left == 0 => {

@@ -95,7 +95,7 @@ impl SdoServer {
         match command >> 5 {
             0 => {
                 let [_, segment @ ..] = *request;
-                Some(self.download_segment(command, segment, transfer, objects)?)
+                self.download_segment(command, segment, transfer, objects)
             }
             1 => self.download(command, address, data, objects),
             2 => Some(self.upload(address, objects)),

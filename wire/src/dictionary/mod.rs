@@ -78,15 +78,6 @@ pub fn find(address: Address) -> Result<Place, AbortCode> {
     }
 }
 
-/// Area affected by the setting at an address; `None` if there is no such setting.
-#[must_use]
-pub fn concern(address: Address) -> Option<Concern> {
-    match find(address) {
-        Ok(Place::Entry(entry, _)) => entry.concern(),
-        Ok(Place::Highest(_)) | Err(_) => None,
-    }
-}
-
 /// All values, in the order of the addresses.
 pub fn entries() -> impl Iterator<Item = (Address, &'static Entry)> {
     OBJECTS.iter().flat_map(|object| {

@@ -10,8 +10,8 @@ use super::event::{Calibration, CalibrationState, Costs, Crash, Event, Program};
 use crate::abort::AbortCode;
 use crate::board::{Counter, Counters, Stage};
 use crate::dictionary::{
-    self, Access, Address, ERROR_HISTORY, Place, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE,
-    SIGNATURE_STORE, index,
+    self, Access, Address, Concern, ERROR_HISTORY, Place, Role, SIGNATURE_BROWN_OUT,
+    SIGNATURE_RESTORE, SIGNATURE_STORE, index,
 };
 use crate::fault::Faults;
 use crate::foot::NodeId;
@@ -141,13 +141,18 @@ impl Device {
         Ok(())
     }
 
-    fn write_setting(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
+    fn write_setting(
+        &mut self,
+        address: Address,
+        concern: Concern,
+        value: Value,
+    ) -> Result<(), AbortCode> {
         self.may_be_changed(address.index)?;
         self.settings.set(address, value)?;
         if address.index == index::LEARNT {
             self.restart_learning();
         }
-        self.event = Some(Event::Changed(address));
+        self.event = Some(Event::Changed { address, concern });
         Ok(())
     }
 
@@ -281,10 +286,10 @@ impl Objects for Device {
         };
         let value = Value::from_bytes(entry.data_type(), bytes).ok_or(AbortCode::Length)?;
         match entry.role {
-            Role::Setting(_) => self.write_setting(address, value)?,
+            Role::Setting(concern) => self.write_setting(address, concern, value)?,
             Role::PdoCobId => {
                 let id = value.to_raw().wrapping_sub(self.id());
-                self.write_setting(address, Value::U32(id))?;
+                self.write_setting(address, Concern::Stream, Value::U32(id))?;
             }
             Role::Input => {
                 entry.limits().check(value)?;

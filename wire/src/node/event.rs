@@ -3,7 +3,7 @@
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
 
-use crate::dictionary::Address;
+use crate::dictionary::{Address, Concern};
 use crate::fault::Fault;
 use crate::frame::CanFrame;
 use crate::pdo::Load;
@@ -23,7 +23,12 @@ pub enum BootCause {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A setting has changed: [`Node::settings`](super::Node::settings).
-    Changed(Address),
+    Changed {
+        /// Address of the setting.
+        address: Address,
+        /// Area affected by the setting.
+        concern: Concern,
+    },
     /// Store the settings, then call [`Node::finish`](super::Node::finish).
     Store,
     /// Delete the stored settings, so that the defaults apply from the next reset. Then call

@@ -33,7 +33,7 @@ use device::Device;
 
 use crate::abort::AbortCode;
 use crate::board::{Counters, Stage};
-use crate::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
+use crate::dictionary::{Address, Concern, PRODUCT_CODE, REVISION, VENDOR_ID, index};
 use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
@@ -318,7 +318,7 @@ impl Node {
     fn take_event(&mut self) -> Option<Event> {
         let event = self.device.event.take();
         // The latest assignment of the node id takes precedence.
-        if matches!(event, Some(Event::Changed(NODE_ID) | Event::Restore)) {
+        if matches!(event, Some(Event::Changed { address: NODE_ID, .. } | Event::Restore)) {
             self.given = None;
         }
         event
@@ -519,7 +519,8 @@ impl Node {
             let id = NodeId::new(self.lss.pending_node_id());
             self.given = Some(id);
             let set = self.device.settings.set(NODE_ID, id_setting(id));
-            event = set.is_ok().then_some(Event::Changed(NODE_ID));
+            let changed = Event::Changed { address: NODE_ID, concern: Concern::Node };
+            event = set.is_ok().then_some(changed);
         }
         // A node without an id boots as soon as it has one and the LSS configuration has ended (CiA 305).
         let left = configuring && self.lss.state() == LssState::Waiting;

@@ -2,7 +2,7 @@
 
 use canopen_rs::lss;
 use estimator_core::ContactEstimate;
-use wire::dictionary::{self, index};
+use wire::dictionary::{self, Concern, index};
 use wire::node::{NmtCommand, NmtState};
 use wire::{AbortCode, Address, BootCause, Event, Fault, Node, Outcome, Settings, Value};
 
@@ -29,7 +29,8 @@ fn lss_assigns_the_node_id() {
     let changed = send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
     assert_eq!(changed.reply.expect("an answer").data()[..2], [0x11, 0]);
     let setting = Address::new(index::NODE_ID, 0);
-    assert_eq!(changed.event, Some(Event::Changed(setting)));
+    let id_changed = Event::Changed { address: setting, concern: Concern::Node };
+    assert_eq!(changed.event, Some(id_changed));
     let bad = send(&mut node, 0x7E5, &lss::encode_configure_node_id(200));
     assert_eq!(bad.reply.expect("an answer").data()[..2], [0x11, 1]);
     let timing = send(&mut node, 0x7E5, &[0x13, 0, 0, 0, 0, 0, 0, 0]);
@@ -40,7 +41,7 @@ fn lss_assigns_the_node_id() {
     // The setting was changed by other means: the id assigned by LSS takes precedence.
     assert!(node.write(setting, &[0x33]).is_ok());
     let again = send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
-    assert_eq!(again.event, Some(Event::Changed(setting)));
+    assert_eq!(again.event, Some(id_changed));
     // The old id applies until the reset.
     assert_eq!(node.id().map(wire::NodeId::get), Some(ID));
     assert_eq!(node.boot(BootCause::Commanded).expect("a boot-up message").id(), 0x722);
@@ -108,7 +109,8 @@ fn a_foot_without_an_id_is_configured_over_uart() {
     assert_eq!(settings.set(id, Value::U8(255)), Ok(()));
     let mut node = Node::new(settings, 1);
     node.boot(BootCause::PowerUp);
-    assert_eq!(node.write(id, &[7]), Ok(Some(Event::Changed(id))));
+    let changed = Event::Changed { address: id, concern: Concern::Node };
+    assert_eq!(node.write(id, &[7]), Ok(Some(changed)));
     let reset = node.command(NmtCommand::ResetCommunication);
     assert_eq!(reset, Some(Event::ResetCommunication));
     let boot = node.boot(BootCause::Commanded).expect("a boot-up message");

@@ -3,7 +3,8 @@
 use canopen_rs::{Value as PeerValue, lss};
 use estimator_core::ContactEstimate;
 use wire::dictionary::{
-    self, Access, Limits, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE, SIGNATURE_STORE, index,
+    self, Access, Concern, Limits, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE, SIGNATURE_STORE,
+    index,
 };
 use wire::node::{Crash, NmtCommand};
 use wire::settings::UartStreams;
@@ -61,7 +62,8 @@ fn every_setting_takes_its_limits_and_refuses_values_beyond() {
                 continue;
             }
             assert_eq!(result, Ok(()), "{address:?} {value:?}");
-            assert_eq!(events, [Event::Changed(address)]);
+            let concern = entry.concern().expect("a setting");
+            assert_eq!(events, [Event::Changed { address, concern }]);
             if address.index == index::LOCK && value == high {
                 accepted(&mut node, address, low);
             }
@@ -195,7 +197,8 @@ fn uart_follows_the_same_rules() {
     let mut node = node();
     let window = Address::new(index::WINDOW, 0);
     let event = node.write(window, &20_000_u32.to_le_bytes());
-    assert_eq!(event, Ok(Some(Event::Changed(window))));
+    let changed = Event::Changed { address: window, concern: Concern::Estimator };
+    assert_eq!(event, Ok(Some(changed)));
     assert_eq!(node.read(window), Ok(Value::U32(20_000)));
     let too_long = node.write(window, &300_000_u32.to_le_bytes());
     assert_eq!(too_long, Err(AbortCode::TooHigh));
@@ -216,7 +219,8 @@ fn each_stream_of_the_serial_line_has_its_period() {
     for (subindex, ticks) in [(1, 2_u16), (2, 30), (3, 400)] {
         let address = Address::new(index::UART_STREAMS, subindex);
         let event = node.write(address, &ticks.to_le_bytes());
-        assert_eq!(event, Ok(Some(Event::Changed(address))));
+        let changed = Event::Changed { address, concern: Concern::Stream };
+        assert_eq!(event, Ok(Some(changed)));
     }
     let streams = UartStreams { contact: 2, raw: 30, health: 400 };
     assert_eq!(node.settings().uart_streams(), streams);

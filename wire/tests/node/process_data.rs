@@ -6,12 +6,14 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, LinearAcceleration, PerAxis, Probabilities, Quaternion,
     Timestamp, Vec3, VelocitySigma,
 };
-use wire::dictionary::{self, index};
+use wire::dictionary::{self, Concern, index};
 use wire::node::NmtCommand;
 use wire::pdo::{Contact, Health, Load, PDOS};
 use wire::{AbortCode, Address, Counter, Counters, Event, Fault, Node, Outcome, Pdo, Value};
 
-use crate::master::{ID, accepted, emergencies, node, peer_address, read, refused, send, tick};
+use crate::master::{
+    ID, accepted, emergencies, node, peer_address, read, refused, send, tick, write,
+};
 
 #[test]
 fn pdos_match_the_mappings_of_the_dictionary() {
@@ -142,7 +144,10 @@ fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
     let mut node = node();
     let contact = index::TPDO;
     let off = 0xC000_0180 + u32::from(ID);
-    accepted(&mut node, Address::new(contact, 1), Value::U32(off));
+    let address = Address::new(contact, 1);
+    let switched_off = write(&mut node, address, Value::U32(off));
+    let changed = Event::Changed { address, concern: Concern::Stream };
+    assert_eq!(switched_off, (Ok(()), vec![changed]));
     accepted(&mut node, Address::new(contact + 1, 5), Value::U16(3));
     accepted(&mut node, Address::new(contact + 6, 2), Value::U8(2));
     for (sub, value, code) in [
