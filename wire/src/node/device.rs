@@ -6,14 +6,14 @@ use estimator_core::params::Method;
 use estimator_core::{Learning, Learnt, Timestamp, VelocitySigma};
 use heapless::Deque;
 
-use super::event::{Calibration, CalibrationState, Costs, Crash, Event, Program};
+use super::{Calibration, Event};
 use crate::abort::AbortCode;
 use crate::board::{Counter, Counters, Stage};
 use crate::dictionary::{
     self, Access, Address, Concern, ERROR_HISTORY, Place, Role, SIGNATURE_BROWN_OUT,
     SIGNATURE_RESTORE, SIGNATURE_STORE, index,
 };
-use crate::fault::Faults;
+use crate::fault::{Fault, Faults};
 use crate::foot::NodeId;
 use crate::pdo::{Load, LongTime, Snapshot};
 use crate::sdo::{Objects, WriteOutcome};
@@ -51,6 +51,68 @@ pub(super) struct Device {
     pub(super) event: Option<Event>,
     /// Whether a store or a restore is pending. Another one is refused until it is answered.
     pub(super) has_pending_store: bool,
+}
+
+/// Cause and location of the last crash, as kept in RAM.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crash {
+    /// [`Fault::Panic`], [`Fault::HardFault`] or [`Fault::WatchdogReset`].
+    pub fault: Fault,
+    /// The program counter.
+    pub program_counter: u32,
+}
+
+/// The running program, as the objects of CiA 302-3 describe it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Program {
+    /// Object 0x1F56: the first four bytes of the program's hash. If a debug probe wrote the program, those of its
+    /// commit, or 0 if no commit has the sources.
+    pub identification: u32,
+    /// The same for the program before the last update, of which a copy is kept; 0 without one.
+    pub previous: u32,
+    /// Object 0x1F57: the reason why the last update failed; 0 if it succeeded.
+    pub flash_status: u32,
+}
+
+/// Largest costs of the running program so far, measured by the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Costs {
+    /// Time from the data-ready edge to the contact in its mailbox, µs.
+    pub mailbox_us: u16,
+    /// Time from the data-ready edge to the end of the tick's work, µs.
+    pub work_us: u16,
+    /// Depth of the stack, bytes.
+    pub stack_bytes: u16,
+}
+
+/// State of the calibration: sub-index 2 of object 0x2120.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CalibrationState {
+    /// Not enough has been learnt yet.
+    Settling,
+    /// Enough has been learnt; learning continues.
+    Settled,
+    /// Learning is disabled by the settings.
+    Frozen,
+}
+
+impl CalibrationState {
+    /// The state's code on the wire.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Settling => 0,
+            Self::Settled => 1,
+            Self::Frozen => 2,
+        }
+    }
+
+    /// The state with this code.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        let all = [Self::Settling, Self::Settled, Self::Frozen];
+        all.into_iter().find(|state| state.code() == code)
+    }
 }
 
 impl Device {

@@ -16,24 +16,25 @@
 //! - While the configuration is locked, no other setting can be changed or restored (`0x0800_0021`).
 //! - A refused value changes nothing.
 //!
-//! `device` has the state behind the objects, and the rules for reading and writing them. `event` has the events, and
-//! the values that the application publishes.
+//! This file has the node, its events, NMT, the timing of its frames, and its faults. `device` has the state behind the
+//! objects, with the values that the application publishes, and the rules for reading and writing them. `lss` has the
+//! assignment of the node id.
 
 mod device;
-mod event;
+mod lss;
 
 use canopen_rs::NmtStateMachine;
-use canopen_rs::lss::{self, LSS_SLAVE_COB_ID, LssAddress, LssSlave, LssState};
 use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
 use heapless::Deque;
 
 use device::Device;
+use lss::{Lss, NODE_ID};
 
 use crate::abort::AbortCode;
 use crate::board::{Counters, Stage};
-use crate::dictionary::{Address, Concern, PRODUCT_CODE, REVISION, VENDOR_ID, index};
+use crate::dictionary::{Address, Concern};
 use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
@@ -42,32 +43,20 @@ use crate::sdo::{self, Objects, SdoServer};
 use crate::settings::{LoadSource, Settings, Trigger};
 use crate::value::Value;
 
-pub use event::{BootCause, Calibration, CalibrationState, Costs, Crash, Event, Outcome, Program};
+pub use device::{CalibrationState, Costs, Crash, Program};
 
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand, NmtState};
-
-/// Requester of a store, a restore or a protection that is pending.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Requester {
-    /// The SDO client.
-    Sdo,
-    /// The LSS master.
-    Lss,
-}
 
 /// CANopen node of a foot.
 #[derive(Debug)]
 pub struct Node {
     device: Device,
     nmt: NmtStateMachine,
-    lss: LssSlave,
+    lss: Lss,
     sdo: SdoServer,
     /// Requester of the store that is pending, if one is.
     pending_store: Option<Requester>,
-    /// Node id assigned by LSS since power-up, kept over a reset of the communication; `Some(None)` if LSS has removed
-    /// it.
-    given: Option<Option<NodeId>>,
     ticks: u32,
     /// Time since the last heartbeat, µs.
     heartbeat_age_us: u32,
@@ -86,17 +75,102 @@ pub struct Node {
     details: [u32; Fault::ALL.len()],
 }
 
-/// Requests of the layer setting services (CiA 305).
-const LSS_FASTSCAN: u8 = 0x51;
-const LSS_CONFIGURE_NODE_ID: u8 = 0x11;
-const LSS_CONFIGURE_BIT_TIMING: u8 = 0x13;
-const LSS_STORE: u8 = 0x17;
+/// Cause of a boot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BootCause {
+    /// Not commanded: power-up, or a crash of the program. With autostart the node is operational at once.
+    #[default]
+    PowerUp,
+    /// Commanded by a master: Reset Node, Reset Communication, or the assignment of the first id. The node waits in
+    /// pre-operational state.
+    Commanded,
+}
+
+/// Event that the application has to handle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// A setting has changed: [`Node::settings`].
+    Changed {
+        /// Address of the setting.
+        address: Address,
+        /// Area affected by the setting.
+        concern: Concern,
+    },
+    /// Store the settings, then call [`Node::finish`].
+    Store,
+    /// Delete the stored settings, so that the defaults apply from the next reset. Then call [`Node::finish`].
+    Restore,
+    /// Set the highest brown-out level, then call [`Node::finish`].
+    ProtectSupply,
+    /// Stop the program: restart into the bootloader, which can receive another program.
+    StopProgram,
+    /// Confirm the running program, if it is new, then call [`Node::finish`].
+    ConfirmProgram,
+    /// The NMT state has changed.
+    State(NmtState),
+    /// Reset the whole board.
+    ResetNode,
+    /// Reset the communication: load the stored settings and call [`Node::boot`]. It was commanded, or LSS has assigned
+    /// the first id.
+    ResetCommunication,
+    /// A SYNC was received, with its counter if it has one.
+    Sync(Option<u8>),
+    /// A time stamp was received.
+    Time(TimeOfDay),
+    /// The load was received from the robot.
+    Load(Load),
+    /// A command to the calibration was executed: [`Node::settings`].
+    Calibration(Calibration),
+}
+
+impl Event {
+    /// Returns whether the application answers the request on completion, by [`Node::finish`].
+    #[must_use]
+    pub const fn is_answered_later(self) -> bool {
+        matches!(self, Self::Store | Self::Restore | Self::ProtectSupply | Self::ConfirmProgram)
+    }
+}
+
+/// A command to the calibration: sub-index 1 of object 0x2120.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Calibration {
+    /// The learnt values are now in the settings. The estimator continues unchanged.
+    Keep,
+    /// The learnt values were removed from the settings. The estimator starts without any.
+    Forget,
+}
+
+impl Calibration {
+    /// The command's code on the wire.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Keep => 1,
+            Self::Forget => 2,
+        }
+    }
+}
+
+/// Result of a received frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Response to send.
+    pub reply: Option<CanFrame>,
+    /// Event for the application.
+    pub event: Option<Event>,
+}
+
+/// Requester of a store, a restore or a protection that is pending.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Requester {
+    /// The SDO client.
+    Sdo,
+    /// The LSS master.
+    Lss,
+}
 
 /// Period of the ticks unless the application sets another, µs.
 const TICK_US: u16 = 1_000;
-
-/// Address of the setting of the node id.
-const NODE_ID: Address = Address::new(index::NODE_ID, 0);
 
 impl Node {
     /// Creates a node that has not booted yet. `serial` is the board's serial number.
@@ -104,7 +178,7 @@ impl Node {
     pub fn new(settings: Settings, serial: u32) -> Self {
         let id = settings.node_id();
         Self {
-            lss: lss_slave(id, serial),
+            lss: Lss::new(id, serial),
             device: Device {
                 id,
                 serial,
@@ -131,7 +205,6 @@ impl Node {
             nmt: NmtStateMachine::new(),
             sdo: SdoServer::new(),
             pending_store: None,
-            given: None,
             ticks: 0,
             heartbeat_age_us: 0,
             syncs: 0,
@@ -148,12 +221,9 @@ impl Node {
     /// message. At power-up with autostart the node is operational at once, otherwise pre-operational. Without a node
     /// id there is no message, and only LSS is served.
     pub fn boot(&mut self, cause: BootCause) -> Option<CanFrame> {
-        if let Some(id) = self.given {
-            // LSS accepts only ids that the setting accepts.
-            let _ = self.device.settings.set(NODE_ID, id_setting(id));
-        }
+        self.lss.apply_assigned_id(&mut self.device.settings);
         self.device.id = self.device.settings.node_id();
-        self.lss = lss_slave(self.device.id, self.device.serial);
+        self.lss.restart(self.device.id, self.device.serial);
         self.nmt = NmtStateMachine::new();
         self.sdo = SdoServer::new();
         self.pending_store = None;
@@ -283,7 +353,7 @@ impl Node {
         self.device.state = after;
         match command {
             NmtCommand::ResetNode => {
-                self.given = None;
+                self.lss.forget_assigned_id();
                 Some(Event::ResetNode)
             }
             NmtCommand::ResetCommunication => Some(Event::ResetCommunication),
@@ -319,7 +389,7 @@ impl Node {
         let event = self.device.event.take();
         // The latest assignment of the node id takes precedence.
         if matches!(event, Some(Event::Changed { address: NODE_ID, .. } | Event::Restore)) {
-            self.given = None;
+            self.lss.forget_assigned_id();
         }
         event
     }
@@ -331,11 +401,7 @@ impl Node {
                 let answer = self.sdo.finish(result)?;
                 Some(CanFrame::of(self.device.id?.cob_id(cob_id::SDO_RESPONSE), answer))
             }
-            Requester::Lss => {
-                // 2: the storage medium cannot be accessed.
-                let error = if result.is_ok() { 0 } else { 2 };
-                Some(CanFrame::of(LSS_SLAVE_COB_ID, [LSS_STORE, error, 0, 0, 0, 0, 0, 0]))
-            }
+            Requester::Lss => Some(lss::answer_to_store(result)),
         }
     }
 
@@ -481,53 +547,12 @@ impl Node {
         let Some(request) = frame.data8() else {
             return Outcome::default();
         };
-        // Bits 31 to 0, and 0x80 in the first request (CiA 305).
-        if let [LSS_FASTSCAN, _, _, _, _, 0x20..=0x7F | 0x81.., ..] = *request {
-            return Outcome::default();
+        self.device.has_pending_store = self.pending_store.is_some();
+        let outcome = self.lss.handle(request, &mut self.device);
+        if outcome.event.is_some_and(Event::is_answered_later) {
+            self.pending_store = Some(Requester::Lss);
         }
-        let [service, ..] = *request;
-        let configuring = self.lss.state() == LssState::Configuration;
-        if configuring {
-            let refused = |error, specific| Outcome {
-                reply: Some(CanFrame::of(
-                    LSS_SLAVE_COB_ID,
-                    [service, error, specific, 0, 0, 0, 0, 0],
-                )),
-                event: None,
-            };
-            match service {
-                // 255: refused for a device-specific reason.
-                LSS_CONFIGURE_NODE_ID if self.device.settings.is_locked() => {
-                    return refused(255, 1);
-                }
-                // 1: not supported. The bit rate is a setting (0x2002).
-                LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
-                // 2: the storage medium cannot be accessed, because another store is pending.
-                LSS_STORE if self.pending_store.is_some() => return refused(2, 0),
-                LSS_STORE => {
-                    self.pending_store = Some(Requester::Lss);
-                    return event(Some(Event::Store));
-                }
-                _ => {}
-            }
-        }
-        let answer = self.lss.handle(request);
-        let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
-        let mut event = None;
-        if accepted {
-            // Also written to the settings, so that a store keeps it.
-            let id = NodeId::new(self.lss.pending_node_id());
-            self.given = Some(id);
-            let set = self.device.settings.set(NODE_ID, id_setting(id));
-            let changed = Event::Changed { address: NODE_ID, concern: Concern::Node };
-            event = set.is_ok().then_some(changed);
-        }
-        // A node without an id boots as soon as it has one and the LSS configuration has ended (CiA 305).
-        let left = configuring && self.lss.state() == LssState::Waiting;
-        if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
-            event = Some(Event::ResetCommunication);
-        }
-        Outcome { reply: answer.map(|answer| CanFrame::of(LSS_SLAVE_COB_ID, answer)), event }
+        outcome
     }
 
     fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
@@ -628,20 +653,4 @@ impl Node {
 /// Outcome without a reply.
 fn event(event: Option<Event>) -> Outcome {
     Outcome { reply: None, event }
-}
-
-/// Value of the node id setting for this id.
-fn id_setting(id: Option<NodeId>) -> Value {
-    Value::U8(id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
-}
-
-/// LSS slave of a foot with this id and serial number.
-fn lss_slave(id: Option<NodeId>, serial: u32) -> LssSlave {
-    let address = LssAddress {
-        vendor_id: VENDOR_ID,
-        product_code: PRODUCT_CODE,
-        revision_number: REVISION,
-        serial_number: serial,
-    };
-    LssSlave::new(address, id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
 }
