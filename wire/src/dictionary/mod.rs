@@ -6,25 +6,25 @@
 //! | addresses, indices and signatures of the objects, and the look-up | this module |
 //! | description of an object: entries, roles, access, limits, texts | `object` |
 //! | objects of CiA 301 and 302-3, 0x1000 to 0x1FFF | `communication` |
-//! | configuration of the foot, 0x2000 to 0x20FF | `settings` |
+//! | configuration of the foot, 0x2000 to 0x20FF | `configuration` |
 //! | measurements, state and commands of the foot, from 0x2100 on | `process` |
 //!
 //! To add a number of the estimator, give it a row in [`estimator_core::parameter`] and an entry with
-//! `Entry::parameter` in `settings`. To add another setting, give it an entry with `Entry::setting`, and
+//! `Entry::parameter` in `configuration`. To add another setting, give it an entry with `Entry::setting`, and
 //! read it in [`settings`](crate::settings). `FOOTFALL_UPDATE=1 cargo test -p footfall-wire --test files` writes
 //! the files.
 
 mod communication;
+mod configuration;
 mod object;
 mod process;
-mod settings;
 
 use crate::abort::AbortCode;
 
 pub use communication::{ERROR_HISTORY, PDO_NO_REMOTE, PDO_OFF, PRODUCT_CODE, REVISION, VENDOR_ID};
+pub(crate) use configuration::AS_QUATERNION;
+pub use configuration::{WINDOW_CAPACITY, code_of_axes};
 pub use object::{Access, Concern, Entry, Limits, Object, Role, Shape, Text};
-pub(crate) use settings::AS_QUATERNION;
-pub use settings::{WINDOW_CAPACITY, code_of_axes};
 
 /// Address of an object or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -145,7 +145,8 @@ const fn count_settings(objects: usize) -> usize {
 /// All objects, in the order of their indices. The compiler builds the list, and would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 pub const OBJECTS: &[Object] = &{
-    const PARTS: [&[Object]; 3] = [communication::OBJECTS, settings::OBJECTS, process::OBJECTS];
+    const PARTS: [&[Object]; 3] =
+        [communication::OBJECTS, configuration::OBJECTS, process::OBJECTS];
     const COUNT: usize = PARTS[0].len() + PARTS[1].len() + PARTS[2].len();
     let mut all = [PARTS[0][0]; COUNT];
     let (mut count, mut part) = (0, 0);

@@ -2,9 +2,9 @@
 
 use estimator_core::Learnt;
 
+use super::configuration::LEARNT_NUMBERS;
 use super::index;
 use super::object::{Access, Entry, Object, Role, Shape, Text};
-use super::settings::LEARNT_NUMBERS;
 use crate::board::Counter;
 use crate::pdo::Field;
 use crate::value::Value;
