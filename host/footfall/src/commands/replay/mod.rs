@@ -6,7 +6,6 @@ mod pictures;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::Args;
@@ -105,18 +104,18 @@ impl ReplayArguments {
         self.check_targets()?;
         let jobs = self.jobs.unwrap_or_else(jobs::all_cores);
         let bars = Bars::default();
-        let replayed = jobs::run(&self.inputs, jobs, |input| {
+        let replayed = jobs::run(self.inputs.iter(), jobs, |input| {
             self.estimate_recording(&resolved, input, span, jobs, &bars)
         });
         let replayed: Vec<ReplayedRecording> = replayed.into_iter().collect::<Result<_, _>>()?;
-        let names = replayed.iter().flat_map(|recording| &recording.names);
-        let names: Vec<&str> = names.map(String::as_str).collect();
+        let names = replayed.iter().flat_map(|recording| &recording.feet);
+        let names = names.flat_map(|foot| foot.names.iter().map(String::as_str));
+        let names: Vec<&str> = names.collect();
         resolved.check_axes(&names)?;
         resolved.unused_feet(&names).into_iter().for_each(warn);
         let mut feet = Vec::new();
-        let mut copied = Vec::new();
         for recording in replayed {
-            copied.extend(recording.copied);
+            recording.feet.iter().map(|foot| &foot.recognised).for_each(detail);
             recording.details.iter().for_each(detail);
             recording.notices.iter().map(in_words).for_each(warn);
             for ReplayedFoot { results, .. } in &recording.feet {
@@ -137,6 +136,8 @@ impl ReplayArguments {
         pictures.iter().try_for_each(|path| self.overwrite.existing().check(path))?;
         #[cfg(feature = "bags")]
         if let Some(bag) = self.bag() {
+            let copied = feet.iter_mut().filter_map(|foot| foot.copied.take());
+            let mut copied: Vec<CopiedFoot> = copied.collect();
             let to = (bag, self.overwrite.existing());
             bag_copy::write(&self.inputs, &mut copied, &self.copied, self.estimate_again, to)?;
         }
@@ -187,55 +188,27 @@ impl ReplayArguments {
         let params = resolved.params(format);
         resolved.origins(&file).check_effects(&params)?;
         let notices = self.notices(&file, format, &params, &feet);
-        let has_recorded_contacts_only = feet.iter().all(|foot| foot.stored.has_estimates());
         let requested = self.requested(span, feet.len());
-        let run = RecordingRun { resolved, file: &file, format, requested, bars };
-        // Each foot is estimated once, on any thread.
-        let feet: Vec<_> = feet.into_iter().map(Mutex::new).collect();
+        let body = Body::of(&self.copied.compat)?;
+        let run = RecordingRun { resolved, file: &file, format, requested, bars, body };
         // Several recordings already keep all cores busy.
         let jobs = if self.inputs.len() == 1 { jobs } else { NonZeroUsize::MIN };
-        let replayed = jobs::run(&feet, jobs, |foot| {
-            let mut foot = foot.lock().unwrap_or_else(PoisonError::into_inner);
-            self.estimate_foot(&run, &mut foot)
-        });
-        let body = Body::of(&self.copied.compat)?;
-        let mut recording = ReplayedRecording {
-            file: file.clone(),
-            notices,
-            details: Vec::new(),
-            names: Vec::new(),
-            copied: Vec::new(),
-            feet: Vec::new(),
-        };
-        for (foot, replayed) in feet.into_iter().zip(replayed) {
-            let (replayed, events) = replayed?;
-            let foot = foot.into_inner().unwrap_or_else(PoisonError::into_inner);
-            let StoredFoot { names, stored } = foot;
-            recording.details.push(recognised(&stored.about, &replayed.results.summary));
-            recording.copied.extend(events.map(|events| CopiedFoot {
-                file: file.clone(),
-                name: names.first().cloned().unwrap_or_default(),
-                place: names.iter().find_map(|name| body.place(name)),
-                stored,
-                params: params_of(resolved, &names, format),
-                span,
-                events,
-            }));
-            recording.names.extend(names);
-            recording.feet.push(replayed);
-        }
-        let parameters = if has_recorded_contacts_only {
+        let replayed = jobs::run(feet.into_iter(), jobs, |foot| self.estimate_foot(&run, foot));
+        let feet: Vec<ReplayedFoot> = replayed.into_iter().collect::<Result<_, _>>()?;
+        let parameters = if feet.iter().all(|foot| foot.results.summary.estimation.is_none()) {
             "the estimates are recorded contacts".to_owned()
         } else {
             self.recording.parameters_text(&params, format)
         };
-        recording.details.push(format!("{file}: format {}; {parameters}", format.name()));
-        recording.details.push(format!(
-            "{file}: {:.2} s to read, {:.2} s to estimate",
-            (read - started).as_secs_f64(),
-            read.elapsed().as_secs_f64()
-        ));
-        Ok(recording)
+        let details = vec![
+            format!("{file}: format {}; {parameters}", format.name()),
+            format!(
+                "{file}: {:.2} s to read, {:.2} s to estimate",
+                (read - started).as_secs_f64(),
+                read.elapsed().as_secs_f64()
+            ),
+        ];
+        Ok(ReplayedRecording { file, notices, details, feet })
     }
 
     /// Reads the feet of a recording.
@@ -319,21 +292,24 @@ impl ReplayArguments {
         }
     }
 
-    /// Estimates a foot of a recording; returns its events as well if they go into a copy of the bag.
+    /// Estimates a foot of a recording.
     fn estimate_foot(
         &self,
         run: &RecordingRun<'_>,
-        StoredFoot { names, stored }: &mut StoredFoot,
-    ) -> Result<(ReplayedFoot, Option<Vec<ContactEvent>>), Error> {
-        let RecordingRun { resolved, file, format, requested, bars } = run;
+        StoredFoot { names, mut stored }: StoredFoot,
+    ) -> Result<ReplayedFoot, Error> {
+        let RecordingRun { resolved, file, format, requested, bars, body } = run;
         let drawing = self.plot.as_deref().map(Drawing::of);
         let mut observer = FootObserver {
             bar: bars.estimating(stored.about.samples as u64),
             picture: drawing.map(|drawing| Picture::new(drawing, &stored.about, requested.span)),
             events: self.bag().map(|_| Vec::new()),
         };
-        let params = params_of(resolved, names, *format);
-        let replayed = replay(stored, &params, requested, &mut observer);
+        let params = {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            resolved.params_of(&names, *format)
+        };
+        let replayed = replay(&mut stored, &params, requested, &mut observer);
         observer.bar.finish_and_clear();
         let mut results = replayed.map_err(|error| match error {
             ReplayError::Params(error) => resolved.origins(file).explain(&error).into(),
@@ -355,7 +331,17 @@ impl ReplayArguments {
             correction: (&about.correction).into(),
             learnt: results.learnt.into(),
         });
-        Ok((ReplayedFoot { results, picture: observer.picture }, observer.events))
+        let recognised = recognised(about, &results.summary);
+        let copied = observer.events.map(|events| CopiedFoot {
+            file: (*file).to_owned(),
+            name: names.first().cloned().unwrap_or_default(),
+            place: names.iter().find_map(|name| body.place(name)),
+            stored,
+            params,
+            span: requested.span,
+            events,
+        });
+        Ok(ReplayedFoot { names, recognised, results, picture: observer.picture, copied })
     }
 
     /// Writes the results, with the pictures to these paths, and prints the summary.
@@ -393,6 +379,7 @@ struct RecordingRun<'a> {
     format: Format,
     requested: RequestedResults,
     bars: &'a Bars,
+    body: Body,
 }
 
 /// Foot of a recording before it is estimated.
@@ -404,9 +391,16 @@ struct StoredFoot {
 
 /// Foot with its estimates.
 struct ReplayedFoot {
+    /// Names of the foot in the recording.
+    names: Vec<String>,
+    /// Its recognised properties, in one line.
+    recognised: String,
     results: Replayed,
     /// Picture of the foot, if drawn.
     picture: Option<Picture>,
+    /// The foot in a copy of its bag, if its contacts go there.
+    #[cfg_attr(not(feature = "bags"), expect(dead_code, reason = "only a copy of a bag reads it"))]
+    copied: Option<CopiedFoot>,
 }
 
 /// Recording with the estimates of all its feet.
@@ -414,22 +408,12 @@ struct ReplayedRecording {
     file: String,
     /// Notices about reading the recording.
     notices: Vec<Notice>,
-    /// Details of the recognised format.
+    /// Its format and parameters, and the time that it took.
     details: Vec<String>,
-    /// Names of all its feet in the recording.
-    names: Vec<String>,
-    /// Feet whose contacts go into a copy of the bag.
-    copied: Vec<CopiedFoot>,
     feet: Vec<ReplayedFoot>,
 }
 
-/// Returns the parameters of the foot with these names.
-fn params_of(resolved: &Resolved, names: &[String], format: Format) -> Params {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    resolved.params_of(&names, format)
-}
-
-/// Returns the recognised properties of a recording.
+/// Returns the recognised properties of a foot, in one line.
 fn recognised(about: &About, summary: &Summary) -> String {
     let gravity = word_of(&GRAVITIES, about.gravity);
     let metrics = summary.metrics.as_ref();
