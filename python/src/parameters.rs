@@ -8,7 +8,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
 use recordings::hint::Notice;
-use recordings::input::{BagOptions, Format, InputOptions, TableOptions};
+use recordings::input::{BagOptions, ContactUse, Format, InputOptions, TableOptions};
 
 use crate::result::Failure;
 use crate::words::{Origin, in_words_of};
@@ -69,8 +69,9 @@ impl SettingsArguments {
             axes,
             ..of_file.unwrap_or_default()
         };
+        let (table, bag) = (TableOptions::default(), BagOptions::default());
         Ok(Settings {
-            input_options: resolved.input_options(TableOptions::default(), BagOptions::default()),
+            input_options: resolved.input_options(table, bag, ContactUse::Ignored),
             resolved,
             format,
             // Arrays of a recording that was read have its format.

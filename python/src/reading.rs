@@ -100,11 +100,8 @@ impl ReadOptions {
         resolved: &Resolved,
     ) -> PyResult<(InputOptions, Option<Format>)> {
         let (table, bag, format) = self.read()?;
-        let input_options = InputOptions {
-            contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..resolved.input_options(table, bag)
-        };
-        Ok((input_options, format))
+        let contacts = ContactUse::unless_estimated(self.estimate_again);
+        Ok((resolved.input_options(table, bag, contacts), format))
     }
 }
 

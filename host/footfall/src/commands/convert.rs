@@ -17,7 +17,7 @@ use estimator_core::params::LoadParams;
 #[cfg(feature = "bags")]
 use mcap::write::NoSeek;
 use recordings::config::{Preset, Resolved, parse_seconds};
-use recordings::input::{Format, InputError, Stored, TimesSoFar};
+use recordings::input::{ContactUse, Format, InputError, Stored, TimesSoFar};
 use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
 use recordings::parquet_output::ParquetSamples;
@@ -92,7 +92,7 @@ impl ConvertArguments {
         };
         let output_format = self.output_format(&output)?;
         files::check_inputs(&self.inputs)?;
-        let resolved = self.reading.resolved(Preset::default(), None)?;
+        let resolved = self.reading.resolved(Preset::default(), None, None)?;
         let (formats, mut feet) = self.read(&resolved)?;
         let names = feet.iter().flat_map(|foot| foot.stored.about.names());
         resolved.check_axes(&names.collect::<Vec<_>>())?;
@@ -128,7 +128,8 @@ impl ConvertArguments {
             let file = input.display().to_string();
             let opened = progress::open(input, self.reading.format, &Bars::default())?;
             formats.push(opened.format());
-            let stored = opened.store_all(&self.reading.input_options(resolved))?;
+            let input_options = self.reading.input_options(resolved, ContactUse::Ignored);
+            let stored = opened.store_all(&input_options)?;
             options::check_begin(&file, self.from, &stored)?;
             for stored in stored {
                 stored.about.notices.iter().map(in_words).for_each(warn);

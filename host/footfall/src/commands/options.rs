@@ -9,6 +9,15 @@
 //! | reading and estimate of a recording that is played as a source | [`PlayedArguments`] | `monitor`, `record`, `ros2`, `view` |
 //! | replacing of files | [`OverwriteArguments`] | those that write a file |
 //! | frames of messages, and messages of other programs | [`PublishedArguments`] | those that publish |
+//!
+//! The arguments about a recording reach the library in three steps:
+//!
+//! 1. clap parses [`RecordingArguments`], [`ReadingArguments`] or [`PlayedArguments`].
+//! 2. Their method `resolved`, or `playback`, adds the configuration file. The result, [`Resolved`], keeps preset, file
+//!    and options apart, because errors name the source of a setting.
+//! 3. [`Resolved::input_options`] gives the [`InputOptions`] to read a file, with the arguments about tables and bags.
+//!    [`Resolved::params_of`] gives the [`Params`] of a foot. In both, options override the file, and the file
+//!    overrides the preset.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -75,8 +84,7 @@ impl RecordingArguments {
     /// # Errors
     /// The file cannot be read, or has an error.
     pub(crate) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
-        let resolved = self.reading.resolved(self.preset, self.config.as_deref())?;
-        Ok(Resolved { window, ..resolved })
+        self.reading.resolved(self.preset, self.config.as_deref(), window)
     }
 
     /// Returns the preset and the parameters that differ from it, in one line.
@@ -137,7 +145,7 @@ impl ReadingArguments {
         Ok(())
     }
 
-    /// Merges the options with a preset and a configuration file.
+    /// Merges these options and `window` with a preset and a configuration file.
     ///
     /// # Errors
     /// The file cannot be read, or has an error.
@@ -145,19 +153,22 @@ impl ReadingArguments {
         &self,
         preset: Preset,
         config: Option<&Path>,
+        window: Option<WindowLength>,
     ) -> Result<Resolved, Error> {
+        let of_file = config.map(read_config).transpose()?.unwrap_or_default();
         Ok(Resolved {
             preset,
+            window,
             sample_rate: self.sample_rate,
             gravity: self.gravity,
             axes: self.mounting.axes.clone(),
-            ..config.map(read_config).transpose()?.unwrap_or_default()
+            ..of_file
         })
     }
 
     /// Returns the properties of the files that their format does not define.
-    pub(crate) fn input_options(&self, resolved: &Resolved) -> InputOptions {
-        resolved.input_options(self.table.options(), self.bag.options())
+    pub(crate) fn input_options(&self, resolved: &Resolved, contacts: ContactUse) -> InputOptions {
+        resolved.input_options(self.table.options(), self.bag.options(), contacts)
     }
 }
 
@@ -503,16 +514,13 @@ impl PlayedArguments {
     /// The configuration file cannot be read or has an error.
     fn playback(&self) -> Result<Playback, Error> {
         let config = self.config.as_deref();
-        let settings = Resolved {
-            preset: self.preset,
-            axes: self.mounting.axes.clone(),
-            ..config.map(read_config).transpose()?.unwrap_or_default()
-        };
+        let of_file = config.map(read_config).transpose()?.unwrap_or_default();
+        let settings =
+            Resolved { preset: self.preset, axes: self.mounting.axes.clone(), ..of_file };
         settings.check_before_reading(Format::Csv)?;
-        let input_options = InputOptions {
-            contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..settings.input_options(self.table.options(), self.bag.options())
-        };
+        let contacts = ContactUse::unless_estimated(self.estimate_again);
+        let input_options =
+            settings.input_options(self.table.options(), self.bag.options(), contacts);
         let estimator_options = estimator_options(self.preset, config, None, &self.mounting);
         Ok(Playback { input_options, estimator_options, settings })
     }

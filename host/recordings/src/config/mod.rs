@@ -178,7 +178,12 @@ impl Resolved {
 
     /// Returns the properties of files that their format does not define.
     #[must_use]
-    pub fn input_options(&self, table: TableOptions, bag: BagOptions) -> InputOptions {
+    pub fn input_options(
+        &self,
+        table: TableOptions,
+        bag: BagOptions,
+        contacts: ContactUse,
+    ) -> InputOptions {
         let mut correction = self.overrides.correction();
         let mut foot_corrections = self.overrides.foot_corrections();
         if let Some(axes) = &self.axes {
@@ -191,7 +196,7 @@ impl Resolved {
             foot_corrections,
             table,
             bag,
-            contacts: ContactUse::Ignored,
+            contacts,
         }
     }
 

@@ -250,7 +250,8 @@ fn of_file(text: &str) -> Resolved {
 }
 
 fn input_options(resolved: &Resolved) -> InputOptions {
-    resolved.input_options(TableOptions::default(), BagOptions::default())
+    let (table, bag) = (TableOptions::default(), BagOptions::default());
+    resolved.input_options(table, bag, ContactUse::default())
 }
 
 #[test]

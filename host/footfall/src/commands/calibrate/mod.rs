@@ -15,7 +15,7 @@ use recordings::calibrate::learnt::{LearntCalibration, LearntFoot};
 use recordings::calibrate::robot_file::RobotFile;
 use recordings::calibrate::sensor::SensorCalibration;
 use recordings::config::{ConfigError, Resolved};
-use recordings::input::{Correction, Format, InputError, InputOptions, Loaded, Opened};
+use recordings::input::{ContactUse, Correction, Format, InputError, InputOptions, Loaded, Opened};
 use recordings::mounting::{MountingReport, RestingUp};
 use recordings::plausible::{self, Finding};
 use recordings::summary::{InputReport, LoadThresholds, WithInputs};
@@ -117,7 +117,7 @@ impl CalibrateArguments {
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
     fn input_options(&self, resolved: &Resolved) -> Result<InputOptions, Error> {
-        let mut input_options = self.recording.reading.input_options(resolved);
+        let mut input_options = self.recording.reading.input_options(resolved, ContactUse::Ignored);
         match (&self.foot, input_options.foot_corrections.keys().next()) {
             (Some(foot), _) => {
                 let foot = foot.as_str();
@@ -180,7 +180,7 @@ impl CalibrateArguments {
 
     /// Calibrates each foot of the recordings.
     fn learn_feet(&self, resolved: &Resolved) -> Result<(), Error> {
-        let input_options = self.recording.reading.input_options(resolved);
+        let input_options = self.recording.reading.input_options(resolved, ContactUse::Ignored);
         let mut inputs: BTreeMap<String, Vec<Input>> = BTreeMap::new();
         for input in &self.inputs {
             let opened = self.open(input)?;

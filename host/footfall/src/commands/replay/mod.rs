@@ -15,7 +15,7 @@ use indicatif::ProgressBar;
 use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::events::{ContactEvent, HEADER};
 use recordings::hint::Notice;
-use recordings::input::{About, ContactUse, Content, Format, InputOptions, Stored, without_effect};
+use recordings::input::{About, ContactUse, Content, Format, Stored, without_effect};
 use recordings::jobs;
 use recordings::output::RowNames;
 use recordings::replay::{
@@ -225,10 +225,8 @@ impl ReplayArguments {
         {
             return Err(OutputError::BagsOnly(bag.display().to_string()).into());
         }
-        let input_options = InputOptions {
-            contacts: ContactUse::unless_estimated(self.estimate_again),
-            ..self.recording.reading.input_options(resolved)
-        };
+        let contacts = ContactUse::unless_estimated(self.estimate_again);
+        let input_options = self.recording.reading.input_options(resolved, contacts);
         let stored = opened.store_all(&input_options)?;
         options::check_begin(&input.display().to_string(), self.from, &stored)?;
         let name = files::name_among(&self.inputs, input);
