@@ -196,6 +196,9 @@ pub fn name_among(inputs: &[PathBuf], input: &Path) -> Option<String> {
 
 /// Writes a file that appears under its name only when complete, and not at all on an error.
 ///
+/// `content` can fail with an error of the program. It puts that [`Error`](crate::error::Error) into an [`io::Error`],
+/// and the conversion of the returned [`OutputError`] into an `Error` takes it out again.
+///
 /// # Errors
 /// The directory is missing, the file cannot be written, or a file of this name has appeared and is kept.
 pub fn write_file(

@@ -4,6 +4,7 @@
 mod bag_copy;
 mod pictures;
 
+use std::io::{self, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -24,6 +25,8 @@ use recordings::replay::{
 use recordings::samples::RecordedSample;
 use recordings::summary::{Estimation, InputReport, ParametersReport, Summaries, Summary};
 
+#[cfg(feature = "bags")]
+use self::bag_copy::BagCopy;
 use self::bag_copy::{CopiedFoot, CopyArguments, is_bag};
 use self::pictures::Picture;
 use super::options::{
@@ -31,7 +34,7 @@ use super::options::{
     with_mounting,
 };
 use crate::error::{CommandLine, Error, in_words};
-use crate::files::{self, Drawing, Existing, OutputError, STANDARD, Target, write_file};
+use crate::files::{self, Drawing, OutputError, STANDARD, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
@@ -138,8 +141,10 @@ impl ReplayArguments {
         if let Some(bag) = self.bag() {
             let copied = feet.iter_mut().filter_map(|foot| foot.copied.take());
             let mut copied: Vec<CopiedFoot> = copied.collect();
-            let to = (bag, self.overwrite.existing());
-            bag_copy::write(&self.inputs, &mut copied, &self.copied, self.estimate_again, to)?;
+            let body = Body::of(&self.copied.compat)?;
+            let copy = BagCopy::new(&self.inputs, &self.copied, body, self.estimate_again);
+            copy.check(&copied)?;
+            write_file(bag, self.overwrite.existing(), |to| copy.write(&mut copied, to))?;
         }
         self.write(feet, &pictures)
     }
@@ -153,7 +158,7 @@ impl ReplayArguments {
         let picture = self.plot.as_deref().map(Target::Drawing);
         let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
         files::check(&self.inputs, &all, self.overwrite.existing())?;
-        self.copied.check(&self.inputs, self.bag())?;
+        let _ = self.copied.check(&self.inputs, self.bag())?;
         if self.json && self.fills_stdout() {
             return Err(OutputError::StdoutTwice);
         }
@@ -356,7 +361,7 @@ impl ReplayArguments {
             written.push(path.clone());
         }
         if let Some(path) = &self.events {
-            write_events((path, existing), &mut feet, names)?;
+            write_file(path, existing, |to| write_events(&mut feet, names, to))?;
             written.push(path.clone());
         }
         let drawn = feet.iter_mut().filter_map(|foot| foot.picture.take());
@@ -456,14 +461,8 @@ impl Observer for FootObserver {
 }
 
 /// Writes the table of the events of all feet, with these names in its rows.
-fn write_events(
-    (path, existing): (&Path, Existing),
-    feet: &mut [ReplayedFoot],
-    names: RowNames,
-) -> Result<(), OutputError> {
-    write_file(path, existing, |to| {
-        names.write_header(HEADER, to)?;
-        let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
-        parts.try_for_each(|part| part.write(to))
-    })
+fn write_events(feet: &mut [ReplayedFoot], names: RowNames, to: &mut dyn Write) -> io::Result<()> {
+    names.write_header(HEADER, to)?;
+    let mut parts = feet.iter_mut().filter_map(|foot| foot.results.events.as_mut());
+    parts.try_for_each(|part| part.write(to))
 }

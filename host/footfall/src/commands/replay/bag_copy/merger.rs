@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::iter::Peekable;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use estimator_core::{ContactEstimate, Load, Timestamp};
 use mcap::write::NoSeek;
@@ -16,38 +16,65 @@ use recordings::input::bag::{Channel, MessageTimes, Replacement, copy_merged};
 
 use super::{CopiedFoot, CopyArguments};
 use crate::error::Error;
-use crate::files::{Existing, write_file};
 use crate::ros::compat::{Body, FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
 use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
 use crate::ros::{AllFeet, EstimateMessages, McapFile, Published, RosMessage};
 
-/// Copies the messages of the bags `inputs`, in order of their times of writing, with the contacts and events of their
-/// feet to the MCAP file `path`.
+/// Copy of the messages of bags, in order of their times of writing, with the contacts and events of their feet.
 ///
 /// A contact has the time of writing of its sample, within a millisecond, and an event its own time; stamps are those
-/// of the samples. Recorded contacts are copied like other messages, but omitted if the estimate is made `again`.
-///
-/// # Errors
-/// Two bags have the same foot, messages of all feet are requested and a foot has no place or a place no foot, a bag has
-/// a topic of the copy, none has the robot's states, a bag cannot be read, or the copy cannot be written.
-pub(in super::super) fn write(
-    inputs: &[PathBuf],
-    feet: &mut [CopiedFoot],
-    arguments: &CopyArguments,
-    again: bool,
-    (path, existing): (&Path, Existing),
-) -> Result<(), Error> {
-    let files: Vec<String> = inputs.iter().map(|input| input.display().to_string()).collect();
-    check_names(feet)?;
-    let body = Body::of(&arguments.compat)?;
-    if let Some(option) = arguments.option() {
-        if feet.iter().any(|foot| foot.stored.has_estimates()) {
-            return Err(Error::CopiedContacts { file: files.join(", "), option });
-        }
-        arguments.check_places(body, feet)?;
+/// of the samples.
+pub(in super::super) struct BagCopy<'a> {
+    /// The bags.
+    inputs: &'a [PathBuf],
+    /// Their names in messages.
+    files: Vec<String>,
+    arguments: &'a CopyArguments,
+    /// The feet in messages of all feet.
+    body: Body,
+    /// Whether recorded contacts are left out, because the estimate is made again. Otherwise they are copied like other
+    /// messages.
+    leaves_out_recorded: bool,
+}
+
+impl<'a> BagCopy<'a> {
+    pub(in super::super) fn new(
+        inputs: &'a [PathBuf],
+        arguments: &'a CopyArguments,
+        body: Body,
+        leaves_out_recorded: bool,
+    ) -> Self {
+        let files = inputs.iter().map(|input| input.display().to_string()).collect();
+        Self { inputs, files, arguments, body, leaves_out_recorded }
     }
-    write_file(path, existing, |to| {
+
+    /// Checks, before anything is written, that these feet can be in one copy.
+    ///
+    /// # Errors
+    /// Two bags have the same foot, or messages of all feet are requested and the contacts of a foot were recorded, a
+    /// foot has no place, or a place has no foot.
+    pub(in super::super) fn check(&self, feet: &[CopiedFoot]) -> Result<(), Error> {
+        check_names(feet)?;
+        let Some(option) = self.arguments.option() else {
+            return Ok(());
+        };
+        if feet.iter().any(|foot| foot.stored.has_estimates()) {
+            return Err(Error::CopiedContacts { file: self.files.join(", "), option });
+        }
+        self.arguments.check_places(self.body, feet)
+    }
+
+    /// Writes the copy, an MCAP file, with the contacts and events of these feet.
+    ///
+    /// # Errors
+    /// A bag has a topic of the copy, none has the robot's states, a bag cannot be read, or the copy cannot be written.
+    /// The first three are [`wrapped`].
+    pub(in super::super) fn write(
+        &self,
+        feet: &mut [CopiedFoot],
+        to: &mut dyn Write,
+    ) -> io::Result<()> {
         let mut bag = McapFile::new(NoSeek::new(to))?;
         let mut streams = Vec::new();
         let mut names: Vec<String> = Vec::new();
@@ -58,8 +85,9 @@ pub(in super::super) fn write(
             streams.push(EstimateStream::of(foot, &name)?);
             names.push(name);
         }
+        let arguments = self.arguments;
         let topics = streams.iter().flat_map(EstimateStream::topics);
-        let topics = topics.chain(arguments.topics(body)).collect();
+        let topics = topics.chain(arguments.topics(self.body)).collect();
         let all_feet = AllFeet::unless_empty(&arguments.compat, arguments.wrench_force);
         let all_feet = all_feet.map_err(|error| wrapped(error.into()))?;
         let mut merger = Merger {
@@ -67,13 +95,13 @@ pub(in super::super) fn write(
             bag: &mut bag,
             streams: &mut streams,
             topics,
+            leaves_out_topics: self.leaves_out_recorded,
             places,
-            again,
             all_feet,
             low_state: LowStateForces::of(arguments),
         };
-        let copied = copy_merged(inputs, &mut |index, channel, times, payload| {
-            merger.file = &files[index];
+        let copied = copy_merged(self.inputs, &mut |index, channel, times, payload| {
+            merger.file = &self.files[index];
             merger.message(channel, times, payload)
         });
         // Parts that end early were reported when the samples were read.
@@ -81,11 +109,10 @@ pub(in super::super) fn write(
         merger.messages_until(i64::MAX)?;
         if let Some(states) = merger.low_state.filter(|states| !states.is_found) {
             let what = "the bag has no message on it".to_owned();
-            return Err(no_forces(&files.join(", "), &states.topic, what));
+            return Err(no_forces(&self.files.join(", "), &states.topic, what));
         }
         bag.finish()
-    })?;
-    Ok(())
+    }
 }
 
 impl CopyArguments {
@@ -134,7 +161,7 @@ fn check_names(feet: &[CopiedFoot]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Wraps an error to return it from a writer; `write_file` unwraps it.
+/// Wraps an error to return it from a writer. [`write_file`](crate::files::write_file) tells how it is unwrapped.
 fn wrapped(error: Error) -> io::Error {
     io::Error::other(error)
 }
@@ -152,8 +179,8 @@ struct Merger<'a, 'b, W: Write + io::Seek> {
     streams: &'a mut [EstimateStream<'b>],
     /// Topics of the feet.
     topics: Vec<String>,
-    /// Whether messages on these topics are left out.
-    again: bool,
+    /// Whether messages of the bag on these topics are left out. Otherwise they are an error.
+    leaves_out_topics: bool,
     /// Place of each foot in messages of all feet, if it has one.
     places: Vec<Option<usize>>,
     all_feet: Option<AllFeet>,
@@ -199,7 +226,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
         payload: &[u8],
     ) -> io::Result<()> {
         if self.topics.contains(&channel.topic) {
-            if self.again {
+            if self.leaves_out_topics {
                 return Ok(());
             }
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());
@@ -419,9 +446,11 @@ mod tests {
         };
         let mut feet = ["front left", "front_left"].map(foot);
         let arguments = CopyArguments::default();
-        let to = path("contacts.mcap");
-        write(&[path("walk.mcap")], &mut feet, &arguments, false, (&to, Existing::Kept)).unwrap();
-        let bytes = std::fs::read(to).unwrap();
+        let inputs = [path("walk.mcap")];
+        let copy = BagCopy::new(&inputs, &arguments, Body::FourLegged, false);
+        copy.check(&feet).unwrap();
+        let mut bytes = Vec::new();
+        copy.write(&mut feet, &mut bytes).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let counts = summary.stats.unwrap().channel_message_counts;
         for part in ["front_left", "front_left_2"] {

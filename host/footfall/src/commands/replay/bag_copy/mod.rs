@@ -18,7 +18,7 @@ use crate::ros::Compat;
 use crate::ros::compat::{Body, MixedBodies, WRENCH_FORCE};
 
 #[cfg(feature = "bags")]
-pub(super) use merger::write;
+pub(super) use merger::BagCopy;
 
 /// Messages of all feet that a copy of bags contains in addition.
 #[derive(Clone, Debug, Default, Args)]
@@ -48,9 +48,13 @@ pub struct CopyArguments {
 }
 
 impl CopyArguments {
-    /// Checks that the bags `inputs` can be copied to `copy` with these messages. Without a copy, checks that none of
-    /// these options is given.
-    pub(super) fn check(&self, inputs: &[PathBuf], copy: Option<&Path>) -> Result<(), OutputError> {
+    /// Checks that the bags `inputs` can be copied to `copy` with these messages, and returns the feet that the messages
+    /// are of. Without a copy, checks that none of these options is given.
+    pub(super) fn check(
+        &self,
+        inputs: &[PathBuf],
+        copy: Option<&Path>,
+    ) -> Result<Body, OutputError> {
         match (copy, self.option()) {
             (Some(copy), _) => check_inputs(inputs, copy)?,
             (None, Some(option)) => return Err(OutputError::NoCopy(option)),
@@ -65,7 +69,7 @@ impl CopyArguments {
                 return Err(OutputError::LowStateTwice);
             }
         }
-        Ok(())
+        Ok(body)
     }
 
     /// Returns the option that requests messages of all feet, if any.
