@@ -12,6 +12,7 @@ use recordings::events::ContactEvent;
 use recordings::input::Stored;
 use recordings::replay::Span;
 
+use super::Output;
 use crate::commands::options::{OUTPUT, compat_parser, parse_force};
 use crate::files::{OutputError, STANDARD, directory_of};
 use crate::ros::Compat;
@@ -48,17 +49,19 @@ pub struct CopyArguments {
 }
 
 impl CopyArguments {
-    /// Checks that the bags `inputs` can be copied to `copy` with these messages, and returns the feet that the messages
-    /// are of. Without a copy, checks that none of these options is given.
+    /// Checks that the bags `inputs` can be copied to the output with these messages. If the output is no copy, checks
+    /// that none of these options is given. Returns the body whose feet are in messages of all feet.
     pub(super) fn check(
         &self,
         inputs: &[PathBuf],
-        copy: Option<&Path>,
+        output: Option<&Output>,
     ) -> Result<Body, OutputError> {
-        match (copy, self.option()) {
-            (Some(copy), _) => check_inputs(inputs, copy)?,
-            (None, Some(option)) => return Err(OutputError::NoCopy(option)),
-            (None, None) => {}
+        match (output, self.option()) {
+            (Some(Output::Copy(copy)), _) => check_inputs(inputs, copy)?,
+            (Some(Output::Table(_)) | None, Some(option)) => {
+                return Err(OutputError::NoCopy(option));
+            }
+            (Some(Output::Table(_)) | None, None) => {}
         }
         let body = Body::of(&self.compat)?;
         if self.lowstate.is_some() {
@@ -99,11 +102,6 @@ pub(super) struct CopiedFoot {
     pub(super) span: Span,
     /// Events in that part.
     pub(super) events: Vec<ContactEvent>,
-}
-
-/// Returns whether the file is a bag by its name.
-pub(super) fn is_bag(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 /// Checks that each input can be read a second time, for the copy, and does not contain the copy.
