@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::thread::{self, ScopedJoinHandle};
 
+use thiserror::Error;
+
 use crate::input::Readable;
 use crate::input::bag::definition::{Definition, FieldPath};
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decompressed_message};
@@ -16,25 +18,39 @@ use crate::input::bag::records::LONGEST_RECORD;
 use crate::input::bag::visit;
 use crate::input::error::InputError;
 
+/// Error of a copy.
+#[derive(Debug, Error)]
+pub enum CopyError {
+    /// A bag cannot be read.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The receiver of the messages failed.
+    #[error(transparent)]
+    Receiver(io::Error),
+}
+
 /// Receiver of the messages of a bag, decompressed; its error ends the copy.
 type Receiver<'a> = &'a mut dyn FnMut(&Channel, MessageTimes, &[u8]) -> io::Result<()>;
 
-/// Passes all messages of a bag in stored order to a receiver; returns a sentence about each part that ends early.
+/// Passes all messages of a bag in stored order to a receiver.
 ///
 /// # Errors
-/// Outer: the bag cannot be read. Inner: the first error of the receiver.
-pub fn copy(path: &Path, receiver: Receiver<'_>) -> Result<io::Result<Vec<String>>, InputError> {
+/// The bag cannot be read, or the first error of the receiver.
+pub(super) fn copy(path: &Path, receiver: Receiver<'_>) -> Result<(), CopyError> {
     let Readable::Container(mut container) = Readable::open(path, None, |file, _| Box::new(file))?
     else {
-        return Ok(Err(io::ErrorKind::InvalidInput.into()));
+        let not_a_bag = io::ErrorKind::InvalidInput.into();
+        return Err(InputError::unreadable(&path.display().to_string(), not_a_bag).into());
     };
     let mut copier =
         Copier { receiver, file: container.file.clone(), messages: HashMap::new(), failed: None };
     let visited = visit(&mut container.parts, &container.file, &mut copier);
-    match (copier.failed, visited) {
-        (Some(error), _) => Ok(Err(error)),
-        (None, visited) => visited.map(Ok),
+    if let Some(error) = copier.failed {
+        return Err(CopyError::Receiver(error));
     }
+    // Parts that end early were reported when the samples were read.
+    visited?;
+    Ok(())
 }
 
 /// Messages of a bag that may wait until those of the others have reached their time.
@@ -44,14 +60,13 @@ const WAITING: usize = 64;
 type ReceiverOfAll<'a> = &'a mut dyn FnMut(usize, &Channel, MessageTimes, &[u8]) -> io::Result<()>;
 
 /// Passes all messages of bags to a receiver in order of the time of writing, as far as each bag is in this order
-/// itself; returns a sentence about each part that ends early. Memory does not grow with the length of a bag.
+/// itself. Memory does not grow with the length of a bag.
+///
+/// Parts that end early are not reported: they were when the samples were read.
 ///
 /// # Errors
-/// As [`copy`].
-pub fn copy_merged(
-    paths: &[PathBuf],
-    receiver: ReceiverOfAll<'_>,
-) -> Result<io::Result<Vec<String>>, InputError> {
+/// A bag cannot be read, or the first error of the receiver.
+pub fn copy_merged(paths: &[PathBuf], receiver: ReceiverOfAll<'_>) -> Result<(), CopyError> {
     if let [path] = paths {
         return copy(path, &mut |channel, times, payload| receiver(0, channel, times, payload));
     }
@@ -73,28 +88,24 @@ pub fn copy_merged(
         for bag in &mut bags {
             bag.next = bag.messages.recv().ok();
         }
-        let mut notices = Vec::new();
         loop {
             for bag in bags.iter_mut().filter(|bag| bag.next.is_none()) {
                 if let Some(reader) = bag.reader.take() {
-                    match reader.join().unwrap_or_else(|panic| resume_unwind(panic)) {
-                        Ok(Ok(early)) => notices.extend(early),
-                        failed => return failed,
-                    }
+                    reader.join().unwrap_or_else(|panic| resume_unwind(panic))?;
                 }
             }
             let heads = bags.iter().enumerate().filter_map(|(index, bag)| {
                 bag.next.as_ref().map(|(_, times, _)| (times.log_ns, index))
             });
             let Some((_, index)) = heads.min() else {
-                return Ok(Ok(notices));
+                return Ok(());
             };
             let bag = &mut bags[index];
             let following = bag.messages.recv().ok();
             if let Some((channel, times, payload)) = replace(&mut bag.next, following)
                 && let Err(error) = receiver(index, &channel, times, &payload)
             {
-                return Ok(Err(error));
+                return Err(CopyError::Receiver(error));
             }
         }
     })
@@ -106,7 +117,7 @@ struct Reading<'scope> {
     /// The next message; `None` after the last.
     next: Option<Message>,
     /// Reader of the bag; `None` once it has ended.
-    reader: Option<ScopedJoinHandle<'scope, Result<io::Result<Vec<String>>, InputError>>>,
+    reader: Option<ScopedJoinHandle<'scope, Result<(), CopyError>>>,
 }
 
 /// A message on the way to the receiver.
@@ -142,8 +153,8 @@ impl Visitor for Copier<'_> {
             .map_err(|what| InputError::of_message(&self.file, &channel.topic, *number, what))?;
         let received = (self.receiver)(channel, times, &message);
         received.map_err(|error| {
-            // The visit ends; the error itself is returned apart.
             self.failed = Some(error);
+            // Only an error ends a visit. It is not returned: `copy` returns that of the receiver.
             InputError::empty(&self.file)
         })
     }

@@ -12,7 +12,7 @@ use mcap::write::NoSeek;
 use recordings::estimate::Estimator;
 use recordings::events::ContactEvent;
 use recordings::input::About;
-use recordings::input::bag::{Channel, MessageTimes, Replacement, copy_merged};
+use recordings::input::bag::{Channel, CopyError, MessageTimes, Replacement, copy_merged};
 
 use super::{CopiedFoot, CopyArguments};
 use crate::error::Error;
@@ -104,8 +104,10 @@ impl<'a> BagCopy<'a> {
             merger.file = &self.files[index];
             merger.message(channel, times, payload)
         });
-        // Parts that end early were reported when the samples were read.
-        copied.map_err(|error| wrapped(error.into()))??;
+        copied.map_err(|error| match error {
+            CopyError::Input(error) => wrapped(error.into()),
+            CopyError::Receiver(error) => error,
+        })?;
         merger.messages_until(i64::MAX)?;
         if let Some(states) = merger.low_state.filter(|states| !states.is_found) {
             let what = "the bag has no message on it".to_owned();
