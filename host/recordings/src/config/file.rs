@@ -82,20 +82,20 @@ impl Overrides {
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
         let mut reader = Reader::default();
         let all = match DeTable::parse(text) {
-            Ok(table) => reader.all(table.get_ref()),
+            Ok(table) => reader.read_all(table.get_ref()),
             Err(error) => {
-                let at = error.span().map_or(0, |span| span.start);
-                reader.errors.push((at, error.message().trim().replace('\n', ", ")));
+                let byte = error.span().map_or(0, |span| span.start);
+                reader.error(byte, error.message().trim().replace('\n', ", "));
                 Settings::default()
             }
         };
         if reader.errors.is_empty() {
             return Ok(Self { all, feet: reader.feet });
         }
-        reader.errors.sort_by_key(|(at, _)| *at);
+        reader.errors.sort_by_key(|(byte, _)| *byte);
         let errors = reader.errors.into_iter().take(MOST_ERRORS);
-        let errors = errors.map(|(at, message)| {
-            let position = Position::of_byte(text, at);
+        let errors = errors.map(|(byte, message)| {
+            let position = Position::of_byte(text, byte);
             KeyError {
                 file: file.to_owned(),
                 position,
@@ -213,69 +213,71 @@ fn set<T: Copy>(field: &mut T, value: Option<T>) {
 struct Reader {
     feet: BTreeMap<String, Settings>,
     errors: Vec<(usize, String)>,
-    learnt: [Option<f32>; Learnt::NUMBERS],
-    learnt_version: Option<u32>,
-    learnt_crc: Option<u32>,
+    /// The current table of learnt numbers.
+    learnt: LearntTable,
+}
+
+/// Values of a table of learnt numbers, as far as they were read.
+#[derive(Default)]
+struct LearntTable {
+    /// In the order of [`Learnt::ROWS`].
+    numbers: [Option<f32>; Learnt::NUMBERS],
+    version: Option<u32>,
+    crc: Option<u32>,
 }
 
 type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Reader {
     /// Reads the settings for all feet, and those of single feet.
-    fn all(&mut self, table: &DeTable<'_>) -> Settings {
+    fn read_all(&mut self, table: &DeTable<'_>) -> Settings {
         let mut all = Settings::default();
-        self.table(table, "", &keys(), &mut all);
+        self.read_table(table, "", &keys(), &mut all);
         all
     }
 
-    fn table(&mut self, table: &DeTable<'_>, within: &str, keys: &[Key], to: &mut Settings) {
+    /// Reads the table whose keys begin with `within`.
+    fn read_table(&mut self, table: &DeTable<'_>, within: &str, keys: &[Key], to: &mut Settings) {
         for (key, value) in in_order(table) {
             let path = format!("{within}{}", key.get_ref());
             let below = format!("{path}.");
             if path == "feet" && keys.iter().any(|known| known.path.starts_with(&below)) {
-                self.feet(value);
+                self.read_feet(value);
             } else if let Some(known) = keys.iter().find(|known| known.path == path) {
-                self.setting(&known.kind, value, to);
+                self.read_setting(&known.kind, value, to);
             } else if keys.iter().any(|known| known.path.starts_with(&below)) {
                 let before = self.errors.len();
-                if let Some(table) = self.inner(value, &format!("the table {path}")) {
-                    self.table(table, &below, keys, to);
+                if let Some(table) = self.table_of(value, &format!("the table {path}")) {
+                    self.read_table(table, &below, keys, to);
                 }
                 if path == "learnt" && self.errors.len() == before {
                     to.learnt = self.learnt(value);
                 }
             } else {
-                let mut known: Vec<&str> = Vec::new();
-                let beside = keys.iter().filter_map(|key| key.path.strip_prefix(within));
-                for name in beside.filter_map(|rest| rest.split('.').next()) {
-                    if !known.contains(&name) {
-                        known.push(name);
-                    }
-                }
-                self.unknown(key, &known);
+                self.unknown(key, &names_below(keys, within));
             }
         }
     }
 
-    fn feet(&mut self, value: &Value<'_>) {
-        let Some(feet) = self.inner(value, "the table feet") else {
+    fn read_feet(&mut self, value: &Value<'_>) {
+        let Some(feet) = self.table_of(value, "the table feet") else {
             return;
         };
         for (name, value) in in_order(feet) {
             let mut own = Settings::default();
             let mut before = self.feet.keys();
             if let Some(other) = before.find(|other| other.eq_ignore_ascii_case(name.get_ref())) {
-                let sentence = format!("feet.{other} and feet.{} are one foot", name.get_ref());
-                self.errors.push((name.span().start, sentence));
+                let message = format!("feet.{other} and feet.{} are one foot", name.get_ref());
+                self.error(name.span().start, message);
             }
-            if let Some(table) = self.inner(value, "a table of settings") {
-                self.table(table, "", &keys_of_a_foot(), &mut own);
+            if let Some(table) = self.table_of(value, "a table of settings") {
+                self.read_table(table, "", &keys_of_a_foot(), &mut own);
             }
             self.feet.insert(name.get_ref().to_string(), own);
         }
     }
 
-    fn setting(&mut self, kind: &Kind, value: &Value<'_>, to: &mut Settings) {
+    fn read_setting(&mut self, kind: &Kind, value: &Value<'_>, to: &mut Settings) {
         match kind {
             Kind::Gravity => to.gravity = self.word(value, parse_gravity),
             Kind::Axes => to.axes = self.word(value, parse_axes),
@@ -283,54 +285,59 @@ impl Reader {
             Kind::Learning => to.learning = self.word(value, parse_learning),
             Kind::Window => to.window = self.word(value, parse_window),
             Kind::GyroTiming => to.gyro_timing = self.word(value, parse_gyro_timing),
-            Kind::Learnt(place) => self.learnt[*place] = self.take(value, "a number"),
-            Kind::LearntVersion => self.learnt_version = self.take(value, "a version"),
-            Kind::LearntCrc => self.learnt_crc = self.take(value, "a CRC of 32 bits"),
-            Kind::Numbers(numbers) => match &numbers[..] {
-                [Parameter::SampleRate] => {
-                    let rate = self.take(value, "a number").map(checked_sample_rate);
-                    let rate = rate.and_then(|rate| self.noted(value, rate));
-                    (to.numbers).extend(rate.map(|rate| (Parameter::SampleRate, rate)));
-                }
-                [number] => {
-                    let read = self.take(value, "a number");
-                    to.numbers.extend(read.map(|read| (*number, read)));
-                }
-                axes if value.get_ref().is_table() => {
-                    let names: Vec<&str> = axes.iter().map(|number| axis(*number)).collect();
-                    let read = self.each(value, &names, |_, read| Ok(read)).into_iter();
-                    to.numbers.extend(read.map(|(place, read)| (axes[place], read)));
-                }
-                axes => {
-                    let read: Option<f32> = self.take(value, "a number or a table of axes");
-                    let read = read.into_iter();
-                    (to.numbers)
-                        .extend(read.flat_map(|read| axes.iter().map(move |of| (*of, read))));
-                }
-            },
+            Kind::Learnt(place) => {
+                self.learnt.numbers[*place] = self.deserialized(value, "a number");
+            }
+            Kind::LearntVersion => self.learnt.version = self.deserialized(value, "a version"),
+            Kind::LearntCrc => self.learnt.crc = self.deserialized(value, "a CRC of 32 bits"),
+            Kind::Numbers(of) => to.numbers.extend(self.numbers(value, of)),
             Kind::Correction(limits) => {
-                let read = self.each(value, &limits.axes, |axis, read| limits.checked(axis, read));
-                let read = read.into_iter();
+                let check = |axis: &str, read| limits.checked(axis, read);
+                let read = self.numbers_by_axis(value, &limits.axes, check).into_iter();
                 to.corrections.extend(read.map(|(place, read)| (*limits, place, read)));
             }
         }
     }
 
+    /// Reads one number, or numbers of the axes of a sensor: one for all, or a table of them.
+    fn numbers(&mut self, value: &Value<'_>, of: &[Parameter]) -> Vec<(Parameter, f32)> {
+        match of {
+            [Parameter::SampleRate] => {
+                let rate = self.deserialized(value, "a number").map(checked_sample_rate);
+                let rate = rate.and_then(|rate| self.value_or_error(value, rate));
+                rate.map(|rate| (Parameter::SampleRate, rate)).into_iter().collect()
+            }
+            [number] => {
+                let read = self.deserialized(value, "a number");
+                read.map(|read| (*number, read)).into_iter().collect()
+            }
+            axes if value.get_ref().is_table() => {
+                let names: Vec<&str> = axes.iter().map(|number| axis(*number)).collect();
+                let read = self.numbers_by_axis(value, &names, |_, read| Ok(read));
+                read.into_iter().map(|(place, read)| (axes[place], read)).collect()
+            }
+            axes => match self.deserialized(value, "a number or a table of axes") {
+                Some(read) => axes.iter().map(|number| (*number, read)).collect(),
+                None => Vec::new(),
+            },
+        }
+    }
+
     /// Reads a table of axes: places among their names, and numbers that pass a check.
-    fn each(
+    fn numbers_by_axis(
         &mut self,
         value: &Value<'_>,
         axes: &[&str],
         check: impl Fn(&str, f32) -> Result<f32, String>,
     ) -> Vec<(usize, f32)> {
         let mut read = Vec::new();
-        let table = self.inner(value, "a table of axes");
+        let table = self.table_of(value, "a table of axes");
         for (key, value) in table.into_iter().flat_map(in_order) {
             match axes.iter().position(|axis| axis == key.get_ref()) {
                 Some(place) => {
-                    let number = self.take(value, "a number");
+                    let number = self.deserialized(value, "a number");
                     let number = number.map(|number| check(axes[place], number));
-                    let number = number.and_then(|number| self.noted(value, number));
+                    let number = number.and_then(|number| self.value_or_error(value, number));
                     read.extend(number.map(|number| (place, number)));
                 }
                 None => self.unknown(key, axes),
@@ -342,16 +349,16 @@ impl Reader {
     /// Takes the learnt numbers that were read. They are valid only together and with their version.
     fn learnt(&mut self, table: &Value<'_>) -> Option<Learnt> {
         const AGAIN: &str = "calibrate the foot again";
+        let LearntTable { numbers: read, version, crc } = std::mem::take(&mut self.learnt);
         let mut numbers = [0.0; Learnt::NUMBERS];
-        let read = std::mem::take(&mut self.learnt);
-        let (version, crc) = (self.learnt_version.take(), self.learnt_crc.take());
+        // Of several missing fields, the last is reported. Any of them would do: all are written together.
         for ((number, read), row) in numbers.iter_mut().zip(read).zip(Learnt::ROWS).rev() {
             let name = row.name.trim_start_matches("learnt.");
-            *number = self.noted(table, read.ok_or(format!("missing field `{name}`")))?;
+            *number = self.value_or_error(table, read.ok_or(format!("missing field `{name}`")))?;
         }
         let missing =
             || format!("missing field `version`: these numbers may mean something else: {AGAIN}");
-        let version = self.noted(table, version.ok_or_else(missing))?;
+        let version = self.value_or_error(table, version.ok_or_else(missing))?;
         let learnt = Learnt::from_array(numbers);
         let checked = if version != Learnt::VERSION {
             Err(LearntError::Version(version))
@@ -360,7 +367,7 @@ impl Reader {
         } else {
             Ok(learnt)
         };
-        self.noted(table, checked.map_err(|error| format!("{error}: {AGAIN}")))
+        self.value_or_error(table, checked.map_err(|error| format!("{error}: {AGAIN}")))
     }
 
     fn word<T>(
@@ -368,20 +375,30 @@ impl Reader {
         value: &Value<'_>,
         parse: impl FnOnce(&str) -> Result<T, String>,
     ) -> Option<T> {
-        let text: String = self.take(value, "a string")?;
-        self.noted(value, parse(&text))
+        let text: String = self.deserialized(value, "a string")?;
+        self.value_or_error(value, parse(&text))
     }
 
-    fn inner<'a, 'b>(&mut self, value: &'a Value<'b>, expected: &str) -> Option<&'a DeTable<'b>> {
+    /// Returns a value as a table. Errors state `expected`.
+    fn table_of<'a, 'b>(
+        &mut self,
+        value: &'a Value<'b>,
+        expected: &str,
+    ) -> Option<&'a DeTable<'b>> {
         let table = value.get_ref().as_table();
         if table.is_none() {
-            let _ = self.take::<BTreeMap<String, IgnoredAny>>(value, expected);
+            // It is deserialized only for the error, which names the type that was found.
+            let _ = self.deserialized::<BTreeMap<String, IgnoredAny>>(value, expected);
         }
         table
     }
 
-    /// Reads a value. Errors state `expected`.
-    fn take<T: DeserializeOwned>(&mut self, value: &Value<'_>, expected: &str) -> Option<T> {
+    /// Returns a value as `T`. Errors state `expected`.
+    fn deserialized<T: DeserializeOwned>(
+        &mut self,
+        value: &Value<'_>,
+        expected: &str,
+    ) -> Option<T> {
         let read = T::deserialize(ValueDeserializer::from(value.clone()));
         let read = read.map_err(|error| {
             let message = error.message();
@@ -390,20 +407,37 @@ impl Reader {
                 None => message.to_owned(),
             }
         });
-        self.noted(value, read)
+        self.value_or_error(value, read)
     }
 
-    fn noted<T>(&mut self, at: &Value<'_>, read: Result<T, String>) -> Option<T> {
-        read.map_err(|error| self.errors.push((at.span().start, error))).ok()
+    /// Returns what was read, or adds the error at its place in the file.
+    fn value_or_error<T>(&mut self, at: &Value<'_>, read: Result<T, String>) -> Option<T> {
+        read.map_err(|message| self.error(at.span().start, message)).ok()
     }
 
     fn unknown(&mut self, key: &Spanned<impl AsRef<str>>, known: &[&str]) {
         let names: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
         let name = key.get_ref().as_ref();
         let names = names.join(", ");
-        let sentence = format!("unknown field `{name}`, expected one of {names}");
-        self.errors.push((key.span().start, sentence));
+        let message = format!("unknown field `{name}`, expected one of {names}");
+        self.error(key.span().start, message);
     }
+
+    fn error(&mut self, byte: usize, message: String) {
+        self.errors.push((byte, message));
+    }
+}
+
+/// Names that may stand in the table whose keys begin with `within`, each once: keys, and tables below.
+fn names_below<'a>(keys: &'a [Key], within: &str) -> Vec<&'a str> {
+    let mut names: Vec<&str> = Vec::new();
+    let below = keys.iter().filter_map(|key| key.path.strip_prefix(within));
+    for name in below.filter_map(|rest| rest.split('.').next()) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
 }
 
 /// Returns the entries of a table in the order of the file.
