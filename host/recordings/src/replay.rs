@@ -155,10 +155,10 @@ pub fn findings_beside_contacts(check: &Check) -> Vec<Finding> {
 /// # Errors
 /// The temporary file with the samples cannot be read.
 pub fn check_samples(stored: &mut Stored, span: Span) -> io::Result<Check> {
-    let (start_us, sample_rate) = stored.clock_of_samples();
+    let clock = stored.clock_of_samples();
     let about = &stored.about;
-    let after_us = start_us.saturating_sub(about.start_us);
-    let mut check = Check::new(sample_rate, about.gravity);
+    let after_us = clock.start_us.saturating_sub(about.start_us);
+    let mut check = Check::new(clock.sample_rate, about.gravity);
     for sample in stored.samples()? {
         let sample = sample?;
         let since_us = sample.imu.timestamp.as_micros();

@@ -127,10 +127,13 @@ impl Contacts {
         self.spool.len()
     }
 
-    /// Times of the first and the last contact, µs, and their rate, Hz; `None` of fewer than two.
-    pub(super) fn span_and_rate(&self) -> Option<((i64, i64), f32)> {
-        let span_us = self.first_us.zip(self.times.newest_us);
-        span_us.zip(self.times.rate(None).ok())
+    /// Span and rate of the contacts; `None` of fewer than two.
+    pub(super) fn span_and_rate(&self) -> Option<SpanAndRate> {
+        Some(SpanAndRate {
+            first_us: self.first_us?,
+            last_us: self.times.newest_us?,
+            rate: self.times.rate(None).ok()?,
+        })
     }
 
     /// Returns all contacts, from the first.
@@ -140,6 +143,17 @@ impl Contacts {
     pub(super) fn read(&mut self) -> io::Result<SpooledRows<'_, SentContact>> {
         self.spool.rows()
     }
+}
+
+/// Span and rate of [`Contacts`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SpanAndRate {
+    /// Time of the first contact, µs.
+    pub(super) first_us: i64,
+    /// Time of the last contact, µs.
+    pub(super) last_us: i64,
+    /// Contacts per second.
+    pub(super) rate: f32,
 }
 
 impl Spooled for SentContact {
@@ -219,7 +233,10 @@ mod tests {
             assert!(!contacts.push(&contact(k / 2)).unwrap(), "not after it");
         }
         assert_eq!(contacts.len(), 100);
-        assert_eq!(contacts.span_and_rate(), Some(((-2500, 96_500), 1000.0)));
+        assert_eq!(
+            contacts.span_and_rate(),
+            Some(SpanAndRate { first_us: -2500, last_us: 96_500, rate: 1000.0 })
+        );
         for _ in 0..2 {
             let read: Vec<_> = contacts.read().unwrap().map(Result::unwrap).collect();
             assert_eq!(read, (0..100).map(contact).collect::<Vec<_>>());

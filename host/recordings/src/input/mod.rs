@@ -53,7 +53,7 @@ pub use options::{
     matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
-pub use stored::{About, Loaded, RecordedEstimate, Repairs, Stored};
+pub use stored::{About, Loaded, RecordedEstimate, Repairs, SampleClock, Stored};
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {

@@ -9,7 +9,7 @@ use std::io;
 use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
 
 use crate::hint::Notice;
-use crate::input::contacts::{Contacts, SentContact};
+use crate::input::contacts::{Contacts, SentContact, SpanAndRate};
 use crate::input::error::{InputError, Problem};
 use crate::input::options::{Correction, InputOptions, Times};
 use crate::input::rate::{
@@ -37,7 +37,7 @@ impl Stored {
     /// Makes these contacts the estimates, and describes them instead of the samples. If there are fewer than two,
     /// returns false and changes nothing.
     pub(super) fn use_contacts(&mut self, contacts: Contacts) -> bool {
-        let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
+        let Some(SpanAndRate { first_us, last_us, rate }) = contacts.span_and_rate() else {
             return false;
         };
         let clock = self.clock_of_samples();
@@ -111,13 +111,14 @@ impl Stored {
         Ok(Self::new(about, spool, Timing::Stored))
     }
 
-    /// Time of the file's clock at the first sample, µs, and samples per second. They are those of [`Self::samples`],
-    /// even if contacts are described instead.
+    /// Start and rate of [`Self::samples`], even if contacts are described instead.
     #[must_use]
-    pub const fn clock_of_samples(&self) -> (i64, f32) {
+    pub const fn clock_of_samples(&self) -> SampleClock {
         match &self.contacts {
             Some(used) => used.clock,
-            None => (self.about.start_us, self.about.sample_rate),
+            None => {
+                SampleClock { start_us: self.about.start_us, sample_rate: self.about.sample_rate }
+            }
         }
     }
 
@@ -150,6 +151,15 @@ impl Stored {
             repairs: about.repairs,
         })
     }
+}
+
+/// Start and rate of the samples of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleClock {
+    /// Time of the file's clock at the first sample, µs.
+    pub start_us: i64,
+    /// Samples per second.
+    pub sample_rate: f32,
 }
 
 /// Properties of a recording other than its samples.
@@ -520,9 +530,7 @@ struct TimedSamples<'a> {
     samples: SpooledRows<'a, RecordedSample>,
     timing: &'a Timing,
     correction: Correction,
-    /// Time of the file's clock at the first sample, µs.
-    start_us: i64,
-    sample_rate: f32,
+    clock: SampleClock,
     /// Index of the next sample.
     index: usize,
 }
@@ -533,10 +541,9 @@ impl<'a> TimedSamples<'a> {
         spool: &'a mut Spool,
         timing: &'a Timing,
         correction: Correction,
-        clock: (i64, f32),
+        clock: SampleClock,
     ) -> io::Result<Self> {
-        let (start_us, sample_rate) = clock;
-        Ok(Self { samples: spool.rows()?, timing, correction, start_us, sample_rate, index: 0 })
+        Ok(Self { samples: spool.rows()?, timing, correction, clock, index: 0 })
     }
 }
 
@@ -552,21 +559,22 @@ impl Iterator for TimedSamples<'_> {
             let index = self.index;
             self.index += 1;
             let timestamp = &mut sample.imu.timestamp;
+            let SampleClock { start_us, sample_rate } = self.clock;
             match self.timing {
                 Timing::Stored => {}
-                Timing::Steady => *timestamp = steady_time(index, self.sample_rate),
+                Timing::Steady => *timestamp = steady_time(index, sample_rate),
                 Timing::Clock { kept } => {
                     if kept.get(index) == Some(&false) {
                         continue;
                     }
                     let clock_us = timestamp.as_micros().cast_signed();
-                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
+                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(start_us));
                 }
                 Timing::Smoothed { times_us } => {
                     let Some(clock_us) = times_us.get(index).copied().flatten() else {
                         continue;
                     };
-                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
+                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(start_us));
                 }
             }
             sample.imu = self.correction.corrected(sample.imu);
@@ -578,8 +586,8 @@ impl Iterator for TimedSamples<'_> {
 /// Contacts that are described in the place of the samples.
 struct UsedContacts {
     contacts: Contacts,
-    /// Time of the file's clock at the first sample, µs, and samples per second.
-    clock: (i64, f32),
+    /// Start and rate of the samples.
+    clock: SampleClock,
 }
 
 /// Estimate that the foot sent, and that was recorded.
@@ -624,7 +632,7 @@ impl RecordedEstimates<'_> {
                 let sample = self.samples.next().transpose()?;
                 self.next = sample.map(|sample| {
                     let since_us = sample.imu.timestamp.as_micros().cast_signed();
-                    (self.samples.start_us.saturating_add(since_us), sample)
+                    (self.samples.clock.start_us.saturating_add(since_us), sample)
                 });
             }
             match self.next {
