@@ -47,8 +47,8 @@ pub(super) fn loads(
 
 /// Names of feet in the recording. The name of an only foot is the last part of its topic that does not name a sensor.
 fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> Vec<String> {
-    let is_shared = |topic: &str| all.iter().filter(|(other, _)| other == topic).count() > 1;
-    let address = |(topic, frame): &ImuKey| {
+    let is_shared = |topic: &str| all.iter().filter(|other| other.topic == topic).count() > 1;
+    let address = |ImuKey { topic, frame }: &ImuKey| {
         if is_shared(topic) {
             format!("{topic}/{}", frame.trim_matches('/'))
         } else {
@@ -94,12 +94,12 @@ fn read(
         }
         series.sort();
     }
-    let is_selected = |(_, frame): &&ImuKey| is_wanted(frame, input_options);
+    let is_selected = |imu: &&ImuKey| is_wanted(&imu.frame, input_options);
     let mut feet: Vec<ImuKey> = reader.feet.iter().filter(is_selected).cloned().collect();
     if let Topics::Named(named) = &input_options.bag.topics {
-        feet.retain(|(topic, _)| named.contains(topic));
+        feet.retain(|imu| named.contains(&imu.topic));
     }
-    feet.sort_by_cached_key(|(topic, frame)| order(&input_options.bag, topic, frame));
+    feet.sort_by_cached_key(|imu| order(&input_options.bag, &imu.topic, &imu.frame));
     let hidden = hidden_imus(&reader.others, &input_options.bag);
     let names = names(&feet, &reader.feet, hidden);
     Ok(Loads { series: reader.series, feet, names })
@@ -142,9 +142,9 @@ impl LoadReader<'_> {
 
 /// Adds an IMU.
 fn add(feet: &mut BTreeSet<ImuKey>, topic: &str, frame: String) {
-    let of_topic = |(other, _): &&ImuKey| other == topic;
+    let of_topic = |other: &&ImuKey| other.topic == topic;
     if feet.iter().filter(of_topic).count() < MOST_FRAMES {
-        feet.insert((topic.to_owned(), frame));
+        feet.insert(ImuKey { topic: topic.to_owned(), frame });
     }
 }
 

@@ -171,8 +171,8 @@ impl<'a> Reader<'a> {
         if !is_wanted(&imu.header.frame_id, self.input_options) {
             return Ok(());
         }
-        let is_foot = |(foot, frame): &ImuKey| *foot == topic && *frame == imu.header.frame_id;
-        let foot = self.loads.feet.iter().position(is_foot);
+        let is_it = |foot: &ImuKey| foot.topic == topic && foot.frame == imu.header.frame_id;
+        let foot = self.loads.feet.iter().position(is_it);
         let load = foot.and_then(|foot| self.loads.series.get(foot));
         if self.reads_contacts() {
             self.contacts.take_imu(topic, log_ns, &imu);

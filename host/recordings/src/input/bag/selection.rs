@@ -10,8 +10,13 @@ use crate::ros::Imu;
 /// Maximum number of frames of one topic: enough for the feet of any robot and other IMUs.
 pub(super) const MOST_FRAMES: usize = 64;
 
-/// Topic, or part of its messages, and frame of an IMU.
-pub(super) type ImuKey = (String, String);
+/// Topic and frame of an IMU; by the topic first, if they are sorted.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ImuKey {
+    /// Topic, or part of its messages.
+    pub(super) topic: String,
+    pub(super) frame: String,
+}
 
 /// Sort key of feet in the order of their selection: by topic, then by frame; by name if none are named.
 pub(super) fn order(
