@@ -11,6 +11,7 @@ use std::io;
 
 use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
 
+use crate::hint::Notice;
 use crate::input::bag::messages::{Channel, decode, micros};
 use crate::input::contacts::{
     Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
@@ -43,8 +44,30 @@ struct ContactFeed {
     not_after: u64,
 }
 
-/// Topic of the contacts of a foot, the contacts, and notices about those left out.
-pub(super) type FootContacts = (String, Contacts, Vec<String>);
+/// Contacts of a foot, as read from a bag.
+pub(super) struct FootContacts {
+    /// Topic of the contacts.
+    pub(super) topic: String,
+    pub(super) contacts: Contacts,
+    /// Number of contacts left out because they could not be decoded.
+    not_decoded: u64,
+    /// Number of contacts left out because they were not after the one before.
+    not_after: u64,
+}
+
+impl FootContacts {
+    /// Sentences on the contacts that were left out of `file`.
+    pub(super) fn notices(&self, file: &str) -> Vec<Notice> {
+        let counted = [
+            (self.not_decoded, "are no message of this type"),
+            (self.not_after, "are not after the one before"),
+        ];
+        let notice = |(count, what)| {
+            format!("{file}, topic {}: {count} contacts left out, which {what}", self.topic).into()
+        };
+        counted.into_iter().filter(|(count, _)| *count > 0).map(notice).collect()
+    }
+}
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -152,16 +175,8 @@ impl ContactFeeds {
             return Ok(None);
         };
         feed.flush()?;
-        let topic = foot + CONTACT;
-        let counted = [
-            (feed.not_decoded, "are no message of this type"),
-            (feed.not_after, "are not after the one before"),
-        ];
-        let counted = counted.into_iter().filter(|(count, _)| *count > 0);
-        let notices = counted
-            .map(|(count, what)| format!("{topic}: {count} contacts left out, which {what}"))
-            .collect();
-        Ok(Some((topic, feed.contacts, notices)))
+        let ContactFeed { contacts, not_decoded, not_after, .. } = feed;
+        Ok(Some(FootContacts { topic: foot + CONTACT, contacts, not_decoded, not_after }))
     }
 }
 

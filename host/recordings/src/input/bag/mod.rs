@@ -96,12 +96,12 @@ pub(super) fn read(
         let name = container.name.clone();
         let mut stored = feed.finish(name, foot, loads.series.get(k), input_options, &file)?;
         stored.about.address = Some(address);
-        if let Some((topic, contacts, notices)) = of_foot
-            && stored.use_contacts(contacts)
-        {
-            let notices = notices.iter().map(|notice| format!("{file}, topic {notice}"));
-            stored.about.notices.extend(notices.map(Notice::from));
-            used.push(topic);
+        if let Some(of_foot) = of_foot {
+            let notices = of_foot.notices(&file);
+            if stored.use_contacts(of_foot.contacts) {
+                stored.about.notices.extend(notices);
+                used.push(of_foot.topic);
+            }
         }
         recordings.push(stored);
     }
@@ -186,10 +186,10 @@ fn of_contacts_alone(
     for (topic, foot) in named.into_iter().zip(feet) {
         let of_topic = contacts.of_topic(&topic);
         let of_topic = of_topic.map_err(|source| InputError::spool(file, source))?;
-        let stored = of_topic.and_then(|(_, contacts, notices)| {
-            let mut stored = Stored::of_contacts(name.to_owned(), foot, contacts)?;
-            let notices = notices.iter().map(|notice| format!("{file}, topic {notice}"));
-            stored.about.notices.extend(notices.map(Notice::from));
+        let stored = of_topic.and_then(|of_topic| {
+            let notices = of_topic.notices(file);
+            let mut stored = Stored::of_contacts(name.to_owned(), foot, of_topic.contacts)?;
+            stored.about.notices.extend(notices);
             let alone = format!(
                 "{file} has contacts on {topic} without samples; they are used as they were recorded{STREAM_ADVICE}"
             );
