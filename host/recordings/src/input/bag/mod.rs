@@ -33,7 +33,7 @@ mod selection;
 
 use contact_feed::ContactFeeds;
 use feed::Feed;
-use loads::loads;
+use loads::{LoadSeries, loads};
 use messages::Visitor;
 use reader::Reader;
 use selection::{names_of, renamed, trunks};
@@ -59,15 +59,13 @@ pub(super) fn read(
     let loads = loads(&mut container, input_options)?;
     let mut reader = Reader::new(&file, input_options, &loads);
     let endings = visit(&mut container.parts, &file, &mut reader)?;
-    let contact_topics = reader.contact_topics();
-    let mut contacts = std::mem::take(&mut reader.contacts);
-    let has_parts = !reader.parts.is_empty();
-    let all = reader.all_imus();
-    let empty = reader.empty_imus();
-    let chosen = match reader.chosen() {
-        Err(error) if is_without_samples(&error) && are_chosen(&contacts, &input_options.bag) => {
+    let mut read = reader.finish();
+    let chosen = match read.chosen {
+        Err(error)
+            if is_without_samples(&error) && are_chosen(&read.contacts, &input_options.bag) =>
+        {
             let name = container.name;
-            let mut feet = of_contacts_alone(&file, &name, contacts, &input_options.bag)?;
+            let mut feet = of_contacts_alone(&file, &name, read.contacts, &input_options.bag)?;
             if let Some(first) = feet.first_mut() {
                 first.about.notices.extend(endings.into_iter().map(Notice::from));
             }
@@ -75,45 +73,69 @@ pub(super) fn read(
         }
         chosen => chosen?,
     };
-    if !input_options.table.mapping.is_empty() && !has_parts {
-        let format = container.parts.first().map_or(Format::Mcap, |part| part.format);
+    if !input_options.table.mapping.is_empty() && !read.has_parts {
+        // The folder of a rosbag2 may have files of MCAP: the error names their format.
+        let format = container.parts.first().map_or(container.format, |part| part.format);
         let given = OptionsFor::OtherMessages;
         return Err(InputError::of_file(file, Problem::Options { format, given }));
     }
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
-    let feet = renamed(&names_of(&topics, &all), &topics, &input_options.bag, &file)?;
+    let feet = renamed(&names_of(&topics, &read.all), &topics, &input_options.bag, &file)?;
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
-        let problem = Problem::LoadCount { loads: input_options.bag.loads.len(), feet: topics };
-        return Err(InputError::of_file(file, problem));
+        return Err(load_count(&file, &input_options.bag, topics));
     }
     let mut recordings = Vec::new();
     let mut used = Vec::new();
     for ((k, feed), foot) in chosen.into_iter().enumerate().zip(feet) {
-        let address = feed.address();
-        // Samples of several feet on one topic have no contacts beside them.
-        let of_foot = if feed.is_shared { Ok(None) } else { contacts.of_imu(&feed.topic) };
-        let of_foot = of_foot.map_err(|source| InputError::spool(&file, source))?;
-        let name = container.name.clone();
-        let mut stored = feed.finish(name, foot, loads.series.get(k), input_options, &file)?;
-        stored.about.address = Some(address);
-        if let Some(of_foot) = of_foot {
-            let notices = of_foot.notices(&file);
-            if stored.use_contacts(of_foot.contacts) {
-                stored.about.notices.extend(notices);
-                used.push(of_foot.topic);
-            }
-        }
+        let load = loads.series.get(k);
+        let (stored, contacts) =
+            store(feed, foot, load, &mut read.contacts, &container, input_options)?;
         recordings.push(stored);
+        used.extend(contacts);
     }
-    let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
+    let mut notices: Vec<Notice> = endings.into_iter().map(Notice::from).collect();
+    notices.extend(contact_notices(&file, read.contact_topics, &used, recordings.len()));
+    if input_options.bag.topics == Topics::All {
+        notices.extend(selection_notices(&file, &topics, &read.empty));
+    }
     if let Some(first) = recordings.first_mut() {
-        let notices = endings.into_iter().map(Notice::from).chain(contacts);
-        let takes_all = input_options.bag.topics == Topics::All;
-        let of_all = takes_all.then(|| selection_notices(&file, &topics, &empty));
-        let notices = notices.chain(of_all.into_iter().flatten());
         first.about.notices.splice(0..0, notices);
     }
     Ok(recordings)
+}
+
+fn load_count(file: &str, bag: &BagOptions, feet: Vec<String>) -> InputError {
+    InputError::of_file(file, Problem::LoadCount { loads: bag.loads.len(), feet })
+}
+
+/// Stores the samples of a foot. If it has contacts, they are the estimates, and their topic is returned as well.
+fn store(
+    feed: Feed,
+    foot: Option<String>,
+    load: Option<&LoadSeries>,
+    contacts: &mut ContactFeeds,
+    container: &Container,
+    input_options: &InputOptions,
+) -> Result<(Stored, Option<String>), InputError> {
+    let Container { file, name, .. } = container;
+    let address = feed.address();
+    let of_foot = if feed.is_shared {
+        // Samples of several feet on one topic have no contacts beside them.
+        None
+    } else {
+        contacts.of_imu(&feed.topic).map_err(|source| InputError::spool(file, source))?
+    };
+    let mut stored = feed.finish(name.clone(), foot, load, input_options, file)?;
+    stored.about.address = Some(address);
+    let mut used = None;
+    if let Some(of_foot) = of_foot {
+        let notices = of_foot.notices(file);
+        if stored.use_contacts(of_foot.contacts) {
+            stored.about.notices.extend(notices);
+            used = Some(of_foot.topic);
+        }
+    }
+    Ok((stored, used))
 }
 
 /// Passes all messages to a visitor in stored order, and reports each part that ends early.
@@ -166,11 +188,11 @@ fn of_contacts_alone(
     bag: &BagOptions,
 ) -> Result<Vec<Stored>, InputError> {
     let all: Vec<(String, usize)> = contacts.topics().collect();
-    let named: Vec<String> = match &bag.topics {
+    let mut named: Vec<String> = match &bag.topics {
         Topics::Named(named) => named.clone(),
         _ => all.iter().map(|(topic, _)| topic.clone()).collect(),
     };
-    let named: Vec<String> = named.into_iter().filter(|topic| !bag.excludes(topic)).collect();
+    named.retain(|topic| !bag.excludes(topic));
     if named.len() > 1 && bag.topics == Topics::TheOnly {
         let topics = all.into_iter().map(|(name, messages)| ImuTopic {
             name,
@@ -215,23 +237,23 @@ fn selection_notices(file: &str, topics: &[String], empty: &[String]) -> Vec<Not
 /// Sentences on the contacts in a bag of `feet` feet: on the topics `used`, and on the others if a foot has none.
 fn contact_notices(
     file: &str,
-    topics: Vec<String>,
+    mut topics: Vec<String>,
     used: &[String],
     feet: usize,
 ) -> impl Iterator<Item = Notice> {
     let taken = (!used.is_empty()).then(|| {
-        format!("{file} has contacts on {}, which are used as they were recorded", used.join(", "))
+        let topics = used.join(", ");
+        let text = format!("{file} has contacts on {topics}, which are used as they were recorded");
+        Notice::with_hint(text, Hint::EstimateFromSamples)
     });
-    let taken = taken.map(|text| Notice::with_hint(text, Hint::EstimateFromSamples));
-    let mut others = topics;
-    others.retain(|topic| !used.contains(topic));
-    let ignored = (!others.is_empty() && used.len() < feet).then(|| {
-        format!(
+    topics.retain(|topic| !used.contains(topic));
+    let ignored = (!topics.is_empty() && used.len() < feet).then(|| {
+        Notice::from(format!(
             "{file} has contacts on {}, which are not read: the estimate is computed again from the samples",
-            others.join(", ")
-        )
+            topics.join(", ")
+        ))
     });
-    taken.into_iter().chain(ignored.map(Notice::from))
+    taken.into_iter().chain(ignored)
 }
 
 #[cfg(test)]

@@ -23,16 +23,32 @@ pub(super) struct Reader<'a> {
     /// Topics with samples of an IMU, and their frames.
     feeds: Vec<Feed>,
     /// IMUs that are named in messages of another type, by their addresses.
-    pub(super) parts: Vec<(String, Fields)>,
+    parts: Vec<(String, Fields)>,
     /// All other topics.
     others: Vec<Channel>,
     sidecar: Sidecar,
     /// Contacts of the feet, if they are read.
-    pub(super) contacts: ContactFeeds,
+    contacts: ContactFeeds,
     /// Error in the topic that may be the only one.
     failed: Option<InputError>,
     /// Error about a topic that was named.
     refused: Option<InputError>,
+}
+
+/// Content of a bag after its messages have been read.
+pub(super) struct Read {
+    /// Feeds of the feet, in order.
+    pub(super) chosen: Result<Vec<Feed>, InputError>,
+    /// Contacts of the feet, if they are read.
+    pub(super) contacts: ContactFeeds,
+    /// Topics with contacts of feet, even if they are not read.
+    pub(super) contact_topics: Vec<String>,
+    /// Addresses of all IMUs with messages, and topics of those that the selection excludes.
+    pub(super) all: BTreeSet<String>,
+    /// Topics of IMUs without a message.
+    pub(super) empty: Vec<String>,
+    /// Whether IMUs are read from messages of another type.
+    pub(super) has_parts: bool,
 }
 
 impl Visitor for Reader<'_> {
@@ -60,8 +76,7 @@ impl Visitor for Reader<'_> {
         if let Some(error) = self.refused.take() {
             return Err(error);
         }
-        let parts = self.parts.iter();
-        let of_parts: Vec<_> = parts
+        let of_parts: Vec<_> = (self.parts.iter())
             .filter(|(_, fields)| fields.topic == channel.topic)
             .map(|(address, fields)| (address.clone(), fields.imu(payload)))
             .collect();
@@ -207,6 +222,76 @@ impl<'a> Reader<'a> {
         Ok(self.feeds.len() - 1)
     }
 
+    /// Ends the reading after the last message.
+    pub(super) fn finish(mut self) -> Read {
+        let contact_topics = self.contact_topics();
+        // These are of all IMUs, and the selection leaves only the feet.
+        let (all, empty) = (self.all_imus(), self.empty_imus());
+        let selected = self.select_feet();
+        Read {
+            chosen: selected.map(|()| self.feeds),
+            contacts: self.contacts,
+            contact_topics,
+            all,
+            empty,
+            has_parts: !self.parts.is_empty(),
+        }
+    }
+
+    /// Topics with contacts of feet.
+    fn contact_topics(&self) -> Vec<String> {
+        (self.others.iter())
+            .filter(|channel| is_contact(channel))
+            .map(|channel| channel.topic.clone())
+            .collect()
+    }
+
+    /// Addresses of all IMUs with messages, and topics of those that the selection excludes.
+    fn all_imus(&self) -> BTreeSet<String> {
+        let filled = self.feeds.iter().filter(|feed| feed.messages > 0);
+        let hidden = hidden_imus(&self.others, &self.input_options.bag);
+        filled.map(Feed::address).chain(hidden).collect()
+    }
+
+    /// Topics of IMUs without a message.
+    fn empty_imus(&self) -> Vec<String> {
+        (self.feeds.iter())
+            .filter(|feed| feed.messages == 0)
+            .map(|feed| feed.topic.clone())
+            .collect()
+    }
+
+    /// Leaves the feeds of the feet, in their order.
+    ///
+    /// # Errors
+    /// The first of these:
+    /// 1. The messages of a topic that was named have no axes of an IMU.
+    /// 2. A message could not be read, and frames are selected. Later messages were not decoded, so that their frames
+    ///    would seem to be missing.
+    /// 3. A selected frame is missing.
+    /// 4. A topic is missing or empty, or it is not clear which one is the foot.
+    /// 5. A message could not be read, and no frame is selected. If there are several IMUs, it may be of one that is not
+    ///    the foot. Therefore the topic is to be chosen first.
+    fn select_feet(&mut self) -> Result<(), InputError> {
+        let bag = &self.input_options.bag;
+        if let Some(error) = self.refused.take() {
+            return Err(error);
+        }
+        if let Some(error) = self.failed.take_if(|_| !bag.frames.is_empty()) {
+            return Err(error);
+        }
+        self.select_frames()?;
+        // Errors list the IMUs in the order of the bag.
+        let imus: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
+        self.feeds.sort_by_cached_key(|feed| {
+            order(bag, &feed.topic, feed.frame.as_deref().unwrap_or_default())
+        });
+        match &bag.topics {
+            Topics::Named(named) => self.select_named(named, imus),
+            Topics::All | Topics::TheOnly => self.select_unnamed(imus),
+        }
+    }
+
     /// Leaves the feeds with the selected frames.
     fn select_frames(&mut self) -> Result<(), InputError> {
         let frames = &self.input_options.bag.frames;
@@ -227,88 +312,65 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Topics with contacts of feet.
-    pub(super) fn contact_topics(&self) -> Vec<String> {
-        let contacts = self.others.iter().filter(|channel| is_contact(channel));
-        contacts.map(|channel| channel.topic.clone()).collect()
-    }
-
-    /// Addresses of all IMUs with messages, and topics of those that the selection excludes.
-    pub(super) fn all_imus(&self) -> BTreeSet<String> {
-        let filled = self.feeds.iter().filter(|feed| feed.messages > 0);
-        let hidden = hidden_imus(&self.others, &self.input_options.bag);
-        filled.map(Feed::address).chain(hidden).collect()
-    }
-
-    /// Topics of IMUs without a message.
-    pub(super) fn empty_imus(&self) -> Vec<String> {
-        let empty = self.feeds.iter().filter(|feed| feed.messages == 0);
-        empty.map(|feed| feed.topic.clone()).collect()
-    }
-
-    /// Topics that are feet, in order.
-    pub(super) fn chosen(mut self) -> Result<Vec<Feed>, InputError> {
-        let file = self.file.to_owned();
-        if let Some(error) = self.refused.take() {
-            return Err(error);
-        }
-        if let Some(error) = self.failed.take_if(|_| !self.input_options.bag.frames.is_empty()) {
-            return Err(error);
-        }
-        self.select_frames()?;
-        let topics: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
-        let mut feeds = self.feeds;
-        feeds.sort_by_cached_key(|feed| {
-            let frame = feed.frame.as_deref().unwrap_or_default();
-            order(&self.input_options.bag, &feed.topic, frame)
-        });
-        if let Topics::Named(named) = &self.input_options.bag.topics {
-            for topic in named {
-                let of_topic = feeds.iter().find(|feed| feed.topic == *topic);
-                let topic = topic.clone();
-                let Some(feed) = of_topic else {
-                    let all = topics.iter().map(ToString::to_string);
-                    let topics = all.chain(self.others.iter().map(described)).collect();
-                    let problem = Problem::NoSuchTopic { topic, wanted: Imu::TYPE, topics };
-                    return Err(InputError::of_file(file, problem));
-                };
-                if feed.messages == 0 {
-                    return Err(no_message(file, topic, topics));
+    /// Leaves the feeds of the topics that were named. Errors list `imus`, those of all feeds.
+    fn select_named(&mut self, named: &[String], imus: Vec<ImuTopic>) -> Result<(), InputError> {
+        for topic in named {
+            match self.feeds.iter().find(|feed| feed.topic == *topic) {
+                Some(feed) if feed.messages > 0 => {}
+                Some(_) => return Err(no_message(self.file, topic, imus)),
+                None => {
+                    let imus = imus.iter().map(ToString::to_string);
+                    let problem = Problem::NoSuchTopic {
+                        topic: topic.clone(),
+                        wanted: Imu::TYPE,
+                        topics: imus.chain(self.others.iter().map(described)).collect(),
+                    };
+                    return Err(InputError::of_file(self.file, problem));
                 }
             }
-            feeds.retain(|feed| named.contains(&feed.topic));
-            return Ok(feeds);
         }
-        if feeds.is_empty() {
-            let has_axes =
-                |channel: &Channel, part| Fields::of(channel, part, &Mapping::default()).is_ok();
-            let with_axes = self.others.iter().find_map(|channel| {
-                let topic = channel.topic.clone();
-                if has_axes(channel, "") {
-                    return Some(topic);
-                }
-                let trunk = TRUNKS.into_iter().find(|part| has_axes(channel, part));
-                trunk.map(|part| format!("{topic}.{part}"))
-            });
+        self.feeds.retain(|feed| named.contains(&feed.topic));
+        Ok(())
+    }
+
+    /// Leaves the feeds with messages. There must be only one, unless all are selected or several frames. Errors list
+    /// `imus`, those of all feeds.
+    fn select_unnamed(&mut self, imus: Vec<ImuTopic>) -> Result<(), InputError> {
+        if self.feeds.is_empty() {
             let problem = Problem::NoImu {
                 topics: self.others.iter().map(described).collect(),
-                with_axes,
+                with_axes: self.address_with_axes(),
                 has_contacts: self.others.iter().any(is_contact),
             };
-            return Err(InputError::of_file(file, problem));
+            return Err(InputError::of_file(self.file, problem));
         }
-        feeds.retain(|feed| feed.messages > 0);
-        match (feeds.len(), &self.input_options.bag.topics) {
-            (0, _) => Err(no_message(file, Imu::TYPE.to_owned(), topics)),
+        self.feeds.retain(|feed| feed.messages > 0);
+        let bag = &self.input_options.bag;
+        match (self.feeds.len(), &bag.topics) {
+            (0, _) => Err(no_message(self.file, Imu::TYPE, imus)),
             // Each of the frames that were selected may be a foot.
-            (several @ 2.., Topics::TheOnly) if several > self.input_options.bag.frames.len() => {
-                Err(InputError::of_file(file, Problem::SeveralTopics(topics)))
+            (several @ 2.., Topics::TheOnly) if several > bag.frames.len() => {
+                Err(InputError::of_file(self.file, Problem::SeveralTopics(imus)))
             }
-            _ => self.failed.map_or(Ok(feeds), Err),
+            _ => self.failed.take().map_or(Ok(()), Err),
         }
+    }
+
+    /// Address of the first IMU in messages of another type, which is the robot's trunk in a part of a known name.
+    fn address_with_axes(&self) -> Option<String> {
+        let has_axes =
+            |channel: &Channel, part| Fields::of(channel, part, &Mapping::default()).is_ok();
+        self.others.iter().find_map(|channel| {
+            let topic = &channel.topic;
+            if has_axes(channel, "") {
+                return Some(topic.clone());
+            }
+            let trunk = TRUNKS.into_iter().find(|part| has_axes(channel, part));
+            trunk.map(|part| format!("{topic}.{part}"))
+        })
     }
 }
 
-fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError {
-    InputError::of_file(file, Problem::NoMessage { topic, topics })
+fn no_message(file: &str, topic: &str, topics: Vec<ImuTopic>) -> InputError {
+    InputError::of_file(file, Problem::NoMessage { topic: topic.to_owned(), topics })
 }
