@@ -17,7 +17,7 @@ use feet::link::{LinkError, RecordingError};
 use feet::remedy::Trouble;
 use recordings::calibrate::CalibrationError;
 use recordings::config::{ConfigError, NoSuchFoot, ParameterRefusal};
-use recordings::hint::{InWords, Setting, Vocabulary};
+use recordings::hint::{Hint, InWords, Setting, Vocabulary};
 use recordings::input::{InputError, Problem};
 use recordings::replay::ReplayError;
 use thiserror::Error;
@@ -396,6 +396,11 @@ impl Vocabulary for CommandLine {
     fn set(&self, setting: Setting, value: &dyn Display) -> String {
         format!("{} {value}", self.name(setting))
     }
+
+    fn remedy(&self, hint: &Hint) -> Option<String> {
+        let convert = "for readers that refuse such a file, footfall convert writes a whole one";
+        matches!(hint, Hint::WholeCopy).then(|| convert.to_owned())
+    }
 }
 
 /// Returns the text of an error, a finding or a notice, with options in it.
@@ -408,7 +413,6 @@ mod tests {
     use super::*;
     #[cfg(target_os = "linux")]
     use feet::usb::CopyError;
-    use recordings::hint::Hint;
 
     #[test]
     fn errors_name_options_and_commands_of_this_program() {
@@ -453,5 +457,13 @@ mod tests {
             "choose with --topic and --frame, or --topic all"
         );
         assert_eq!(in_words(&Hint::SampleRate), "--sample-rate HZ");
+    }
+
+    #[test]
+    fn hint_names_the_command_that_writes_a_whole_file() {
+        assert_eq!(
+            in_words(&Hint::WholeCopy),
+            "for readers that refuse such a file, footfall convert writes a whole one"
+        );
     }
 }

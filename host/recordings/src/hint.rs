@@ -67,7 +67,8 @@ pub trait Vocabulary: Sync {
     /// A setting with a value, such as `--units g,dps`.
     fn set(&self, setting: Setting, value: &dyn Display) -> String;
 
-    /// Remedy of a hint in a program without the settings that the hint names; `None` in one that has them.
+    /// Remedy of a hint in a program that has a command for it, or lacks the settings that the hint names; `None` for
+    /// the usual words.
     fn remedy(&self, _hint: &Hint) -> Option<String> {
         None
     }
@@ -231,6 +232,8 @@ pub enum Hint {
     LoadForEach(String),
     /// Each foot gets a name of its own.
     Rename,
+    /// The file ends early, so that other readers refuse it.
+    WholeCopy,
     /// Contacts were used as they were recorded.
     EstimateAgain,
     /// Contacts are used as they were recorded, and the estimate could be computed.
@@ -380,6 +383,9 @@ impl InWords for Hint {
             }
             Self::Rename => {
                 write!(f, "{} gives each foot a name of its own", name(Setting::Rename))
+            }
+            Self::WholeCopy => {
+                f.write_str("for readers that refuse such a file, a converted copy is whole")
             }
             Self::EstimateAgain => f.write_str(&name(Setting::EstimateAgain)),
             Self::EstimateFromSamples => {

@@ -67,7 +67,7 @@ pub(super) fn read(
             let name = container.name;
             let mut feet = of_contacts_alone(&file, &name, read.contacts, &input_options.bag)?;
             if let Some(first) = feet.first_mut() {
-                first.about.notices.extend(endings.into_iter().map(Notice::from));
+                first.about.notices.extend(endings);
             }
             return Ok(feet);
         }
@@ -93,7 +93,7 @@ pub(super) fn read(
         recordings.push(stored);
         used.extend(contacts);
     }
-    let mut notices: Vec<Notice> = endings.into_iter().map(Notice::from).collect();
+    let mut notices = endings;
     notices.extend(contact_notices(&file, read.contact_topics, &used, recordings.len()));
     if input_options.bag.topics == Topics::All {
         notices.extend(selection_notices(&file, &topics, &read.empty));
@@ -143,7 +143,7 @@ fn visit(
     parts: &mut [ContainerFile],
     file: &str,
     visitor: &mut dyn Visitor,
-) -> Result<Vec<String>, InputError> {
+) -> Result<Vec<Notice>, InputError> {
     let mut notices = Vec::new();
     let is_alone = parts.len() == 1;
     for part in parts {
@@ -154,10 +154,8 @@ fn visit(
             _ => rosbag2::visit(part, &name, visitor)?,
         };
         notices.extend(early.map(|why| {
-            format!(
-                "{name} ends early ({why}): what is there is read; for readers that refuse such a file, \
-                 footfall convert writes a whole one"
-            )
+            let text = format!("{name} ends early ({why}); what is there is read");
+            Notice::with_hint(text, Hint::WholeCopy)
         }));
     }
     Ok(notices)

@@ -3,6 +3,7 @@
 use std::io::Read;
 
 use super::*;
+use crate::hint::Hint;
 
 const COMPRESSIONS: [&str; 3] = ["none", "bz2", "lz4"];
 
@@ -303,8 +304,9 @@ fn recording_that_was_not_closed_yields_its_messages() {
         let open_chunk = compressed(compression, &records(&messages[100..]));
         bytes.extend_from_slice(&open_chunk[..open_chunk.len() - 7]);
         let feet = open(&bytes, &InputOptions::default()).unwrap();
-        let notice = &feet[0].about.notices[0].text;
-        assert!(notice.contains("ends early"), "{notice}");
+        let notice = &feet[0].about.notices[0];
+        assert!(notice.text.contains("ends early"), "{notice}");
+        assert_eq!(notice.hint, Some(Hint::WholeCopy));
         assert!(feet[0].about.samples >= 100, "{compression}: {}", feet[0].about.samples);
         if compression == "none" {
             assert_eq!(feet[0].about.samples, 199);
