@@ -18,7 +18,7 @@
 //! |---|---|---|
 //! | M | Does the foot move as little as in its stances? The edges lie between its stances and its swings. | `Classes`, `Turns` |
 //! | S | Does it not slide? Accelerations along the ground that all point one way add up to a speed. | `Slide` |
-//! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, `BriefRest` |
+//! | E | Has it rested or landed lately? A foot that hangs or is carried can move as little as in a stance. | `Evidence`, `Landing`, [`BriefRest`](crate::rest) |
 //!
 //! `constants` has the value of each constant, and the reason for it.
 //!

@@ -11,9 +11,9 @@
 //!
 //! The work of a tick is bounded: at most [`INPUTS_PER_TICK`] requests, one estimate, and one frame of each kind.
 //!
-//! **Fail-safe.** While a fault of the sensor is active, every frame has P = 0 and the fault flag, whatever the
-//! estimate is. Without a valid sample no frame reports "stable". A fault stays active until [`SOUND_TICKS`]
-//! consecutive samples are good.
+//! **Fail-safe.** While a fault that [voids the estimate](Fault) is active, every frame has P = 0 and the fault flag,
+//! whatever the estimate is. Without a valid sample no frame reports "stable". A fault of the sensor stays active until
+//! [`SOUND_TICKS`] consecutive samples are good.
 
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;

@@ -4,22 +4,22 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | wait for a tick and a data-ready edge, read one burst, check the sensor's health | [`sampling`]; on the STM32F405 with `timebase.rs` and `sensor.rs` of the board |
+//! | wait for a tick and a data-ready edge, read one burst, check the sensor's health | [`sampling`]; on the STM32F405 the task `sample` of the board's `foot.rs`, `TIM2` in `timebase.rs`, which captures the edge, and `sensor.rs` |
 //! | convert the sensor's units and issues to the estimator's | [`lsm6dsox::imu`] |
 //! | turn the sample into an estimate and frames, with all decisions on the way | [`foot`] |
-//! | put frames into a mailbox at once, or queue them; the newest win | [`ports`]; on the STM32F405 with `can.rs` of the board |
+//! | put frames into a mailbox at once, or queue them; the newest win | [`ports`]; on the STM32F405 with `can.rs` |
 //!
 //! The path of a setting, in the order of time. The functions of the foot and of the node stand next to each other:
 //!
 //! | step | function |
 //! |---|---|
-//! | a frame or bytes become an [`Input`](ports::Input), which waits for the next tick | a task of the board; for bytes [`UartReceiver::pass`](uart_requests::UartReceiver::pass); [`Ports::put`](ports::Ports::put) |
+//! | a frame or bytes become an [`Input`](ports::Input), which waits for the next tick | a task of the board, on the STM32F405 `receive_can` or `receive_uart` of `foot.rs`; for bytes [`UartReceiver::pass`](uart_requests::UartReceiver::pass); [`Ports::put`](ports::Ports::put) |
 //! | the foot passes it to the node, after the frames of the tick are sent | `Foot::take_input`, [`Node::receive`](wire::Node::receive) or [`uart_requests`] |
 //! | the node checks type, range, state and lock, and changes the setting | `Device::write` of [`wire::node`], by the table in [`wire::dictionary`] |
 //! | the foot uses it from the next tick on, if necessary by a new estimator | `Foot::act`, `Foot::renew_estimator` |
 //! | after `save`, the thread level stores all settings | `Foot::act`, [`thread::serve_requests`], [`Storage::store`](storage::Storage::store) |
 //! | the requester gets the result | `Foot::finish_settings`, [`Node::finish`](wire::Node::finish) |
-//! | the next start loads and uses them | [`Storage::load_at_start`](storage::Storage::load_at_start), [`Foot::new_in`](foot::Foot::new_in) |
+//! | the next start loads and uses them | `run` of the board, [`Storage::load_at_start`](storage::Storage::load_at_start), [`Foot::new_in`](foot::Foot::new_in) |
 //!
 //! In parallel:
 //!

@@ -354,7 +354,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         }
     }
 
-    /// Sets the range of the accelerometer for its self-test:
+    /// Sets the factor of the accelerometer's range, 1 for ±16 g and 2 for ±32 g, for its self-test:
     /// [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
     #[must_use]
     pub fn with_accelerometer_range(self, range: f32) -> Self {

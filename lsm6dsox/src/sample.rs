@@ -1,6 +1,6 @@
 //! One burst of bytes: status, temperature, angular rate and specific force at one instant.
 //!
-//! [`RawSample`] contains the part's codes with their scale. [`RawSample::to_si`] is the only conversion to SI units.
+//! [`RawSample`] contains the part's codes. [`RawSample::to_si`] converts them to SI units, with the scales of `scale`.
 
 use crate::config::Config;
 use crate::register::{self, STATUS_REG, status_reg};

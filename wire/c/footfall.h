@@ -248,7 +248,7 @@ struct footfall_flags {
     bool stale;
     /* The newest sample cannot be used. */
     bool invalid_sample;
-    /* More than one and a half periods since the previous sample. */
+    /* More than 1.75 periods since the previous sample: one or more are missing. */
     bool time_gap;
     /* The foot has not yet learnt enough of its stillness and motion; a few steps suffice. */
     bool settling;

@@ -440,7 +440,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Parameters of the estimator; the board's tick and its sensor are not settings.
+    /// Parameters of the estimator at 1 kHz; the board's tick and its sensor are not settings.
     #[must_use]
     pub fn params(&self) -> Params {
         let mut params = Params {

@@ -301,8 +301,8 @@ pub enum Concern {
     Learnt,
 }
 
-/// Allowed values. A value outside a range is too high or too low. A value that is missing from a list, or that lies in
-/// the gap of a range, is invalid.
+/// Allowed values. A value outside a [`Range`](Self::Range) is too high or too low. A value that the other two refuse is
+/// invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limits {
     /// Any value of the type.

@@ -442,7 +442,8 @@ impl Node {
         Some(CanFrame::of(id, emergency.encode()))
     }
 
-    /// Advances by one tick: takes the newest estimate and sends the frames due, the contact first.
+    /// Advances by one tick: takes the newest estimate, the temperature of the sensor, °C, and the counters. Calls
+    /// `send` with each frame that is due, the contact first.
     ///
     /// A frame that cannot be sent still advances its sequence, so that the gap is visible.
     pub fn tick(

@@ -118,7 +118,7 @@ pub(super) const FIELDS: [Field; 5] = [
             Signal::flag("InvalidSample", "The newest sample cannot be used."),
             Signal::flag(
                 "TimeGap",
-                "More than one and a half periods since the previous sample.",
+                "More than 1.75 periods since the previous sample: one or more are missing.",
             ),
             Signal::flag(
                 "Settling",
