@@ -95,7 +95,7 @@ pub(crate) struct SelfCalibrating {
     /// Time between samples, s.
     period: f32,
     /// Share of the newest mass in its mean.
-    newest: f32,
+    newest_share: f32,
     /// 1/(h√2) for the kernel's bandwidth h.
     inverse_scale: f32,
     /// Length of a window, samples.
@@ -128,13 +128,13 @@ impl SelfCalibrating {
         let &SelfCalibratingConfig { constants, learning, learnt, sample_rate } = config;
         let constants = *constants;
         let period = 1.0 / sample_rate;
-        let newest = 1.0 - exp(-1.0 / (constants.window * sample_rate).greater(LEAST_WINDOW));
+        let newest_share = 1.0 - exp(-1.0 / (constants.window * sample_rate).greater(LEAST_WINDOW));
         let learnt = learnt.unwrap_or_else(|| Learnt::unobserved(&constants)).at_start(&constants);
         Self {
             constants,
             learning,
             period,
-            newest,
+            newest_share,
             inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / constants.bandwidth,
             window: rounded(constants.window * sample_rate).max(1),
             filled: 0,
@@ -187,11 +187,11 @@ impl SelfCalibrating {
 
         let edge = self.classes.edge(&self.constants);
         // Until the window has passed, the means cover the samples so far.
-        let newest = if self.filled < self.window {
+        let share = if self.filled < self.window {
             self.filled += 1;
-            self.newest.greater(1.0 / self.filled as f32)
+            self.newest_share.greater(1.0 / self.filled as f32)
         } else {
-            self.newest
+            self.newest_share
         };
         // Rounding may leave a slightly negative square, which the noise covers.
         let parts = [
@@ -204,12 +204,12 @@ impl SelfCalibrating {
         ];
         let logarithms = parts.map(|part| self.amplitude(part));
         for (mean, u) in self.masses.iter_mut().zip(logarithms) {
-            *mean += (mass(edge, u, self.inverse_scale) - *mean) * newest;
+            *mean += (mass(edge, u, self.inverse_scale) - *mean) * share;
         }
         let [logarithm, ..] = logarithms;
         let [whole, ..] = self.masses;
         let turn_logarithm = if self.turns.are_judged(&self.constants) {
-            self.judge_turn(w, logarithm, whole, newest)
+            self.judge_turn(w, logarithm, whole, share)
         } else {
             self.stillness = whole;
             0.0
@@ -232,7 +232,7 @@ impl SelfCalibrating {
                 still,
                 samples,
                 seconds: self.period * samples,
-                share: (self.newest * samples).lesser(1.0),
+                share: (self.newest_share * samples).lesser(1.0),
             },
         );
         self.probabilities = self.combine(no_slide);
@@ -241,17 +241,17 @@ impl SelfCalibrating {
     }
 
     /// Judges the rate of turn beside the acceleration, whose logarithm is `logarithm` and whose mean mass is `whole`.
-    /// `newest` is the share of the newest sample in a mean. Returns the logarithm of the rate.
-    fn judge_turn(&mut self, w: Vec3, logarithm: f32, whole: f32, newest: f32) -> f32 {
+    /// `share` is the share of the newest sample in a mean. Returns the logarithm of the rate.
+    fn judge_turn(&mut self, w: Vec3, logarithm: f32, whole: f32, share: f32) -> f32 {
         let edge = self.turns.edge(&self.constants);
         for (mean, part) in self.turn_masses.iter_mut().zip([w.x * w.x, w.y * w.y, w.z * w.z]) {
             let v = Turns::logarithm(&self.constants, part);
-            *mean += (mass(edge, v, self.inverse_scale) - *mean) * newest;
+            *mean += (mass(edge, v, self.inverse_scale) - *mean) * share;
         }
         let v = Turns::logarithm(&self.constants, w.dot(w));
         self.turns.settle(&self.constants, whole, self.stillness, v);
         let distance = self.turns.distance_below(&self.constants, &self.classes, logarithm, v);
-        self.stillness += (mass(distance, 0.0, self.inverse_scale) - self.stillness) * newest;
+        self.stillness += (mass(distance, 0.0, self.inverse_scale) - self.stillness) * share;
         v
     }
 
@@ -328,7 +328,7 @@ impl SelfCalibrating {
     /// Processes a sample that is unreliable, at the end of the sensor's range, or without a known up. It counts as a
     /// sample in motion, and is not learnt from.
     pub fn push_doubt(&mut self) -> Probabilities {
-        self.fade(self.newest);
+        self.fade(self.newest_share);
         let samples = 1.0 + core::mem::take(&mut self.bridged);
         self.evidence.pass(self.period * samples);
         self.probabilities
@@ -342,7 +342,7 @@ impl SelfCalibrating {
         let missing = u32::try_from(missing).unwrap_or(u32::MAX);
         if missing > (self.window / 2).max(1) {
             for _ in 0..missing.min(GAP_WINDOWS * self.window) {
-                self.fade(self.newest);
+                self.fade(self.newest_share);
             }
             self.evidence.pass(missing as f32 * self.period);
             self.evidence.landing.forget_speed();
@@ -882,10 +882,10 @@ struct Landing {
     /// Share of the newest sample in the mean over a stance.
     stance_share: f32,
     /// Mean of the logarithm of the acceleration over a window.
-    newest: f32,
+    window_mean: f32,
     /// Mean of the logarithm of the acceleration over a stance.
-    swing: f32,
-    /// Recent maximum of `swing`. It falls by one in [`Constants::evidence`].
+    stance_mean: f32,
+    /// Recent maximum of `stance_mean`. It falls by one in [`Constants::evidence`].
     strongest: f32,
     /// e to the power of `strongest`, m/s².
     strongest_acceleration: f32,
@@ -921,8 +921,8 @@ impl Landing {
     fn new(constants: &Constants, period: f32) -> Self {
         Self {
             stance_share: 1.0 - exp(-period / constants.stance),
-            newest: 0.0,
-            swing: Self::WEAKEST,
+            window_mean: 0.0,
+            stance_mean: Self::WEAKEST,
             strongest: Self::WEAKEST,
             strongest_acceleration: exp(Self::WEAKEST),
             noise: ln(constants.noise),
@@ -936,17 +936,17 @@ impl Landing {
 
     /// Processes a sample. A foot that `has_rested` has no speed.
     fn push(&mut self, constants: &Constants, reading: &Reading, has_rested: bool) -> Fall {
-        self.newest += (reading.logarithm - self.newest) * reading.share;
+        self.window_mean += (reading.logarithm - self.window_mean) * reading.share;
         let share = (self.stance_share * reading.samples).lesser(1.0);
-        self.swing += (reading.logarithm - self.swing) * share;
+        self.stance_mean += (reading.logarithm - self.stance_mean) * share;
         self.corrected += STANDARD_GRAVITY * reading.correction;
         let falls_by = reading.seconds / constants.evidence;
         self.strongest -= falls_by;
-        let swing = if self.swing > self.strongest {
-            self.strongest = self.swing;
-            self.strongest_acceleration = exp(self.swing);
+        let swing = if self.stance_mean > self.strongest {
+            self.strongest = self.stance_mean;
+            self.strongest_acceleration = exp(self.stance_mean);
             self.corrected = 0.0;
-            self.swing
+            self.stance_mean
         } else {
             self.strongest_acceleration *= 1.0 - falls_by;
             ln((self.strongest_acceleration - self.corrected).greater(f32::MIN_POSITIVE))
@@ -957,7 +957,7 @@ impl Landing {
         let has_lost_speed =
             sum_of_magnitudes(self.gained) < constants.leftover * self.gained_at_most;
 
-        let is_below = self.newest < swing.greater(self.noise) - constants.landing;
+        let is_below = self.window_mean < swing.greater(self.noise) - constants.landing;
         let begins = is_below && !self.is_below;
         self.is_below = is_below;
         self.has_landed = is_below && (self.has_landed || begins && has_lost_speed);

@@ -270,7 +270,7 @@ impl Foot {
     }
 
     /// Sends only to the serial line, on a board without CAN. The ticks may then have another period than a
-    /// millisecond.
+    /// millisecond: `tick_us`, 1 to 65 535 µs.
     pub fn disable_can(&mut self, tick_us: u32) {
         self.tick_us = tick_us;
         self.with_can = false;
@@ -581,7 +581,7 @@ impl Foot {
                 self.clear(Fault::ConfigCorrupted, ports);
             }
             Err(StoreFailed::NeedsErase) => {}
-            Err(error) => self.raise(Fault::ConfigStore, error as u32, ports),
+            Err(error) => self.raise(Fault::ConfigStore, error.fault_detail(), ports),
         }
         self.finish_request(result, ports);
     }

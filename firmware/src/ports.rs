@@ -100,7 +100,7 @@ impl<M> Ports<M> {
 }
 
 impl<M: Mailboxes> Ports<M> {
-    /// Waits until there are frames for the CAN bus, or for [`call`](Self::call).
+    /// Waits until there are frames for the CAN bus, or for [`wake_senders`](Self::wake_senders).
     pub async fn can_ready(&self) {
         self.can.ready().await;
     }
@@ -126,7 +126,7 @@ impl<M: Mailboxes> Ports<M> {
         self.can.try_next()
     }
 
-    /// Waits until there are frames for the UART, or for [`call`](Self::call).
+    /// Waits until there are frames for the UART, or for [`wake_senders`](Self::wake_senders).
     pub async fn uart_ready(&self) {
         self.uart.ready().await;
     }
@@ -142,9 +142,9 @@ impl<M: Mailboxes> Ports<M> {
     }
 
     /// Wakes the tasks that empty the queues, so that they report their [`Liveness`].
-    pub fn call(&self) {
-        self.can.call();
-        self.uart.call();
+    pub fn wake_senders(&self) {
+        self.can.wake();
+        self.uart.wake();
     }
 
     /// Waits for the next request of the foot.
@@ -449,7 +449,7 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Outlet<T, ESTIMATES, OTHERS
         self.with(Lanes::is_empty)
     }
 
-    /// Waits for an item, or for [`call`](Self::call).
+    /// Waits for an item, or for [`wake`](Self::wake).
     async fn ready(&self) {
         poll_fn(|context| {
             self.with(|lanes| {
@@ -464,7 +464,7 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Outlet<T, ESTIMATES, OTHERS
     }
 
     /// Ends the wait in [`ready`](Self::ready), even if the queue is empty.
-    fn call(&self) {
+    fn wake(&self) {
         self.with(|lanes| {
             lanes.called = true;
             lanes.waker.wake();
@@ -554,7 +554,7 @@ mod tests {
     }
 
     #[test]
-    fn a_call_ends_the_wait_of_both_sending_tasks() {
+    fn waking_ends_the_wait_of_both_sending_tasks() {
         let ports = Ports::new();
         let are_ready = || {
             let mut context = Context::from_waker(Waker::noop());
@@ -562,7 +562,7 @@ mod tests {
             (can, pin!(ports.uart_ready()).poll(&mut context).is_ready())
         };
         assert_eq!(are_ready(), (false, false));
-        ports.call();
+        ports.wake_senders();
         assert_eq!(are_ready(), (true, true));
         assert_eq!(are_ready(), (false, false));
     }
@@ -796,14 +796,14 @@ mod tests {
     }
 
     #[test]
-    fn the_wait_ends_with_an_item_or_once_with_a_call() {
+    fn the_wait_ends_with_an_item_or_once_when_woken() {
         let outlet = Small::new();
         let is_ready = || {
             let mut context = Context::from_waker(Waker::noop());
             pin!(outlet.ready()).poll(&mut context).is_ready()
         };
         assert!(!is_ready());
-        outlet.call();
+        outlet.wake();
         assert!(is_ready());
         assert!(!is_ready());
         outlet.push(Lane::Stream, 1);

@@ -149,8 +149,8 @@ pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
         board.end_tick();
         // Ticks without a sample may be long, because the sensor starts or its burst hangs.
         if measurement.raw.is_some() {
-            ports.costs.take(Cost::Mailbox, board.micros_to_mailbox());
-            ports.costs.take(Cost::Work, board.micros_since_edge(tick));
+            ports.costs.raise_to(Cost::Mailbox, board.micros_to_mailbox());
+            ports.costs.raise_to(Cost::Work, board.micros_since_edge(tick));
         }
     })
     .await
@@ -294,6 +294,13 @@ pub struct Measurement {
     pub misreads: u32,
 }
 
+/// Counts since the start of the program, for a tick in which the sensor itself is in use.
+#[derive(Clone, Copy, Debug)]
+struct Counts {
+    restarts: u32,
+    misreads: u32,
+}
+
 /// Fault of the sensor, and the detail of its emergency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorFault {
@@ -433,13 +440,12 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         (!self.watch.frozen.every_axis_has_changed()).then_some(SampleIssue::AxisUnchanged)
     }
 
-    /// Numbers of restarts and misreads so far.
-    const fn counts(&self) -> (u32, u32) {
-        (self.restarts, self.misreads)
+    const fn counts(&self) -> Counts {
+        Counts { restarts: self.restarts, misreads: self.misreads }
     }
 
     /// Measurement of a tick without a sample.
-    fn absent(tick: &Tick, activity: Activity, (restarts, misreads): (u32, u32)) -> Measurement {
+    fn absent(tick: &Tick, activity: Activity, counts: Counts) -> Measurement {
         Measurement {
             sample: imu::missing_sample(tick.time),
             raw: None,
@@ -447,8 +453,8 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             fault: None,
             saturated_for_long: false,
             read_at: ReadAt::Edge,
-            restarts,
-            misreads,
+            restarts: counts.restarts,
+            misreads: counts.misreads,
         }
     }
 

@@ -147,8 +147,8 @@ impl CostMeter {
         Self([const { AtomicU16::new(0) }; 3])
     }
 
-    /// Takes a value, at most 65 535.
-    pub fn take(&self, cost: Cost, value: u32) {
+    /// Raises the largest value of a cost to `value`, at most 65 535, if it is larger.
+    pub fn raise_to(&self, cost: Cost, value: u32) {
         let value = value.min(u32::from(u16::MAX)) as u16;
         if let Some(largest) = self.0.get(cost as usize)
             && value > largest.load(Ordering::Relaxed)
@@ -375,7 +375,7 @@ mod tests {
             (Cost::Work, 120),
             (Cost::Work, 121),
         ] {
-            costs.take(cost, value);
+            costs.raise_to(cost, value);
         }
         let largest = Costs { mailbox_us: 75, work_us: 121, stack_bytes: u16::MAX };
         assert_eq!(costs.largest(), largest);

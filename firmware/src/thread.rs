@@ -99,7 +99,7 @@ pub async fn feed_watchdog<B: Board>(
     let mut depth = StackDepth::default();
     let (mut feedings, mut is_confirmed) = (0_u32, false);
     loop {
-        ports.call();
+        ports.wake_senders();
         delay.delay_ms(B::FEEDING_MS).await;
         if ports.liveness.all_alive() {
             board.feed_watchdog();
@@ -112,7 +112,7 @@ pub async fn feed_watchdog<B: Board>(
             }
         }
         if let Some(used) = board.look_at_stack(&mut depth) {
-            ports.costs.take(Cost::Stack, used as u32);
+            ports.costs.raise_to(Cost::Stack, used as u32);
         }
     }
 }

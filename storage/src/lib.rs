@@ -116,7 +116,7 @@ pub enum Erase {
 }
 
 /// Reason why the settings, the brown-out level or the confirmation of a program could not be written. The previous
-/// ones are unchanged. The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+/// ones are unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreFailed {
     /// The flash refused the write, or its contents do not read back.
@@ -134,6 +134,16 @@ impl From<Infallible> for StoreFailed {
 }
 
 impl StoreFailed {
+    /// Detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+    #[must_use]
+    pub const fn fault_detail(self) -> u32 {
+        match self {
+            Self::Flash => 0,
+            Self::SupplyLow => 1,
+            Self::NeedsErase => 2,
+        }
+    }
+
     /// Abort code of the request.
     #[must_use]
     pub const fn abort_code(self) -> AbortCode {

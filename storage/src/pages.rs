@@ -47,7 +47,7 @@ const ATTEMPTS: usize = 2;
 
 /// State of a page, the least current first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Use {
+enum PageState {
     /// The page has no mark: it is blank, or half erased.
     Unmarked,
     /// The page is full.
@@ -69,7 +69,7 @@ pub(super) struct Item {
 /// Content of a page.
 #[derive(Clone, Copy, Debug)]
 struct Page {
-    is: Use,
+    state: PageState,
     newest: Option<Item>,
     /// Whether an item after the newest was completely written but does not match its checksum.
     has_decayed: bool,
@@ -177,7 +177,7 @@ where
             });
         };
         // Damage in an earlier page is not reported.
-        let has_decayed = pages.iter().any(|page| page.has_decayed && page.is >= best.is);
+        let has_decayed = pages.iter().any(|page| page.has_decayed && page.state >= best.state);
         Ok(Latest { item: best.newest, has_decayed })
     }
 
@@ -191,10 +191,10 @@ where
         let [last] = self.read(end + WORD - 1)?;
         let mut at = base + WORD;
         let mut found = Page {
-            is: match (is_marked(first), is_marked(last)) {
-                (true, false) => Use::Open,
-                (true, true) => Use::Closed,
-                (false, _) => Use::Unmarked,
+            state: match (is_marked(first), is_marked(last)) {
+                (true, false) => PageState::Open,
+                (true, true) => PageState::Closed,
+                (false, _) => PageState::Unmarked,
             },
             newest: None,
             has_decayed: false,
@@ -220,7 +220,7 @@ where
             found.free = found.free.max(next);
             checked += u32::from(length);
             if checked > Self::MOST_CHECKED {
-                found.is = Use::Unmarked;
+                found.state = PageState::Unmarked;
                 found.has_decayed = true;
                 break;
             }
@@ -282,7 +282,7 @@ where
             return Err(StoreFailed::Flash);
         }
         let pages = self.look()?;
-        let open = |(_, page): &(usize, &Page)| page.is == Use::Open;
+        let open = |(_, page): &(usize, &Page)| page.state == PageState::Open;
         let open = pages.iter().enumerate().filter(open);
         let open = open.max_by_key(|(i, page)| (page.newest.is_some(), Reverse(*i)));
         if let Some((i, page)) = open
@@ -323,7 +323,7 @@ fn best(pages: &[Page; 2]) -> Option<&Page> {
         (None, None) => None,
         (Some(_), None) => Some(first),
         (None, Some(_)) => Some(second),
-        (Some(_), Some(_)) if second.is > first.is => Some(second),
+        (Some(_), Some(_)) if second.state > first.state => Some(second),
         (Some(_), Some(_)) => Some(first),
     }
 }

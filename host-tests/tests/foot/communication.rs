@@ -245,7 +245,7 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
 }
 
 #[test]
-fn slow_ticks_disable_can_are_no_gaps() {
+fn slow_ticks_without_can_are_no_gaps() {
     let every_10_ms = (Address::new(index::UART_STREAMS, 1), Value::U16(10));
     let foot = Foot::new(settings(&[every_10_ms]), Start::default());
     let mut foot = foot.expect("the defaults");
