@@ -43,6 +43,8 @@
 //! five standard deviations would call no robot at rest, since a leg under load trembles and its motors hum. What the
 //! limits decide is which slow motions pass for rest. `docs/design/rest.md` has these, and the alternatives.
 
+use core::ops::RangeInclusive;
+
 use crate::constants::Constants;
 use crate::math::Order;
 use crate::sample::{Continuity, Step};
@@ -183,11 +185,11 @@ impl LongRest {
     const BEGINNING: f32 = 0.1;
 
     /// Plausible lengths of the force at rest, m/s²: gravity, and the errors of an accelerometer.
-    const AT_REST: (f32, f32) = (7.0, 12.6);
+    const AT_REST: RangeInclusive<f32> = 7.0..=12.6;
 
     /// Plausible lengths of the mean over [`Self::LONG_MEAN`], m/s²: the mean differs from gravity by the change of
     /// speed in that time. It is below the least after a free fall of 0.9 s.
-    const MEAN: (f32, f32) = (1.5, 60.0);
+    const MEAN: RangeInclusive<f32> = 1.5..=60.0;
 
     /// Distance of a force from the short mean that contradicts it, m/s².
     const CONTRADICTING: f32 = 0.5 * STANDARD_GRAVITY;
@@ -275,8 +277,8 @@ impl LongRest {
     pub(crate) fn implausible_force(&self) -> Option<f32> {
         let force = self.mean_force.length();
         let at_rest = self.force_at_rest().is_some();
-        let is_implausible = at_rest && !(Self::AT_REST.0..=Self::AT_REST.1).contains(&force)
-            || self.age >= Self::BEGINNING && !(Self::MEAN.0..=Self::MEAN.1).contains(&force);
+        let is_implausible = at_rest && !Self::AT_REST.contains(&force)
+            || self.age >= Self::BEGINNING && !Self::MEAN.contains(&force);
         is_implausible.then_some(force)
     }
 

@@ -165,8 +165,10 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
     mut self_test: bool,
     mut each: impl FnMut(&Tick, &Measurement),
 ) -> ! {
+    // Restarts since the sensor last measured well.
     let mut failures = 0_u32;
     loop {
+        // Starts the sensor, and tests it once. Each tick meanwhile is served without a sample.
         let (activity, counts) = (sensor.activity, sensor.counts());
         let mut started = alongside(sensor.start(&mut delay), &mut ticks, |tick| {
             each(tick, &Sensor::<BUS>::absent(tick, activity, counts));
@@ -181,6 +183,8 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
             self_test = tested.is_err();
             started = tested.map(|failed| failed.or(lost));
         }
+        // The fault that ends this measuring, or that did not let it begin; and the fault that the next tick reports. A
+        // start can lead to a fault and succeed, as after a lost configuration or a failed self-test.
         let mut reason = None;
         let mut unreported = match started {
             Ok(fault) => {
@@ -209,6 +213,7 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
                 sensor.check(&tick).await;
             }
         }
+        // Waits, before the next start.
         let (first, longest) = BACK_OFF_TICKS;
         if let Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) = reason {
             sensor.count_bus_error();
