@@ -4,7 +4,7 @@
 //! |---|---|
 //! | the public type [`Opened`]: a file of known format, found by its first bytes, and its reading; the formats by name | this one |
 //! | properties that a format does not carry: units, times, gravity, mounting, topics | `options` |
-//! | `csv`, `parquet`: named columns | [`table`] |
+//! | `csv`, `parquet`: named columns. When a table is opened, `header::check_is_csv` judges its header; when it is read, `header::Layout` gives each column its meaning | [`table`] |
 //! | `mcap`, `rosbag2`, `rosbag1`: bags of ROS 2 and ROS 1 | `bag` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`published`] |
 //! | rows on one clock and in order, and the stored recording: the result | `stored` |

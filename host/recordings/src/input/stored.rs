@@ -292,6 +292,8 @@ impl Rows {
         if let Some(now_us) = clock_us {
             let stored = match self.times {
                 Times::Keep => self.advance_to(now_us)?,
+                // All times must be known first. Until then the sample keeps its clock, and `TimedSamples` replaces it
+                // by the time since the first row.
                 Times::DropBad | Times::Smooth | Times::Rate => {
                     self.unordered_us.push(now_us);
                     Timestamp::from_micros(now_us.cast_unsigned())
@@ -515,13 +517,13 @@ fn smoothed_notice(file: &str, gaps: usize) -> Option<Notice> {
 /// Source of the time of a sample.
 #[derive(Clone, Debug)]
 enum Timing {
-    /// Stored time since the first sample.
+    /// Stored time since the first sample, as with [`Times::Keep`].
     Stored,
-    /// Computed from the sample's index and the sample rate.
+    /// Computed from the sample's index and the sample rate, as with [`Times::Rate`].
     Steady,
-    /// Time of the file's clock; samples whose flag is false are left out.
+    /// Time of the file's clock, as with [`Times::DropBad`]; samples whose flag is false are left out.
     Clock { kept: Vec<bool> },
-    /// Other times of the file's clock, µs; samples without one are left out.
+    /// Other times of the file's clock, µs, as with [`Times::Smooth`]; samples without one are left out.
     Smoothed { times_us: Vec<Option<i64>> },
 }
 
