@@ -519,7 +519,7 @@ fn smoothed_notice(file: &str, gaps: usize) -> Option<Notice> {
 enum Timing {
     /// Stored time since the first sample, as with [`Times::Keep`].
     Stored,
-    /// Computed from the sample's index and the sample rate, as with [`Times::Rate`].
+    /// Computed from the sample's index and the sample rate, as with [`Times::Rate`], or because the file has no times.
     Steady,
     /// Time of the file's clock, as with [`Times::DropBad`]; samples whose flag is false are left out.
     Clock { kept: Vec<bool> },
