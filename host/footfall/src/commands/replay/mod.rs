@@ -115,7 +115,10 @@ impl ReplayArguments {
         let resolved = self.recording.resolved(self.window)?;
         files::check_inputs(&self.inputs)?;
         let output = self.output.clone().map(Output::of);
-        let body = self.check_targets(output.as_ref())?;
+        self.check_targets(output.as_ref())?;
+        let body = Body::of(&self.copied.compat)?;
+        self.copied.check_lowstate(body)?;
+        self.check_stdout()?;
         Ok(Replay {
             resolved,
             span,
@@ -128,18 +131,22 @@ impl ReplayArguments {
         })
     }
 
-    /// Checks that all results can be written. Returns the body whose feet are in messages of all feet.
-    fn check_targets(&self, output: Option<&Output>) -> Result<Body, OutputError> {
+    /// Checks that the files of all results can be written.
+    fn check_targets(&self, output: Option<&Output>) -> Result<(), OutputError> {
         let estimates = output.map(Output::target);
         let events = self.events.as_deref().map(Target::Events);
         let picture = self.plot.as_deref().map(Target::Drawing);
         let all: Vec<_> = [estimates, events, picture].into_iter().flatten().collect();
         files::check(&self.inputs, &all, self.overwrite.existing())?;
-        let body = self.copied.check(&self.inputs, output)?;
+        self.copied.check_output(&self.inputs, output)
+    }
+
+    /// Checks that a summary as JSON is alone on standard output.
+    fn check_stdout(&self) -> Result<(), OutputError> {
         if self.json && self.fills_stdout() {
             return Err(OutputError::StdoutTwice);
         }
-        Ok(body)
+        Ok(())
     }
 
     /// Returns whether a result other than the summary goes to standard output.

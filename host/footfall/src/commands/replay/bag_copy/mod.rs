@@ -49,21 +49,22 @@ pub struct CopyArguments {
 }
 
 impl CopyArguments {
-    /// Checks that the bags `inputs` can be copied to the output with these messages. If the output is no copy, checks
-    /// that none of these options is given. Returns the body whose feet are in messages of all feet.
-    pub(super) fn check(
+    /// Checks that the bags `inputs` can be copied to the output. If the output is no copy, checks that none of these
+    /// options is given.
+    pub(super) fn check_output(
         &self,
         inputs: &[PathBuf],
         output: Option<&Output>,
-    ) -> Result<Body, OutputError> {
+    ) -> Result<(), OutputError> {
         match (output, self.option()) {
-            (Some(Output::Copy(copy)), _) => check_inputs(inputs, copy)?,
-            (Some(Output::Table(_)) | None, Some(option)) => {
-                return Err(OutputError::NoCopy(option));
-            }
-            (Some(Output::Table(_)) | None, None) => {}
+            (Some(Output::Copy(copy)), _) => check_inputs(inputs, copy),
+            (Some(Output::Table(_)) | None, Some(option)) => Err(OutputError::NoCopy(option)),
+            (Some(Output::Table(_)) | None, None) => Ok(()),
         }
-        let body = Body::of(&self.compat)?;
+    }
+
+    /// Checks that `--lowstate` suits a robot with this body, and that no other option writes its topic.
+    pub(super) fn check_lowstate(&self, body: Body) -> Result<(), OutputError> {
         if self.lowstate.is_some() {
             if body == Body::Biped {
                 return Err(MixedBodies("--lowstate").into());
@@ -72,7 +73,7 @@ impl CopyArguments {
                 return Err(OutputError::LowStateTwice);
             }
         }
-        Ok(body)
+        Ok(())
     }
 
     /// Returns the option that requests messages of all feet, if any.
