@@ -125,30 +125,40 @@ impl CopyArguments {
         compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
     }
 
-    /// Checks that each foot has its own place in the messages, and each place a foot. A missing foot may be standing.
+    /// Checks that each foot has its own place in the messages, and each place a foot if a message needs all feet.
     fn check_places(&self, body: Body, feet: &[CopiedFoot]) -> Result<(), Error> {
-        let has_none = |(index, foot): &(usize, &CopiedFoot)| {
-            let mut before = feet[..*index].iter();
-            foot.place.is_none() || before.any(|other| other.place == foot.place)
-        };
-        let is_absent = |at: &usize| feet.iter().all(|foot| foot.place != Some(*at));
-        let all = body.feet().iter().enumerate();
-        let absent = all.filter(|(at, _)| is_absent(at)).map(|(_, names)| names[0]);
+        let is_absent = |place: usize| feet.iter().all(|foot| foot.place != Some(place));
+        let places = body.feet().iter().enumerate();
+        let absent = places.filter(|(place, _)| is_absent(*place)).map(|(_, names)| names[0]);
         let absent: Vec<&str> = absent.collect();
-        if let Some((_, foot)) = feet.iter().enumerate().find(has_none) {
+        if let Some(foot) = first_without_own_place(feet) {
             let free = absent.first().copied();
             return Err(Error::NoPlace { name: foot.name.clone(), names: body.names(), free });
         }
-        let are_of_one = self.compat.iter().all(|compat| compat.is_of_one());
-        if absent.is_empty() || self.lowstate.is_none() && are_of_one {
-            return Ok(());
+        // A message of all feet must give every place a value. A foot that is not in the bag may be standing, so "in the
+        // air" would be a guess.
+        let needs_all_feet =
+            self.lowstate.is_some() || self.compat.iter().any(|compat| !compat.is_of_one());
+        if needs_all_feet && !absent.is_empty() {
+            return Err(Error::AbsentFeet {
+                option: self.option().unwrap_or_default(),
+                absent: absent.join(", "),
+                names: body.names(),
+            });
         }
-        Err(Error::AbsentFeet {
-            option: self.option().unwrap_or_default(),
-            absent: absent.join(", "),
-            names: body.names(),
-        })
+        Ok(())
     }
+}
+
+/// Returns the first foot that has no place, or the place of a foot before it.
+fn first_without_own_place(feet: &[CopiedFoot]) -> Option<&CopiedFoot> {
+    for (index, foot) in feet.iter().enumerate() {
+        let is_taken = feet[..index].iter().any(|earlier| earlier.place == foot.place);
+        if foot.place.is_none() || is_taken {
+            return Some(foot);
+        }
+    }
+    None
 }
 
 /// Checks that no two bags have a foot of the same name.
