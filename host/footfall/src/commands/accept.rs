@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use wire::NodeId;
 
 use super::foot::{Identity, to_json};
-use super::options::{SOURCES, parse_node};
+use super::options::{HELP_OF_SOURCES, parse_node};
 use crate::error::{Error, FootError, with_hint};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
@@ -24,7 +24,7 @@ use crate::source::{Source, SourceArgument, find_all};
 #[derive(Debug, Args)]
 pub struct AcceptArguments {
     /// Sources of the feet, which are measured one after the other.
-    #[arg(required = true, value_name = "SOURCE", help = SOURCES)]
+    #[arg(required = true, value_name = "SOURCE", help = HELP_OF_SOURCES)]
     pub sources: Vec<SourceArgument>,
     /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node)]

@@ -372,20 +372,34 @@ pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Res
     Ok(())
 }
 
-/// Help text on the syntax of a source.
-pub(crate) const SOURCES: &str = "Sources of the feet, which are one robot: usb for all feet on USB, usb:FR or usb:SERIAL for \
-        one of them, uart:/dev/ttyACM0[@BAUD], can:can0, slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] \
-        for simulated feet";
+/// Builds the help text on the syntax of sources from its beginning, up to the forms of `usb`, and the sources that not
+/// all commands accept.
+macro_rules! help_of_sources {
+    ($beginning:literal $(, $further:literal)*) => {
+        concat!(
+            $beginning,
+            ", uart:/dev/ttyACM0[@BAUD], can:can0, slcan:/dev/ttyACM0[@KBIT], ",
+            $($further, ", ",)*
+            "or demo[:feet=4] for simulated feet"
+        )
+    };
+}
+
+/// Help text on the syntax of several sources.
+pub(crate) const HELP_OF_SOURCES: &str = help_of_sources!(
+    "Sources of the feet, which are one robot: usb for all feet on USB, usb:FR or usb:SERIAL for one of them",
+    "file:can.log[@SPEED]"
+);
 
 /// Help text on the syntax of a single source.
-pub(crate) const SOURCE: &str = "Source of the foot: usb, usb:FR or usb:SERIAL for one of several, \
-        uart:/dev/ttyACM0[@BAUD], can:can0, slcan:/dev/ttyACM0[@KBIT], or demo[:feet=4] for simulated feet";
+pub(crate) const HELP_OF_ONE_SOURCE: &str =
+    help_of_sources!("Source of the foot: usb, usb:FR or usb:SERIAL for one of several");
 
 /// Feet that stream, and their sources.
 #[derive(Debug, Args)]
 pub struct ListenArguments {
     /// Sources of the feet.
-    #[arg(value_name = "SOURCE", help = SOURCES, default_value = "usb")]
+    #[arg(value_name = "SOURCE", help = HELP_OF_SOURCES, default_value = "usb")]
     pub sources: Vec<SourceArgument>,
     /// Nodes that are feet.
     #[command(flatten)]

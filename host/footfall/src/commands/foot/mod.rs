@@ -25,7 +25,7 @@ use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState, NmtState};
 use wire::{Address, DataType, Fault, NodeId, Value};
 
-use super::options::{OverwriteArguments, SOURCE, parse_node, parse_number};
+use super::options::{HELP_OF_ONE_SOURCE, OverwriteArguments, parse_node, parse_number};
 use crate::error::{Error, FootError, with_hint};
 use crate::files::{self, STANDARD, Target, write_file};
 use crate::interruption::finish_when_interrupted;
@@ -39,7 +39,7 @@ use update::{ImageFile, Which};
 #[command(subcommand_precedence_over_arg = true)]
 pub struct FootArguments {
     /// Source of the foot; a scan takes several.
-    #[arg(required = true, value_name = "SOURCE", help = SOURCE)]
+    #[arg(required = true, value_name = "SOURCE", help = HELP_OF_ONE_SOURCE)]
     pub sources: Vec<SourceArgument>,
     /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node, global = true)]

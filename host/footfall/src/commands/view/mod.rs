@@ -5,7 +5,7 @@ pub mod server;
 
 use clap::{Args, ValueEnum};
 
-use super::options::{FeetArguments, PlayedArguments, PublishedArguments, SOURCES};
+use super::options::{FeetArguments, HELP_OF_SOURCES, PlayedArguments, PublishedArguments};
 use crate::SourceArgument;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
@@ -26,7 +26,7 @@ Examples:
 #[derive(Debug, Args)]
 pub struct ViewArguments {
     /// Sources of the feet.
-    #[arg(value_name = "SOURCE", help = SOURCES, required_unless_present = "layout")]
+    #[arg(value_name = "SOURCE", help = HELP_OF_SOURCES, required_unless_present = "layout")]
     pub sources: Vec<SourceArgument>,
     /// Nodes that are feet.
     #[command(flatten)]
