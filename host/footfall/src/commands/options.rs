@@ -531,6 +531,7 @@ impl PlayedArguments {
         let of_file = config.map(read_config).transpose()?.unwrap_or_default();
         let settings =
             Resolved { preset: self.preset, axes: self.mounting.axes.clone(), ..of_file };
+        // The formats of the files are not known yet. The settings are checked again with the format of an opened file.
         settings.check_before_reading(Format::Csv)?;
         let contacts = ContactUse::unless_estimated(self.estimate_again);
         let input_options =
@@ -540,7 +541,8 @@ impl PlayedArguments {
     }
 }
 
-/// Returns the names of the given options that change an estimate and nothing else.
+/// Returns the names of the given options that change an estimate and nothing else. A notice names them if the contacts
+/// of a bag are the estimates, because they have no effect then.
 pub(crate) fn estimator_options(
     preset: Preset,
     config: Option<&Path>,
@@ -619,7 +621,8 @@ pub(crate) fn parse_number(text: &str) -> Option<u32> {
     }
 }
 
-/// Parses a node id, serial number or port with the name of its foot. A number of up to three digits is a node id.
+/// Parses a node id, serial number or port with the name of its foot. A number of up to three digits is a node id:
+/// otherwise an invalid id, such as 200, would be taken for a line that does not exist.
 fn parse_name(text: &str) -> Result<(NamedFoot, Name), String> {
     let (of, name) = text.split_once('=').ok_or("write a node id and a name, such as 1=FL")?;
     let name = Name::new(name).map_err(|error| error.to_string())?;

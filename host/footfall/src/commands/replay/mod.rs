@@ -244,6 +244,7 @@ impl Replay {
         let arguments = &self.arguments;
         let row_names = self.row_names(feet.len());
         let pictures = self.picture_paths(&feet);
+        // `check_targets` knew only the name in `--plot`, and not those of the figures of several feet.
         pictures.iter().try_for_each(|path| self.existing.check(path))?;
         let mut written = Vec::new();
         #[cfg(feature = "bags")]
@@ -269,6 +270,7 @@ impl Replay {
         let drawn = feet.iter_mut().filter_map(|foot| foot.picture.take());
         pictures::write(&pictures, self.existing, drawn)?;
         written.extend(pictures);
+        // The summary would be mixed into a result on standard output.
         let is_silent = arguments.fills_stdout();
         let style = if is_silent { SummaryStyle::Silent } else { SummaryStyle::of(arguments.json) };
         let summaries =

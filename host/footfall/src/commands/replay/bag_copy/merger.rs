@@ -81,6 +81,7 @@ impl<'a> BagCopy<'a> {
         let mut places = Vec::new();
         for foot in feet.iter_mut().filter(|foot| !foot.stored.has_estimates()) {
             places.push(foot.place);
+            // Names of feet may differ only in characters that topics cannot hold.
             let name = unused_name(&foot.name, &names);
             streams.push(EstimateStream::of(foot, &name)?);
             names.push(name);
