@@ -147,41 +147,44 @@ impl Key {
         }
     }
 
+    /// Returns the least and the most number, as they are written without their unit; `None` if the value is no number.
+    fn limits(&self) -> Option<[String; 2]> {
+        match &self.kind {
+            Kind::LearntCrc => Some([u32::MIN, u32::MAX].map(|limit| limit.to_string())),
+            Kind::Correction(limits) => Some([limits.least, limits.most].map(shown)),
+            _ => self.row().map(|row| {
+                let notation = Notation::of(row.name);
+                [row.least, row.most].map(|limit| notation.number(limit))
+            }),
+        }
+    }
+
     /// Returns the accepted values.
     #[must_use]
     pub fn range(&self) -> String {
-        let range = self.row().map_or_else(String::new, |row| {
-            let notation = Notation::of(row.name);
-            let [least, most] = [row.least, row.most].map(|limit| notation.number(limit));
-            format!("{least} to {most}")
-        });
-        let in_words = || range.replace(" to ", "ms\" to \"");
+        let [least, most] = self.limits().unwrap_or_default();
         let of_words = |words: [&str; 2]| format!("\"{}\" or \"{}\"", words[0], words[1]);
         match &self.kind {
             Kind::Numbers(numbers) if numbers[..] == [Parameter::LoadOffThreshold] => {
-                format!("{range}, and not above load.on_threshold")
+                format!("{least} to {most}, and not above load.on_threshold")
             }
             Kind::Numbers(numbers) if numbers.len() > 1 => {
                 let axes: Vec<&str> = numbers.iter().map(|number| axis(*number)).collect();
-                format!("{range}; one number, or a table of {}", axes.join(", "))
+                format!("{least} to {most}; one number, or a table of {}", axes.join(", "))
             }
-            Kind::Numbers(_) | Kind::Learnt(_) => range,
+            Kind::Numbers(_) | Kind::Learnt(_) | Kind::LearntCrc => format!("{least} to {most}"),
             Kind::LearntVersion => Learnt::VERSION.to_string(),
-            Kind::LearntCrc => format!("0 to {}", u32::MAX),
             Kind::Gravity => of_words(GRAVITIES.map(|(word, _)| word)),
             Kind::Axes => {
                 "three right-handed axes such as \"x,-z,y\", or \"w,x,y,z\" of length 1".to_owned()
             }
             Kind::Method => of_words(METHODS.map(|(word, _)| word)),
             Kind::Learning => of_words(LEARNINGS.map(|(word, _)| word)),
-            Kind::Window => format!("\"{}ms\", or \"1samples\" and more", in_words()),
-            Kind::GyroTiming => format!("\"period_mean\", or \"{}ms\"", in_words()),
-            Kind::Correction(limits) => format!(
-                "{} to {}; a table of {}",
-                shown(limits.least),
-                shown(limits.most),
-                limits.axes.join(", ")
-            ),
+            Kind::Window => format!("\"{least}ms\" to \"{most}ms\", or \"1samples\" and more"),
+            Kind::GyroTiming => format!("\"period_mean\", or \"{least}ms\" to \"{most}ms\""),
+            Kind::Correction(limits) => {
+                format!("{least} to {most}; a table of {}", limits.axes.join(", "))
+            }
         }
     }
 
