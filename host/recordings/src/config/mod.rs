@@ -251,15 +251,15 @@ impl Resolved {
             let ParamsError::OutOfRange { field, .. } = error else {
                 break;
             };
-            let Some(number) = Parameter::ALL.into_iter().find(|of| of.name() == field) else {
+            let Some(parameter) = value::parameter_named(field) else {
                 break;
             };
-            let preset = number.get(&self.preset.params(format));
+            let preset = parameter.get(&self.preset.params(format));
             // A pair of thresholds is one error.
-            if number == Parameter::LoadOffThreshold || number.get(&params) == preset {
+            if parameter == Parameter::LoadOffThreshold || parameter.get(&params) == preset {
                 break;
             }
-            number.set(&mut params, preset);
+            parameter.set(&mut params, preset);
         }
         ParameterRefusal::of_all(refusals)
     }
@@ -341,7 +341,7 @@ impl Preset {
     /// and gravity are placeholders: they depend on the recording.
     #[must_use]
     pub fn params(self, format: Format) -> Params {
-        let default_with_load_of = |other: Params| Params { load: other.load, ..default_params() };
+        let default_with_load_of = |paper: Params| Params { load: paper.load, ..default_params() };
         match (self, format) {
             (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
             (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),

@@ -1,13 +1,15 @@
 //! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
 use std::fmt::{self, Formatter};
+use std::ops::RangeInclusive;
 
+use estimator_core::parameter::{self, Parameter};
 use estimator_core::params::{Method, WindowLength};
 use estimator_core::{Params, ParamsError};
 
 use crate::config::file::{Overrides, Position};
 use crate::config::keys::split_axis;
-use crate::config::value::Notation;
+use crate::config::value::{Notation, parameter_named};
 use crate::display_in_plain_words;
 use crate::estimate::CAPACITY;
 use crate::hint::{Hint, InWords, Setting, Vocabulary};
@@ -43,8 +45,12 @@ pub enum Subject {
 pub enum Reason {
     /// The value is out of its range.
     OutOfRange {
-        /// The value, the minimum and the maximum, as they are written in this unit.
-        numbers: [String; 3],
+        /// The value, as it is written in this unit.
+        value: String,
+        /// Least value in the range.
+        least: String,
+        /// Largest value in the range.
+        most: String,
         /// Unit after the numbers, with a space before it; empty without one.
         unit: String,
         /// Further limit of the range; empty without one.
@@ -133,8 +139,8 @@ impl InWords for Refusal {
             Subject::RateOf(recording) => write!(f, "{recording}: the sample rate")?,
         }
         match &self.reason {
-            Reason::OutOfRange { numbers: [is, low, high], unit, limit, hint } => {
-                write!(f, " is {is}{unit}, allowed is {low} to {high}{unit}{limit}")?;
+            Reason::OutOfRange { value, least, most, unit, limit, hint } => {
+                write!(f, " is {value}{unit}, allowed is {least} to {most}{unit}{limit}")?;
                 match hint {
                     Some(hint) => {
                         f.write_str("; ")?;
@@ -172,13 +178,13 @@ impl Origins<'_> {
                 && own.determines(field)
             {
                 let key = Subject::Key(self.in_file(&format!("feet.{foot}.{field}")));
-                return Err(out_of_range(key, field, [value, min, max], None));
+                return Err(out_of_range(key, field, value, &(min..=max), None));
             }
         }
         let all = &self.overrides.all;
         let mut tables = ["half_width", "bandwidth"].into_iter();
         let table = tables.find(|table| all.has(table));
-        let key = table.or(all.window.map(|_| "window"));
+        let key = table.or(all.window.map(|_| parameter::WINDOW.name));
         let set = match self.window {
             Some(_) => Some(Subject::Option(Setting::Window)),
             None => key.map(|key| Subject::Key(self.in_file(key))),
@@ -198,15 +204,15 @@ impl Origins<'_> {
                 ParameterRefusal::of(self.window(), reason)
             }
             ParamsError::OutOfRange { field, value, min, max } => {
-                let numbers = [*value, *min, *max];
-                match *field {
-                    "window" => out_of_range(self.window(), field, numbers, None),
-                    "sample_rate_hz" => {
-                        let hint = self.unit_of_times(numbers);
-                        out_of_range(self.rate(), field, numbers, hint)
-                    }
-                    _ => out_of_range(Subject::Key(self.key_name(field)), field, numbers, None),
-                }
+                let range = *min..=*max;
+                let (subject, hint) = if parameter_named(field) == Some(Parameter::SampleRate) {
+                    (self.rate(), self.unit_of_times(*value, &range))
+                } else if *field == parameter::WINDOW.name {
+                    (self.window(), None)
+                } else {
+                    (Subject::Key(self.key_name(field)), None)
+                };
+                out_of_range(subject, field, *value, &range, hint)
             }
             _ => ParameterRefusal::of(
                 Subject::Key("the parameters".to_owned()),
@@ -218,7 +224,7 @@ impl Origins<'_> {
     fn window(&self) -> Subject {
         match (self.window, self.overrides.all.window) {
             (Some(_), _) => Subject::Option(Setting::Window),
-            (None, Some(_)) => Subject::Key(self.in_file("window")),
+            (None, Some(_)) => Subject::Key(self.in_file(parameter::WINDOW.name)),
             (None, None) => Subject::Key("the preset's window".to_owned()),
         }
     }
@@ -226,7 +232,7 @@ impl Origins<'_> {
     fn rate(&self) -> Subject {
         match self.sample_rate {
             RateOrigin::Option => Subject::Option(Setting::SampleRate),
-            RateOrigin::Configuration => Subject::Key(self.in_file("sample_rate_hz")),
+            RateOrigin::Configuration => Subject::Key(self.in_file(Parameter::SampleRate.name())),
             RateOrigin::Recording => Subject::RateOf(self.recording.to_owned()),
         }
     }
@@ -249,10 +255,10 @@ impl Origins<'_> {
         }
     }
 
-    /// Returns a hint on the unit of the times if the rate measured from them is far too low or too high; `numbers` are
-    /// the rate and the ends of its range, Hz.
-    fn unit_of_times(&self, [rate, min, max]: [f32; 3]) -> Option<Hint> {
-        let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
+    /// Returns a hint on the unit of the times if the rate measured from them, Hz, is far below or above its range.
+    fn unit_of_times(&self, rate: f32, range: &RangeInclusive<f32>) -> Option<Hint> {
+        let (min, max) = (*range.start(), *range.end());
+        let fits = |per_second: f32| range.contains(&(rate * per_second));
         if self.sample_rate != RateOrigin::Recording {
             None
         } else if rate <= FASTEST_IN_S && fits(1.0e3) {
@@ -267,20 +273,27 @@ impl Origins<'_> {
     }
 }
 
-/// Refuses a parameter outside its range; `numbers` are its value and the ends of the range.
+/// Refuses the value of a parameter outside its range.
 fn out_of_range(
     subject: Subject,
     field: &str,
-    numbers: [f32; 3],
+    value: f32,
+    range: &RangeInclusive<f32>,
     hint: Option<Hint>,
 ) -> ParameterRefusal {
     let notation = Notation::of(field);
-    let limit = match field {
-        "load.off_threshold" => ", and not above load.on_threshold",
+    let limit = match parameter_named(field) {
+        Some(Parameter::LoadOffThreshold) => ", and not above load.on_threshold",
         _ => "",
     };
-    let numbers = numbers.map(|number| notation.number(number));
-    let reason = Reason::OutOfRange { numbers, unit: notation.symbol(), limit, hint };
+    let reason = Reason::OutOfRange {
+        value: notation.number(value),
+        least: notation.number(*range.start()),
+        most: notation.number(*range.end()),
+        unit: notation.symbol(),
+        limit,
+        hint,
+    };
     ParameterRefusal::of(subject, reason)
 }
 

@@ -142,6 +142,11 @@ fn duration(text: &str) -> Option<f32> {
     Some((milliseconds * 1.0e-3) as f32)
 }
 
+/// Returns the parameter with this name. An error of the estimator has the name of a parameter only.
+pub(super) fn parameter_named(name: &str) -> Option<Parameter> {
+    Parameter::ALL.into_iter().find(|parameter| parameter.name() == name)
+}
+
 /// Notation of a number: in the unit of the table of limits, or in ms.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Notation {
@@ -157,9 +162,7 @@ impl Notation {
         if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&name) {
             return Self::Milliseconds;
         }
-        let mut rows = Parameter::ALL.into_iter().map(Parameter::row);
-        let row = rows.find(|row| row.name == name);
-        Self::As(row.map_or(Unit::One, |row| row.unit))
+        Self::As(parameter_named(name).map_or(Unit::One, |parameter| parameter.row().unit))
     }
 
     /// Formats the value of a field in this notation.
