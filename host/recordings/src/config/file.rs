@@ -351,8 +351,7 @@ impl Reader {
         const AGAIN: &str = "calibrate the foot again";
         let LearntTable { numbers: read, version, crc } = std::mem::take(&mut self.learnt);
         let mut numbers = [0.0; Learnt::NUMBERS];
-        // Of several missing fields, the last is reported. Any of them would do: all are written together.
-        for ((number, read), row) in numbers.iter_mut().zip(read).zip(Learnt::ROWS).rev() {
+        for ((number, read), row) in numbers.iter_mut().zip(read).zip(Learnt::ROWS) {
             let name = row.name.trim_start_matches("learnt.");
             *number = self.value_or_error(table, read.ok_or(format!("missing field `{name}`")))?;
         }

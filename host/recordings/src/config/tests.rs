@@ -78,7 +78,7 @@ fn every_key_reaches_its_parameter() {
 fn incomplete_learnt_table_is_rejected() {
     assert_eq!(
         message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
-        "x.toml, line 1, column 1: missing field `speed`"
+        "x.toml, line 1, column 1: missing field `still`"
     );
     let numbers =
         "[learnt]\nstill = 0\nmoving = 2\nspeed = -5\nstill_seconds = 1\nmoving_seconds = 1\n";
