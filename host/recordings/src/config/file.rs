@@ -12,7 +12,7 @@ use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use crate::config::keys::{Key, Kind, Limits, axis, keys, keys_of_a_foot};
+use crate::config::keys::{CorrectionKey, Key, Kind, axis, keys, keys_of_a_foot};
 use crate::config::value::{
     checked_sample_rate, parse_gravity, parse_gyro_timing, parse_learning, parse_method,
     parse_window,
@@ -153,8 +153,17 @@ pub struct Settings {
     gyro_timing: Option<GyroTiming>,
     /// Numbers of the estimator, in the order of the file.
     numbers: Vec<(Parameter, f32)>,
-    /// Errors of the recording's sensor: key, place among its axes, value.
-    corrections: Vec<(Limits, usize, f32)>,
+    /// Errors of the recording's sensor.
+    corrections: Vec<AxisCorrection>,
+}
+
+/// Value that a correction key sets for one axis.
+#[derive(Clone, Debug, PartialEq)]
+struct AxisCorrection {
+    key: CorrectionKey,
+    /// Index in the axes of the key, which are x, y and z of the sensor.
+    axis: usize,
+    value: f32,
 }
 
 impl Settings {
@@ -194,9 +203,9 @@ impl Settings {
     /// Returns another correction with the mounting and the sensor's errors that are set.
     fn corrected(&self, mut correction: Correction) -> Correction {
         set(&mut correction.mounting, self.axes);
-        for (limits, place, value) in &self.corrections {
-            let of = (limits.of)(&mut correction);
-            *[&mut of.x, &mut of.y, &mut of.z][*place] = *value;
+        for AxisCorrection { key, axis, value } in &self.corrections {
+            let numbers = (key.numbers)(&mut correction);
+            *[&mut numbers.x, &mut numbers.y, &mut numbers.z][*axis] = *value;
         }
         correction
     }
@@ -291,10 +300,12 @@ impl Reader {
             Kind::LearntVersion => self.learnt.version = self.deserialized(value, "a version"),
             Kind::LearntCrc => self.learnt.crc = self.deserialized(value, "a CRC of 32 bits"),
             Kind::Numbers(of) => to.numbers.extend(self.numbers(value, of)),
-            Kind::Correction(limits) => {
-                let check = |axis: &str, read| limits.checked(axis, read);
-                let read = self.numbers_by_axis(value, &limits.axes, check).into_iter();
-                to.corrections.extend(read.map(|(place, read)| (*limits, place, read)));
+            Kind::Correction(key) => {
+                let check = |axis: &str, number| key.checked(axis, number);
+                let read = self.numbers_by_axis(value, &key.axes, check).into_iter();
+                let corrections =
+                    read.map(|(axis, value)| AxisCorrection { key: *key, axis, value });
+                to.corrections.extend(corrections);
             }
         }
     }

@@ -41,7 +41,7 @@ pub(super) enum Kind {
     LearntVersion,
     /// CRC of the learnt numbers and their version.
     LearntCrc,
-    Correction(Limits),
+    Correction(CorrectionKey),
 }
 
 /// Beginning of the keys of one foot.
@@ -73,11 +73,11 @@ pub fn keys() -> Vec<Key> {
     ]);
     all.extend(rest);
     all.push(key(parameter::GYRO_DELAY.name, Kind::GyroTiming));
-    all.extend((0..).zip(Learnt::ROWS).map(|(place, row)| key(row.name, Kind::Learnt(place))));
+    all.extend((0..).zip(Learnt::ROWS).map(|(index, row)| key(row.name, Kind::Learnt(index))));
     all.push(key("learnt.version", Kind::LearntVersion));
     all.push(key("learnt.crc", Kind::LearntCrc));
-    for limits in [ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS] {
-        all.push(key(limits.key, Kind::Correction(limits)));
+    for correction in [ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS] {
+        all.push(key(correction.path, Kind::Correction(correction)));
     }
     let of_foot = |path: &str| format!("{OF_FOOT}{path}");
     all.push(key(&of_foot("axes"), Kind::Axes));
@@ -113,7 +113,7 @@ impl Key {
             Kind::LearntCrc => {
                 "CRC-32 of the learnt numbers and their version; without it they are not checked"
             }
-            Kind::Correction(limits) => limits.meaning,
+            Kind::Correction(key) => key.meaning,
             Kind::Numbers(_) | Kind::Window | Kind::GyroTiming | Kind::Learnt(_) => {
                 self.row().map_or("", |row| row.about)
             }
@@ -126,7 +126,7 @@ impl Key {
             Kind::Numbers(numbers) => numbers.first().map(|number| number.row()),
             Kind::Window => Some(parameter::WINDOW),
             Kind::GyroTiming => Some(parameter::GYRO_DELAY),
-            Kind::Learnt(place) => Learnt::ROWS.get(*place).copied(),
+            Kind::Learnt(index) => Learnt::ROWS.get(*index).copied(),
             Kind::Gravity
             | Kind::Axes
             | Kind::Method
@@ -142,16 +142,16 @@ impl Key {
     pub fn unit(&self) -> &'static str {
         match &self.kind {
             Kind::Window | Kind::GyroTiming => "ms",
-            Kind::Correction(limits) => limits.unit,
+            Kind::Correction(key) => key.unit,
             _ => self.row().map_or("", |row| row.unit.symbol()),
         }
     }
 
-    /// Returns the least and the most number, as they are written without their unit; `None` if the value is no number.
+    /// Returns the least and the most number, as they are written without their unit; `None` without limits.
     fn limits(&self) -> Option<[String; 2]> {
         match &self.kind {
             Kind::LearntCrc => Some([u32::MIN, u32::MAX].map(|limit| limit.to_string())),
-            Kind::Correction(limits) => Some([limits.least, limits.most].map(shown)),
+            Kind::Correction(key) => Some([key.least, key.most].map(shown)),
             _ => self.row().map(|row| {
                 let notation = Notation::of(row.name);
                 [row.least, row.most].map(|limit| notation.number(limit))
@@ -182,8 +182,8 @@ impl Key {
             Kind::Learning => of_words(LEARNINGS.map(|(word, _)| word)),
             Kind::Window => format!("\"{least}ms\" to \"{most}ms\", or \"1samples\" and more"),
             Kind::GyroTiming => format!("\"period_mean\", or \"{least}ms\" to \"{most}ms\""),
-            Kind::Correction(limits) => {
-                format!("{least} to {most}; a table of {}", limits.axes.join(", "))
+            Kind::Correction(key) => {
+                format!("{least} to {most}; a table of {}", key.axes.join(", "))
             }
         }
     }
@@ -213,14 +213,14 @@ impl Key {
             Kind::Learning => quoted(word_of(&LEARNINGS, params.learning)),
             Kind::Window => quoted(&window_text(params.window)),
             Kind::GyroTiming => quoted(&gyro_timing_text(params.attitude.gyro_timing)),
-            Kind::Learnt(place) => {
+            Kind::Learnt(index) => {
                 let values = learnt_or_example(params).to_array();
-                values.get(*place).copied().map_or_else(String::new, shown)
+                values.get(*index).copied().map_or_else(String::new, shown)
             }
             Kind::LearntVersion => Learnt::VERSION.to_string(),
             Kind::LearntCrc => learnt_or_example(params).crc().to_string(),
-            Kind::Correction(limits) => {
-                let each = limits.axes.map(|axis| format!("{axis} = {}", shown(limits.none)));
+            Kind::Correction(key) => {
+                let each = key.axes.map(|axis| format!("{axis} = {}", shown(key.neutral)));
                 format!("{{ {} }}", each.join(", "))
             }
         }
@@ -252,7 +252,9 @@ fn learnt_or_example(params: &Params) -> Learnt {
 /// Splits the name of a number of one axis into the key of all axes and the axis.
 pub(super) fn split_axis(name: &str) -> (&str, Option<&str>) {
     match name.rsplit_once('.') {
-        Some((key, axis)) if Axis::ALL.iter().any(|of| of.name() == axis) => (key, Some(axis)),
+        Some((key, axis)) if Axis::ALL.iter().any(|known| known.name() == axis) => {
+            (key, Some(axis))
+        }
         _ => (name, None),
     }
 }
@@ -266,61 +268,61 @@ fn quoted(word: &str) -> String {
     format!("\"{word}\"")
 }
 
-/// Limits of a key with three axes.
+/// Key that corrects an error of the recording's sensor, with a number for each of three axes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
-    pub key: &'static str,
-    /// The numbers in a correction.
-    pub of: fn(&mut Correction) -> &mut Vec3,
+pub(super) struct CorrectionKey {
+    pub path: &'static str,
+    /// The numbers that it sets in a correction.
+    pub numbers: fn(&mut Correction) -> &mut Vec3,
     pub axes: [&'static str; 3],
     pub unit: &'static str,
     pub least: f32,
     pub most: f32,
-    /// Neutral value.
-    pub none: f32,
+    /// Value that corrects nothing.
+    pub neutral: f32,
     pub meaning: &'static str,
 }
 
-pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
-    key: "accelerometer.bias_m_s2",
-    of: |correction| &mut correction.accelerometer.bias,
+pub(super) const ACCELEROMETER_BIAS: CorrectionKey = CorrectionKey {
+    path: "accelerometer.bias_m_s2",
+    numbers: |correction| &mut correction.accelerometer.bias,
     axes: ["ax", "ay", "az"],
     unit: "m/s²",
     least: -5.0,
     most: 5.0,
-    none: 0.0,
+    neutral: 0.0,
     meaning: "reading of the recording's accelerometer in free fall",
 };
 
-pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
-    key: "accelerometer.scale",
-    of: |correction| &mut correction.accelerometer.scale,
+pub(super) const ACCELEROMETER_SCALE: CorrectionKey = CorrectionKey {
+    path: "accelerometer.scale",
+    numbers: |correction| &mut correction.accelerometer.scale,
     axes: ["ax", "ay", "az"],
     unit: "",
     least: 0.5,
     most: 2.0,
-    none: 1.0,
+    neutral: 1.0,
     meaning: "factor of its readings, applied after the bias is subtracted",
 };
 
-pub(super) const GYROSCOPE_BIAS: Limits = Limits {
-    key: "gyroscope.bias_rad_s",
-    of: |correction| &mut correction.gyroscope_bias,
+pub(super) const GYROSCOPE_BIAS: CorrectionKey = CorrectionKey {
+    path: "gyroscope.bias_rad_s",
+    numbers: |correction| &mut correction.gyroscope_bias,
     axes: ["wx", "wy", "wz"],
     unit: "rad/s",
     least: -1.0,
     most: 1.0,
-    none: 0.0,
+    neutral: 0.0,
     meaning: "reading of the recording's gyroscope at rest",
 };
 
-impl PartialEq for Limits {
+impl PartialEq for CorrectionKey {
     fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
+        self.path == other.path
     }
 }
 
-impl Limits {
+impl CorrectionKey {
     /// Checks the value of an axis; the error is a sentence with the range.
     pub(super) fn checked(&self, axis: &str, value: f32) -> Result<f32, String> {
         if (self.least..=self.most).contains(&value) {
@@ -347,11 +349,13 @@ pub fn example(preset: Preset) -> String {
 
 /// Returns unit, range, object addresses, and a note.
 fn facts(key: &Key, params: &Params) -> String {
-    let address = |of: &Address| format!("0x{:04X}:{}", of.index, of.subindex);
+    let shown_address = |address: &Address| format!("0x{:04X}:{}", address.index, address.subindex);
     let object = match &key.objects()[..] {
         [] => String::new(),
-        [only] => format!("on a foot {}", address(only)),
-        [first, .., last] => format!("on a foot {} to {}", address(first), address(last)),
+        [only] => format!("on a foot {}", shown_address(only)),
+        [first, .., last] => {
+            format!("on a foot {} to {}", shown_address(first), shown_address(last))
+        }
     };
     let facts = [key.unit(), &key.range(), &object, note(key, params)];
     let facts: Vec<&str> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
