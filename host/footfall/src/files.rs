@@ -1,19 +1,23 @@
-//! Files of results: checked before anything is computed, and written as a whole.
+//! Files: recordings are opened, and results are checked before anything is computed, and written as a whole.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use recordings::input::{InputError, Place, Problem, recording_name};
+use recordings::input::{Format, InputError, Opened, Place, Problem, recording_name};
 use recordings::replay::Layout;
 use recordings::whole_file::WholeFile;
 use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};
+use crate::progress::Bars;
 use crate::ros::compat::MixedBodies;
 
 /// Name for standard input or standard output.
 pub const STANDARD: &str = "-";
+
+/// Path of standard input on Unix.
+const STDIN: &str = "/dev/stdin";
 
 /// An output file by kind of result.
 #[derive(Clone, Copy, Debug)]
@@ -184,6 +188,19 @@ pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
         }
     }
     Ok(())
+}
+
+/// Opens a recording as [`Opened::new`] does, with a bar while it is read; `-` is standard input.
+///
+/// # Errors
+/// Those of [`Opened::new`].
+pub fn open_recording(
+    path: &Path,
+    format: Option<Format>,
+    bars: &Bars,
+) -> Result<Opened, InputError> {
+    let path = if path == Path::new(STANDARD) { Path::new(STDIN) } else { path };
+    Opened::through(path, format, |file, bytes| bars.reading(file, bytes))
 }
 
 /// Returns the path of a recording as its name if another of `inputs` has the same file name.

@@ -1,19 +1,14 @@
 //! Progress bar of recordings and updates that take longer than a second, on stderr if that is a terminal.
 
 use std::fmt;
-use std::path::Path;
+use std::fs::File;
+use std::io::Read;
 use std::thread;
 use std::time::Duration;
 
 use indicatif::{
     HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle,
 };
-use recordings::input::{Format, InputError, Opened};
-
-use crate::files::STANDARD;
-
-/// Path of standard input on Unix.
-const STDIN: &str = "/dev/stdin";
 
 /// Time after which bars are shown. Shorter work needs no bar.
 const SHOWN_AFTER: Duration = Duration::from_secs(1);
@@ -41,6 +36,13 @@ impl Default for Bars {
 }
 
 impl Bars {
+    /// Returns the reader of a file of this length, with a bar over its bytes.
+    #[must_use]
+    pub fn reading(&self, file: File, bytes: u64) -> Box<dyn Read> {
+        let bar = self.0.add(bar("reading", bytes));
+        Box::new(bar.wrap_read(file))
+    }
+
     /// Returns a bar over the samples to be estimated.
     #[must_use]
     pub fn estimating(&self, samples: u64) -> ProgressBar {
@@ -52,18 +54,6 @@ impl Bars {
     pub fn sending(&self) -> ProgressBar {
         self.0.add(bar("sending", 100))
     }
-}
-
-/// Opens a file like [`Opened::new`], with a bar while it is read; `-` is standard input.
-///
-/// # Errors
-/// Those of [`Opened::new`].
-pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, InputError> {
-    let path = if path == Path::new(STANDARD) { Path::new(STDIN) } else { path };
-    Opened::through(path, format, |file, bytes| {
-        let bar = bars.0.add(bar("reading", bytes));
-        Box::new(bar.wrap_read(file))
-    })
 }
 
 /// Returns a bar over `length`.

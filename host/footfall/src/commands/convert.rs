@@ -30,7 +30,7 @@ use crate::error::{Error, in_words};
 use crate::feature::Feature;
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, warn};
-use crate::progress::{self, Bars};
+use crate::progress::Bars;
 use crate::report::print_text;
 use crate::ros::FootTopics;
 use crate::ros::recording::{LAST_US, clock_shift_us};
@@ -126,7 +126,7 @@ impl ConvertArguments {
         let mut feet: Vec<ConvertedFoot> = Vec::new();
         for input in &self.inputs {
             let file = input.display().to_string();
-            let opened = progress::open(input, self.reading.format, &Bars::default())?;
+            let opened = files::open_recording(input, self.reading.format, &Bars::default())?;
             formats.push(opened.format());
             let input_options = self.reading.input_options(resolved, ContactUse::Ignored);
             let stored = opened.store_all(&input_options)?;

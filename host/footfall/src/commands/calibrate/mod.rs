@@ -28,7 +28,7 @@ use super::options::{
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, detail, warn};
-use crate::progress::{self, Bars};
+use crate::progress::Bars;
 use crate::report::{Described, SummaryStyle, print};
 
 /// Examples of `footfall calibrate`.
@@ -133,7 +133,7 @@ impl CalibrateArguments {
 
     /// Opens a recording, with a progress bar.
     fn open(&self, input: &Path) -> Result<Opened, InputError> {
-        progress::open(input, self.recording.reading.format, &Bars::default())
+        files::open_recording(input, self.recording.reading.format, &Bars::default())
     }
 
     /// Reads the recordings, each of one foot.

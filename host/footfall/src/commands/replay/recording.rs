@@ -21,7 +21,6 @@ use super::{Output, Replay};
 use crate::commands::options::{self, RecordingArguments, estimator_options, with_mounting};
 use crate::error::{CommandLine, Error};
 use crate::files::{self, Drawing, OutputError};
-use crate::progress;
 
 /// Recording with the estimates of all its feet.
 pub(super) struct ReplayedRecording {
@@ -80,7 +79,7 @@ impl Replay {
     fn read(&self, input: &Path) -> Result<(RecordingFile, Vec<StoredFoot>), Error> {
         let arguments = &self.arguments;
         let reading = &arguments.recording.reading;
-        let opened = progress::open(input, reading.format, &self.bars)?;
+        let opened = files::open_recording(input, reading.format, &self.bars)?;
         let format = opened.format();
         if let Some(Output::Copy(copy)) = &self.output
             && format.content() != Content::Messages
