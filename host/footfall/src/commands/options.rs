@@ -155,14 +155,14 @@ impl ReadingArguments {
         config: Option<&Path>,
         window: Option<WindowLength>,
     ) -> Result<Resolved, Error> {
-        let of_file = config.map(read_config).transpose()?.unwrap_or_default();
+        let from_file = config.map(read_config).transpose()?.unwrap_or_default();
         Ok(Resolved {
             preset,
             window,
             sample_rate: self.sample_rate,
             gravity: self.gravity,
             axes: self.mounting.axes.clone(),
-            ..of_file
+            ..from_file
         })
     }
 
@@ -467,15 +467,15 @@ impl FeetArguments {
     /// Removes the names of serial lines that are not among these lines, and returns a sentence about each. Otherwise
     /// such a name would be taken from the node that has it by default.
     pub(crate) fn take_unused(&mut self, lines: &[&str]) -> Vec<String> {
-        let is_used = |of: &NamedFoot| match of {
+        let is_used = |foot: &NamedFoot| match foot {
             NamedFoot::Node(_) => true,
-            NamedFoot::Line(of) => lines.iter().any(|line| names_line(of, line)),
+            NamedFoot::Line(named) => lines.iter().any(|line| names_line(named, line)),
         };
-        let unused = self.names.extract_if(.., |(of, _)| !is_used(of));
-        let sentence = |(of, name): (NamedFoot, Name)| match of {
+        let unused = self.names.extract_if(.., |(foot, _)| !is_used(foot));
+        let sentence = |(foot, name): (NamedFoot, Name)| match foot {
             NamedFoot::Node(_) => None,
-            NamedFoot::Line(of) => Some(format!(
-                "--names {of}={name} names no line; the lines are {}",
+            NamedFoot::Line(named) => Some(format!(
+                "--names {named}={name} names no line; the lines are {}",
                 lines.join(", ")
             )),
         };
@@ -528,9 +528,9 @@ impl PlayedArguments {
     /// The configuration file cannot be read or has an error.
     fn playback(&self) -> Result<Playback, Error> {
         let config = self.config.as_deref();
-        let of_file = config.map(read_config).transpose()?.unwrap_or_default();
+        let from_file = config.map(read_config).transpose()?.unwrap_or_default();
         let settings =
-            Resolved { preset: self.preset, axes: self.mounting.axes.clone(), ..of_file };
+            Resolved { preset: self.preset, axes: self.mounting.axes.clone(), ..from_file };
         // The formats of the files are not known yet. The settings are checked again with the format of an opened file.
         settings.check_before_reading(Format::Csv)?;
         let contacts = ContactUse::unless_estimated(self.estimate_again);
@@ -624,17 +624,17 @@ pub(crate) fn parse_number(text: &str) -> Option<u32> {
 /// Parses a node id, serial number or port with the name of its foot. A number of up to three digits is a node id:
 /// otherwise an invalid id, such as 200, would be taken for a line that does not exist.
 fn parse_name(text: &str) -> Result<(NamedFoot, Name), String> {
-    let (of, name) = text.split_once('=').ok_or("write a node id and a name, such as 1=FL")?;
+    let (foot, name) = text.split_once('=').ok_or("write a node id and a name, such as 1=FL")?;
     let name = Name::new(name).map_err(|error| error.to_string())?;
-    let is_node = of.len() <= 3 && of.bytes().all(|byte| byte.is_ascii_digit());
-    let foot = match parse_node(of) {
+    let is_node = foot.len() <= 3 && foot.bytes().all(|byte| byte.is_ascii_digit());
+    let named = match parse_node(foot) {
         Ok(node) => NamedFoot::Node(node),
-        Err(error) if is_node || of.is_empty() => return Err(error.to_owned()),
+        Err(error) if is_node || foot.is_empty() => return Err(error.to_owned()),
         Err(_) => {
-            NamedFoot::Line(of.trim_start_matches("usb:").trim_start_matches("uart:").to_owned())
+            NamedFoot::Line(foot.trim_start_matches("usb:").trim_start_matches("uart:").to_owned())
         }
     };
-    Ok((foot, name))
+    Ok((named, name))
 }
 
 /// Parser of a preset name; the help lists all presets.
@@ -648,9 +648,9 @@ pub(crate) fn name_parser<T: Copy + Send + Sync + 'static, const N: usize>(
     name: fn(T) -> &'static str,
     help: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
-    let names = all.map(|one| PossibleValue::new(name(one)).help(help(one)));
+    let names = all.map(|value| PossibleValue::new(name(value)).help(help(value)));
     PossibleValuesParser::new(names).try_map(move |text| {
-        let found = all.into_iter().find(|one| name(*one) == text);
+        let found = all.into_iter().find(|value| name(*value) == text);
         found.ok_or("not in the list")
     })
 }

@@ -171,7 +171,7 @@ impl Settings {
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> Option<f32> {
         let mut numbers = self.numbers.iter();
-        numbers.find_map(|(of, value)| (*of == parameter).then_some(*value))
+        numbers.find_map(|(number, value)| (*number == parameter).then_some(*value))
     }
 
     /// Returns whether a number, or the limit of it that is another, is set.
@@ -255,11 +255,11 @@ impl Reader {
             } else if let Some(known) = keys.iter().find(|known| known.path == path) {
                 self.read_setting(&known.kind, value, to);
             } else if keys.iter().any(|known| known.path.starts_with(&below)) {
-                let before = self.errors.len();
+                let errors_before = self.errors.len();
                 if let Some(table) = self.table_of(value, &format!("the table {path}")) {
                     self.read_table(table, &below, keys, to);
                 }
-                if path == "learnt" && self.errors.len() == before {
+                if path == "learnt" && self.errors.len() == errors_before {
                     to.learnt = self.learnt(value);
                 }
             } else {
@@ -274,9 +274,10 @@ impl Reader {
         };
         for (name, value) in in_order(feet) {
             let mut own = Settings::default();
-            let mut before = self.feet.keys();
-            if let Some(other) = before.find(|other| other.eq_ignore_ascii_case(name.get_ref())) {
-                let message = format!("feet.{other} and feet.{} are one foot", name.get_ref());
+            let mut earlier = self.feet.keys();
+            let same_foot = earlier.find(|foot| foot.eq_ignore_ascii_case(name.get_ref()));
+            if let Some(same_foot) = same_foot {
+                let message = format!("feet.{same_foot} and feet.{} are one foot", name.get_ref());
                 self.error(name.span().start, message);
             }
             if let Some(table) = self.table_of(value, "a table of settings") {
@@ -294,12 +295,12 @@ impl Reader {
             Kind::Learning => to.learning = self.word(value, parse_learning),
             Kind::Window => to.window = self.word(value, parse_window),
             Kind::GyroTiming => to.gyro_timing = self.word(value, parse_gyro_timing),
-            Kind::Learnt(place) => {
-                self.learnt.numbers[*place] = self.deserialized(value, "a number");
+            Kind::Learnt(index) => {
+                self.learnt.numbers[*index] = self.deserialized(value, "a number");
             }
             Kind::LearntVersion => self.learnt.version = self.deserialized(value, "a version"),
             Kind::LearntCrc => self.learnt.crc = self.deserialized(value, "a CRC of 32 bits"),
-            Kind::Numbers(of) => to.numbers.extend(self.numbers(value, of)),
+            Kind::Numbers(parameters) => to.numbers.extend(self.numbers(value, parameters)),
             Kind::Correction(key) => {
                 let check = |axis: &str, number| key.checked(axis, number);
                 let read = self.numbers_by_axis(value, &key.axes, check).into_iter();
@@ -311,8 +312,8 @@ impl Reader {
     }
 
     /// Reads one number, or numbers of the axes of a sensor: one for all, or a table of them.
-    fn numbers(&mut self, value: &Value<'_>, of: &[Parameter]) -> Vec<(Parameter, f32)> {
-        match of {
+    fn numbers(&mut self, value: &Value<'_>, parameters: &[Parameter]) -> Vec<(Parameter, f32)> {
+        match parameters {
             [Parameter::SampleRate] => {
                 let rate = self.deserialized(value, "a number").map(checked_sample_rate);
                 let rate = rate.and_then(|rate| self.value_or_error(value, rate));
@@ -325,7 +326,7 @@ impl Reader {
             axes if value.get_ref().is_table() => {
                 let names: Vec<&str> = axes.iter().map(|number| axis(*number)).collect();
                 let read = self.numbers_by_axis(value, &names, |_, read| Ok(read));
-                read.into_iter().map(|(place, read)| (axes[place], read)).collect()
+                read.into_iter().map(|(index, number)| (axes[index], number)).collect()
             }
             axes => match self.deserialized(value, "a number or a table of axes") {
                 Some(read) => axes.iter().map(|number| (*number, read)).collect(),
@@ -334,7 +335,7 @@ impl Reader {
         }
     }
 
-    /// Reads a table of axes: places among their names, and numbers that pass a check.
+    /// Reads a table of axes: indices in `axes`, and numbers that pass a check.
     fn numbers_by_axis(
         &mut self,
         value: &Value<'_>,
@@ -345,11 +346,11 @@ impl Reader {
         let table = self.table_of(value, "a table of axes");
         for (key, value) in table.into_iter().flat_map(in_order) {
             match axes.iter().position(|axis| axis == key.get_ref()) {
-                Some(place) => {
+                Some(index) => {
                     let number = self.deserialized(value, "a number");
-                    let number = number.map(|number| check(axes[place], number));
+                    let number = number.map(|number| check(axes[index], number));
                     let number = number.and_then(|number| self.value_or_error(value, number));
-                    read.extend(number.map(|number| (place, number)));
+                    read.extend(number.map(|number| (index, number)));
                 }
                 None => self.unknown(key, axes),
             }

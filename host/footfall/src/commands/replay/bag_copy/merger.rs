@@ -165,9 +165,10 @@ fn first_without_own_place(feet: &[CopiedFoot]) -> Option<&CopiedFoot> {
 /// Checks that no two bags have a foot of the same name.
 fn check_names(feet: &[CopiedFoot]) -> Result<(), Error> {
     for (index, foot) in feet.iter().enumerate() {
-        let is_same = |other: &&CopiedFoot| other.name == foot.name && other.file != foot.file;
-        if let Some(other) = feet[..index].iter().find(is_same) {
-            let files = [other, foot].map(|foot| foot.file.clone());
+        let has_same_name =
+            |earlier: &&CopiedFoot| earlier.name == foot.name && earlier.file != foot.file;
+        if let Some(earlier) = feet[..index].iter().find(has_same_name) {
+            let files = [earlier, foot].map(|foot| foot.file.clone());
             return Err(Error::FootTwice { name: foot.name.clone(), files });
         }
     }
@@ -207,7 +208,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
             let due = stream.due()?.filter(|due| due.written_us <= until_us);
             Ok(due.map(|due| (due.written_us, due)))
         })? {
-            let (messages, load) = self.streams[index].take(due);
+            let (messages, load) = self.streams[index].pop_messages(due);
             for published in messages {
                 self.bag.write(&published)?;
                 let RosMessage::Contact(contact) = published.message else {
@@ -296,11 +297,11 @@ impl<'a> EstimateStream<'a> {
             let sample = sample?;
             Ok((estimator.update(&sample), sample.load))
         });
-        let is_in = move |estimated: &io::Result<(ContactEstimate, _)>| match estimated {
+        let is_in_span = move |estimated: &io::Result<(ContactEstimate, _)>| match estimated {
             Ok((estimate, _)) => span.contains(estimate.timestamp),
             Err(_) => true,
         };
-        let estimates: Estimated<'_> = Box::new(estimates.filter(is_in));
+        let estimates: Estimated<'_> = Box::new(estimates.filter(is_in_span));
         let mut events = foot.events.clone();
         events.sort_by_key(|event| event.time);
         Ok(Self {
@@ -335,8 +336,8 @@ impl<'a> EstimateStream<'a> {
         }))
     }
 
-    /// Returns the messages that are due, and the load of their sample.
-    fn take(&mut self, due: Due) -> (Vec<Published>, Option<Load>) {
+    /// Removes and returns the messages that are due, and the load of their sample.
+    fn pop_messages(&mut self, due: Due) -> (Vec<Published>, Option<Load>) {
         let [stamp, at] = [due.time_us, due.written_us]
             .map(|us| Timestamp::from_micros(u64::try_from(us).unwrap_or_default()));
         if due.is_event {
@@ -402,10 +403,10 @@ impl LowStateForces {
         }
         self.is_found = true;
         let replacement = match &mut self.replacement {
-            Some((of, replacement)) if of == channel => replacement,
-            other => {
+            Some((newest_channel, replacement)) if newest_channel == channel => replacement,
+            outdated => {
                 let new = Replacement::of(channel, &FORCES)?;
-                &mut other.insert((channel.clone(), new)).1
+                &mut outdated.insert((channel.clone(), new)).1
             }
         };
         let forces = RIGHT_FIRST.map(|foot| self.forces[foot]);
