@@ -81,14 +81,14 @@ impl Fields {
     pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
         let beside = self.stamp.iter().chain(&self.covariances).flatten();
         let paths: Vec<&FieldPath> = self.axes.iter().chain(beside).collect();
-        let (found, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
-        let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
+        let decoded = self.definition.decode(payload, &paths, self.frame.as_ref())?;
+        let values: Vec<f64> = decoded.numbers.iter().map(|number| number.value).collect();
         let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
             return Err("it lacks an axis".to_owned());
         };
         let (stamp, covariances) =
             rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));
-        let header = Header { stamp: Time::of_numbers(stamp), frame_id: frame };
+        let header = Header { stamp: Time::of_numbers(stamp), frame_id: decoded.frame };
         let covariances = match covariances {
             [rates, accelerations] => [*rates, *accelerations],
             _ => [0.0; 2],

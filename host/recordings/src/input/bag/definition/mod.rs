@@ -476,11 +476,27 @@ impl Place {
     }
 }
 
+/// A number of a message.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PlacedNumber {
+    pub(super) place: Place,
+    pub(super) value: f64,
+}
+
+/// The wanted fields of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Decoded {
+    /// In the order of their paths.
+    pub(super) numbers: Vec<PlacedNumber>,
+    /// Empty if no frame is wanted.
+    pub(super) frame: String,
+}
+
 impl Definition {
     /// Numbers of a message at these paths; the error is half a sentence.
     pub(super) fn values(&self, payload: &[u8], paths: &[&FieldPath]) -> Result<Vec<f64>, String> {
-        let (found, _) = self.found(payload, paths, None)?;
-        Ok(found.into_iter().map(|(_, value)| value).collect())
+        let Decoded { numbers, .. } = self.decode(payload, paths, None)?;
+        Ok(numbers.into_iter().map(|number| number.value).collect())
     }
 
     /// Places of the numbers of a message at these paths; the error is half a sentence.
@@ -489,20 +505,19 @@ impl Definition {
         payload: &[u8],
         paths: &[&FieldPath],
     ) -> Result<Vec<Place>, String> {
-        let (found, _) = self.found(payload, paths, None)?;
-        Ok(found.into_iter().map(|(place, _)| place).collect())
+        let Decoded { numbers, .. } = self.decode(payload, paths, None)?;
+        Ok(numbers.into_iter().map(|number| number.place).collect())
     }
 
-    /// Numbers of a message at these paths with their places, and the text at another, which is empty without a path;
-    /// the error is half a sentence.
-    pub(super) fn found(
+    /// Numbers of a message at these paths, and the text at the path of its frame; the error is half a sentence.
+    pub(super) fn decode(
         &self,
         payload: &[u8],
         paths: &[&FieldPath],
-        text: Option<&FieldPath>,
-    ) -> Result<(Vec<(Place, f64)>, String), String> {
+        frame: Option<&FieldPath>,
+    ) -> Result<Decoded, String> {
         let message = content(payload)?;
-        let ways = paths.iter().copied().chain(text).map(|path| &path.0[..]);
+        let ways = paths.iter().copied().chain(frame).map(|path| &path.0[..]);
         let wanted: Vec<(usize, &[Step])> = ways.enumerate().collect();
         let walk = |unit| {
             let mut walk = Walk {
@@ -512,8 +527,8 @@ impl Definition {
                 at: 0,
                 steps: 0,
                 unit,
-                found: vec![None; paths.len()],
-                text: String::new(),
+                numbers: vec![None; paths.len()],
+                frame: String::new(),
             };
             walk.record(self.message, &wanted)?;
             if walk.content.len() - walk.at > LONGEST_PADDING {
@@ -534,10 +549,10 @@ impl Definition {
         } else {
             walk(1)?
         };
-        let found = walk.found.into_iter().map(|value| {
-            value.ok_or_else(|| "it has fewer elements than the index says".to_owned())
+        let numbers = walk.numbers.into_iter().map(|number| {
+            number.ok_or_else(|| "it has fewer elements than the index says".to_owned())
         });
-        Ok((found.collect::<Result<_, _>>()?, walk.text))
+        Ok(Decoded { numbers: numbers.collect::<Result<_, _>>()?, frame: walk.frame })
     }
 }
 
@@ -554,12 +569,13 @@ struct Walk<'a> {
     steps: usize,
     /// One of [`UNITS`].
     unit: usize,
-    found: Vec<Option<(Place, f64)>>,
-    text: String,
+    numbers: Vec<Option<PlacedNumber>>,
+    frame: String,
 }
 
 impl Walk<'_> {
-    /// Walks through a record; `wanted` has the slots of numbers in it, and the rest of the ways to them.
+    /// Walks through a record; `wanted` has the slots of numbers in it and of the frame, and the rest of the ways to
+    /// them.
     fn record(&mut self, record: usize, wanted: &[(usize, &[Step])]) -> Result<(), String> {
         let fields = &self.definition.records[record];
         self.steps += fields.len();
@@ -596,7 +612,7 @@ impl Walk<'_> {
                             order: self.order,
                         };
                         for (slot, _, _) in of_field.iter().filter(|(_, at, _)| *at == element) {
-                            self.found[*slot] = Some((place, value));
+                            self.numbers[*slot] = Some(PlacedNumber { place, value });
                         }
                     }
                 }
@@ -607,7 +623,7 @@ impl Walk<'_> {
                         if of_field.iter().any(|(_, at, _)| *at == element) {
                             let text = &self.content[self.at - length..self.at];
                             let text = text.strip_suffix(&[0]).unwrap_or(text);
-                            self.text = String::from_utf8_lossy(text).into_owned();
+                            self.frame = String::from_utf8_lossy(text).into_owned();
                         }
                     }
                 }

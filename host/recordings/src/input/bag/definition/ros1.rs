@@ -332,11 +332,11 @@ int32 sec\nuint32 nanosec
         let names = ["header.stamp.sec", "times[1].nanosec", "offsets[1]", "last"];
         let paths = names.map(|name| definition.number(name).expect("a number"));
         let frame = definition.frame("");
-        let found = definition.found(&cdr, &paths.each_ref(), frame.as_ref());
-        let (found, frame) = found.expect("the numbers");
-        let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
+        let decoded = definition.decode(&cdr, &paths.each_ref(), frame.as_ref());
+        let decoded = decoded.expect("the numbers");
+        let values: Vec<f64> = decoded.numbers.iter().map(|number| number.value).collect();
         assert_eq!(values, [100.0, 4.0, -2.0, -2.25]);
-        assert_eq!(frame, "fl");
+        assert_eq!(decoded.frame, "fl");
     }
 
     #[test]
