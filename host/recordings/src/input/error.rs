@@ -11,6 +11,8 @@ use crate::file_kind::FileKind;
 use crate::hint::{Hint, InWords, Setting, Vocabulary};
 use crate::number::{shown, shown_rate};
 
+pub use super::bag_problem::{DefinitionProblem, FieldsProblem, LoadProblem, MessageProblem};
+
 /// An error in a file.
 #[derive(Debug)]
 pub struct InputError {
@@ -311,8 +313,8 @@ pub enum Problem {
     SeveralTopics(Vec<ImuTopic>),
     /// The file has these feet, but one is expected.
     SeveralFeet(Vec<String>),
-    /// A message does not match its topic: half a sentence.
-    Message(String),
+    /// A message does not match its topic.
+    Message(MessageProblem),
     /// All messages of a topic mark this sensor as missing.
     Absent(&'static str),
     /// The number of loads differs from the number of feet.
@@ -328,8 +330,8 @@ pub enum Problem {
         load: LoadTopic,
         /// Type of its messages.
         message: String,
-        /// Half a sentence on its fields.
-        what: String,
+        /// Problem with its fields.
+        problem: LoadProblem,
     },
     /// Two feet would have this name.
     TwoFeet(String),
@@ -355,32 +357,6 @@ pub enum OptionsFor {
     Bags,
 }
 
-/// Reason why the axes of an IMU are not found in the fields of a message.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FieldsProblem {
-    /// Half a sentence on the definition, or on a field.
-    Definition(String),
-    /// There is no accelerometer with a gyroscope among these numbers.
-    NoAxes(String),
-    /// The IMU in this part is that of the robot's trunk.
-    OfTrunk {
-        /// Part of the message.
-        part: &'static str,
-        /// Address that selects it explicitly.
-        address: String,
-    },
-    /// The mapping does not name this axis.
-    NotNamed(&'static str),
-    /// The mapping names this, which is not an axis.
-    NoAxis(&'static str),
-}
-
-impl From<String> for FieldsProblem {
-    fn from(what: String) -> Self {
-        Self::Definition(what)
-    }
-}
-
 /// A topic with samples of an IMU.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImuTopic {
@@ -403,11 +379,16 @@ impl InputError {
         Self { file: file.into(), place: Place::Row(row), problem }
     }
 
-    /// A message does not match its topic; `what` is half a sentence.
+    /// A message does not match its topic.
     #[cfg(feature = "bags")]
-    pub(super) fn of_message(file: &str, topic: &str, number: u64, what: String) -> Self {
+    pub(super) fn of_message(
+        file: &str,
+        topic: &str,
+        number: u64,
+        problem: MessageProblem,
+    ) -> Self {
         let place = Place::Message { topic: topic.to_owned(), number };
-        Self { file: file.to_owned(), place, problem: Problem::Message(what) }
+        Self { file: file.to_owned(), place, problem: Problem::Message(problem) }
     }
 
     pub(crate) fn empty(file: &str) -> Self {
@@ -641,7 +622,7 @@ impl Problem {
             Self::SeveralFeet(feet) => {
                 write!(f, " has several feet, and one is wanted here: {}", listed(feet))
             }
-            Self::Message(what) => write!(f, ": {what}"),
+            Self::Message(problem) => write!(f, ": {problem}"),
             Self::Absent(sensor) => write!(
                 f,
                 ": its messages have no {sensor}, as {sensor}_covariance[0] = -1 says"
@@ -649,8 +630,9 @@ impl Problem {
             Self::LoadCount { loads, feet } => {
                 write!(f, ": there are loads for {loads} of {} feet", feet.len())
             }
-            Self::LoadField { load, message, what } => {
-                write!(f, ": {load} is not a load: {message} {what}")
+            Self::LoadField { load, message, problem } => {
+                write!(f, ": {load} is not a load: ")?;
+                problem.write(message, f)
             }
             Self::TwoFeet(name) => write!(f, ": two feet would be {name}"),
             Self::NoFootToRename { name, feet } => {
@@ -706,33 +688,6 @@ impl OptionsFor {
                 name(Setting::NotTopic),
                 name(Setting::Frame),
                 name(Setting::LoadTopic)
-            ),
-        }
-    }
-}
-
-impl FieldsProblem {
-    fn hint(&self) -> Option<Hint> {
-        match self {
-            Self::NoAxes(_) => Some(Hint::MapFields),
-            Self::OfTrunk { address, .. } => Some(Hint::ReadTrunk(address.clone())),
-            _ => None,
-        }
-    }
-
-    fn write(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
-        let map = words.name(Setting::Map);
-        match self {
-            Self::Definition(what) => f.write_str(what),
-            Self::NoAxes(numbers) => write!(f, "no accelerometer and gyroscope among {numbers}"),
-            Self::OfTrunk { part, .. } => {
-                write!(f, "{part} is the IMU of the robot's trunk, not of a foot")
-            }
-            Self::NotNamed(axis) => write!(f, "{map} does not name {axis}"),
-            Self::NoAxis(name) => write!(
-                f,
-                "{map} of a message names its axes alone, not {name}: a load is given as {}",
-                words.name(Setting::LoadTopic)
             ),
         }
     }

@@ -10,7 +10,7 @@
 //! | rows on one clock and in order, and the stored recording: the result | `stored` |
 //! | the rate of the rows; smooth times | `rate`; `smooth` |
 //! | recorded contacts as the estimates | [`contacts`] |
-//! | errors, with their position | [`error`] |
+//! | errors, with their position; those in messages of bags | [`error`]; `bag_problem` |
 //! | dates with times | [`iso8601`] |
 //!
 //! Parquet and bags are read only with the features `parquet` and `bags`, and only from a disk: data from a pipe
@@ -21,6 +21,7 @@
 
 #[cfg(feature = "bags")]
 pub mod bag;
+mod bag_problem;
 pub mod contacts;
 pub mod error;
 pub mod iso8601;

@@ -16,7 +16,7 @@ use crate::input::bag::definition::{Definition, FieldPath};
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decompressed_message};
 use crate::input::bag::records::LONGEST_RECORD;
 use crate::input::bag::visit;
-use crate::input::error::InputError;
+use crate::input::error::{DefinitionProblem, InputError, MessageProblem};
 
 /// Error of a copy.
 #[derive(Debug, Error)]
@@ -149,8 +149,9 @@ impl Visitor for Copier<'_> {
             "cdr" => decompressed_message(payload, LONGEST_RECORD as u64),
             _ => Ok(Cow::Borrowed(payload)),
         };
-        let message = message
-            .map_err(|what| InputError::of_message(&self.file, &channel.topic, *number, what))?;
+        let message = message.map_err(|problem| {
+            InputError::of_message(&self.file, &channel.topic, *number, problem)
+        })?;
         let received = (self.receiver)(channel, times, &message);
         received.map_err(|error| {
             self.failed = Some(error);
@@ -158,6 +159,17 @@ impl Visitor for Copier<'_> {
             InputError::empty(&self.file)
         })
     }
+}
+
+/// Reason why numbers cannot be replaced.
+#[derive(Debug, Error)]
+pub enum ReplacementError {
+    /// There is no definition, or no such number in it.
+    #[error(transparent)]
+    Definition(#[from] DefinitionProblem),
+    /// The message is not of its definition.
+    #[error(transparent)]
+    Message(#[from] MessageProblem),
 }
 
 /// Numbers to replace in the messages of a channel.
@@ -171,11 +183,11 @@ impl Replacement {
     /// Finds numbers by their names, such as `foot_force[0]`, in the definition of a channel.
     ///
     /// # Errors
-    /// Half a sentence: there is no definition, or no such number in it.
-    pub fn of(channel: &Channel, names: &[&str]) -> Result<Self, String> {
+    /// There is no definition, or no such number in it.
+    pub fn of(channel: &Channel, names: &[&str]) -> Result<Self, ReplacementError> {
         let definition = Definition::of_channel(channel)?;
         let paths = names.iter().map(|name| definition.number(name));
-        let paths = paths.collect::<Result<_, _>>()?;
+        let paths = paths.collect::<Result<_, DefinitionProblem>>()?;
         Ok(Self { definition, paths })
     }
 
@@ -183,15 +195,13 @@ impl Replacement {
     /// limited to the type of the number.
     ///
     /// # Errors
-    /// Half a sentence: the message is not of its definition.
-    pub fn replaced(&self, message: &[u8], values: &[f64]) -> Result<Vec<u8>, String> {
+    /// The message is not of its definition.
+    pub fn replaced(&self, message: &[u8], values: &[f64]) -> Result<Vec<u8>, ReplacementError> {
         let paths: Vec<&FieldPath> = self.paths.iter().collect();
         let places = self.definition.places(message, &paths)?;
         let mut message = message.to_vec();
         for (place, value) in places.into_iter().zip(values) {
-            place
-                .write(*value, &mut message)
-                .ok_or_else(|| "its bytes end before a number".to_owned())?;
+            place.write(*value, &mut message).ok_or(MessageProblem::NoRoom)?;
         }
         Ok(message)
     }

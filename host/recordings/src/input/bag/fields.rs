@@ -4,7 +4,7 @@ use estimator_core::Axis;
 
 use crate::input::bag::definition::{Definition, FieldPath, within};
 use crate::input::bag::messages::Channel;
-use crate::input::error::FieldsProblem;
+use crate::input::error::{FieldsProblem, MessageProblem};
 use crate::input::options::{Mapping, is_axis};
 use crate::input::table::names::{Found, Triple, find};
 use crate::ros::{Header, Imu, Time};
@@ -77,14 +77,14 @@ impl Fields {
         })
     }
 
-    /// Sample of a message; the error is half a sentence.
-    pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
+    /// Sample of a message.
+    pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, MessageProblem> {
         let beside = self.stamp.iter().chain(&self.covariances).flatten();
         let paths: Vec<&FieldPath> = self.axes.iter().chain(beside).collect();
         let decoded = self.definition.decode(payload, &paths, self.frame.as_ref())?;
         let values: Vec<f64> = decoded.numbers.iter().map(|number| number.value).collect();
         let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
-            return Err("it lacks an axis".to_owned());
+            return Err(MessageProblem::NoAxis);
         };
         let (stamp, covariances) =
             rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));

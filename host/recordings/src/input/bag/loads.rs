@@ -13,7 +13,7 @@ use crate::input::bag::selection::{
     order,
 };
 use crate::input::bag::visit;
-use crate::input::error::{InputError, Problem};
+use crate::input::error::{DefinitionProblem, InputError, LoadProblem, MessageProblem, Problem};
 use crate::input::options::{InputOptions, LoadTopic, Topics};
 use crate::input::stored::OLDEST_LOAD_US;
 use crate::ros::{Header, Time};
@@ -207,6 +207,14 @@ struct LoadPlace {
     is_force: bool,
 }
 
+/// The load of a message.
+struct DecodedLoad {
+    /// In the unit of the message.
+    value: f64,
+    /// `None` without a stamp.
+    stamp_us: Option<i64>,
+}
+
 /// All values of a load: 16 bytes each, 32 with stamps.
 pub(super) struct LoadSeries {
     pub(super) topic: LoadTopic,
@@ -234,11 +242,11 @@ impl LoadSeries {
         let found = if channel.encoding == "cdr" {
             LoadPlace::of(channel, self.topic.field.as_deref())
         } else {
-            Err(format!("is in {}, not in CDR", channel.encoding))
+            Err(LoadProblem::Encoding(channel.encoding.clone()))
         };
-        let no_field = |what| {
+        let no_field = |problem| {
             let (load, message) = (self.topic.clone(), channel.message.clone());
-            InputError::of_file(file, Problem::LoadField { load, message, what })
+            InputError::of_file(file, Problem::LoadField { load, message, problem })
         };
         self.place = Some(found.map_err(no_field)?);
         Ok(true)
@@ -268,12 +276,12 @@ impl LoadSeries {
             return Ok(());
         };
         self.messages += 1;
-        let (value, stamp_us) = place
-            .number(payload)
-            .map_err(|what| InputError::of_message(file, &self.topic.topic, self.messages, what))?;
-        let load = (self.scale * value) as f32;
+        let decoded = place.decode(payload).map_err(|problem| {
+            InputError::of_message(file, &self.topic.topic, self.messages, problem)
+        })?;
+        let load = (self.scale * decoded.value) as f32;
         self.by_log.push((micros(log_ns), load));
-        match (&mut self.by_stamp, stamp_us) {
+        match (&mut self.by_stamp, decoded.stamp_us) {
             (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, load)),
             _ => self.by_stamp = None,
         }
@@ -304,8 +312,8 @@ impl LoadSeries {
 }
 
 impl LoadPlace {
-    /// Place of the load in the messages of a channel; the error is half a sentence.
-    fn of(channel: &Channel, field: Option<&str>) -> Result<Self, String> {
+    /// Place of the load in the messages of a channel.
+    fn of(channel: &Channel, field: Option<&str>) -> Result<Self, LoadProblem> {
         const FORCES: &str = "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude";
         const ELEMENTS: &str = "data[0], data[1] and so on";
         let message = channel.message.as_str();
@@ -321,10 +329,10 @@ impl LoadPlace {
             Some(_) => Definition::of(message, None),
             None => Definition::of_channel(channel),
         };
-        let definition = definition.map_err(|what| format!("cannot be read: {what}"))?;
+        let definition = definition.map_err(LoadProblem::Definition)?;
         let listed = || match known {
-            Some((_, fields)) => format!("has {fields}"),
-            None => format!("has the numbers {}", definition.listed("")),
+            Some((_, numbers)) => LoadProblem::KnownNumbers(numbers),
+            None => LoadProblem::Numbers(definition.listed("")),
         };
         let default = known.and_then(|(default, _)| default);
         let field = field.or(default).ok_or_else(listed)?;
@@ -339,24 +347,23 @@ impl LoadPlace {
             vec![field.to_owned()]
         };
         let paths = names.iter().map(|name| definition.number(&within(part, name)));
-        let paths: Result<_, String> = paths.collect();
-        let values = paths.map_err(|what| match known {
+        let paths: Result<_, DefinitionProblem> = paths.collect();
+        let values = paths.map_err(|problem| match known {
             Some(_) => listed(),
-            None => format!("has no such number: {what}"),
+            None => LoadProblem::NoNumber(problem),
         })?;
         let stamp = definition.stamp("");
         Ok(Self { definition, values, stamp, is_force })
     }
 
-    /// The number of a message and its stamp, µs; the error is half a sentence.
-    fn number(&self, payload: &[u8]) -> Result<(f64, Option<i64>), String> {
+    fn decode(&self, payload: &[u8]) -> Result<DecodedLoad, MessageProblem> {
         let paths = self.values.iter().chain(self.stamp.iter().flatten());
-        let found = self.definition.values(payload, &paths.collect::<Vec<_>>())?;
-        let (values, stamp) = found.split_at(self.values.len());
-        let number = match values {
+        let numbers = self.definition.values(payload, &paths.collect::<Vec<_>>())?;
+        let (values, stamp) = numbers.split_at(self.values.len());
+        let value = match values {
             [value] => *value,
             axes => axes.iter().map(|part| part * part).sum::<f64>().sqrt(),
         };
-        Ok((number, Time::of_numbers(stamp).micros()))
+        Ok(DecodedLoad { value, stamp_us: Time::of_numbers(stamp).micros() })
     }
 }

@@ -14,7 +14,7 @@ use cdr_encoding::from_bytes;
 use serde::Deserialize;
 
 use crate::compressed::{ZSTD, decompressed};
-use crate::input::error::InputError;
+use crate::input::error::{InputError, MessageProblem};
 use crate::ros::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
 
 /// A topic as declared in a bag.
@@ -104,36 +104,34 @@ impl Payload<'_> {
     }
 }
 
-/// Decompresses a message that is compressed, up to `longest` bytes; the error is half a sentence.
-pub(super) fn decompressed_message(payload: &[u8], longest: u64) -> Result<Cow<'_, [u8]>, String> {
+/// Decompresses a message that is compressed, up to `most_bytes`.
+pub(super) fn decompressed_message(
+    payload: &[u8],
+    most_bytes: u64,
+) -> Result<Cow<'_, [u8]>, MessageProblem> {
     if !payload.starts_with(&ZSTD) {
         return Ok(Cow::Borrowed(payload));
     }
     let mut message = Vec::new();
     decompressed(Box::new(Cursor::new(payload.to_vec())))
-        .and_then(|text| text.take(longest + 1).read_to_end(&mut message))
-        .map_err(|error| format!("cannot be decompressed: {error}"))?;
-    if message.len() as u64 > longest {
-        return Err(format!("is longer than {longest} bytes when it is decompressed"));
+        .and_then(|text| text.take(most_bytes + 1).read_to_end(&mut message))
+        .map_err(MessageProblem::Compression)?;
+    if message.len() as u64 > most_bytes {
+        return Err(MessageProblem::TooLong { most_bytes });
     }
     Ok(Cow::Owned(message))
 }
 
-/// Decompresses a message and reads its encoding; the error is half a sentence.
-pub(super) fn content(payload: &[u8]) -> Result<Payload<'_>, String> {
+/// Decompresses a message and reads its encoding.
+pub(super) fn content(payload: &[u8]) -> Result<Payload<'_>, MessageProblem> {
     let message = decompressed_message(payload, LONGEST_MESSAGE)?;
     let Some((encoding, _)) = message.split_at_checked(ENCODING) else {
-        return Err(format!("{} bytes are too short for a message", message.len()));
+        return Err(MessageProblem::NoContent { bytes: message.len() });
     };
     let order = match encoding[..2] {
         [0, 0] => Order::Big,
         [0, 1] => Order::Little,
-        _ => {
-            return Err(format!(
-                "it is encoded as 0x{:02x}{:02x}, not in plain CDR (0x0000 or 0x0001)",
-                encoding[0], encoding[1]
-            ));
-        }
+        _ => return Err(MessageProblem::Encoding([encoding[0], encoding[1]])),
     };
     let bytes = match message {
         Cow::Borrowed(message) => Cow::Borrowed(&message[ENCODING..]),
@@ -142,26 +140,27 @@ pub(super) fn content(payload: &[u8]) -> Result<Payload<'_>, String> {
     Ok(Payload { order, bytes })
 }
 
-/// Reads a message; the error is half a sentence.
-pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
+/// Reads a message.
+pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, MessageProblem> {
     let content = content(payload)?;
     let decoded = content.decode();
-    let bytes = &content.bytes;
-    let length = ENCODING + bytes.len();
+    let length = content.bytes.len();
+    let bytes = ENCODING + length;
     match decoded {
-        Ok((message, used)) if bytes.len() - used <= LONGEST_PADDING => Ok(message),
-        Ok((_, used)) => {
-            Err(format!("{length} bytes are more than its type has, {}", ENCODING + used))
-        }
-        Err(cdr_encoding::Error::Eof) => Err(format!("{length} bytes are fewer than its type has")),
-        Err(error) => Err(error.to_string()),
+        Ok((message, used)) if length - used <= LONGEST_PADDING => Ok(message),
+        Ok((_, used)) => Err(MessageProblem::MoreBytes { bytes, expected: ENCODING + used }),
+        Err(cdr_encoding::Error::Eof) => Err(MessageProblem::FewerBytes { bytes }),
+        Err(error) => Err(MessageProblem::Value(Box::new(error))),
     }
 }
 
-/// Reads the first fields of a message and ignores the rest. The error is half a sentence.
-pub(super) fn decode_start<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
+/// Reads the first fields of a message and ignores the rest.
+pub(super) fn decode_start<T>(payload: &[u8]) -> Result<T, MessageProblem>
+where
+    T: for<'de> Deserialize<'de>,
+{
     let decoded = content(payload)?.decode();
-    decoded.map(|(start, _)| start).map_err(|error| error.to_string())
+    decoded.map(|(start, _)| start).map_err(|error| MessageProblem::Value(Box::new(error)))
 }
 
 impl Time {

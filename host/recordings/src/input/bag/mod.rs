@@ -44,7 +44,7 @@ use crate::input::options::{BagOptions, InputOptions, Topics};
 use crate::input::stored::Stored;
 use crate::input::{Container, ContainerFile, Format};
 
-pub use copy::{CopyError, Replacement, copy_merged};
+pub use copy::{CopyError, Replacement, ReplacementError, copy_merged};
 pub use messages::{Channel, MessageTimes, Schema};
 
 /// Reads the recordings of the selected feet.

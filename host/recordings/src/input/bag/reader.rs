@@ -11,7 +11,7 @@ use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode};
 use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
 };
-use crate::input::error::{ImuTopic, InputError, Place, Problem};
+use crate::input::error::{ImuTopic, InputError, MessageProblem, Place, Problem};
 use crate::input::options::{ContactUse, InputOptions, Mapping, Topics};
 use crate::ros::Imu;
 
@@ -165,22 +165,21 @@ impl<'a> Reader<'a> {
         is_named
     }
 
-    /// Passes a message that is needed to the feed of its topic, or of the part of its messages, and its frame; the
-    /// error is half a sentence.
+    /// Passes a message that is needed to the feed of its topic, or of the part of its messages, and its frame.
     fn sample(
         &mut self,
         topic: &str,
         (log_ns, known): (i64, Known),
-        imu: Result<Imu, String>,
+        imu: Result<Imu, MessageProblem>,
     ) -> Result<(), InputError> {
         let decoded = imu.and_then(|imu| Ok((self.place(topic, &imu.header.frame_id)?, imu)));
-        let (at, imu) = decoded.map_err(|what| {
+        let (at, imu) = decoded.map_err(|problem| {
             if let Some(first) = self.feeds.iter_mut().find(|feed| feed.topic == topic) {
                 first.count(log_ns);
             }
             let of_topic = self.feeds.iter().filter(|feed| feed.topic == topic);
             let number = of_topic.map(|feed| feed.messages).sum();
-            InputError::of_message(self.file, topic, number, what)
+            InputError::of_message(self.file, topic, number, problem)
         })?;
         self.feeds[at].count(log_ns);
         if !is_wanted(&imu.header.frame_id, self.input_options) {
@@ -195,9 +194,8 @@ impl<'a> Reader<'a> {
         self.feeds[at].take((log_ns, known), &imu, load, self.input_options, self.file)
     }
 
-    /// Place of the feed of a topic and frame, which is added if it is the first of its frame; the error is half a
-    /// sentence.
-    fn place(&mut self, topic: &str, frame: &str) -> Result<usize, String> {
+    /// Place of the feed of a topic and frame, which is added if it is the first of its frame.
+    fn place(&mut self, topic: &str, frame: &str) -> Result<usize, MessageProblem> {
         let is_same = |feed: &Feed| feed.topic == topic;
         let has_it = |feed: &Feed| feed.frame.as_deref().is_none_or(|known| known == frame);
         let is_it = |feed: &Feed| is_same(feed) && has_it(feed);
@@ -207,9 +205,8 @@ impl<'a> Reader<'a> {
             return Ok(at);
         }
         if self.feeds.iter().filter(|feed| is_same(feed)).count() >= MOST_FRAMES {
-            return Err(format!(
-                "its frame {frame:?} is beyond the {MOST_FRAMES} that a topic may have"
-            ));
+            let frame = frame.to_owned();
+            return Err(MessageProblem::TooManyFrames { frame, most: MOST_FRAMES });
         }
         let mut feed = Feed::new(topic.to_owned(), self.input_options);
         feed.frame = Some(frame.to_owned());

@@ -12,7 +12,9 @@ use mcap::write::NoSeek;
 use recordings::estimate::Estimator;
 use recordings::events::ContactEvent;
 use recordings::input::About;
-use recordings::input::bag::{Channel, CopyError, MessageTimes, Replacement, copy_merged};
+use recordings::input::bag::{
+    Channel, CopyError, MessageTimes, Replacement, ReplacementError, copy_merged,
+};
 
 use super::{CopiedFoot, CopyArguments};
 use crate::error::Error;
@@ -253,7 +255,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
             return Ok(());
         };
         let replaced = low_state.replaced(channel, payload);
-        match replaced.map_err(|what| no_forces(self.file, &channel.topic, what))? {
+        match replaced.map_err(|error| no_forces(self.file, &channel.topic, error.to_string()))? {
             None => Ok(()),
             Some(message) => {
                 let channel = Channel { topic: LOW_STATE_TOPIC.to_owned(), ..channel.clone() };
@@ -396,8 +398,12 @@ impl LowStateForces {
     /// Returns a message with the newest forces; `None` for a message of another topic.
     ///
     /// # Errors
-    /// Half a sentence: the message has no forces of four feet.
-    fn replaced(&mut self, channel: &Channel, message: &[u8]) -> Result<Option<Vec<u8>>, String> {
+    /// The message has no forces of four feet.
+    fn replaced(
+        &mut self,
+        channel: &Channel,
+        message: &[u8],
+    ) -> Result<Option<Vec<u8>>, ReplacementError> {
         if channel.topic != self.topic {
             return Ok(None);
         }

@@ -13,7 +13,7 @@ mod ros1;
 use std::collections::HashMap;
 
 use crate::input::bag::messages::{Channel, ENCODING, LONGEST_PADDING, Order, content};
-use crate::input::error::first_of;
+use crate::input::error::{DefinitionProblem, MessageProblem, first_of};
 
 pub(super) use ros1::{Converter, as_ros2};
 
@@ -90,29 +90,23 @@ impl Number {
 
 impl Definition {
     /// Layout of the messages of a channel.
-    ///
-    /// # Errors
-    /// Half a sentence on what the definition lacks.
-    pub(super) fn of_channel(channel: &Channel) -> Result<Self, String> {
+    pub(super) fn of_channel(channel: &Channel) -> Result<Self, DefinitionProblem> {
         let schema = channel.schema.as_deref();
         let text = schema.filter(|schema| schema.encoding == "ros2msg");
         let text = text.map(|schema| String::from_utf8_lossy(&schema.text));
         match (Self::of(&channel.message, text.as_deref()), schema) {
             (Err(_), Some(schema)) if text.is_none() && !schema.encoding.is_empty() => {
-                Err(format!("its definition is in {}, and only ros2msg is read", schema.encoding))
+                Err(DefinitionProblem::Language(schema.encoding.clone()))
             }
             (definition, _) => definition,
         }
     }
 
     /// Layout of a type: from `text`, its definition in the bag, or from the known definitions.
-    ///
-    /// # Errors
-    /// Half a sentence on the part that the definition lacks.
-    pub(super) fn of(message: &str, text: Option<&str>) -> Result<Self, String> {
+    pub(super) fn of(message: &str, text: Option<&str>) -> Result<Self, DefinitionProblem> {
         match text.or_else(|| known_text(message)) {
             Some(text) => Self::parse(message, text),
-            None => Err("its definition is not in the bag".to_owned()),
+            None => Err(DefinitionProblem::Absent),
         }
     }
 }
@@ -120,8 +114,8 @@ impl Definition {
 // Parser of `ros2msg`: the definition of a type, then those of the types in it, each after a line of `=` and
 // `MSG: package/Name`.
 impl Definition {
-    /// Parses the definition of a type such as `unitree_go/msg/LowState`; the error is half a sentence.
-    fn parse(message: &str, text: &str) -> Result<Self, String> {
+    /// Parses the definition of a type such as `unitree_go/msg/LowState`.
+    fn parse(message: &str, text: &str) -> Result<Self, DefinitionProblem> {
         let name = bare(message);
         let mut parser =
             Parser { texts: sections(&name, text), places: HashMap::new(), records: Vec::new() };
@@ -140,18 +134,18 @@ struct Parser<'a> {
 
 impl Parser<'_> {
     /// Index of the record of a type that is `depth` types deep.
-    fn record(&mut self, name: &str, depth: usize) -> Result<usize, String> {
+    fn record(&mut self, name: &str, depth: usize) -> Result<usize, DefinitionProblem> {
         if depth > DEEPEST {
-            return Err(format!("its definition has more than {DEEPEST} types within each other"));
+            return Err(DefinitionProblem::TooDeep { most: DEEPEST });
         }
         match self.places.get(name) {
             Some(Some(place)) => return Ok(*place),
-            Some(None) => return Err(format!("its definition has {name} within itself")),
+            Some(None) => return Err(DefinitionProblem::Recursion(name.to_owned())),
             None => {}
         }
         let in_bag = self.texts.get(name).copied();
         let text = in_bag.or_else(|| known_text(&name.replacen('/', "/msg/", 1)));
-        let text = text.ok_or_else(|| format!("its definition lacks {name}"))?;
+        let text = text.ok_or_else(|| DefinitionProblem::NoType(name.to_owned()))?;
         self.places.insert(name.to_owned(), None);
         let package = name.split('/').next().unwrap_or_default();
         let mut fields = Vec::new();
@@ -165,13 +159,18 @@ impl Parser<'_> {
     }
 
     /// Field of a line; `None` for a constant and for a line without a field.
-    fn field(&mut self, line: &str, package: &str, depth: usize) -> Result<Option<Field>, String> {
+    fn field(
+        &mut self,
+        line: &str,
+        package: &str,
+        depth: usize,
+    ) -> Result<Option<Field>, DefinitionProblem> {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
             return Ok(None);
         }
-        let unreadable = || format!("its definition has a line that is not a field: {line:?}");
-        let (of_type, rest) = line.split_once(char::is_whitespace).ok_or_else(unreadable)?;
+        let not_a_field = || DefinitionProblem::Line(line.to_owned());
+        let (of_type, rest) = line.split_once(char::is_whitespace).ok_or_else(not_a_field)?;
         let rest = rest.trim_start();
         let end = rest.find(|letter: char| letter.is_whitespace() || letter == '=');
         let (name, after) = rest.split_at(end.unwrap_or(rest.len()));
@@ -181,11 +180,11 @@ impl Parser<'_> {
         let (base, count) = match of_type.split_once('[') {
             None => (of_type, Count::One),
             Some((base, dimension)) => {
-                let dimension = dimension.strip_suffix(']').ok_or_else(unreadable)?;
+                let dimension = dimension.strip_suffix(']').ok_or_else(not_a_field)?;
                 let count = if dimension.is_empty() || dimension.starts_with("<=") {
                     Count::Sequence
                 } else {
-                    Count::Fixed(dimension.parse().map_err(|_| unreadable())?)
+                    Count::Fixed(dimension.parse().map_err(|_| not_a_field())?)
                 };
                 (base, count)
             }
@@ -310,21 +309,27 @@ enum Target {
 }
 
 impl Definition {
-    /// Path to a number; the error is half a sentence that names the fields.
-    pub(super) fn number(&self, name: &str) -> Result<FieldPath, String> {
+    /// Path to a number.
+    pub(super) fn number(&self, name: &str) -> Result<FieldPath, DefinitionProblem> {
         match self.part(name)? {
             (path, Target::Number) => Ok(path),
-            (_, Target::Record(_)) => Err(format!("{name} has the numbers {}", self.listed(name))),
-            (_, Target::Text | Target::Other) => Err(format!("{name} is not one number")),
+            (_, Target::Record(_)) => {
+                let numbers = self.listed(name);
+                Err(DefinitionProblem::SeveralNumbers { name: name.to_owned(), numbers })
+            }
+            (_, Target::Text | Target::Other) => Err(DefinitionProblem::NoNumber(name.to_owned())),
         }
     }
 
     /// Names of the numbers in a part of the message, which is all of it for an empty name, and their paths.
     /// Elements of sequences are not listed, because each message has its own number of them.
-    pub(super) fn numbers(&self, part: &str) -> Result<Vec<(String, FieldPath)>, String> {
+    pub(super) fn numbers(
+        &self,
+        part: &str,
+    ) -> Result<Vec<(String, FieldPath)>, DefinitionProblem> {
         let (path, record) = match self.part(part)? {
             (path, Target::Record(record)) => (path, record),
-            _ => return Err(format!("{part} has no fields")),
+            _ => return Err(DefinitionProblem::NoFields(part.to_owned())),
         };
         let mut listing = Listing::default();
         self.list(record, "", &path, &mut listing);
@@ -394,34 +399,36 @@ impl Definition {
     }
 
     /// Part of the message with a name; the message itself for an empty one.
-    fn part(&self, name: &str) -> Result<(FieldPath, Target), String> {
+    fn part(&self, name: &str) -> Result<(FieldPath, Target), DefinitionProblem> {
         let mut path = FieldPath::default();
         let mut part = Target::Record(self.message);
         for word in name.split('.').filter(|_| !name.is_empty()) {
             let Target::Record(record) = part else {
-                return Err(format!("there is no {name}: what is before .{word} has no fields"));
+                let (name, field) = (name.to_owned(), word.to_owned());
+                return Err(DefinitionProblem::NoFieldsBefore { name, field });
             };
             let (bare, element) = match word.split_once('[') {
                 None => (word, None),
                 Some((bare, index)) => {
                     let index = index.strip_suffix(']').and_then(|index| index.parse().ok());
-                    let index =
-                        index.ok_or_else(|| format!("{word:?} is not of the form field[INDEX]"))?;
-                    (bare, Some(index))
+                    let no_index = || DefinitionProblem::Index(word.to_owned());
+                    (bare, Some(index.ok_or_else(no_index)?))
                 }
             };
             let fields = &self.records[record];
             let Some(index) = fields.iter().position(|field| field.name == bare) else {
-                let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-                return Err(format!("there is no {bare}, but {}", names.join(", ")));
+                let fields = fields.iter().map(|field| field.name.clone()).collect();
+                return Err(DefinitionProblem::NoField { name: bare.to_owned(), fields });
             };
             path.0.push(Step { field: index, element: element.unwrap_or(0) });
             let field = &fields[index];
             part = match (field.kind, field.count, element) {
-                (_, Count::One, Some(_)) => return Err(format!("{bare} is not an array")),
+                (_, Count::One, Some(_)) => {
+                    return Err(DefinitionProblem::NoArray(bare.to_owned()));
+                }
                 (_, Count::Fixed(length), Some(element)) if element >= length => {
                     let last = length.saturating_sub(1);
-                    return Err(format!("{bare} has the elements [0] to [{last}]"));
+                    return Err(DefinitionProblem::NoElement { name: bare.to_owned(), last });
                 }
                 (_, Count::Fixed(_) | Count::Sequence, None) => Target::Other,
                 (Kind::Text, ..) => Target::Text,
@@ -493,29 +500,33 @@ pub(super) struct Decoded {
 }
 
 impl Definition {
-    /// Numbers of a message at these paths; the error is half a sentence.
-    pub(super) fn values(&self, payload: &[u8], paths: &[&FieldPath]) -> Result<Vec<f64>, String> {
+    /// Numbers of a message at these paths.
+    pub(super) fn values(
+        &self,
+        payload: &[u8],
+        paths: &[&FieldPath],
+    ) -> Result<Vec<f64>, MessageProblem> {
         let Decoded { numbers, .. } = self.decode(payload, paths, None)?;
         Ok(numbers.into_iter().map(|number| number.value).collect())
     }
 
-    /// Places of the numbers of a message at these paths; the error is half a sentence.
+    /// Places of the numbers of a message at these paths.
     pub(super) fn places(
         &self,
         payload: &[u8],
         paths: &[&FieldPath],
-    ) -> Result<Vec<Place>, String> {
+    ) -> Result<Vec<Place>, MessageProblem> {
         let Decoded { numbers, .. } = self.decode(payload, paths, None)?;
         Ok(numbers.into_iter().map(|number| number.place).collect())
     }
 
-    /// Numbers of a message at these paths, and the text at the path of its frame; the error is half a sentence.
+    /// Numbers of a message at these paths, and the text at the path of its frame.
     pub(super) fn decode(
         &self,
         payload: &[u8],
         paths: &[&FieldPath],
         frame: Option<&FieldPath>,
-    ) -> Result<Decoded, String> {
+    ) -> Result<Decoded, MessageProblem> {
         let message = content(payload)?;
         let ways = paths.iter().copied().chain(frame).map(|path| &path.0[..]);
         let wanted: Vec<(usize, &[Step])> = ways.enumerate().collect();
@@ -532,26 +543,20 @@ impl Definition {
             };
             walk.record(self.message, &wanted)?;
             if walk.content.len() - walk.at > LONGEST_PADDING {
-                return Err(format!(
-                    "{} bytes are more than its type has, {}",
-                    walk.content.len(),
-                    walk.at
-                ));
+                let bytes = walk.content.len();
+                return Err(MessageProblem::MoreBytes { bytes, expected: walk.at });
             }
             Ok(walk)
         };
         let mut fields = self.records.iter().flatten();
         let walk = if fields.any(|field| field.kind == Kind::WideText) {
             let fitting = UNITS.into_iter().map(walk).find(Result::is_ok);
-            fitting.unwrap_or_else(|| {
-                Err("its wstrings have neither 1, 2 nor 4 bytes for each unit of length".to_owned())
-            })?
+            fitting.unwrap_or(Err(MessageProblem::WideText))?
         } else {
             walk(1)?
         };
-        let numbers = walk.numbers.into_iter().map(|number| {
-            number.ok_or_else(|| "it has fewer elements than the index says".to_owned())
-        });
+        let numbers = walk.numbers.into_iter();
+        let numbers = numbers.map(|number| number.ok_or(MessageProblem::NoElement));
         Ok(Decoded { numbers: numbers.collect::<Result<_, _>>()?, frame: walk.frame })
     }
 }
@@ -576,11 +581,11 @@ struct Walk<'a> {
 impl Walk<'_> {
     /// Walks through a record; `wanted` has the slots of numbers in it and of the frame, and the rest of the ways to
     /// them.
-    fn record(&mut self, record: usize, wanted: &[(usize, &[Step])]) -> Result<(), String> {
+    fn record(&mut self, record: usize, wanted: &[(usize, &[Step])]) -> Result<(), MessageProblem> {
         let fields = &self.definition.records[record];
         self.steps += fields.len();
         if self.steps > MOST_STEPS {
-            return Err(format!("it has more than {MOST_STEPS} fields"));
+            return Err(MessageProblem::TooManyFields { most: MOST_STEPS });
         }
         if fields.is_empty() {
             // An empty record has a byte, because IDL has none that are empty.
@@ -630,7 +635,7 @@ impl Walk<'_> {
                 Kind::WideText => {
                     for _ in 0..elements {
                         let length = self.number(Number::U32)? as usize;
-                        self.skip(1, length.checked_mul(self.unit).ok_or_else(too_short)?)?;
+                        self.skip(1, length.checked_mul(self.unit).ok_or(MessageProblem::Cut)?)?;
                     }
                 }
                 Kind::Record(record) => {
@@ -653,17 +658,16 @@ impl Walk<'_> {
     }
 
     /// Advances over `count` values of `size` bytes.
-    fn skip(&mut self, size: usize, count: usize) -> Result<(), String> {
+    fn skip(&mut self, size: usize, count: usize) -> Result<(), MessageProblem> {
         if count > 0 {
             self.at = self.at.next_multiple_of(size);
         }
         let end = size.checked_mul(count).and_then(|bytes| self.at.checked_add(bytes));
-        let end = end.filter(|end| *end <= self.content.len()).ok_or_else(too_short)?;
-        self.at = end;
+        self.at = end.filter(|end| *end <= self.content.len()).ok_or(MessageProblem::Cut)?;
         Ok(())
     }
 
-    fn number(&mut self, number: Number) -> Result<f64, String> {
+    fn number(&mut self, number: Number) -> Result<f64, MessageProblem> {
         let size = number.size();
         self.skip(size, 1)?;
         let stored = &self.content[self.at - size..self.at];
@@ -683,10 +687,6 @@ impl Walk<'_> {
             Number::F64 => f64::from_bits(bits),
         })
     }
-}
-
-fn too_short() -> String {
-    "it has fewer bytes than its type".to_owned()
 }
 
 #[cfg(test)]

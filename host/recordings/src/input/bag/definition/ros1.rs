@@ -360,7 +360,7 @@ int32 sec\nuint32 nanosec
             assert!(definition.values(&cut, &[&last]).is_err(), "{length}");
         }
         let longer = converter.cdr(&[&whole[..], &[0; 4]].concat());
-        let said = definition.values(&longer, &[&last]).expect_err("an error");
+        let said = definition.values(&longer, &[&last]).expect_err("an error").to_string();
         assert!(said.contains("more than its type has"), "{said}");
         // Lengths beyond the message, and very many elements without bytes.
         let mut hostile = whole;
