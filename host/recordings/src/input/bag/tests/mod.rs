@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+use crate::compressed::ZSTD;
 use crate::samples::RecordedSample;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions};
@@ -676,6 +677,30 @@ fn message_of_wrong_length_is_named() {
         messages[20].3[1] = 7;
         let said = why(open(&written(kind, &messages, &[]), &InputOptions::default()));
         assert!(said.contains("it is encoded as 0x0007, not in plain CDR"), "{said}");
+    }
+}
+
+#[test]
+fn invalid_compressed_message_is_named() {
+    // A frame of zstd: blocks of 128 KiB, each of which repeats a zero.
+    let zeros = |blocks: usize| {
+        let block = |k| {
+            let header = u32::from(k + 1 == blocks) | 1 << 1 | (128 << 10) << 3;
+            [&header.to_le_bytes()[..3], &[0]].concat()
+        };
+        let window_of_1_mib = [0, 0x50];
+        [&ZSTD[..], &window_of_1_mib, &(0..blocks).flat_map(block).collect::<Vec<_>>()].concat()
+    };
+    for (message, what) in [
+        (ZSTD.to_vec(), "it cannot be decompressed: "),
+        (zeros(9), "it is longer than 1048576 bytes when it is decompressed"),
+        (zeros(8), "1048576 bytes are more than its type has"),
+    ] {
+        let mut messages = one_foot(Order::Little);
+        messages[20].3 = message;
+        let said = why(open(&written(KINDS[0], &messages, &[]), &InputOptions::default()));
+        let expected = format!(", topic /imu/fl, message 21: {what}");
+        assert!(said.starts_with(&expected), "{said}");
     }
 }
 
