@@ -14,9 +14,10 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::input::ContainerFile;
-use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
-use crate::input::bag::records::{AT_ONCE, LONGEST_RECORD, Stop, load, number, read_some, skip};
+use crate::input::bag::records::{
+    AT_ONCE, Connection, LONGEST_RECORD, Stop, load, number, read_some, skip,
+};
 use crate::input::error::InputError;
 
 /// The bytes at the start and at the end of a file.
@@ -52,8 +53,8 @@ pub(super) fn visit(
         skip(&mut bytes, MAGIC.len() as u64)?;
         loop {
             let mut bag = Bag {
-                schemas: HashMap::new(),
-                channels: HashMap::new(),
+                types: HashMap::new(),
+                connections: HashMap::new(),
                 visitor: &mut *visitor,
                 record: Vec::new(),
             };
@@ -71,15 +72,15 @@ pub(super) fn visit(
 
 /// Passes over the rest of a file from the frame of the record that ends its messages, and over the start of another file
 /// after it: `cat` joins files. The rest may be cut off.
-fn begins_another(bytes: &mut Bytes, end: (u8, u64)) -> Result<bool, Stop> {
-    let mut rest = || {
-        let (mut opcode, mut length) = end;
+fn begins_another(bytes: &mut Bytes, end: Frame) -> Result<bool, Stop> {
+    let rest = || {
+        let mut frame = end;
         loop {
-            skip(bytes, length)?;
-            if opcode == op::FOOTER {
+            skip(bytes, frame.length)?;
+            if frame.opcode == op::FOOTER {
                 return skip(bytes, MAGIC.len() as u64);
             }
-            (opcode, length) = frame(bytes)?;
+            frame = Frame::read(bytes)?;
         }
     };
     match rest() {
@@ -95,12 +96,39 @@ fn begins_another(bytes: &mut Bytes, end: (u8, u64)) -> Result<bool, Stop> {
     Err(Stop::Early("other data follow its end"))
 }
 
+/// Beginning of a record.
+struct Frame {
+    opcode: u8,
+    /// Length of the content, bytes.
+    length: u64,
+}
+
+impl Frame {
+    const SIZE: usize = 1 + 8;
+
+    /// Reads the frame of the next record.
+    fn read(bytes: &mut Bytes) -> Result<Self, Stop> {
+        let mut frame = [0; Self::SIZE];
+        bytes.read_exact(&mut frame)?;
+        Ok(Self::of_bytes(frame))
+    }
+
+    fn of_bytes(bytes: [u8; Self::SIZE]) -> Self {
+        Self { opcode: bytes[0], length: number(&bytes[1..]) }
+    }
+}
+
+/// Type as declared in a file.
+#[derive(Clone, Default)]
+struct MessageType {
+    name: String,
+    definition: Option<Arc<Schema>>,
+}
+
 /// State of the parser.
 struct Bag<'a> {
-    /// Names of types, with their definitions.
-    schemas: HashMap<u16, (String, Option<Arc<Schema>>)>,
-    /// Channels, the conversion of messages of ROS 1, and whether the messages are needed.
-    channels: HashMap<u16, (Channel, Option<Converter>, bool)>,
+    types: HashMap<u16, MessageType>,
+    connections: HashMap<u16, Connection>,
     visitor: &'a mut dyn Visitor,
     /// The current record.
     record: Vec<u8>,
@@ -108,11 +136,12 @@ struct Bag<'a> {
 
 impl Bag<'_> {
     /// Reads all records up to the end of the messages. Returns the frame of the record that ends them.
-    fn file(&mut self, bytes: &mut Bytes) -> Result<(u8, u64), Stop> {
+    fn file(&mut self, bytes: &mut Bytes) -> Result<Frame, Stop> {
         loop {
-            let (opcode, length) = frame(bytes)?;
+            let frame = Frame::read(bytes)?;
+            let Frame { opcode, length } = frame;
             match opcode {
-                op::DATA_END | op::FOOTER => return Ok((opcode, length)),
+                op::DATA_END | op::FOOTER => return Ok(frame),
                 0 => return Err(Stop::ZEROS),
                 op::CHUNK => {
                     let mut chunk = bytes.take(length);
@@ -159,12 +188,12 @@ impl Bag<'_> {
     fn plain_chunk(&mut self, records: &mut Take<impl Read>, crc: u32) -> Result<(), Stop> {
         let mut hasher = Hasher::new();
         while records.limit() > 0 {
-            if records.limit() < FRAME as u64 {
+            if records.limit() < Frame::SIZE as u64 {
                 return Err(McapError::UnexpectedEoc.into());
             }
-            let mut bytes = [0; FRAME];
+            let mut bytes = [0; Frame::SIZE];
             records.read_exact(&mut bytes)?;
-            let (opcode, length) = (bytes[0], number(&bytes[1..]));
+            let Frame { opcode, length } = Frame::of_bytes(bytes);
             if records.limit() < length {
                 return Err(McapError::UnexpectedEoc.into());
             }
@@ -233,50 +262,37 @@ impl Bag<'_> {
         }
         match mcap::parse_record(opcode, &self.record)? {
             Record::Schema { header, data } => {
-                let schema = Schema { encoding: header.encoding, text: data.into_owned() };
-                self.schemas.insert(header.id, (header.name, Some(schema.into())));
+                let definition = Schema { encoding: header.encoding, text: data.into_owned() };
+                let definition = Some(Arc::new(definition));
+                self.types.insert(header.id, MessageType { name: header.name, definition });
             }
             Record::Channel(channel) => {
-                let schema = self.schemas.get(&channel.schema_id);
-                let (message, schema) = schema.cloned().unwrap_or_default();
-                let (declared, converter) = as_ros2(Channel {
+                let message_type = self.types.get(&channel.schema_id);
+                let MessageType { name, definition } = message_type.cloned().unwrap_or_default();
+                let declared = Channel {
                     topic: channel.topic,
-                    message,
+                    message: name,
                     encoding: channel.message_encoding,
-                    schema,
+                    schema: definition,
                     metadata: channel.metadata,
-                });
-                let is_needed = self.visitor.channel(&declared);
-                self.channels.insert(channel.id, (declared, converter, is_needed));
+                };
+                let connection = Connection::declare(declared, self.visitor);
+                self.connections.insert(channel.id, connection);
             }
             Record::Message { header, data } => {
-                if let Some((channel, converter, true)) = self.channels.get(&header.channel_id) {
+                let connection = self.connections.get(&header.channel_id);
+                if let Some(connection) = connection.filter(|connection| connection.is_needed) {
                     let nanos = |time| i64::try_from(time).unwrap_or(i64::MAX);
                     let times = MessageTimes {
                         log_ns: nanos(header.log_time),
                         publish_ns: nanos(header.publish_time),
                         sequence: Some(header.sequence),
                     };
-                    let data = match converter {
-                        Some(converter) => converter.cdr(&data).into(),
-                        None => data,
-                    };
-                    let shown = self.visitor.message(channel, times, &data);
-                    shown.map_err(Stop::Refused)?;
+                    connection.pass(times, &data, self.visitor)?;
                 }
             }
             _ => {}
         }
         Ok(())
     }
-}
-
-/// Length of the frame of a record: opcode and content length.
-const FRAME: usize = 1 + 8;
-
-/// Reads the frame of the next record.
-fn frame(bytes: &mut Bytes) -> Result<(u8, u64), Stop> {
-    let mut frame = [0; FRAME];
-    bytes.read_exact(&mut frame)?;
-    Ok((frame[0], number(&frame[1..])))
 }

@@ -1,8 +1,10 @@
-//! Records of a file of MCAP or of ROS 1, read one after the other, and the reasons to stop.
+//! Records of a file of MCAP or of ROS 1, read one after the other: their topics, and the reasons to stop.
 
 use std::error::Error;
 use std::io::{self, Read};
 
+use crate::input::bag::definition::{Converter, as_ros2};
+use crate::input::bag::messages::{Channel, MessageTimes, Visitor};
 use crate::input::error::{InputError, Problem};
 
 /// Longest record that is read, bytes: a picture of 64 million pixels is longer.
@@ -10,6 +12,36 @@ pub(super) const LONGEST_RECORD: usize = 256 << 20;
 
 /// Bytes read at once.
 pub(super) const AT_ONCE: usize = 64 << 10;
+
+/// Topic whose messages follow: a channel of MCAP, or a connection of ROS 1.
+pub(super) struct Connection {
+    channel: Channel,
+    /// `None` for messages that are not of ROS 1, and for those whose type has no valid definition.
+    converter: Option<Converter>,
+    /// Whether the visitor needs the messages.
+    pub(super) is_needed: bool,
+}
+
+impl Connection {
+    /// Declares a topic to a visitor, as one of ROS 2.
+    pub(super) fn declare(channel: Channel, visitor: &mut dyn Visitor) -> Self {
+        let (channel, converter) = as_ros2(channel);
+        let is_needed = visitor.channel(&channel);
+        Self { channel, converter, is_needed }
+    }
+
+    /// Passes a message to the visitor.
+    pub(super) fn pass(
+        &self,
+        times: MessageTimes,
+        payload: &[u8],
+        visitor: &mut dyn Visitor,
+    ) -> Result<(), Stop> {
+        let converted = self.converter.as_ref().map(|converter| converter.cdr(payload));
+        let payload = converted.as_deref().unwrap_or(payload);
+        visitor.message(&self.channel, times, payload).map_err(Stop::Refused)
+    }
+}
 
 /// Reason to stop reading a file.
 pub(super) enum Stop {

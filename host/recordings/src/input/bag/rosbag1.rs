@@ -12,9 +12,10 @@ use bzip2::read::BzDecoder;
 use thiserror::Error;
 
 use crate::input::ContainerFile;
-use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
-use crate::input::bag::records::{AT_ONCE, LONGEST_RECORD, Stop, load, number, read_some, skip};
+use crate::input::bag::records::{
+    AT_ONCE, Connection, LONGEST_RECORD, Stop, load, number, read_some, skip,
+};
 use crate::input::error::InputError;
 
 /// Length of the first line.
@@ -98,15 +99,6 @@ impl<R: Read> Read for Counted<R> {
         self.count += count as u64;
         Ok(count)
     }
-}
-
-/// Topic of a publisher.
-struct Connection {
-    channel: Channel,
-    /// `None` if the type has no valid definition.
-    converter: Option<Converter>,
-    /// Whether the messages are needed.
-    is_needed: bool,
 }
 
 /// State of the parser.
@@ -268,11 +260,7 @@ impl Bag<'_> {
                 let (seconds, nanoseconds) = (time & 0xFFFF_FFFF, time >> 32);
                 let log_ns = (seconds * 1_000_000_000 + nanoseconds).cast_signed();
                 let times = MessageTimes { log_ns, publish_ns: log_ns, sequence: None };
-                let converted =
-                    connection.converter.as_ref().map(|converter| converter.cdr(&self.data));
-                let payload = converted.as_deref().unwrap_or(&self.data);
-                let shown = self.visitor.message(&connection.channel, times, payload);
-                shown.map_err(Stop::Refused)
+                connection.pass(times, &self.data, self.visitor)
             }
             op::CONNECTION => {
                 load_data(&mut self.data, from, length)?;
@@ -292,15 +280,14 @@ impl Bag<'_> {
         let message = field(&self.data, "type")?.ok_or(Damage::Field("type"))?;
         let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
         let definition = field(&self.data, "message_definition")?.unwrap_or_default().to_vec();
-        let (channel, converter) = as_ros2(Channel {
+        let channel = Channel {
             topic: text(topic),
             message: text(message),
             encoding: "ros1".to_owned(),
             schema: Some(Arc::new(Schema { encoding: "ros1msg".to_owned(), text: definition })),
             metadata: Default::default(),
-        });
-        let is_needed = self.visitor.channel(&channel);
-        self.connections.insert(id, Connection { channel, converter, is_needed });
+        };
+        self.connections.insert(id, Connection::declare(channel, self.visitor));
         Ok(())
     }
 

@@ -56,7 +56,7 @@ pub(super) fn visit(
         }
     }
     let has_definitions = has_table(&database, "message_definitions").map_err(damaged)?;
-    let channels = channels(&database, has_definitions, visitor).map_err(damaged)?;
+    let topics = topics(&database, has_definitions, visitor).map_err(damaged)?;
     // Order in which they were written.
     let mut statement = database
         .prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
@@ -75,7 +75,7 @@ pub(super) fn visit(
         };
         count += 1;
         let topic: i64 = row.get(0).map_err(damaged)?;
-        let Some((channel, true)) = channels.get(&topic) else {
+        let Some(Topic { channel, is_needed: true }) = topics.get(&topic) else {
             continue;
         };
         let log_ns: i64 = row.get(1).map_err(damaged)?;
@@ -113,12 +113,19 @@ fn has_table(database: &Connection, name: &str) -> rusqlite::Result<bool> {
     database.query_row(select, [name], |row| row.get(0))
 }
 
-/// Topics by their numbers, and whether their messages are needed.
-fn channels(
+/// Row of the table `topics`.
+struct Topic {
+    channel: Channel,
+    /// Whether the visitor needs the messages.
+    is_needed: bool,
+}
+
+/// Topics by their numbers.
+fn topics(
     database: &Connection,
     has_definitions: bool,
     visitor: &mut dyn Visitor,
-) -> rusqlite::Result<HashMap<i64, (Channel, bool)>> {
+) -> rusqlite::Result<HashMap<i64, Topic>> {
     // Columns were added over the years.
     let mut statement = database.prepare("SELECT * FROM topics")?;
     let properties: Vec<(&str, usize)> = PROPERTIES
@@ -126,7 +133,7 @@ fn channels(
         .filter_map(|(column, key)| Some((*key, statement.column_index(column).ok()?)))
         .collect();
     let mut rows = statement.query([])?;
-    let mut channels = HashMap::new();
+    let mut topics = HashMap::new();
     while let Some(row) = rows.next()? {
         let message: String = row.get("type")?;
         let properties = properties.iter().filter_map(|(key, column)| {
@@ -141,9 +148,9 @@ fn channels(
             metadata: properties.collect(),
         };
         let is_needed = visitor.channel(&channel);
-        channels.insert(row.get("id")?, (channel, is_needed));
+        topics.insert(row.get("id")?, Topic { channel, is_needed });
     }
-    Ok(channels)
+    Ok(topics)
 }
 
 /// Definition of a type. Bags of ROS 2 Iron and later have the table, but not for all types.
