@@ -161,7 +161,7 @@ impl Bag<'_> {
     fn chunk(&mut self, bytes: &mut FileBytes, length: u32) -> Result<(), Stop> {
         let compression = self.field("compression")?.ok_or(Damage::Field("compression"))?;
         let compression = String::from_utf8_lossy(compression).into_owned();
-        // Even nothing is some bytes in a compressed chunk.
+        // A compressed chunk is never 0 bytes long, so length 0 means that it is still being written.
         let is_open = length == 0 && compression != "none";
         let length = if is_open { u64::MAX } else { length.into() };
         let stated = self.number::<4>("size")?;
@@ -196,7 +196,8 @@ impl Bag<'_> {
         skip(bytes, rest)
     }
 
-    /// Reads the records of a compressed chunk by its decoder. The end of the compressed data is no error of every decoder.
+    /// Reads the records of a compressed chunk by its decoder. Not every decoder reports truncated data, so the size is
+    /// compared with the header's.
     fn compressed(&mut self, decoder: impl Read, stated: u64) -> Result<(), Stop> {
         let mut chunk = Counted::new(decoder);
         self.records(&mut chunk)?;
