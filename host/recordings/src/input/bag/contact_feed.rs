@@ -106,7 +106,7 @@ impl ContactFeeds {
     ///
     /// # Errors
     /// The temporary file cannot be written.
-    pub(super) fn take(
+    pub(super) fn process(
         &mut self,
         channel: &Channel,
         log_ns: i64,
@@ -132,7 +132,7 @@ impl ContactFeeds {
     }
 
     /// Processes the orientation of a sample of an IMU.
-    pub(super) fn take_imu(&mut self, topic: &str, log_ns: i64, imu: &Imu) {
+    pub(super) fn process_imu(&mut self, topic: &str, log_ns: i64, imu: &Imu) {
         let foot = foot_of_imu(topic).map(str::to_owned);
         if let (Some(foot), Some([x, y, z, w])) = (foot, imu.orientation()) {
             let is_unit = ((x * x + y * y + z * z + w * w) - 1.0).abs() <= UNIT;

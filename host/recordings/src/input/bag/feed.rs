@@ -86,7 +86,7 @@ impl Feed {
     }
 
     /// Processes a message that was counted, with the time at which it was written and the data beside it.
-    pub(super) fn take(
+    pub(super) fn process(
         &mut self,
         (log_ns, known_beside): (i64, Known),
         imu: &Imu,
@@ -318,7 +318,7 @@ pub(super) fn is_sidecar(channel: &Channel) -> bool {
 
 impl Sidecar {
     /// Processes a message.
-    pub(super) fn take(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) {
+    pub(super) fn process(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) {
         let Some((topic, kind)) = about(channel) else {
             return;
         };
@@ -368,16 +368,16 @@ mod tests {
         let validity = channel("/imu/fl/validity", "std_msgs/msg/String");
         let stale = [&[0, 1, 0, 0, 6, 0, 0, 0][..], b"stale\0"].concat();
         let mut beside = Sidecar::default();
-        beside.take(&label, 5, &[0, 1, 0, 0, 1]);
-        beside.take(&validity, 5, &stale);
+        beside.process(&label, 5, &[0, 1, 0, 0, 1]);
+        beside.process(&validity, 5, &stale);
         assert_eq!(beside.of("/imu/fr", 5), Known::default());
         let both = Known { validity: Some(Validity::Stale), label: Some(Label::Stable) };
         assert_eq!(beside.of("/imu/fl", 5), both);
         assert_eq!(beside.of("/imu/fl", 5), Known::default(), "once");
-        beside.take(&label, 6, &[0, 1, 0, 0, 0]);
+        beside.process(&label, 6, &[0, 1, 0, 0, 0]);
         assert_eq!(beside.of("/imu/fl", 7), Known::default(), "another time");
-        beside.take(&label, 8, &[0, 1, 0, 0, 0]);
-        beside.take(&validity, 9, &stale);
+        beside.process(&label, 8, &[0, 1, 0, 0, 0]);
+        beside.process(&validity, 9, &stale);
         assert_eq!(beside.of("/imu/fl", 9).label, None, "of the sample before");
     }
 
@@ -388,7 +388,7 @@ mod tests {
         let validity = channel("/imu/validity", "std_msgs/msg/String");
         let mut beside = Sidecar::default();
         for payload in [&[0, 1, 0, 0, 3, 0, 0, 0, b'o', b'k', 0][..], &[0, 1], &[]] {
-            beside.take(&validity, 1, payload);
+            beside.process(&validity, 1, payload);
             assert_eq!(beside.of("/imu", 1), Known::default());
         }
     }

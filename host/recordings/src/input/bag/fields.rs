@@ -40,8 +40,8 @@ impl Fields {
             let no_axes = || FieldsProblem::NoAxes(definition.listed(part));
             let axes = recognised(&names).ok_or_else(no_axes)?;
             if part.is_empty() && channel.message.ends_with(LOW_STATE) {
-                let of_trunk = |part: &&&str| definition.numbers(part).is_ok();
-                let part = TRUNKS.iter().find(of_trunk).copied().unwrap_or(TRUNKS[0]);
+                let is_present = |part: &&&str| definition.numbers(part).is_ok();
+                let part = TRUNKS.iter().find(is_present).copied().unwrap_or(TRUNKS[0]);
                 let address = format!("{}.{part}", channel.topic);
                 return Err(FieldsProblem::OfTrunk { part, address });
             }
@@ -58,8 +58,8 @@ impl Fields {
                 let (_, name) = named.ok_or_else(|| FieldsProblem::NotNamed(axis.name()))?;
                 *path = definition.number(&within(part, name))?;
             }
-            if let Some((other, _)) = mapping.pairs().find(|(ours, _)| !is_axis(ours)) {
-                return Err(FieldsProblem::NoAxis(other));
+            if let Some((name, _)) = mapping.pairs().find(|(ours, _)| !is_axis(ours)) {
+                return Err(FieldsProblem::NoAxis(name));
             }
             axes
         };

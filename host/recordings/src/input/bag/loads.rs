@@ -47,7 +47,7 @@ pub(super) fn loads(
 
 /// Names of feet in the recording. The name of an only foot is the last part of its topic that does not name a sensor.
 fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> Vec<String> {
-    let is_shared = |topic: &str| all.iter().filter(|other| other.topic == topic).count() > 1;
+    let is_shared = |topic: &str| all.iter().filter(|imu| imu.topic == topic).count() > 1;
     let address = |ImuKey { topic, frame }: &ImuKey| {
         if is_shared(topic) {
             format!("{topic}/{}", frame.trim_matches('/'))
@@ -142,8 +142,8 @@ impl LoadReader<'_> {
 
 /// Adds an IMU.
 fn add(feet: &mut BTreeSet<ImuKey>, topic: &str, frame: String) {
-    let of_topic = |other: &&ImuKey| other.topic == topic;
-    if feet.iter().filter(of_topic).count() < MOST_FRAMES {
+    let is_of_topic = |imu: &&ImuKey| imu.topic == topic;
+    if feet.iter().filter(is_of_topic).count() < MOST_FRAMES {
         feet.insert(ImuKey { topic: topic.to_owned(), frame });
     }
 }
@@ -187,7 +187,7 @@ impl Visitor for LoadReader<'_> {
         }
         let wanted = |series: &&mut LoadSeries| series.topic.topic == channel.topic;
         for series in self.series.iter_mut().filter(wanted) {
-            series.take(log_ns, payload, self.file)?;
+            series.process(log_ns, payload, self.file)?;
         }
         Ok(())
     }
@@ -266,7 +266,7 @@ impl LoadSeries {
     }
 
     /// Processes a message.
-    pub(super) fn take(
+    pub(super) fn process(
         &mut self,
         log_ns: i64,
         payload: &[u8],

@@ -151,7 +151,7 @@ impl Bag<'_> {
                 }
                 op::SCHEMA | op::CHANNEL | op::MESSAGE => {
                     self.load(bytes, opcode, length)?;
-                    self.take(opcode)?;
+                    self.process(opcode)?;
                 }
                 _ => skip(bytes, length)?,
             }
@@ -200,7 +200,7 @@ impl Bag<'_> {
             self.load(records, opcode, length)?;
             hasher.update(&bytes);
             hasher.update(&self.record);
-            self.take(opcode)?;
+            self.process(opcode)?;
         }
         let calculated = hasher.finalize();
         if crc != 0 && crc != calculated {
@@ -239,7 +239,7 @@ impl Bag<'_> {
                 Ok(LinearReadEvent::Record { opcode, data }) => {
                     self.record.clear();
                     self.record.extend_from_slice(data);
-                    self.take(opcode)?;
+                    self.process(opcode)?;
                 }
                 Err(error) => return Err(error.into()),
             }
@@ -256,7 +256,7 @@ impl Bag<'_> {
     }
 
     /// Processes the current record.
-    fn take(&mut self, opcode: u8) -> Result<(), Stop> {
+    fn process(&mut self, opcode: u8) -> Result<(), Stop> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(());
         }

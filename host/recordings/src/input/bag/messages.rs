@@ -194,14 +194,14 @@ impl Imu {
         angular_velocity: [f64; 3],
         covariances: [f64; 2],
     ) -> Self {
-        let of_first = |first| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let with_first = |first| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         Self {
             header,
-            orientation_covariance: of_first(-1.0),
+            orientation_covariance: with_first(-1.0),
             angular_velocity,
-            angular_velocity_covariance: of_first(covariances[0]),
+            angular_velocity_covariance: with_first(covariances[0]),
             linear_acceleration,
-            linear_acceleration_covariance: of_first(covariances[1]),
+            linear_acceleration_covariance: with_first(covariances[1]),
             ..Self::default()
         }
     }

@@ -119,7 +119,7 @@ fn store(
 ) -> Result<(Stored, Option<String>), InputError> {
     let Container { file, name, .. } = container;
     let address = feed.address();
-    let of_foot = if feed.is_shared {
+    let foot_contacts = if feed.is_shared {
         // Samples of several feet on one topic have no contacts beside them.
         None
     } else {
@@ -128,11 +128,11 @@ fn store(
     let mut stored = feed.finish(name.clone(), foot, load, input_options, file)?;
     stored.about.address = Some(address);
     let mut used = None;
-    if let Some(of_foot) = of_foot {
-        let notices = of_foot.notices(file);
-        if stored.use_contacts(of_foot.contacts) {
+    if let Some(foot_contacts) = foot_contacts {
+        let notices = foot_contacts.notices(file);
+        if stored.use_contacts(foot_contacts.contacts) {
             stored.about.notices.extend(notices);
-            used = Some(of_foot.topic);
+            used = Some(foot_contacts.topic);
         }
     }
     Ok((stored, used))
@@ -204,11 +204,11 @@ fn of_contacts_alone(
     let feet = renamed(&names_of(&named, &known), &named, bag, file)?;
     let mut recordings = Vec::new();
     for (topic, foot) in named.into_iter().zip(feet) {
-        let of_topic = contacts.of_topic(&topic);
-        let of_topic = of_topic.map_err(|source| InputError::spool(file, source))?;
-        let stored = of_topic.and_then(|of_topic| {
-            let notices = of_topic.notices(file);
-            let mut stored = Stored::of_contacts(name.to_owned(), foot, of_topic.contacts)?;
+        let foot_contacts = contacts.of_topic(&topic);
+        let foot_contacts = foot_contacts.map_err(|source| InputError::spool(file, source))?;
+        let stored = foot_contacts.and_then(|foot_contacts| {
+            let notices = foot_contacts.notices(file);
+            let mut stored = Stored::of_contacts(name.to_owned(), foot, foot_contacts.contacts)?;
             stored.about.notices.extend(notices);
             let alone = format!(
                 "{file} has contacts on {topic} without samples; they are used as they were recorded{STREAM_ADVICE}"

@@ -76,28 +76,28 @@ impl Visitor for Reader<'_> {
         if let Some(error) = self.refused.take() {
             return Err(error);
         }
-        let of_parts: Vec<_> = (self.parts.iter())
+        let imus: Vec<_> = (self.parts.iter())
             .filter(|(_, fields)| fields.topic == channel.topic)
             .map(|(address, fields)| (address.clone(), fields.imu(payload)))
             .collect();
-        if !of_parts.is_empty() {
-            return of_parts.into_iter().try_for_each(|(address, imu)| {
+        if !imus.is_empty() {
+            return imus.into_iter().try_for_each(|(address, imu)| {
                 self.sample(&address, (log_ns, Known::default()), imu)
             });
         }
-        let is_same = |feed: &Feed| feed.topic == channel.topic;
-        let Some(first) = self.feeds.iter().position(is_same) else {
-            self.sidecar.take(channel, log_ns, payload);
+        let is_of_topic = |feed: &Feed| feed.topic == channel.topic;
+        let Some(first) = self.feeds.iter().position(is_of_topic) else {
+            self.sidecar.process(channel, log_ns, payload);
             // Contacts arrive only if they are read: see `channel`.
-            let taken = self.contacts.take(channel, log_ns, payload);
-            return taken.map_err(|source| InputError::spool(self.file, source));
+            let processed = self.contacts.process(channel, log_ns, payload);
+            return processed.map_err(|source| InputError::spool(self.file, source));
         };
         let is_needed = match &self.input_options.bag.topics {
             Topics::Named(named) => named.contains(&channel.topic),
             Topics::All => true,
             // If there are several topics, only the counts are needed, unless a frame may select one.
             Topics::TheOnly => {
-                let is_other = |feed: &Feed| feed.messages > 0 && !is_same(feed);
+                let is_other = |feed: &Feed| feed.messages > 0 && !is_of_topic(feed);
                 !self.input_options.bag.frames.is_empty() || !self.feeds.iter().any(is_other)
             }
         };
@@ -172,7 +172,7 @@ impl<'a> Reader<'a> {
         (log_ns, known): (i64, Known),
         imu: Result<Imu, MessageProblem>,
     ) -> Result<(), InputError> {
-        let decoded = imu.and_then(|imu| Ok((self.place(topic, &imu.header.frame_id)?, imu)));
+        let decoded = imu.and_then(|imu| Ok((self.feed_index(topic, &imu.header.frame_id)?, imu)));
         let (at, imu) = decoded.map_err(|problem| {
             if let Some(first) = self.feeds.iter_mut().find(|feed| feed.topic == topic) {
                 first.count(log_ns);
@@ -185,35 +185,35 @@ impl<'a> Reader<'a> {
         if !is_wanted(&imu.header.frame_id, self.input_options) {
             return Ok(());
         }
-        let is_it = |foot: &ImuKey| foot.topic == topic && foot.frame == imu.header.frame_id;
-        let foot = self.loads.feet.iter().position(is_it);
+        let is_same = |foot: &ImuKey| foot.topic == topic && foot.frame == imu.header.frame_id;
+        let foot = self.loads.feet.iter().position(is_same);
         let load = foot.and_then(|foot| self.loads.series.get(foot));
         if self.reads_contacts() {
-            self.contacts.take_imu(topic, log_ns, &imu);
+            self.contacts.process_imu(topic, log_ns, &imu);
         }
-        self.feeds[at].take((log_ns, known), &imu, load, self.input_options, self.file)
+        self.feeds[at].process((log_ns, known), &imu, load, self.input_options, self.file)
     }
 
-    /// Place of the feed of a topic and frame, which is added if it is the first of its frame.
-    fn place(&mut self, topic: &str, frame: &str) -> Result<usize, MessageProblem> {
-        let is_same = |feed: &Feed| feed.topic == topic;
-        let has_it = |feed: &Feed| feed.frame.as_deref().is_none_or(|known| known == frame);
-        let is_it = |feed: &Feed| is_same(feed) && has_it(feed);
-        if let Some(at) = self.feeds.iter().position(is_it) {
+    /// Index of the feed of a topic and frame, which is added if it is the first of its frame.
+    fn feed_index(&mut self, topic: &str, frame: &str) -> Result<usize, MessageProblem> {
+        let is_of_topic = |feed: &Feed| feed.topic == topic;
+        let may_have_frame = |feed: &Feed| feed.frame.as_deref().is_none_or(|known| known == frame);
+        let is_wanted = |feed: &Feed| is_of_topic(feed) && may_have_frame(feed);
+        if let Some(at) = self.feeds.iter().position(is_wanted) {
             let known = &mut self.feeds[at].frame;
             known.get_or_insert_with(|| frame.to_owned());
             return Ok(at);
         }
-        if self.feeds.iter().filter(|feed| is_same(feed)).count() >= MOST_FRAMES {
+        if self.feeds.iter().filter(|feed| is_of_topic(feed)).count() >= MOST_FRAMES {
             let frame = frame.to_owned();
             return Err(MessageProblem::TooManyFrames { frame, most: MOST_FRAMES });
         }
         let mut feed = Feed::new(topic.to_owned(), self.input_options);
         feed.frame = Some(frame.to_owned());
-        let first = self.feeds.iter().find(|feed| is_same(feed));
+        let first = self.feeds.iter().find(|feed| is_of_topic(feed));
         feed.fields_taken = first.and_then(|first| first.fields_taken.clone());
         self.feeds.push(feed);
-        for feed in self.feeds.iter_mut().filter(|feed| is_same(feed)) {
+        for feed in self.feeds.iter_mut().filter(|feed| is_of_topic(feed)) {
             feed.is_shared = true;
         }
         Ok(self.feeds.len() - 1)
@@ -292,9 +292,9 @@ impl<'a> Reader<'a> {
     /// Leaves the feeds with the selected frames.
     fn select_frames(&mut self) -> Result<(), InputError> {
         let frames = &self.input_options.bag.frames;
-        let has = |feed: &Feed, frame: &String| feed.frame.as_ref() == Some(frame);
-        let is_there = |frame: &String| self.feeds.iter().any(|feed| has(feed, frame));
-        if let Some(frame) = frames.iter().find(|frame| !is_there(frame)) {
+        let has_frame = |feed: &Feed, frame: &String| feed.frame.as_ref() == Some(frame);
+        let is_present = |frame: &String| self.feeds.iter().any(|feed| has_frame(feed, frame));
+        if let Some(frame) = frames.iter().find(|frame| !is_present(frame)) {
             let filled = self.feeds.iter().filter(|feed| feed.frame.is_some());
             let with_frame = |feed: &Feed| ImuTopic { frame: feed.frame.clone(), ..feed.about() };
             let problem = Problem::NoSuchFrame {
@@ -304,7 +304,7 @@ impl<'a> Reader<'a> {
             return Err(InputError::of_file(self.file, problem));
         }
         if !frames.is_empty() {
-            self.feeds.retain(|feed| frames.iter().any(|frame| has(feed, frame)));
+            self.feeds.retain(|feed| frames.iter().any(|frame| has_frame(feed, frame)));
         }
         Ok(())
     }

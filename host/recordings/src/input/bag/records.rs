@@ -106,7 +106,7 @@ pub(super) fn read_some(from: &mut impl Read, room: &mut [u8]) -> io::Result<usi
     loop {
         match from.read(room) {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            other => return other,
+            read => return read,
         }
     }
 }

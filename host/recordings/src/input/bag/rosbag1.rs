@@ -152,7 +152,7 @@ impl Bag<'_> {
             }
             op::CHUNK => self.chunk(bytes, length)?,
             // A chunk that was not finished has its records here.
-            _ => self.take(bytes, length)?,
+            _ => self.process(bytes, length)?,
         }
         Ok(true)
     }
@@ -172,9 +172,9 @@ impl Bag<'_> {
             "lz4" => lz4::Decoder::new(&mut chunk)
                 .map_err(Stop::from)
                 .and_then(|chunk| self.compressed(chunk, stated)),
-            other => {
+            unknown => {
                 return Err(Stop::NotSupported(format!(
-                    "has chunks with the compression {other:?}, and bz2, lz4 and none are read; \
+                    "has chunks with the compression {unknown:?}, and bz2, lz4 and none are read; \
                      write it again: rosbag decompress walk.bag"
                 )));
             }
@@ -212,7 +212,7 @@ impl Bag<'_> {
                 return Ok(false);
             }
             let length = length(chunk)?;
-            self.take(chunk, length)?;
+            self.process(chunk, length)?;
             Ok(true)
         };
         loop {
@@ -246,7 +246,7 @@ impl Bag<'_> {
     }
 
     /// Processes the data of a record, which follow.
-    fn take(&mut self, from: &mut impl Read, length: u32) -> Result<(), Stop> {
+    fn process(&mut self, from: &mut impl Read, length: u32) -> Result<(), Stop> {
         match self.op()? {
             op::MESSAGE => {
                 let connection = self.number::<4>("conn")? as u32;

@@ -118,7 +118,7 @@ impl Definition {
     fn parse(message: &str, text: &str) -> Result<Self, DefinitionProblem> {
         let name = bare(message);
         let mut parser =
-            Parser { texts: sections(&name, text), places: HashMap::new(), records: Vec::new() };
+            Parser { texts: sections(&name, text), indices: HashMap::new(), records: Vec::new() };
         let message = parser.record(&name, 0)?;
         Ok(Self { records: parser.records, message })
     }
@@ -128,7 +128,7 @@ struct Parser<'a> {
     /// Definitions by name.
     texts: HashMap<String, &'a str>,
     /// Index of each record; `None` while it is parsed.
-    places: HashMap<String, Option<usize>>,
+    indices: HashMap<String, Option<usize>>,
     records: Vec<Vec<Field>>,
 }
 
@@ -138,24 +138,24 @@ impl Parser<'_> {
         if depth > DEEPEST {
             return Err(DefinitionProblem::TooDeep { most: DEEPEST });
         }
-        match self.places.get(name) {
-            Some(Some(place)) => return Ok(*place),
+        match self.indices.get(name) {
+            Some(Some(index)) => return Ok(*index),
             Some(None) => return Err(DefinitionProblem::Recursion(name.to_owned())),
             None => {}
         }
         let in_bag = self.texts.get(name).copied();
         let text = in_bag.or_else(|| known_text(&name.replacen('/', "/msg/", 1)));
         let text = text.ok_or_else(|| DefinitionProblem::NoType(name.to_owned()))?;
-        self.places.insert(name.to_owned(), None);
+        self.indices.insert(name.to_owned(), None);
         let package = name.split('/').next().unwrap_or_default();
         let mut fields = Vec::new();
         for line in text.lines() {
             fields.extend(self.field(line, package, depth + 1)?);
         }
         self.records.push(fields);
-        let place = self.records.len() - 1;
-        self.places.insert(name.to_owned(), Some(place));
-        Ok(place)
+        let index = self.records.len() - 1;
+        self.indices.insert(name.to_owned(), Some(index));
+        Ok(index)
     }
 
     /// Field of a line; `None` for a constant and for a line without a field.
@@ -170,15 +170,15 @@ impl Parser<'_> {
             return Ok(None);
         }
         let not_a_field = || DefinitionProblem::Line(line.to_owned());
-        let (of_type, rest) = line.split_once(char::is_whitespace).ok_or_else(not_a_field)?;
+        let (type_name, rest) = line.split_once(char::is_whitespace).ok_or_else(not_a_field)?;
         let rest = rest.trim_start();
         let end = rest.find(|letter: char| letter.is_whitespace() || letter == '=');
         let (name, after) = rest.split_at(end.unwrap_or(rest.len()));
         if after.trim_start().starts_with('=') {
             return Ok(None);
         }
-        let (base, count) = match of_type.split_once('[') {
-            None => (of_type, Count::One),
+        let (base, count) = match type_name.split_once('[') {
+            None => (type_name, Count::One),
             Some((base, dimension)) => {
                 let dimension = dimension.strip_suffix(']').ok_or_else(not_a_field)?;
                 let count = if dimension.is_empty() || dimension.starts_with("<=") {
@@ -528,8 +528,8 @@ impl Definition {
         frame: Option<&FieldPath>,
     ) -> Result<Decoded, MessageProblem> {
         let message = content(payload)?;
-        let ways = paths.iter().copied().chain(frame).map(|path| &path.0[..]);
-        let wanted: Vec<(usize, &[Step])> = ways.enumerate().collect();
+        let steps = paths.iter().copied().chain(frame).map(|path| &path.0[..]);
+        let wanted: Vec<(usize, &[Step])> = steps.enumerate().collect();
         let walk = |unit| {
             let mut walk = Walk {
                 definition: self,
@@ -592,7 +592,7 @@ impl Walk<'_> {
             return self.skip(1, 1);
         }
         for (index, field) in fields.iter().enumerate() {
-            let of_field: Vec<_> = wanted
+            let wanted_here: Vec<_> = wanted
                 .iter()
                 .filter_map(|(slot, steps)| {
                     let (step, rest) = steps.split_first()?;
@@ -605,7 +605,7 @@ impl Walk<'_> {
                 Count::Sequence => self.number(Number::U32)? as u32,
             };
             match field.kind {
-                Kind::Number(number) if of_field.is_empty() => {
+                Kind::Number(number) if wanted_here.is_empty() => {
                     self.skip(number.size(), elements as usize)?;
                 }
                 Kind::Number(number) => {
@@ -616,7 +616,7 @@ impl Walk<'_> {
                             number,
                             order: self.order,
                         };
-                        for (slot, _, _) in of_field.iter().filter(|(_, at, _)| *at == element) {
+                        for (slot, _, _) in wanted_here.iter().filter(|(_, at, _)| *at == element) {
                             self.numbers[*slot] = Some(PlacedNumber { place, value });
                         }
                     }
@@ -625,7 +625,7 @@ impl Walk<'_> {
                     for element in 0..elements {
                         let length = self.number(Number::U32)? as usize;
                         self.skip(1, length)?;
-                        if of_field.iter().any(|(_, at, _)| *at == element) {
+                        if wanted_here.iter().any(|(_, at, _)| *at == element) {
                             let text = &self.content[self.at - length..self.at];
                             let text = text.strip_suffix(&[0]).unwrap_or(text);
                             self.frame = String::from_utf8_lossy(text).into_owned();
@@ -640,7 +640,7 @@ impl Walk<'_> {
                 }
                 Kind::Record(record) => {
                     for element in 0..elements {
-                        let within: Vec<_> = of_field
+                        let within: Vec<_> = wanted_here
                             .iter()
                             .filter(|(_, at, _)| *at == element)
                             .map(|(slot, _, rest)| (*slot, *rest))

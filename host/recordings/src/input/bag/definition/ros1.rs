@@ -60,9 +60,9 @@ fn converted(channel: &Channel) -> Option<(Channel, Converter)> {
     let is_numbered = is_seq_first(sections(&name, &text).get(HEADER).copied());
     let text = definition_in_ros2(&name, &text);
     let mut parser =
-        Parser { texts: sections(&name, &text), places: HashMap::new(), records: Vec::new() };
+        Parser { texts: sections(&name, &text), indices: HashMap::new(), records: Vec::new() };
     let message = parser.record(&name, 0).ok()?;
-    let header = parser.places.get(HEADER).copied().flatten();
+    let header = parser.indices.get(HEADER).copied().flatten();
     let definition = Definition { records: parser.records, message };
     let schema = Schema { encoding: "ros2msg".to_owned(), text: text.into_bytes() };
     let converted = Channel {
@@ -84,7 +84,7 @@ fn is_seq_first(header: Option<&str>) -> bool {
     fields
         .next()
         .and_then(|line| line.split_once(char::is_whitespace))
-        .is_some_and(|(of_type, rest)| (of_type, rest.trim_start()) == SEQ)
+        .is_some_and(|(type_name, rest)| (type_name, rest.trim_start()) == SEQ)
 }
 
 fn without_comment(line: &str) -> &str {
@@ -100,13 +100,15 @@ fn definition_in_ros2(name: &str, text: &str) -> String {
         if let Some(next) = line.trim().strip_prefix("MSG:") {
             section = bare(next.trim());
             named.push(section.clone());
-        } else if let Some((of_type, rest)) = without_comment(line).split_once(char::is_whitespace)
+        } else if let Some((type_name, rest)) =
+            without_comment(line).split_once(char::is_whitespace)
         {
-            let is_number = section == HEADER && (of_type, rest.trim_start()) == SEQ;
-            if is_number || (of_type == "string" && rest.contains('=')) {
+            let is_number = section == HEADER && (type_name, rest.trim_start()) == SEQ;
+            if is_number || (type_name == "string" && rest.contains('=')) {
                 continue;
             }
-            let (base, dimension) = of_type.split_at(of_type.find('[').unwrap_or(of_type.len()));
+            let (base, dimension) =
+                type_name.split_at(type_name.find('[').unwrap_or(type_name.len()));
             let renamed = RENAMED.iter().find(|(old, _)| *old == base).map(|(_, new)| *new);
             let comment = line.find('#').map_or("", |at| &line[at..]);
             let gap = if comment.is_empty() { "" } else { "  " };

@@ -62,9 +62,9 @@ fn numbers_are_found_behind_every_kind_of_field() {
     assert_eq!(values(&names, &message()).unwrap(), [-2.25, 10.5, 0.0, 1001.0, -7.0, 8.0]);
     // In big endian each value is reversed; the first one is enough here.
     let swapped = [&[0, 0, 0, 0][..], &[0, 0, 0, 7]].concat();
-    let one = Definition::parse("a/msg/B", "int32 x").unwrap();
-    let path = one.number("x").unwrap();
-    assert_eq!(one.values(&swapped, &[&path]).unwrap(), [7.0]);
+    let single = Definition::parse("a/msg/B", "int32 x").unwrap();
+    let path = single.number("x").unwrap();
+    assert_eq!(single.values(&swapped, &[&path]).unwrap(), [7.0]);
 }
 
 #[test]
@@ -112,20 +112,20 @@ fn hostile_definitions_are_refused() {
         assert!(said.contains(why), "{text}: {said}");
     }
     // Each of 30 types is in the one above it twice, and a chain of 1000 is deep.
-    let of = |levels: usize, fields: &dyn Fn(usize) -> String| -> String {
+    let nested_types = |levels: usize, fields: &dyn Fn(usize) -> String| -> String {
         let sections = (1..levels).map(|k| format!("===\nMSG: a/T{k}\n{}\n", fields(k + 1)));
         fields(1)
             + "\n"
             + &sections.collect::<String>()
             + &format!("===\nMSG: a/T{levels}\nint32[0] x")
     };
-    let twice = of(30, &|k| format!("T{k} a\nT{k} b"));
+    let twice = nested_types(30, &|k| format!("T{k} a\nT{k} b"));
     let twice = Definition::parse("a/msg/A", &twice).unwrap();
     assert_eq!(twice.listed(""), "");
     let path = FieldPath::default();
     let said = twice.values(&[0, 1, 0, 0], &[&path]).unwrap_err().to_string();
     assert!(said.contains("more than 4000000 fields"), "{said}");
-    let deep = Definition::parse("a/msg/A", &of(1000, &|k| format!("T{k} a")));
+    let deep = Definition::parse("a/msg/A", &nested_types(1000, &|k| format!("T{k} a")));
     let said = deep.unwrap_err().to_string();
     assert!(said.contains("more than 32 types within each other"), "{said}");
     // Arrays of four billion elements take neither time nor memory.
