@@ -1,4 +1,5 @@
-//! Reasons why messages of a bag cannot be used. [`Problem`](super::error::Problem) has them, also in builds that read no bags.
+//! Reasons why messages of a bag cannot be used. Builds that read no bags have them, too: they are parts of
+//! [`Problem`](super::error::Problem).
 
 use std::error::Error;
 use std::fmt::{self, Formatter};

@@ -23,7 +23,7 @@ pub(super) struct Connection {
 }
 
 impl Connection {
-    /// Declares a topic to a visitor, as one of ROS 2.
+    /// Declares a topic to a visitor, converted to one of ROS 2 if possible.
     pub(super) fn declare(channel: Channel, visitor: &mut dyn Visitor) -> Self {
         let (channel, converter) = as_ros2(channel);
         let is_needed = visitor.channel(&channel);
