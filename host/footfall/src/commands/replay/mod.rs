@@ -3,7 +3,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | the options; the request [`Replay`], merged from them and checked before anything is computed; the writing of results | this one |
+//! | the options; the request `Replay`, merged from them and checked before anything is computed; the writing of results | this one |
 //! | a recording: its reading, its notices, the estimates of its feet | `recording` |
 //! | pictures | `pictures` |
 //! | copy of bags | `bag_copy` |
