@@ -17,7 +17,7 @@ pub use crate::units::Unit;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Row {
-    /// Name in files, in messages and on a foot: the path in [`Params`](crate::Params) with the suffix of the unit.
+    /// Name in files, in messages and on a foot: the path in [`Params`] with the suffix of the unit.
     pub name: &'static str,
     /// Meaning, as a phrase.
     pub about: &'static str,

@@ -1,4 +1,4 @@
-//! Parameters of the estimator, presets, and the configuration. The ranges are in [`parameter`](crate::parameter).
+//! Parameters of the estimator, presets, and the configuration. The ranges are in [`parameter`].
 //!
 //! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`]
 //! from which an estimator is made, or reports the invalid field and its range.
