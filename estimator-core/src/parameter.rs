@@ -195,7 +195,7 @@ pub fn rows() -> impl Iterator<Item = Row> {
 /// Ranges as stored in the foot's flash, without names, units and defaults. Only the compiler evaluates this function,
 /// and it would report an index out of range.
 #[allow(clippy::indexing_slicing)]
-pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
+const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
     let mut ranges = [(0.0, 0.0); N];
     let mut i = 0;
     while i < N {

@@ -342,7 +342,7 @@ mod tests {
             (StoreFailed::NeedsErase, 0x0800_0022, 2),
         ] {
             assert_eq!(failed.abort_code().code(), code, "{failed:?}");
-            assert_eq!(failed as u32, detail, "{failed:?}");
+            assert_eq!(failed.fault_detail(), detail, "{failed:?}");
         }
     }
 
