@@ -146,7 +146,7 @@ pub enum DefinitionProblem {
         /// Names of the first of them.
         numbers: String,
     },
-    /// This field is no number.
+    /// This field is not a single number.
     #[error("{0} is not one number")]
     NoNumber(String),
 }

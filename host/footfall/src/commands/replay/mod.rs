@@ -251,8 +251,12 @@ impl Replay {
         if let Some(Output::Copy(path)) = &self.output {
             let copied = feet.iter_mut().filter_map(|foot| foot.copied.take());
             let mut copied: Vec<CopiedFoot> = copied.collect();
-            let (inputs, again) = (&arguments.inputs, arguments.estimate_again);
-            let copy = BagCopy::new(inputs, &arguments.copied, self.body, again);
+            let copy = BagCopy::new(
+                &arguments.inputs,
+                &arguments.copied,
+                self.body,
+                arguments.estimate_again,
+            );
             copy.check(&copied)?;
             write_file(path, self.existing, |to| copy.write(&mut copied, to))?;
             written.push(path.clone());

@@ -51,7 +51,7 @@ struct RecordingFile {
     /// The file as given.
     name: String,
     format: Format,
-    /// Parameters of a foot that has none of its own.
+    /// Parameters of a foot without settings of its own.
     params: Params,
 }
 

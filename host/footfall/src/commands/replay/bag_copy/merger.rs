@@ -177,7 +177,7 @@ fn check_names(feet: &[CopiedFoot]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Wraps an error to return it from a writer. [`write_file`](crate::files::write_file) tells how it is unwrapped.
+/// Wraps an error to return it from a writer. [`write_file`](crate::files::write_file) says how it is unwrapped.
 fn wrapped(error: Error) -> io::Error {
     io::Error::other(error)
 }

@@ -49,8 +49,8 @@ pub struct CopyArguments {
 }
 
 impl CopyArguments {
-    /// Checks that the bags `inputs` can be copied to the output. If the output is no copy, checks that none of these
-    /// options is given.
+    /// Checks that the bags `inputs` can be copied, if the output is a copy. Otherwise checks that none of these options
+    /// is given.
     pub(super) fn check_output(
         &self,
         inputs: &[PathBuf],
