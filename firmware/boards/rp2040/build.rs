@@ -1,4 +1,4 @@
-//! Links the program for the memory of its board, and names the commit of its sources.
+//! Links the program for the memory of its board, and names the commit that is checked out.
 
 use std::path::Path;
 use std::process::Command;
@@ -21,8 +21,12 @@ fn main() {
         println!("cargo:rerun-if-changed={}", folder.join("memory.x").display());
     }
     println!("cargo:rustc-link-arg-bin=foot-nano-rp2040=-Tlink-rp.x");
-    let head = Path::new(&package).join("../../../.git/HEAD");
-    println!("cargo:rerun-if-changed={}", head.display());
+    // A commit appends to this file, and changes no other file that this script could watch.
+    let log = Command::new("git").args(["rev-parse", "--git-path", "logs/HEAD"]).output();
+    let log = log.ok().filter(|output| output.status.success());
+    if let Some(log) = log.and_then(|output| String::from_utf8(output.stdout).ok()) {
+        println!("cargo:rerun-if-changed={}", log.trim());
+    }
     let commit = Command::new("git").args(["rev-parse", "HEAD"]).output();
     let commit = commit.ok().filter(|output| output.status.success());
     let commit = commit.and_then(|output| String::from_utf8(output.stdout).ok());
