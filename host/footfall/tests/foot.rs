@@ -33,6 +33,17 @@ fn foot_is_scanned_described_and_read() {
 }
 
 #[test]
+fn action_without_results_prints_an_object_as_json() {
+    let bench = Bench::new();
+    for action in ["save", "restore", "reset", "selftest", "calibrate --forget"] {
+        let (sentence, error) = foot(&bench, &format!("demo:speed=max {action}"));
+        let (json, _) = foot(&bench, &format!("demo:speed=max --json {action}"));
+        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        assert_eq!(json, serde_json::json!({ "done": sentence.trim_end() }), "{action}: {error}");
+    }
+}
+
+#[test]
 fn scan_and_acceptance_take_the_feet_of_several_lines() {
     let bench = Bench::new();
     let (scan, error) = foot(&bench, "demo:feet=2,speed=max demo:line=uart,speed=max scan");

@@ -307,7 +307,7 @@ struct FootLine<'a> {
     p_stable: Option<f32>,
     /// Probability of no motion along the ground, 0 to 1.
     p_tangential: Option<f32>,
-    /// Probability of no lifting and no tilting, 0 to 1.
+    /// Probability of no lifting, 0 to 1. With half-widths also of no tilting.
     p_vertical: Option<f32>,
     /// Phase of the gait: stance, slip, swing, `quiet_swing` or unknown.
     state: Option<&'static str>,

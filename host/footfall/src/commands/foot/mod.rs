@@ -205,11 +205,11 @@ impl FootArguments {
             }
             FootAction::Save => {
                 settings::while_paused(client, settings::store)?;
-                "stored\n".to_owned()
+                self.done("stored")
             }
             FootAction::Restore => {
                 settings::restore(client)?;
-                "stored settings erased; the foot has restarted with its defaults\n".to_owned()
+                self.done("stored settings erased; the foot has restarted with its defaults")
             }
             FootAction::Id { foot } => {
                 settings::set_position(client, *foot)?;
@@ -217,11 +217,11 @@ impl FootArguments {
             }
             FootAction::Calibrate { forget: true, .. } => {
                 calibration::store(client, Calibration::Forget)?;
-                "the learnt values are erased\n".to_owned()
+                self.done("the learnt values are erased")
             }
             FootAction::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
             FootAction::Selftest => match self_test::run(client)? {
-                SelfTestResult::Passed => "the sensor has passed its self-test\n".to_owned(),
+                SelfTestResult::Passed => self.done("the sensor has passed its self-test"),
                 SelfTestResult::Failed(axes) => return Err(FootError::TestFailed(axes)),
             },
             FootAction::Diff { file } => {
@@ -248,7 +248,7 @@ impl FootArguments {
             }
             FootAction::Reset => {
                 client.restart_streaming()?;
-                "the foot has restarted\n".to_owned()
+                self.done("the foot has restarted")
             }
         })
     }
@@ -304,6 +304,11 @@ impl FootArguments {
             words.join("  ") + "\n"
         };
         Ok(feet.into_iter().map(line).collect())
+    }
+
+    /// Returns the report of an action without further results.
+    fn done(&self, sentence: &str) -> String {
+        if self.json { to_json(&json!({ "done": sentence })) } else { format!("{sentence}\n") }
     }
 
     /// Returns the names of values that differ, with both values.
