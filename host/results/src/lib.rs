@@ -600,7 +600,8 @@ pub fn with_block(text: &str, name: &str, content: &str) -> Result<String> {
     Ok(format!("{}{content}{}", &text[..from], &text[to..]))
 }
 
-/// Prints the results that were measured on other programs than those that are built now.
+/// Prints the results that were measured on other programs than those that are built now, and those whose commit is
+/// not in the history.
 ///
 /// # Errors
 /// A result or an ELF cannot be read.
@@ -608,7 +609,28 @@ pub fn print_older() -> Result<()> {
     for result in older()? {
         println!("measured on an older program: {result}");
     }
+    for result in lost()? {
+        println!("measured at a commit that is not in the history: {result}");
+    }
     Ok(())
+}
+
+/// Results whose commit is not in the history, as after a rebase: names, commits, and the command that repeats the
+/// measurement. None in a clone without all commits, and outside a repository.
+fn lost() -> Result<Vec<String>> {
+    if output("git", &["rev-parse", "--is-shallow-repository"]).ok().as_deref() != Some("false") {
+        return Ok(Vec::new());
+    }
+    let mut lost = Vec::new();
+    for result in Stored::all()? {
+        let commit = result.text("commit")?;
+        // A remark may follow.
+        let hash = commit.split(' ').next().unwrap_or_default();
+        if output("git", &["merge-base", "--is-ancestor", hash, "HEAD"]).is_err() {
+            lost.push(format!("{}: {commit}; {}", result.name, result.text("command")?));
+        }
+    }
+    Ok(lost)
 }
 
 /// Refuses results that were measured on other programs than those that are built now.

@@ -637,8 +637,8 @@ fn pairs(result: &Stored) -> Result<String> {
         bail!("results/pairs.json has pairs beyond their bounds");
     }
     Ok(format!(
-        "All {pairs} ordered pairs of faults, at once and 12 ms apart: no frame said \"stable\" on invalid data, and \
-         the board recovered.\n"
+        "Faults that can be injected into a running board without preparation were also run in pairs, every ordered pair at \
+         once and 12 ms apart: {pairs} runs. No frame said \"stable\" on invalid data, and the board recovered.\n"
     ))
 }
 
