@@ -130,12 +130,13 @@ pub fn build_bootloader(board: &Board, arguments: &[String]) -> Result<PathBuf> 
     Ok(elf)
 }
 
-/// Lints the programs of all boards.
+/// Lints the programs of all boards, in the profile in which they are flashed: their build scripts and macros are compiled.
 ///
 /// # Errors
 /// A lint fails.
 pub fn lint() -> Result<()> {
-    let clippy = || Step::cargo(&["clippy", "--locked", "--target", TARGET]);
+    let clippy =
+        || Step::cargo(&["clippy", "--locked", "--profile", "firmware", "--target", TARGET]);
     for board in Board::all()? {
         clippy()
             .with([

@@ -53,13 +53,20 @@ impl Environment {
     }
 }
 
-/// Tests the package next to the library that the other tests compiled. Its bits are those of the host.
+/// Installs the packages that [`core`] needs.
 ///
 /// # Errors
-/// A test fails, or a package cannot be installed.
+/// A package cannot be installed.
+pub fn install_core() -> Result<()> {
+    Environment::open("core")?.install(["numpy>=1.24", "pytest>=8"])
+}
+
+/// Tests the package next to the library that the other tests compiled, after [`install_core`]. Its bits are those of the host.
+///
+/// # Errors
+/// A test fails.
 pub fn core() -> Result<()> {
     let environment = Environment::open("core")?;
-    environment.install(["numpy>=1.24", "pytest>=8"])?;
     let packages = root().join("target/python/core-package");
     let package = packages.join("footfall");
     remove_folder(&packages)?;
