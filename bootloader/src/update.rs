@@ -3,7 +3,7 @@
 //! | state in the journal | steps at the start |
 //! |---|---|
 //! | nothing in progress | The running program is checked and started, even if the flash takes no record. If it has decayed, the previous one is restored. |
-//! | [`Installing`](Progress::Installing) | The new program is checked, and the running one is copied to `Previous`. If the running program is [marked](crate::image::MARK) as confirmed, its own image ends this state. So does a failure of the flash. |
+//! | [`Installing`](Progress::Installing) | The new program is checked, and the running one is copied to `Previous`. If the running program is the new one and is [marked](crate::image::MARK) as confirmed, the update has ended. It also ends if the flash does not take the copy. |
 //! | [`Replacing`](Progress::Replacing) | The new program is checked, copied to `Running` and started, and its slot is cleared. If it is lost or the flash fails, the previous one is restored. |
 //! | [`Trial`](Progress::Trial) | The new program is started. After three starts the previous one is restored, or the bootloader stays if there is none. A program written by a probe since then is started. |
 //! | [`Restoring`](Progress::Restoring) | The previous program is copied to `Running`. |

@@ -126,7 +126,7 @@ typedef struct {
     uint64_t timestamp_us;
     float stable;         /* probability of stable contact, 0 to 1 */
     float tangential;     /* of no motion along the ground */
-    float vertical;       /* of no lifting and no tilting */
+    float vertical;       /* of no lifting */
     float axes[6];        /* of no motion along and about each axis: ax, ay, az, wx, wy, wz */
     float orientation[4]; /* Hamilton quaternion w, x, y, z, foot to world, z up, any heading */
     float linear_acceleration_m_s2[3]; /* without gravity; 0 if unknown */

@@ -209,7 +209,7 @@ pub struct CEstimate {
     pub stable: f32,
     /// Probability of no motion along the ground.
     pub tangential: f32,
-    /// Probability of no lifting and no tilting.
+    /// Probability of no lifting.
     pub vertical: f32,
     /// Probability of each axis: ax, ay, az, wx, wy, wz.
     pub axes: [f32; 6],

@@ -382,8 +382,8 @@ impl AttitudeFilter {
         self.gravity.value()
     }
 
-    /// Angular rate at rest that has not been accepted as a bias for five seconds, rad/s; `None` if there is no such
-    /// rate.
+    /// Angular rate at rest that has not been accepted as a bias for five seconds, or the bias if the corrections of a
+    /// walk have led beyond its limit for as long; rad/s. `None` if there is no such rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.bias.excess(self.rest.mean_rate()).map(AngularRate)

@@ -149,8 +149,9 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         self.velocity_sigma
     }
 
-    /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, rad/s, frame of the
-    /// foot; `None` if there is no such rate, and with [`Gravity::Removed`].
+    /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, or the bias if the
+    /// corrections of a walk have led beyond its limit for as long; rad/s, frame of the foot. `None` if there is no such
+    /// rate, and with [`Gravity::Removed`].
     ///
     /// Either the gyroscope is beyond its data sheet, or the ground turns.
     #[must_use]

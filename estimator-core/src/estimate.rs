@@ -75,7 +75,7 @@ pub struct Probabilities {
     pub axes: PerAxis<f32>,
     /// No motion along the ground.
     pub tangential: f32,
-    /// No lifting and no tilting.
+    /// No lifting; with half-widths also no tilting.
     pub vertical: f32,
     /// Stable contact; never above any of the others.
     pub stable: f32,

@@ -191,7 +191,7 @@ enum Renewal {
     Restart,
 }
 
-/// Requester of a store, a restore or a protection. The response goes to it.
+/// Requester of a store, a restore, a protection or a confirmation. The response goes to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Requester {
     Can,

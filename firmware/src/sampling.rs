@@ -18,10 +18,10 @@
 //! | too many or too few edges, if they are counted | three bad ticks in five | 3 ticks |
 //! | outputs at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
-//! **Slow bus.** After three errors of the bus, each within a second of the previous one, its clock is halved, down to
+//! **Slow bus.** After three errors of the bus, each within 1000 samples of the previous one, its clock is halved, down to
 //! 1.25 MHz: long wires or a level shifter may leave no time to read the data line. These count as errors:
 //!
-//! - a start that fails to read identity or registers correctly;
+//! - a start or a measuring that ends because identity or registers read wrong; failed starts take no samples;
 //! - a register that is read correctly only at the second attempt;
 //! - a status that no part sends.
 //!
@@ -93,7 +93,8 @@ const _: () = assert!(READ_BACK_TICKS == 44);
 pub struct Tick {
     /// Time of the tick.
     pub time: Timestamp,
-    /// First data-ready edge after it, captured by hardware. `None` if none came within [`EDGE_LIMIT_US`].
+    /// Time of the first data-ready edge after it: captured by hardware where the board can, else taken when the edge is
+    /// noticed. `None` if none came within [`EDGE_LIMIT_US`].
     pub edge: Option<Timestamp>,
     /// Edges since the previous tick, if the hardware counts them.
     pub edges: Option<u16>,

@@ -39,7 +39,7 @@ struct State {
 struct EstimateRow {
     /// Time on the caller's clock, s.
     t: f64,
-    /// Probability of stable contact, of no motion along the ground, and of no lifting or tilting.
+    /// Probability of stable contact, of no motion along the ground, and of no lifting.
     probabilities: (f32, f32, f32),
     axes: [f32; 6],
     /// Quaternion w, x, y, z.

@@ -19,7 +19,7 @@ pub enum AbortCode {
     NoObject,
     /// The value is incompatible with the other settings.
     Incompatible,
-    /// The store failed.
+    /// A store, a protection or a confirmation failed, or another one is pending.
     Hardware,
     /// The length does not match the object's type.
     Length,

@@ -65,17 +65,18 @@ pub enum Counter {
     MissedSamples,
     /// Restarts of the sensor.
     SensorRestarts,
-    /// CAN frames replaced by newer ones before they could be sent.
+    /// CAN frames replaced by newer ones before they could be sent, and process data withdrawn because the bus did not
+    /// take them within 20 ms.
     CanDropped,
     /// Bus-off events of the CAN controller.
     CanBusOff,
-    /// UART frames replaced by newer ones before they could be sent.
+    /// UART frames replaced by newer ones before they could be sent, or not taken by the line.
     UartDropped,
     /// Received UART frames that were rejected: CRC, coding, version, type or length.
     UartRefused,
     /// Bytes lost by the UART receiver.
     UartOverruns,
-    /// Ticks whose work took longer than a tick.
+    /// Ticks missed because the work before them took too long.
     LateTicks,
 }
 

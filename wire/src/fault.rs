@@ -124,7 +124,7 @@ faults! {
     UartOverrun = 20, 0x81F0, "UART overrun", COMMUNICATION, unaffected, "minimum number of frames or bytes lost so far";
     /// No load was received over RPDO1 within its event timer.
     PdoTimeout = 21, 0x8250, "received PDO timed out", COMMUNICATION, unaffected, "event timer, ms";
-    /// The gyroscope's bias at rest is larger than can be learnt.
+    /// The gyroscope's bias, at rest or by the corrections of a walk, is larger than can be learnt.
     GyroBias = 22, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";
     /// The specific force at rest is outside 0.88 to 1.12 g: another part, or a wrong correction.
     SensorScale = 23, 0x700A, "sensor has a wrong scale", MANUFACTURER, void, "specific force at rest, 0.001 g";

@@ -26,7 +26,8 @@ pub struct Can {
 }
 
 impl Can {
-    /// Joins the bus at `bit_rate`, bit/s, one of 125, 250, 500 and 1000 thousand; `None` without a crystal.
+    /// Joins the bus at `bit_rate`, bit/s, one of 125, 250, 500 and 1000 thousand; `None` without a crystal, or if the controller does
+    /// not respond.
     pub fn start(bit_rate: u32, id: Option<NodeId>) -> Option<Self> {
         if !clock::is_crystal() {
             return None;

@@ -20,7 +20,7 @@
 //! | pins | active high or low; INT2's signals on INT1 |
 //! | burst reads | `ROUNDING` goes back to the first output |
 //! | gyroscope asleep | `SLEEP_G`: as switched off, and it starts as slowly |
-//! | `XL_FS_MODE` | the code of ±16 g is ±2 g (from memory of the data sheet) |
+//! | `XL_FS_MODE` | the code of ±16 g is ±2 g (not checked against the data sheet) |
 //! | reset | 50 µs; after power-up and BOOT nothing answers for up to 10 ms |
 //!
 //! Not simulated: the function of the other register banks, the FIFO, interrupts other than data-ready, high-pass

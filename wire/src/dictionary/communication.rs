@@ -1,4 +1,4 @@
-//! 0x1000 to 0x1FFF: objects required or allowed by CiA 301.
+//! 0x1000 to 0x1FFF: objects of CiA 301, and those of CiA 302-3 for programs.
 
 use super::index;
 use super::object::{Access, Concern, Entry, Object, Role, Shape, Text};

@@ -31,7 +31,7 @@ const WINDOW: Row = {
 const ESTIMATION: &[Entry] = &[
     Entry::switch(1, "Method", Concern::Estimator, Params::DEFAULT.method as u8)
         .key("method")
-        .doc("0 self-calibrating: the foot learns its limits of stillness while it walks; 1 half-widths: the limits of 0x2012"),
+        .doc("source of the limits of stillness. 0 self-calibrating: the foot learns them while it walks; 1 half-widths: those of 0x2012"),
     Entry::switch(2, "Learning", Concern::Estimator, matches!(Params::DEFAULT.learning, Learning::On) as u8)
         .key("learning")
         .doc("1 on; 0 frozen: the learnt values do not change. No effect with method 1"),
@@ -64,10 +64,10 @@ const LEARNT: [Entry; Learnt::WORDS] = {
         moving_seconds,
         Entry::setting(6, "Version", Concern::Learnt, Value::U32(0))
             .key("learnt.version")
-            .doc("version of these numbers; 1 for this program"),
+            .doc("version of these numbers, 1 for this program. They are ignored with another version or a wrong CRC"),
         Entry::setting(7, "CRC", Concern::Learnt, Value::U32(0))
             .key("learnt.crc")
-            .doc("CRC-32 (ISO-HDLC) of version and numbers, as 24 bytes with the lowest byte of each first"),
+            .doc("CRC-32 (ISO-HDLC) of version and numbers, as 24 bytes with the lowest byte of each first. Write it last"),
     ]
 };
 
@@ -351,7 +351,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::ESTIMATION,
         name: Text::new("Estimation"),
         shape: Shape::Record,
-        doc: Text::new("source of the limits of stillness"),
+        doc: Text::NONE,
         entries: ESTIMATION,
     },
     Object {
@@ -368,7 +368,7 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Learnt"),
         shape: Shape::Record,
         doc: Text::new(
-            "learnt values with which the foot starts: means of the logarithms of amplitudes, and the time that they were learnt from. Ignored unless 6 is the foot's version and 7 the CRC, so write 7 last. 0x2120 copies the present learnt values here",
+            "learnt values with which the foot starts. 0x2120 copies the present ones here",
         ),
         entries: &LEARNT,
     },

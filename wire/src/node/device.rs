@@ -49,7 +49,7 @@ pub(super) struct Device {
     pub(super) load_age_us: u32,
     pub(super) time: Option<(TimeOfDay, Timestamp)>,
     pub(super) event: Option<Event>,
-    /// Whether a store or a restore is pending. Another one is refused until it is answered.
+    /// Whether an event that is answered later is pending. Another one is refused until then.
     pub(super) has_pending_store: bool,
 }
 

@@ -160,7 +160,7 @@ pub struct Outcome {
     pub event: Option<Event>,
 }
 
-/// Requester of a store, a restore or a protection that is pending.
+/// Requester of a store, a restore, a protection or a confirmation that is pending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Requester {
     /// The SDO client.
@@ -369,8 +369,8 @@ impl Node {
         self.device.read(address)
     }
 
-    /// Writes an object with the bytes of a value. Returns the event to handle. The application itself answers a store
-    /// or a restore requested here, without [`Node::finish`].
+    /// Writes an object with the bytes of a value. Returns the event to handle. The application itself answers an
+    /// [event that is answered later](Event::is_answered_later) and was requested here, without [`Node::finish`].
     ///
     /// # Errors
     /// The reason why the value was refused. Nothing has changed then.

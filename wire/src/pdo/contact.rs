@@ -124,7 +124,7 @@ pub struct Contact {
     pub stable: P16,
     /// Probability of no motion along the ground.
     pub tangential: P8,
-    /// Probability of no lifting and tilting.
+    /// Probability of no lifting.
     pub vertical: P8,
     /// Acquisition time of the sample.
     pub timestamp: ShortTime,
@@ -229,7 +229,7 @@ pub(super) const FIELDS: [Field; 6] = [
         &[Signal::probability(
             "VerticalProbability",
             8,
-            "Probability of no lifting and no tilting. 0 with a fault.",
+            "Probability of no lifting, with half-widths also of no tilting. 0 with a fault.",
         )],
     )
     .unit("1/255"),

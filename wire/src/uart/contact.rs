@@ -5,7 +5,7 @@
 //! | 0 to 7 | the sample's time, µs |
 //! | 8, 9 | probability of stable contact, 0 to 65535 for 0 to 1 |
 //! | 10, 11 | probability of no motion along the ground |
-//! | 12, 13 | probability of no lifting and tilting |
+//! | 12, 13 | probability of no lifting, with half-widths also of no tilting |
 //! | 14 to 25 | P(ax), P(ay), P(az), P(wx), P(wy), P(wz) |
 //! | 26 | status, as in TPDO1 |
 //! | 27 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling, 7 unproven |
@@ -25,7 +25,7 @@ pub struct ContactMessage {
     pub stable: P16,
     /// Probability of no motion along the ground.
     pub tangential: P16,
-    /// Probability of no lifting and tilting.
+    /// Probability of no lifting, with half-widths also of no tilting.
     pub vertical: P16,
     /// Probability of rest for each axis.
     pub axes: PerAxis<P16>,

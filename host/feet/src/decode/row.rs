@@ -80,7 +80,7 @@ pub struct ContactRow {
     pub stable: f32,
     /// Probability of no motion along the ground.
     pub tangential: f32,
-    /// Probability of no lifting or tilting.
+    /// Probability of no lifting.
     pub vertical: f32,
     /// Probability per axis.
     pub axes: Option<PerAxis<f32>>,

@@ -399,7 +399,7 @@ async fn measure_can(out: &mut Out, parts: crate::can::Parts, sensor: Option<Sen
 async fn measure_stack(out: &mut Out) {
     let mut depth = StackDepth::default();
     let mut deepest = 0;
-    // Each call checks one piece. A round without a change ends the loop.
+    // Each call checks one piece of 128 words. This many calls check the whole stack eight times.
     for _ in 0..stack::size() / 64 {
         if let Some(found) = stack::look(&mut depth) {
             deepest = found;
