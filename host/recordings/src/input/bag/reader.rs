@@ -7,13 +7,13 @@ use crate::input::bag::contact_feed::{ContactFeeds, is_contact};
 use crate::input::bag::feed::{Feed, Known, Sidecar, is_sidecar};
 use crate::input::bag::fields::{Fields, TRUNKS};
 use crate::input::bag::loads::Loads;
-use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode};
+use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode, decode_start};
 use crate::input::bag::selection::{
     ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
 };
 use crate::input::error::{ImuTopic, InputError, MessageProblem, Place, Problem};
 use crate::input::options::{ContactUse, InputOptions, Mapping, Topics};
-use crate::ros::Imu;
+use crate::ros::{Header, Imu};
 
 /// Visitor that reads the samples.
 pub(super) struct Reader<'a> {
@@ -102,7 +102,8 @@ impl Visitor for Reader<'_> {
             }
         };
         if !is_needed || self.failed.is_some() {
-            self.feeds[first].count(log_ns);
+            let at = self.index_of_counted(&channel.topic, payload).unwrap_or(first);
+            self.feeds[at].count(log_ns);
             return Ok(());
         }
         let known = self.sidecar.of(&channel.topic, log_ns);
@@ -192,6 +193,22 @@ impl<'a> Reader<'a> {
             self.contacts.process_imu(topic, log_ns, &imu);
         }
         self.feeds[at].process((log_ns, known), &imu, load, self.input_options, self.file)
+    }
+
+    /// Index of the feed in which a message is counted that is not needed; `None` if its frame makes no difference. Only
+    /// the error about several IMUs lists such counts, by frame.
+    fn index_of_counted(&mut self, topic: &str, payload: &[u8]) -> Option<usize> {
+        if self.input_options.bag.topics != Topics::TheOnly {
+            return None;
+        }
+        let Header { frame_id, .. } = decode_start(payload).ok()?;
+        if self.failed.is_some() {
+            // The frame may be as damaged as the message that failed, so it does not add a foot.
+            let is_same =
+                |feed: &Feed| feed.topic == topic && feed.frame.as_ref() == Some(&frame_id);
+            return self.feeds.iter().position(is_same);
+        }
+        self.feed_index(topic, &frame_id).ok()
     }
 
     /// Index of the feed of a topic and frame, which is added if it is the first of its frame.

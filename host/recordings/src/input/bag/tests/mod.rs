@@ -318,7 +318,7 @@ fn several_feet_are_listed_selected_or_all_read() {
     }
 }
 
-/// Four feet on one topic by their frames, with the load of each, and the trunk on another topic.
+/// Four feet on one topic by their frames, with the load of each.
 fn feet_on_one_topic() -> Vec<Message> {
     let mut messages = Vec::new();
     for k in 0..100_u64 {
@@ -376,6 +376,30 @@ fn frames_of_one_topic_are_separate_feet() {
     assert!(why(open(&bytes, &input_options)).starts_with(
         " has no IMU with the frame \"trunk\"; it has /foot_imus frame \"fl_foot\" (100"
     ));
+}
+
+#[test]
+fn messages_are_counted_by_frame_beside_another_topic() {
+    let mut messages = Vec::new();
+    for message in feet_on_one_topic() {
+        if message.0 == "/foot_imus" && message.2 % 2_000_000 == 0 {
+            messages.push(Message("/trunk/imu", IMU, message.2, message.3.clone()));
+        }
+        messages.push(message);
+    }
+    // The topic of the feet or that of the trunk is the first of the bag.
+    for first in [0, 1] {
+        let said =
+            why(open(&written(Kind::Chunks, &messages[first..], &[]), &InputOptions::default()));
+        let found = ["fl_foot", "fr_foot", "rl_foot", "rr_foot"]
+            .map(|frame| format!("/foot_imus frame \"{frame}\" (100 messages, 500 Hz)"));
+        assert!(said.starts_with(" has several IMUs, choose with topic and frame"), "{said}");
+        for imu in found {
+            assert!(said.contains(&imu), "{said}");
+        }
+        let of_trunk = format!("/trunk/imu ({} messages, 500 Hz)", 100 - first);
+        assert!(said.contains(&of_trunk), "{said}");
+    }
 }
 
 #[test]
