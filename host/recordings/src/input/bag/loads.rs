@@ -336,12 +336,12 @@ impl LoadPlace {
         };
         let default = known.and_then(|(default, _)| default);
         let field = field.or(default).ok_or_else(listed)?;
-        let is_force = default == Some("force.z");
+        let is_wrench = default == Some("force.z");
         let bare = field.strip_prefix("wrench.").unwrap_or(field);
         let part = if message == WRENCH_STAMPED { "wrench" } else { "" };
-        let names = if is_force && bare == "force" {
+        let names = if is_wrench && bare == "force" {
             ["x", "y", "z"].map(|axis| format!("force.{axis}")).to_vec()
-        } else if is_force {
+        } else if is_wrench {
             vec![bare.to_owned()]
         } else {
             vec![field.to_owned()]
@@ -353,6 +353,8 @@ impl LoadPlace {
             None => LoadProblem::NoNumber(problem),
         })?;
         let stamp = definition.stamp("");
+        // The other numbers of a wrench are torques.
+        let is_force = is_wrench && bare.starts_with("force");
         Ok(Self { definition, values, stamp, is_force })
     }
 

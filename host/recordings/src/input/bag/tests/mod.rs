@@ -571,6 +571,11 @@ fn load_is_the_last_before_the_sample_unless_old() {
     let mut feet = open(&written(Kind::Records, &messages, &[]), &input_options).unwrap();
     let load = samples(&mut feet[0])[20].load;
     assert_eq!(load, Some(Load((25.0_f64 + 10_000.0).sqrt() as f32)));
+    for (field, title) in [("force", "/ft:force (N)"), ("torque.z", "/ft:torque.z")] {
+        let input_options = with_loads(InputOptions::default(), &[&format!("/ft:{field}")]);
+        let feet = open(&written(Kind::Records, &messages, &[]), &input_options).unwrap();
+        assert_eq!(feet[0].about.load_title, title);
+    }
     let mut downward = with_loads(InputOptions::default(), &["/ft"]);
     downward.table.scale = "1,1,-1".parse().unwrap();
     let mut feet = open(&written(Kind::Records, &messages, &[]), &downward).unwrap();
