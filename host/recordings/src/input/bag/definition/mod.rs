@@ -543,8 +543,8 @@ impl Definition {
             };
             walk.record(self.message, &wanted)?;
             if walk.content.len() - walk.at > LONGEST_PADDING {
-                let bytes = walk.content.len();
-                return Err(MessageProblem::MoreBytes { bytes, expected: walk.at });
+                let [bytes, expected] = [walk.content.len(), walk.at].map(|end| ENCODING + end);
+                return Err(MessageProblem::MoreBytes { bytes, expected });
             }
             Ok(walk)
         };

@@ -75,7 +75,8 @@ fn cut_and_overlong_messages_are_refused() {
     }
     let longer = [&whole[..], &[0; 4]].concat();
     let said = values(&["last"], &longer).unwrap_err().to_string();
-    assert!(said.contains("more than its type has"), "{said}");
+    let (bytes, expected) = (longer.len(), whole.len());
+    assert_eq!(said, format!("{bytes} bytes are more than its type has, {expected}"));
     let said = values(&["few[2]"], &whole).unwrap_err().to_string();
     assert!(said.contains("fewer elements"), "{said}");
 }
