@@ -436,13 +436,17 @@ display_in_plain_words!(InputError);
 
 impl InWords for InputError {
     fn write_in(&self, words: &dyn Vocabulary, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.file, self.place)?;
-        self.problem.write(words, f)?;
-        if let Some(hint) = self.problem.hint() {
-            f.write_str(self.problem.before_hint())?;
-            hint.write_in(words, f)?;
-        }
-        self.problem.write_end(words, f)
+        let text = fmt::from_fn(|f| {
+            write!(f, "{}{}", self.file, self.place)?;
+            self.problem.write(words, f)?;
+            if let Some(hint) = self.problem.hint() {
+                f.write_str(self.problem.before_hint())?;
+                hint.write_in(words, f)?;
+            }
+            self.problem.write_end(words, f)
+        });
+        // Names come from the file, and a damaged one may contain a line break. An error is one line.
+        f.write_str(&text.to_string().replace(char::is_control, "\u{FFFD}"))
     }
 }
 
@@ -699,7 +703,8 @@ impl Display for ImuTopic {
         if let Some(frame) = &self.frame {
             write!(f, " frame {frame:?}")?;
         }
-        write!(f, " ({} messages", self.messages)?;
+        let noun = if self.messages == 1 { "message" } else { "messages" };
+        write!(f, " ({} {noun}", self.messages)?;
         match self.rate {
             Some(rate) => write!(f, ", {rate:.0} Hz)"),
             None => write!(f, ")"),
@@ -770,9 +775,7 @@ fn listed<T: Display>(names: &[T]) -> String {
 /// Joins the first names with commas, and counts the rest.
 pub(super) fn first_of<T: Display>(names: impl IntoIterator<Item = T>, shown: usize) -> String {
     let mut names = names.into_iter();
-    // The names come from the file, and a damaged one may contain a line break. An error is one line.
-    let printable = |name: T| name.to_string().replace(char::is_control, "\u{FFFD}");
-    let first: Vec<_> = names.by_ref().take(shown).map(printable).collect();
+    let first: Vec<_> = names.by_ref().take(shown).map(|name| name.to_string()).collect();
     match names.count() {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
@@ -791,6 +794,20 @@ mod tests {
         let expected =
             "walk.mcap has no topic /odom of Odometry; there is /imu (sensor_msgs/\u{FFFD}sg/Imu)";
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn error_stays_one_line_with_a_line_break_in_its_place() {
+        for place in [
+            Place::Topic("/imu\nfl".into()),
+            Place::Message { topic: "/imu\nfl".into(), number: 2 },
+        ] {
+            let problem = Problem::Message(MessageProblem::NoContent { bytes: 3 });
+            let error = InputError { file: "walk.mcap".into(), place, problem };
+            let text = error.to_string();
+            assert!(text.starts_with("walk.mcap, topic /imu\u{FFFD}fl"), "{text:?}");
+            assert!(text.ends_with(": 3 bytes are too short for a message"), "{text:?}");
+        }
     }
 
     #[test]
