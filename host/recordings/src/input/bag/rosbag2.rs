@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rusqlite::types::ValueRef;
-use rusqlite::{Connection, ErrorCode, OpenFlags};
+use rusqlite::{Connection, ErrorCode, OpenFlags, ffi};
 use tempfile::{NamedTempFile, TempPath};
 
 use crate::file_kind::FileKind;
@@ -164,25 +164,32 @@ fn schema(database: &Connection, message: &str) -> Option<Arc<Schema>> {
     schema.ok().filter(|schema| !schema.text.is_empty()).map(Arc::new)
 }
 
-/// Returns whether an error is about the access to a file, such as a lock of the program that writes it, and not about its
-/// content.
+/// Returns whether an error is about the access to a file, such as a lock of the program that writes it or a failing disk,
+/// and not about its content.
 fn is_inaccessible(error: &rusqlite::Error) -> bool {
-    matches!(
-        error.sqlite_error_code(),
+    match error.sqlite_error_code() {
+        Some(ErrorCode::SystemIoFailure) => !is_short_read(error),
         Some(
             ErrorCode::DatabaseBusy
-                | ErrorCode::DatabaseLocked
-                | ErrorCode::CannotOpen
-                | ErrorCode::PermissionDenied
-                | ErrorCode::ReadOnly
-        )
-    )
+            | ErrorCode::DatabaseLocked
+            | ErrorCode::CannotOpen
+            | ErrorCode::PermissionDenied
+            | ErrorCode::ReadOnly,
+        ) => true,
+        _ => false,
+    }
+}
+
+/// Returns whether an error of reading is that of the end of a file, and not that of a disk.
+fn is_short_read(error: &rusqlite::Error) -> bool {
+    let code = error.sqlite_error().map(|error| error.extended_code);
+    code == Some(ffi::SQLITE_IOERR_SHORT_READ)
 }
 
 /// Returns whether an error is that of a file that ends early, and not of one that is damaged.
 fn is_cut_off(error: &rusqlite::Error, path: &Path) -> bool {
     match error.sqlite_error_code() {
-        Some(ErrorCode::SystemIoFailure) => true,
+        Some(ErrorCode::SystemIoFailure) => is_short_read(error),
         Some(ErrorCode::DatabaseCorrupt) => is_shorter_than_stated(path).unwrap_or(false),
         _ => false,
     }
@@ -204,5 +211,20 @@ fn page_size(header: &[u8; 32]) -> u64 {
     match u16::from_be_bytes([header[16], header[17]]) {
         1 => 65_536,
         size => u64::from(size),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn failing_disk_is_no_early_end() {
+        let error = |code| rusqlite::Error::SqliteFailure(ffi::Error::new(code), None);
+        let path = Path::new("walk.db3");
+        let short = error(ffi::SQLITE_IOERR_SHORT_READ);
+        assert!(is_cut_off(&short, path) && !is_inaccessible(&short));
+        let failing = error(ffi::SQLITE_IOERR_READ);
+        assert!(!is_cut_off(&failing, path) && is_inaccessible(&failing));
     }
 }
