@@ -22,6 +22,9 @@ use crate::samples::phase_of_code;
 /// Largest deviation of the square of a unit quaternion's length from 1.
 const UNIT: f64 = 1.0e-3;
 
+/// Fewest contacts of a recording, which has a rate.
+const FEWEST: usize = 2;
+
 /// End of the topic of contacts.
 const CONTACT: &str = "/contact";
 
@@ -59,11 +62,13 @@ impl FootContacts {
     /// Sentences on the contacts that were left out of `file`.
     pub(super) fn notices(&self, file: &str) -> Vec<Notice> {
         let counted = [
-            (self.not_decoded, "are no message of this type"),
-            (self.not_after, "are not after the one before"),
+            (self.not_decoded, "no message of this type"),
+            (self.not_after, "not after the one before"),
         ];
         let notice = |(count, what)| {
-            format!("{file}, topic {}: {count} contacts left out, which {what}", self.topic).into()
+            let (noun, verb) = if count == 1 { ("contact", "is") } else { ("contacts", "are") };
+            let topic = &self.topic;
+            format!("{file}, topic {topic}: {count} {noun} left out, which {verb} {what}").into()
         };
         counted.into_iter().filter(|(count, _)| *count > 0).map(notice).collect()
     }
@@ -145,38 +150,38 @@ impl ContactFeeds {
         }
     }
 
-    /// Topics of all contacts, with their numbers.
+    /// Stores the last contact of each foot after all messages have been processed.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub(super) fn finish(&mut self) -> io::Result<()> {
+        self.0.values_mut().try_for_each(ContactFeed::flush)
+    }
+
+    /// Topics with enough contacts for a recording, and their numbers.
     pub(super) fn topics(&self) -> impl Iterator<Item = (String, usize)> {
-        let filled = self.0.iter();
-        filled
+        let counted = self.0.iter();
+        counted
             .map(|(foot, feed)| (format!("{foot}{CONTACT}"), feed.contacts.len()))
-            .filter(|(_, contacts)| *contacts > 0)
+            .filter(|(_, contacts)| *contacts >= FEWEST)
     }
 
-    /// Returns the contacts on a topic, if there are any.
-    ///
-    /// # Errors
-    /// The temporary file cannot be written.
-    pub(super) fn of_topic(&mut self, topic: &str) -> io::Result<Option<FootContacts>> {
-        let foot = topic.strip_suffix(CONTACT);
-        self.of_foot(foot)
+    /// Removes and returns the contacts on a topic, of which all may have been left out; `None` if its foot has sent
+    /// nothing.
+    pub(super) fn of_topic(&mut self, topic: &str) -> Option<FootContacts> {
+        self.of_foot(topic.strip_suffix(CONTACT)?)
     }
 
-    /// Returns the contacts of the foot whose samples are on a topic, if there are any.
-    ///
-    /// # Errors
-    /// The temporary file cannot be written.
-    pub(super) fn of_imu(&mut self, topic: &str) -> io::Result<Option<FootContacts>> {
-        self.of_foot(foot_of_imu(topic))
+    /// Removes and returns the contacts of the foot whose samples are on a topic. There may be none; `None` if the bag
+    /// has nothing of the foot but samples without orientation.
+    pub(super) fn of_imu(&mut self, topic: &str) -> Option<FootContacts> {
+        self.of_foot(foot_of_imu(topic)?)
     }
 
-    fn of_foot(&mut self, foot: Option<&str>) -> io::Result<Option<FootContacts>> {
-        let Some((foot, mut feed)) = foot.and_then(|foot| self.0.remove_entry(foot)) else {
-            return Ok(None);
-        };
-        feed.flush()?;
+    fn of_foot(&mut self, foot: &str) -> Option<FootContacts> {
+        let (foot, feed) = self.0.remove_entry(foot)?;
         let ContactFeed { contacts, not_decoded, not_after, .. } = feed;
-        Ok(Some(FootContacts { topic: foot + CONTACT, contacts, not_decoded, not_after }))
+        Some(FootContacts { topic: foot + CONTACT, contacts, not_decoded, not_after })
     }
 }
 

@@ -60,15 +60,17 @@ pub(super) fn read(
     let mut reader = Reader::new(&file, input_options, &loads);
     let endings = visit(&mut container.parts, &file, &mut reader)?;
     let mut read = reader.finish();
+    read.contacts.finish().map_err(|source| InputError::spool(&file, source))?;
     let chosen = match read.chosen {
         Err(error)
             if is_without_samples(&error) && are_chosen(&read.contacts, &input_options.bag) =>
         {
             let name = container.name;
             let mut feet = of_contacts_alone(&file, &name, read.contacts, &input_options.bag)?;
-            if let Some(first) = feet.first_mut() {
-                first.about.notices.extend(endings);
-            }
+            let Some(first) = feet.first_mut() else {
+                return Err(error);
+            };
+            first.about.notices.extend(endings);
             return Ok(feet);
         }
         chosen => chosen?,
@@ -123,15 +125,14 @@ fn store(
         // Samples of several feet on one topic have no contacts beside them.
         None
     } else {
-        contacts.of_imu(&feed.topic).map_err(|source| InputError::spool(file, source))?
+        contacts.of_imu(&feed.topic)
     };
     let mut stored = feed.finish(name.clone(), foot, load, input_options, file)?;
     stored.about.address = Some(address);
     let mut used = None;
     if let Some(foot_contacts) = foot_contacts {
-        let notices = foot_contacts.notices(file);
+        stored.about.notices.extend(foot_contacts.notices(file));
         if stored.use_contacts(foot_contacts.contacts) {
-            stored.about.notices.extend(notices);
             used = Some(foot_contacts.topic);
         }
     }
@@ -169,9 +170,10 @@ const fn is_without_samples(error: &InputError) -> bool {
     )
 }
 
-/// Returns whether there are contacts, and every named topic has contacts of a foot.
+/// Returns whether contacts of a foot are selected: at least one topic with them, and every named one.
 fn are_chosen(contacts: &ContactFeeds, bag: &BagOptions) -> bool {
-    let all: Vec<String> = contacts.topics().map(|(topic, _)| topic).collect();
+    let all = contacts.topics().map(|(topic, _)| topic);
+    let all: Vec<String> = all.filter(|topic| !bag.excludes(topic)).collect();
     match &bag.topics {
         Topics::Named(named) => named.iter().all(|topic| all.contains(topic)),
         Topics::TheOnly | Topics::All => !all.is_empty(),
@@ -204,9 +206,7 @@ fn of_contacts_alone(
     let feet = renamed(&names_of(&named, &known), &named, bag, file)?;
     let mut recordings = Vec::new();
     for (topic, foot) in named.into_iter().zip(feet) {
-        let foot_contacts = contacts.of_topic(&topic);
-        let foot_contacts = foot_contacts.map_err(|source| InputError::spool(file, source))?;
-        let stored = foot_contacts.and_then(|foot_contacts| {
+        let stored = contacts.of_topic(&topic).and_then(|foot_contacts| {
             let notices = foot_contacts.notices(file);
             let mut stored = Stored::of_contacts(name.to_owned(), foot, foot_contacts.contacts)?;
             stored.about.notices.extend(notices);

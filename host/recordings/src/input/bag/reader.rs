@@ -57,8 +57,10 @@ impl Visitor for Reader<'_> {
             if !self.others.contains(channel) {
                 self.others.push(channel.clone());
             }
-            let is_contact = self.reads_contacts() && ContactFeeds::is_part(channel);
-            return is_sidecar(channel) || self.declare_fields(channel) || is_contact;
+            let has_contacts = self.reads_contacts() && ContactFeeds::is_part(channel);
+            // Contacts on a topic that is named are the estimates of a foot: no IMU is expected in them.
+            let has_fields = !(has_contacts && is_contact(channel)) && self.declare_fields(channel);
+            return is_sidecar(channel) || has_fields || has_contacts;
         }
         if !self.feeds.iter().any(|feed| feed.topic == channel.topic) {
             let feed = Feed::new(channel.topic.clone(), self.input_options);

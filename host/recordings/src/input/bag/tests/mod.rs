@@ -1,3 +1,4 @@
+mod contacts;
 mod parts;
 mod ros1;
 
