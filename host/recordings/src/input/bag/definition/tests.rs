@@ -164,6 +164,12 @@ fn numbers_beside_wide_text_are_found_in_each_encoding() {
 
 #[test]
 fn known_definitions_are_complete() {
+    for (message, _) in KNOWN {
+        let definition = Definition::of(message, None).map_err(|problem| problem.to_string());
+        let numbers = definition
+            .and_then(|definition| definition.numbers("").map_err(|problem| problem.to_string()));
+        assert!(numbers.is_ok(), "{message}: {numbers:?}");
+    }
     let state = Definition::of("unitree_go/msg/LowState", None).unwrap();
     assert!(state.number("foot_force[3]").is_ok());
     assert!(state.number("imu_state.accelerometer[2]").is_ok());
