@@ -197,7 +197,7 @@ crate::named! {
         Point = ".",
         /// `1,5`.
         Comma = ",",
-    } or |name| format!("{name:?} is before no fraction: write . or ,")
+    } or |name| format!("invalid {name:?}: expected . or ,")
 }
 
 /// Units of a table's axes.
@@ -627,7 +627,7 @@ impl fmt::Display for LoadTopic {
 /// Another name of a foot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rename {
-    /// Name of the foot, or a topic of it or a part of that.
+    /// Name of the foot, its topic, or a part of its topic.
     pub old: String,
     /// The name that it gets.
     pub new: String,

@@ -62,7 +62,7 @@ pub(super) fn rate_near(measured: f64, given: Option<f32>, file: &str) -> Result
 /// Sample rate in Hz of increasing times, µs, checked against the given rate, if any, as for a column `t`.
 ///
 /// # Errors
-/// The rates differ by more than 10 %, or neither is known.
+/// The rates differ by more than 10 %, or 20 % if the times scatter, or neither is known.
 pub fn rate_of_times(times_us: &[i64], given: Option<f32>) -> Result<f32, InputError> {
     let mut times = TimesSoFar::default();
     times_us.iter().for_each(|time_us| times.add(*time_us));
@@ -88,7 +88,7 @@ impl TimesSoFar {
     /// Sample rate in Hz of the times, checked against the given rate, if any, as for a column `t`.
     ///
     /// # Errors
-    /// The rates differ by more than 10 %, or neither is known.
+    /// The rates differ by more than 10 %, or 20 % if the times scatter, or neither is known.
     pub fn rate(&self, given: Option<f32>) -> Result<f32, InputError> {
         sample_rate(&self.steps, given, "t")
     }

@@ -41,7 +41,7 @@ impl Fields {
             let axes = recognised(&names).ok_or_else(no_axes)?;
             if part.is_empty() && channel.message.ends_with(LOW_STATE) {
                 let is_present = |part: &&&str| definition.numbers(part).is_ok();
-                let part = TRUNKS.iter().find(is_present).copied().unwrap_or(TRUNKS[0]);
+                let part = TRUNK_PARTS.iter().find(is_present).copied().unwrap_or(TRUNK_PARTS[0]);
                 let address = format!("{}.{part}", channel.topic);
                 return Err(FieldsProblem::OfTrunk { part, address });
             }
@@ -102,7 +102,7 @@ impl Fields {
 const LOW_STATE: &str = "/LowState";
 
 /// The part of such a state that is this IMU: in ROS 2, and in ROS 1 (`unitree_legged_msgs`).
-pub(super) const TRUNKS: [&str; 2] = ["imu_state", "imu"];
+pub(super) const TRUNK_PARTS: [&str; 2] = ["imu_state", "imu"];
 
 /// Indices of the six axes among names, if there is one sensor of each kind.
 fn recognised(names: &[String]) -> Option<[usize; 6]> {

@@ -75,7 +75,7 @@ fn read(
         input_options,
         series: wanted.iter().cloned().map(|topic| LoadSeries::new(topic, scale)).collect(),
         feet: BTreeSet::new(),
-        others: Vec::new(),
+        channels: Vec::new(),
         parts: Vec::new(),
         failed: None,
     };
@@ -88,7 +88,7 @@ fn read(
             let problem = Problem::NoSuchTopic {
                 topic: series.topic.topic.clone(),
                 wanted: "numbers",
-                topics: reader.others.iter().map(described).collect(),
+                topics: reader.channels.iter().map(described).collect(),
             };
             return Err(InputError::of_file(&container.file, problem));
         }
@@ -100,7 +100,7 @@ fn read(
         feet.retain(|imu| named.contains(&imu.topic));
     }
     feet.sort_by_cached_key(|imu| order(&input_options.bag, &imu.topic, &imu.frame));
-    let hidden = hidden_imus(&reader.others, &input_options.bag);
+    let hidden = hidden_imus(&reader.channels, &input_options.bag);
     let names = names(&feet, &reader.feet, hidden);
     Ok(Loads { series: reader.series, feet, names })
 }
@@ -113,7 +113,7 @@ struct LoadReader<'a> {
     /// All IMUs, by name.
     feet: BTreeSet<ImuKey>,
     /// All topics.
-    others: Vec<Channel>,
+    channels: Vec<Channel>,
     /// IMUs that are named in messages of another type, by their addresses.
     parts: Vec<(String, Fields)>,
     failed: Option<InputError>,
@@ -150,8 +150,8 @@ fn add(feet: &mut BTreeSet<ImuKey>, topic: &str, frame: String) {
 
 impl Visitor for LoadReader<'_> {
     fn channel(&mut self, channel: &Channel) -> bool {
-        if !self.others.contains(channel) {
-            self.others.push(channel.clone());
+        if !self.channels.contains(channel) {
+            self.channels.push(channel.clone());
         }
         let mut is_needed = self.is_foot(channel) || self.declare_parts(channel);
         for series in &mut self.series {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::input::bag::contact_feed::{ContactFeeds, is_contact};
 use crate::input::bag::feed::{Feed, Known, Sidecar, is_sidecar};
-use crate::input::bag::fields::{Fields, TRUNKS};
+use crate::input::bag::fields::{Fields, TRUNK_PARTS};
 use crate::input::bag::loads::Loads;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode, decode_start};
 use crate::input::bag::selection::{
@@ -381,7 +381,7 @@ impl<'a> Reader<'a> {
             if has_axes(channel, "") {
                 return Some(topic.clone());
             }
-            let trunk = TRUNKS.into_iter().find(|part| has_axes(channel, part));
+            let trunk = TRUNK_PARTS.into_iter().find(|part| has_axes(channel, part));
             trunk.map(|part| format!("{topic}.{part}"))
         })
     }

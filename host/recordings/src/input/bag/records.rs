@@ -7,7 +7,7 @@ use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor};
 use crate::input::error::{InputError, Problem};
 
-/// Longest record that is read, bytes: a picture of 64 million pixels is longer.
+/// Longest record that is read, bytes. A raw picture of 64 million pixels of 4 bytes is shorter.
 pub(super) const LONGEST_RECORD: usize = 256 << 20;
 
 /// Bytes read at once.

@@ -140,7 +140,7 @@ fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
 }
 
 /// Words for a robot's trunk in topics.
-const TRUNKS: [&str; 5] = ["trunk", "base", "body", "torso", "pelvis"];
+const TRUNK_WORDS: [&str; 5] = ["trunk", "base", "body", "torso", "pelvis"];
 
 /// Addresses among several that may be the trunk of a robot: they name it, or they name nothing but a sensor and others
 /// name more.
@@ -148,7 +148,7 @@ pub(super) fn trunks(addresses: &[String]) -> impl Iterator<Item = &String> {
     let only_sensors = |address: &String| words(address).all(|word| is_one_of(&SENSORS, &word));
     let has_names = !addresses.iter().all(only_sensors);
     addresses.iter().filter(move |address| {
-        let names_trunk = words(address).any(|word| is_one_of(&TRUNKS, &word));
+        let names_trunk = words(address).any(|word| is_one_of(&TRUNK_WORDS, &word));
         addresses.len() > 1 && (names_trunk || has_names && only_sensors(address))
     })
 }

@@ -193,7 +193,7 @@ struct Merger<'a, 'b, W: Write + io::Seek> {
     file: &'a str,
     bag: &'a mut McapFile<W>,
     streams: &'a mut [EstimateStream<'b>],
-    /// Topics of the feet.
+    /// Topics that the copy adds.
     topics: Vec<String>,
     /// Whether messages of the bag on these topics are left out. Otherwise they are an error.
     leaves_out_topics: bool,
@@ -248,7 +248,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());
             return Err(wrapped(Error::TopicTaken { file, topic }));
         }
-        // A contact follows its sample, whose log time is rounded to µs.
+        // Of equal times of writing the sample comes before its contact, whose time is rounded to µs.
         self.messages_until((times.log_ns.saturating_sub(1000)).div_euclid(1000))?;
         self.bag.copy(channel, times, payload)?;
         let Some(low_state) = &mut self.low_state else {

@@ -20,8 +20,8 @@ pub(super) use ros1::{Converter, as_ros2};
 /// Most types within each other.
 const DEEPEST: usize = 32;
 
-/// Largest number of fields visited in a definition or in a message, including those of nested types. A definition may
-/// name each of its types twice.
+/// Largest number of fields visited in a definition or in a message, including those of nested types. Thirty types that
+/// each contain the next one twice have a billion fields.
 const MOST_STEPS: usize = 4_000_000;
 
 /// Layout of a type and of all types in it.
@@ -247,10 +247,10 @@ fn number_type(name: &str) -> Option<Number> {
     })
 }
 
-// Definitions of types in bags that have none, as rosbag2's before ROS 2 Iron.
-//
-// Sources: <https://github.com/ros2/common_interfaces>, and `unitree_go` of <https://github.com/unitreerobotics/unitree_ros2>.
-/// Types with their definitions.
+/// Types with their definitions, for bags that have none, such as those of rosbag2 before ROS 2 Iron.
+///
+/// Sources: <https://github.com/ros2/common_interfaces>, and `unitree_go` of
+/// <https://github.com/unitreerobotics/unitree_ros2>.
 const KNOWN: [(&str, &str); 14] = [
     ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec"),
     ("builtin_interfaces/msg/Duration", "int32 sec\nuint32 nanosec"),
