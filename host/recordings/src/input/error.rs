@@ -272,8 +272,8 @@ pub enum Problem {
 
     /// No topic has samples of an IMU.
     NoImu {
-        /// Topics with their types.
-        topics: Vec<String>,
+        /// All topics.
+        topics: Vec<TopicType>,
         /// A topic whose messages of another type have the axes of one IMU.
         with_axes: Option<String>,
         /// Whether feet have sent contacts.
@@ -288,8 +288,8 @@ pub enum Problem {
     },
     /// A topic has no message.
     NoMessage {
-        /// The topic, or all of them.
-        topic: String,
+        /// The topic; `None` if none has a message.
+        topic: Option<String>,
         /// All topics with samples of an IMU.
         topics: Vec<ImuTopic>,
     },
@@ -299,8 +299,10 @@ pub enum Problem {
         topic: String,
         /// Expected content.
         wanted: &'static str,
-        /// Topics in the file.
-        topics: Vec<String>,
+        /// Topics with samples of an IMU, if these are expected.
+        imus: Vec<ImuTopic>,
+        /// All other topics.
+        topics: Vec<TopicType>,
     },
     /// No IMU has the selected frame.
     NoSuchFrame {
@@ -368,6 +370,24 @@ pub struct ImuTopic {
     pub messages: u64,
     /// Message rate, Hz; `None` if there are fewer than two messages.
     pub rate: Option<f64>,
+}
+
+/// A topic with the type of its messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TopicType {
+    /// Name of the topic.
+    pub topic: String,
+    /// Type of its messages; empty if it is not known.
+    pub message: String,
+    /// Serialisation of its messages, such as `cdr`.
+    pub encoding: String,
+}
+
+impl TopicType {
+    /// Returns whether its messages are of ROS 1, without a valid definition. With one they are read as CDR.
+    fn is_of_ros_1(&self) -> bool {
+        self.encoding == "ros1"
+    }
 }
 
 impl InputError {
@@ -606,18 +626,25 @@ impl Problem {
             ),
             Self::NoImu { topics, .. } => {
                 write!(f, " has no topic of sensor_msgs/msg/Imu in CDR; there is {}", listed(topics))?;
-                let is_ros_1 = topics.iter().any(|topic| topic.ends_with(OF_ROS_1));
+                let is_ros_1 = topics.iter().any(TopicType::is_of_ros_1);
                 f.write_str(if is_ros_1 { ROS_1_ADVICE } else { "" })
             }
             Self::ImuFields { message, problem } => {
                 write!(f, ": {message} is read by its fields: ")?;
                 problem.write(words, f)
             }
-            Self::NoMessage { topic, topics } => {
+            Self::NoMessage { topic: Some(topic), topics } => {
                 write!(f, ": topic {topic} has no message; there is {}", listed(topics))
             }
-            Self::NoSuchTopic { topic, wanted, topics } => {
-                write!(f, " has no topic {topic} of {wanted}; there is {}", listed(topics))
+            Self::NoMessage { topic: None, topics } => write!(
+                f,
+                ": no topic of sensor_msgs/msg/Imu has a message; there is {}",
+                listed(topics)
+            ),
+            Self::NoSuchTopic { topic, wanted, imus, topics } => {
+                let imus = imus.iter().map(|imu| imu as &dyn Display);
+                let all: Vec<_> = imus.chain(topics.iter().map(|topic| topic as _)).collect();
+                write!(f, " has no topic {topic} of {wanted}; there is {}", listed(&all))
             }
             Self::NoSuchFrame { frame, frames } => {
                 write!(f, " has no IMU with the frame {frame:?}; it has {}", listed(frames))
@@ -712,6 +739,17 @@ impl Display for ImuTopic {
     }
 }
 
+impl Display for TopicType {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { topic, message, encoding } = self;
+        match (message.as_str(), encoding.as_str()) {
+            ("", encoding) => write!(f, "{topic} ({encoding})"),
+            (message, "cdr") => write!(f, "{topic} ({message})"),
+            (message, encoding) => write!(f, "{topic} ({message} in {encoding})"),
+        }
+    }
+}
+
 /// Limit of times around zero, s, so that microseconds are exact: up to here an f64 holds a decimal number to half
 /// a microsecond. Seconds since 1970 reach it in 2096.
 pub(super) const MAX_TIME_S: f64 = 4.0e9;
@@ -719,9 +757,6 @@ pub(super) const MAX_TIME_S: f64 = 4.0e9;
 /// How a foot on a serial line is made to send its samples.
 pub(super) const STREAM_ADVICE: &str =
     "; a foot sends its samples on a serial line while its setting uart_streams.raw_sample is 1";
-
-/// End of the description of a topic of ROS 1 whose messages have no definition. With one they are read as CDR.
-const OF_ROS_1: &str = " in ros1)";
 
 const ROS_1_ADVICE: &str =
     "; messages of ROS 1 are read by their definitions, and here these are missing or not complete";
@@ -788,8 +823,10 @@ mod tests {
 
     #[test]
     fn error_stays_one_line_with_a_line_break_in_a_topic() {
-        let topics = vec!["/imu (sensor_msgs/\nsg/Imu)".to_owned()];
-        let problem = Problem::NoSuchTopic { topic: "/odom".into(), wanted: "Odometry", topics };
+        let [topic, message, encoding] = ["/imu", "sensor_msgs/\nsg/Imu", "cdr"].map(str::to_owned);
+        let topics = vec![TopicType { topic, message, encoding }];
+        let (topic, wanted, imus) = ("/odom".to_owned(), "Odometry", Vec::new());
+        let problem = Problem::NoSuchTopic { topic, wanted, imus, topics };
         let text = InputError::of_file("walk.mcap", problem).to_string();
         let expected =
             "walk.mcap has no topic /odom of Odometry; there is /imu (sensor_msgs/\u{FFFD}sg/Imu)";

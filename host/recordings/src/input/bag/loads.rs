@@ -9,8 +9,8 @@ use crate::input::bag::definition::{Definition, FieldPath, within};
 use crate::input::bag::fields::Fields;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode_start, micros};
 use crate::input::bag::selection::{
-    ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, last_word, names_of,
-    order,
+    ImuKey, MOST_FRAMES, addresses, hidden_imus, is_imu, is_wanted, last_word, names_of, order,
+    topic_types,
 };
 use crate::input::bag::visit;
 use crate::input::error::{DefinitionProblem, InputError, LoadProblem, MessageProblem, Problem};
@@ -88,7 +88,8 @@ fn read(
             let problem = Problem::NoSuchTopic {
                 topic: series.topic.topic.clone(),
                 wanted: "numbers",
-                topics: reader.channels.iter().map(described).collect(),
+                imus: Vec::new(),
+                topics: topic_types(&reader.channels),
             };
             return Err(InputError::of_file(&container.file, problem));
         }

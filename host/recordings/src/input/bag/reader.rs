@@ -9,7 +9,7 @@ use crate::input::bag::fields::{Fields, TRUNK_PARTS};
 use crate::input::bag::loads::Loads;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode, decode_start};
 use crate::input::bag::selection::{
-    ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order,
+    ImuKey, MOST_FRAMES, addresses, hidden_imus, is_imu, is_wanted, order, topic_types,
 };
 use crate::input::error::{ImuTopic, InputError, MessageProblem, Place, Problem};
 use crate::input::options::{ContactUse, InputOptions, Mapping, Topics};
@@ -333,13 +333,13 @@ impl<'a> Reader<'a> {
         for topic in named {
             match self.feeds.iter().find(|feed| feed.topic == *topic) {
                 Some(feed) if feed.messages > 0 => {}
-                Some(_) => return Err(no_message(self.file, topic, imus)),
+                Some(_) => return Err(no_message(self.file, Some(topic.clone()), imus)),
                 None => {
-                    let imus = imus.iter().map(ToString::to_string);
                     let problem = Problem::NoSuchTopic {
                         topic: topic.clone(),
                         wanted: Imu::TYPE,
-                        topics: imus.chain(self.others.iter().map(described)).collect(),
+                        imus,
+                        topics: topic_types(&self.others),
                     };
                     return Err(InputError::of_file(self.file, problem));
                 }
@@ -354,7 +354,7 @@ impl<'a> Reader<'a> {
     fn select_unnamed(&mut self, imus: Vec<ImuTopic>) -> Result<(), InputError> {
         if self.feeds.is_empty() {
             let problem = Problem::NoImu {
-                topics: self.others.iter().map(described).collect(),
+                topics: topic_types(&self.others),
                 with_axes: self.address_with_axes(),
                 has_contacts: self.others.iter().any(is_contact),
             };
@@ -363,7 +363,7 @@ impl<'a> Reader<'a> {
         self.feeds.retain(|feed| feed.messages > 0);
         let bag = &self.input_options.bag;
         match (self.feeds.len(), &bag.topics) {
-            (0, _) => Err(no_message(self.file, Imu::TYPE, imus)),
+            (0, _) => Err(no_message(self.file, None, imus)),
             // Each of the frames that were selected may be a foot.
             (several @ 2.., Topics::TheOnly) if several > bag.frames.len() => {
                 Err(InputError::of_file(self.file, Problem::SeveralTopics(imus)))
@@ -387,6 +387,6 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn no_message(file: &str, topic: &str, topics: Vec<ImuTopic>) -> InputError {
-    InputError::of_file(file, Problem::NoMessage { topic: topic.to_owned(), topics })
+fn no_message(file: &str, topic: Option<String>, topics: Vec<ImuTopic>) -> InputError {
+    InputError::of_file(file, Problem::NoMessage { topic, topics })
 }

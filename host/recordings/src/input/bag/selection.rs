@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::input::bag::messages::Channel;
-use crate::input::error::{InputError, Problem};
+use crate::input::error::{InputError, Problem, TopicType};
 use crate::input::options::{BagOptions, InputOptions, Topics, is_among};
 use crate::ros::Imu;
 
@@ -69,14 +69,14 @@ pub(super) fn hidden_imus(channels: &[Channel], bag: &BagOptions) -> BTreeSet<St
     hidden.map(|channel| channel.topic.clone()).collect()
 }
 
-/// A topic with the type of its messages.
-pub(super) fn described(channel: &Channel) -> String {
-    let topic = &channel.topic;
-    match (channel.message.as_str(), channel.encoding.as_str()) {
-        ("", encoding) => format!("{topic} ({encoding})"),
-        (message, "cdr") => format!("{topic} ({message})"),
-        (message, encoding) => format!("{topic} ({message} in {encoding})"),
-    }
+/// Topics of channels, with the types of their messages.
+pub(super) fn topic_types(channels: &[Channel]) -> Vec<TopicType> {
+    let topic_type = |channel: &Channel| TopicType {
+        topic: channel.topic.clone(),
+        message: channel.message.clone(),
+        encoding: channel.encoding.clone(),
+    };
+    channels.iter().map(topic_type).collect()
 }
 
 /// Returns the names of feet, with those given by the options. An option identifies a foot by its name, its topic, or a

@@ -426,7 +426,7 @@ fn missing_topic_error_lists_the_topics() {
     let other = std::slice::from_ref(&chatter);
     let ros_1 = [("/imu", "sensor_msgs/Imu")];
     let empty = [("/imu", IMU)];
-    let no_message = ": topic sensor_msgs/msg/Imu has no message; there is /imu (0 messages)";
+    let no_message = ": no topic of sensor_msgs/msg/Imu has a message; there is /imu (0 messages)";
     for (messages, declared, chosen, expected) in [
         (
             other,
