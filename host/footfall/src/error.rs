@@ -18,6 +18,8 @@ use feet::remedy::Trouble;
 use recordings::calibrate::CalibrationError;
 use recordings::config::{ConfigError, NoSuchFoot, ParameterRefusal};
 use recordings::hint::{Hint, InWords, Setting, Vocabulary};
+#[cfg(feature = "bags")]
+use recordings::input::bag::ReplacementError;
 use recordings::input::{InputError, Problem};
 use recordings::replay::ReplayError;
 use thiserror::Error;
@@ -215,14 +217,15 @@ pub enum Error {
         names: String,
     },
     /// Messages whose forces are to be replaced have none.
-    #[error("{file}, topic {topic}: no forces of four feet to replace: {what}")]
+    #[cfg(feature = "bags")]
+    #[error("{file}, topic {topic}: no forces of four feet to replace: {cause}")]
     NoForces {
         /// Bag as given.
         file: String,
         /// Topic of the robot's states.
         topic: String,
-        /// Half a sentence on the cause.
-        what: String,
+        /// Reason.
+        cause: NoForcesCause,
     },
     /// Axes are given for a foot that is not in the recordings.
     #[error("{}", in_words(.0))]
@@ -234,6 +237,18 @@ pub enum Error {
     /// Standard output cannot be written.
     #[error("standard output cannot be written: {0}")]
     Print(#[source] io::Error),
+}
+
+/// Reason why messages have no forces that could be replaced.
+#[cfg(feature = "bags")]
+#[derive(Debug, Error)]
+pub enum NoForcesCause {
+    /// The topic has no message.
+    #[error("the bag has no message on it")]
+    NoMessage,
+    /// The numbers are not found in a message.
+    #[error(transparent)]
+    Replacement(#[from] ReplacementError),
 }
 
 /// An error of another kind that has ended the writing is that error.

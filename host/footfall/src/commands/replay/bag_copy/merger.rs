@@ -17,7 +17,7 @@ use recordings::input::bag::{
 };
 
 use super::{CopiedFoot, CopyArguments};
-use crate::error::Error;
+use crate::error::{Error, NoForcesCause};
 use crate::ros::compat::{Body, FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
 use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
@@ -113,8 +113,8 @@ impl<'a> BagCopy<'a> {
         })?;
         merger.messages_until(i64::MAX)?;
         if let Some(states) = merger.low_state.filter(|states| !states.is_found) {
-            let what = "the bag has no message on it".to_owned();
-            return Err(no_forces(&self.files.join(", "), &states.topic, what));
+            let cause = NoForcesCause::NoMessage;
+            return Err(no_forces(&self.files.join(", "), &states.topic, cause));
         }
         bag.finish()
     }
@@ -182,9 +182,9 @@ fn wrapped(error: Error) -> io::Error {
     io::Error::other(error)
 }
 
-fn no_forces(file: &str, topic: &str, what: String) -> io::Error {
+fn no_forces(file: &str, topic: &str, cause: NoForcesCause) -> io::Error {
     let [file, topic] = [file, topic].map(str::to_owned);
-    wrapped(Error::NoForces { file, topic, what })
+    wrapped(Error::NoForces { file, topic, cause })
 }
 
 /// Merges messages of the feet into the copied messages, in order of their times of writing.
@@ -255,7 +255,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
             return Ok(());
         };
         let replaced = low_state.replaced(channel, payload);
-        match replaced.map_err(|error| no_forces(self.file, &channel.topic, error.to_string()))? {
+        match replaced.map_err(|error| no_forces(self.file, &channel.topic, error.into()))? {
             None => Ok(()),
             Some(message) => {
                 let channel = Channel { topic: LOW_STATE_TOPIC.to_owned(), ..channel.clone() };
