@@ -2,11 +2,12 @@
 //! [`Problem`](super::error::Problem).
 
 use std::error::Error;
-use std::fmt::{self, Formatter};
+use std::fmt::{self, Display, Formatter};
 use std::io;
 
 use thiserror::Error;
 
+use super::error::first_of;
 use crate::hint::{Hint, Setting, Vocabulary};
 
 /// Reason why a message cannot be read by its type: a sentence about the message, after the place of the message.
@@ -65,9 +66,6 @@ pub enum MessageProblem {
     /// An array of it ends before the wanted element.
     #[error("it has fewer elements than the index says")]
     NoElement,
-    /// A number of an IMU is missing.
-    #[error("it lacks an axis")]
-    NoAxis,
     /// It ends before a number that is to be replaced.
     #[error("its bytes end before a number")]
     NoRoom,
@@ -139,12 +137,12 @@ pub enum DefinitionProblem {
         last: u32,
     },
     /// A field has several numbers.
-    #[error("{name} has the numbers {numbers}")]
+    #[error("{name} has the numbers {}", first_numbers(.numbers))]
     SeveralNumbers {
         /// Name of the field.
         name: String,
-        /// Names of the first of them.
-        numbers: String,
+        /// Names of the numbers in it.
+        numbers: Vec<String>,
     },
     /// This field is not a single number.
     #[error("{0} is not one number")]
@@ -157,7 +155,7 @@ pub enum FieldsProblem {
     /// The definition has no such fields.
     Definition(DefinitionProblem),
     /// There is no accelerometer with a gyroscope among these numbers.
-    NoAxes(String),
+    NoAxes(Vec<String>),
     /// The IMU in this part is that of the robot's trunk.
     OfTrunk {
         /// Part of the message.
@@ -190,7 +188,9 @@ impl FieldsProblem {
         let map = words.name(Setting::Map);
         match self {
             Self::Definition(problem) => write!(f, "{problem}"),
-            Self::NoAxes(numbers) => write!(f, "no accelerometer and gyroscope among {numbers}"),
+            Self::NoAxes(numbers) => {
+                write!(f, "no accelerometer and gyroscope among {}", first_numbers(numbers))
+            }
             Self::OfTrunk { part, .. } => {
                 write!(f, "{part} is the IMU of the robot's trunk, not of a foot")
             }
@@ -204,6 +204,61 @@ impl FieldsProblem {
     }
 }
 
+/// Names of the first numbers in a message.
+fn first_numbers(names: &[String]) -> String {
+    first_of(names, 12)
+}
+
+/// Types of messages whose numbers are known as loads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KnownLoad {
+    /// `std_msgs/msg/Float32` and `Float64`.
+    Number,
+    /// `std_msgs/msg/Float32MultiArray` and `Float64MultiArray`.
+    Numbers,
+    /// `geometry_msgs/msg/Wrench` and `WrenchStamped`.
+    Wrench,
+}
+
+impl KnownLoad {
+    /// Number that is the load if none is named.
+    #[cfg(feature = "bags")]
+    pub(super) const fn default_field(self) -> Option<&'static str> {
+        match self {
+            Self::Number => Some("data"),
+            Self::Numbers => None,
+            Self::Wrench => Some("force.z"),
+        }
+    }
+}
+
+impl Display for KnownLoad {
+    /// Writes the numbers that may be named.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Number => "data",
+            Self::Numbers => "data[0], data[1] and so on",
+            Self::Wrench => {
+                "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude"
+            }
+        })
+    }
+}
+
+/// Reason why a bag is not read, though it is not damaged: a predicate of the file.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Unsupported {
+    /// It is encrypted by this plugin of rosbag.
+    #[error("is encrypted ({0}); write it again without encryption: rosbag decrypt walk.bag")]
+    Encryption(String),
+    /// Its chunks have this compression.
+    #[error(
+        "has chunks with the compression {0:?}, and bz2, lz4 and none are read; \
+         write it again: rosbag decompress walk.bag"
+    )]
+    Compression(String),
+}
+
 /// Reason why messages have no load.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LoadProblem {
@@ -211,10 +266,10 @@ pub enum LoadProblem {
     Encoding(String),
     /// The definition of their type is invalid.
     Definition(DefinitionProblem),
-    /// No number is named, or one that they lack: these are the numbers of a known type.
-    KnownNumbers(&'static str),
-    /// No number is named: these are the first numbers of the definition.
-    Numbers(String),
+    /// No number is named, or one that they lack, and their type is known.
+    Known(KnownLoad),
+    /// No number is named: these are the numbers of the definition.
+    Numbers(Vec<String>),
     /// They lack the number that is named.
     NoNumber(DefinitionProblem),
 }
@@ -225,8 +280,10 @@ impl LoadProblem {
         match self {
             Self::Encoding(encoding) => write!(f, "{message} is in {encoding}, not in CDR"),
             Self::Definition(problem) => write!(f, "{message} cannot be read: {problem}"),
-            Self::KnownNumbers(numbers) => write!(f, "{message} has {numbers}"),
-            Self::Numbers(numbers) => write!(f, "{message} has the numbers {numbers}"),
+            Self::Known(load) => write!(f, "{message} has {load}"),
+            Self::Numbers(numbers) => {
+                write!(f, "{message} has the numbers {}", first_numbers(numbers))
+            }
             Self::NoNumber(problem) => write!(f, "{message} has no such number: {problem}"),
         }
     }

@@ -11,7 +11,9 @@ use crate::file_kind::FileKind;
 use crate::hint::{Hint, InWords, Setting, Vocabulary};
 use crate::number::{shown, shown_rate};
 
-pub use super::bag_problem::{DefinitionProblem, FieldsProblem, LoadProblem, MessageProblem};
+pub use super::bag_problem::{
+    DefinitionProblem, FieldsProblem, KnownLoad, LoadProblem, MessageProblem, Unsupported,
+};
 
 /// An error in a file.
 #[derive(Debug)]
@@ -126,8 +128,8 @@ pub enum Problem {
         /// Advice for recovery.
         advice: Option<&'static str>,
     },
-    /// The file uses a part of its format that is not read: a predicate of the file.
-    NotSupported(String),
+    /// The file uses a part of its format that is not read.
+    NotSupported(Unsupported),
     /// Options are given for a file to which they do not apply.
     Options {
         /// Format of the file.
@@ -544,7 +546,7 @@ impl Problem {
                 write!(f, " is damaged: {source}")?;
                 advice.map_or(Ok(()), |advice| write!(f, "; {advice}"))
             }
-            Self::NotSupported(what) => write!(f, " {what}"),
+            Self::NotSupported(part) => write!(f, " {part}"),
             Self::Options { format, given } => given.write(*format, words, f),
             Self::Folder => f.write_str(" is a folder without files of a rosbag2: .mcap or .db3"),
             Self::RowsInQuotes { until } => write!(

@@ -12,7 +12,7 @@
 
 use std::collections::HashMap;
 
-use estimator_core::{Gravity, Load, Timestamp, Validity};
+use estimator_core::{Axis, Gravity, Load, Timestamp, Validity};
 
 use crate::hint::Notice;
 use crate::input::bag::loads::LoadSeries;
@@ -33,8 +33,8 @@ pub(super) struct Feed {
     pub(super) frame: Option<String>,
     /// Whether its topic has messages of several frames.
     pub(super) is_shared: bool,
-    /// Which fields of messages of another type were taken.
-    pub(super) fields_taken: Option<String>,
+    /// Names of the axes in messages of another type, if they were found by their names.
+    pub(super) found_axes: Option<[String; 6]>,
     pub(super) messages: u64,
     /// Log times of the first and the last message, µs.
     log_us: Option<(i64, i64)>,
@@ -66,7 +66,7 @@ impl Feed {
             topic,
             frame: None,
             is_shared: false,
-            fields_taken: None,
+            found_axes: None,
             messages: 0,
             log_us: None,
             rows: Rows::new(input_options.table.times),
@@ -221,9 +221,13 @@ impl Feed {
 
     fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {
         let without = self.without;
-        let fields = self.fields_taken.as_ref();
-        let mut notices: Vec<String> =
-            fields.map(|taken| format!("{place}: {taken}")).into_iter().collect();
+        let mut notices = Vec::new();
+        if let Some(names) = &self.found_axes {
+            let axes = Axis::ALL.iter().zip(names);
+            let found: Vec<_> =
+                axes.map(|(axis, name)| format!("{} is {name}", axis.name())).collect();
+            notices.push(format!("{place}: {}", found.join(", ")));
+        }
         if !self.has_stamps {
             notices.push(format!(
                 "{place}: no message has a stamp, so times are those when messages were written"

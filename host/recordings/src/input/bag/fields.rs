@@ -21,8 +21,8 @@ pub(super) struct Fields {
     frame: Option<FieldPath>,
     /// First covariances of rates and accelerations, where axes are those of a `sensor_msgs/msg/Imu`.
     covariances: Option<[FieldPath; 2]>,
-    /// Which fields were taken, if they were found by their names.
-    pub(super) taken: Option<String>,
+    /// Names of the axes, if they were found by their names.
+    pub(super) found: Option<[String; 6]>,
 }
 
 impl Fields {
@@ -35,9 +35,9 @@ impl Fields {
         let definition = Definition::of_channel(channel)?;
         let numbers = definition.numbers(part)?;
         let names: Vec<String> = numbers.iter().map(|(name, _)| name.clone()).collect();
-        let mut taken = None;
+        let mut found = None;
         let axes = if mapping.is_empty() {
-            let no_axes = || FieldsProblem::NoAxes(definition.listed(part));
+            let no_axes = || FieldsProblem::NoAxes(definition.names(part));
             let axes = recognised(&names).ok_or_else(no_axes)?;
             if part.is_empty() && channel.message.ends_with(LOW_STATE) {
                 let is_present = |part: &&&str| definition.numbers(part).is_ok();
@@ -45,10 +45,7 @@ impl Fields {
                 let address = format!("{}.{part}", channel.topic);
                 return Err(FieldsProblem::OfTrunk { part, address });
             }
-            let names = Axis::ALL.iter().zip(axes);
-            let named =
-                names.map(|(axis, index)| format!("{} is {}", axis.name(), numbers[index].0));
-            taken = Some(named.collect::<Vec<_>>().join(", "));
+            found = Some(axes.map(|index| numbers[index].0.clone()));
             axes.map(|index| numbers[index].1.clone())
         } else {
             let mut axes: [FieldPath; 6] = Default::default();
@@ -65,7 +62,7 @@ impl Fields {
         };
         let stamp = definition.stamp(part).or_else(|| definition.stamp(""));
         let frame = definition.frame(part).or_else(|| definition.frame(""));
-        let covariances = taken.as_ref().and_then(|_| definition.covariances(part));
+        let covariances = found.as_ref().and_then(|_| definition.covariances(part));
         Ok(Self {
             topic: channel.topic.clone(),
             definition,
@@ -73,7 +70,7 @@ impl Fields {
             stamp,
             frame,
             covariances,
-            taken,
+            found,
         })
     }
 
@@ -83,9 +80,8 @@ impl Fields {
         let paths: Vec<&FieldPath> = self.axes.iter().chain(beside).collect();
         let decoded = self.definition.decode(payload, &paths, self.frame.as_ref())?;
         let values: Vec<f64> = decoded.numbers.iter().map(|number| number.value).collect();
-        let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
-            return Err(MessageProblem::NoAxis);
-        };
+        // The numbers are in the order of the paths.
+        let (axes, rest) = values.split_at(self.axes.len());
         let (stamp, covariances) =
             rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));
         let header = Header { stamp: Time::of_numbers(stamp), frame_id: decoded.frame };
@@ -93,7 +89,8 @@ impl Fields {
             [rates, accelerations] => [*rates, *accelerations],
             _ => [0.0; 2],
         };
-        let (accelerations, rates) = ([*ax, *ay, *az], [*wx, *wy, *wz]);
+        let accelerations = [axes[0], axes[1], axes[2]];
+        let rates = [axes[3], axes[4], axes[5]];
         Ok(Imu::of(header, accelerations, rates, covariances))
     }
 }

@@ -13,7 +13,9 @@ use crate::input::bag::selection::{
     topic_types,
 };
 use crate::input::bag::visit;
-use crate::input::error::{DefinitionProblem, InputError, LoadProblem, MessageProblem, Problem};
+use crate::input::error::{
+    DefinitionProblem, InputError, KnownLoad, LoadProblem, MessageProblem, Problem,
+};
 use crate::input::options::{InputOptions, LoadTopic, Topics};
 use crate::input::stored::OLDEST_LOAD_US;
 use crate::ros::{Header, Time};
@@ -315,14 +317,12 @@ impl LoadSeries {
 impl LoadPlace {
     /// Place of the load in the messages of a channel.
     fn of(channel: &Channel, field: Option<&str>) -> Result<Self, LoadProblem> {
-        const FORCES: &str = "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude";
-        const ELEMENTS: &str = "data[0], data[1] and so on";
         let message = channel.message.as_str();
         let known = match message {
-            "std_msgs/msg/Float32" | "std_msgs/msg/Float64" => Some((Some("data"), "data")),
-            "geometry_msgs/msg/Wrench" | WRENCH_STAMPED => Some((Some("force.z"), FORCES)),
+            "std_msgs/msg/Float32" | "std_msgs/msg/Float64" => Some(KnownLoad::Number),
+            "geometry_msgs/msg/Wrench" | WRENCH_STAMPED => Some(KnownLoad::Wrench),
             "std_msgs/msg/Float32MultiArray" | "std_msgs/msg/Float64MultiArray" => {
-                Some((None, ELEMENTS))
+                Some(KnownLoad::Numbers)
             }
             _ => None,
         };
@@ -332,12 +332,12 @@ impl LoadPlace {
         };
         let definition = definition.map_err(LoadProblem::Definition)?;
         let listed = || match known {
-            Some((_, numbers)) => LoadProblem::KnownNumbers(numbers),
-            None => LoadProblem::Numbers(definition.listed("")),
+            Some(known) => LoadProblem::Known(known),
+            None => LoadProblem::Numbers(definition.names("")),
         };
-        let default = known.and_then(|(default, _)| default);
+        let default = known.and_then(KnownLoad::default_field);
         let field = field.or(default).ok_or_else(listed)?;
-        let is_wrench = default == Some("force.z");
+        let is_wrench = known == Some(KnownLoad::Wrench);
         let bare = field.strip_prefix("wrench.").unwrap_or(field);
         let part = if message == WRENCH_STAMPED { "wrench" } else { "" };
         let names = if is_wrench && bare == "force" {

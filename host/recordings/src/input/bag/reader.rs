@@ -151,7 +151,7 @@ impl<'a> Reader<'a> {
             match Fields::of(channel, part, &self.input_options.table.mapping) {
                 Ok(fields) => {
                     let mut feed = Feed::new(address.to_owned(), self.input_options);
-                    feed.fields_taken.clone_from(&fields.taken);
+                    feed.found_axes.clone_from(&fields.found);
                     self.feeds.push(feed);
                     self.parts.push((address.to_owned(), fields));
                 }
@@ -230,7 +230,7 @@ impl<'a> Reader<'a> {
         let mut feed = Feed::new(topic.to_owned(), self.input_options);
         feed.frame = Some(frame.to_owned());
         let first = self.feeds.iter().find(|feed| is_of_topic(feed));
-        feed.fields_taken = first.and_then(|first| first.fields_taken.clone());
+        feed.found_axes = first.and_then(|first| first.found_axes.clone());
         self.feeds.push(feed);
         for feed in self.feeds.iter_mut().filter(|feed| is_of_topic(feed)) {
             feed.is_shared = true;

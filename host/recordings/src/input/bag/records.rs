@@ -5,7 +5,7 @@ use std::io::{self, Read};
 
 use crate::input::bag::definition::{Converter, as_ros2};
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor};
-use crate::input::error::{InputError, Problem};
+use crate::input::error::{InputError, Problem, Unsupported};
 
 /// Longest record that is read, bytes. A raw picture of 64 million pixels of 4 bytes is shorter.
 pub(super) const LONGEST_RECORD: usize = 256 << 20;
@@ -49,8 +49,8 @@ pub(super) enum Stop {
     Early(&'static str),
     Unreadable(io::Error),
     Damaged(Box<dyn Error + Send + Sync>),
-    /// The file is not read: a predicate of it.
-    NotSupported(String),
+    /// The file is not read, though it is not damaged.
+    NotSupported(Unsupported),
     /// The visitor refused a message.
     Refused(InputError),
 }
@@ -68,7 +68,7 @@ impl Stop {
             Self::Early(why) => return Ok(why.to_owned()),
             Self::Unreadable(source) => return Err(InputError::unreadable(file, source)),
             Self::Damaged(source) => Problem::Damaged { source, advice: Some(advice) },
-            Self::NotSupported(what) => Problem::NotSupported(what),
+            Self::NotSupported(part) => Problem::NotSupported(part),
             Self::Refused(error) => return Err(error),
         };
         Err(InputError::of_file(file, problem))

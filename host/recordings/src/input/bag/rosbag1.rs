@@ -16,7 +16,7 @@ use crate::input::bag::messages::{Channel, MessageTimes, Schema, Visitor};
 use crate::input::bag::records::{
     AT_ONCE, Connection, LONGEST_RECORD, Stop, load, number, read_some, skip,
 };
-use crate::input::error::InputError;
+use crate::input::error::{InputError, Unsupported};
 
 /// Length of the first line.
 const VERSION: u64 = b"#ROSBAG V2.0\n".len() as u64;
@@ -143,10 +143,8 @@ impl Bag<'_> {
                 *index = self.number::<8>("index_pos")?;
                 let encryptor = self.field("encryptor")?.unwrap_or_default();
                 if !encryptor.is_empty() {
-                    let name = String::from_utf8_lossy(encryptor);
-                    return Err(Stop::NotSupported(format!(
-                        "is encrypted ({name}); write it again without encryption: rosbag decrypt walk.bag"
-                    )));
+                    let encryptor = String::from_utf8_lossy(encryptor).into_owned();
+                    return Err(Stop::NotSupported(Unsupported::Encryption(encryptor)));
                 }
                 skip(bytes, length.into())?;
             }
@@ -172,12 +170,7 @@ impl Bag<'_> {
             "lz4" => lz4::Decoder::new(&mut chunk)
                 .map_err(Stop::from)
                 .and_then(|chunk| self.compressed(chunk, stated)),
-            unknown => {
-                return Err(Stop::NotSupported(format!(
-                    "has chunks with the compression {unknown:?}, and bz2, lz4 and none are read; \
-                     write it again: rosbag decompress walk.bag"
-                )));
-            }
+            _ => return Err(Stop::NotSupported(Unsupported::Compression(compression))),
         };
         if is_open {
             return match read {

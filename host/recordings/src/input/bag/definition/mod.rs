@@ -13,7 +13,7 @@ mod ros1;
 use std::collections::HashMap;
 
 use crate::input::bag::messages::{Channel, ENCODING, LONGEST_PADDING, Order, content};
-use crate::input::error::{DefinitionProblem, MessageProblem, first_of};
+use crate::input::error::{DefinitionProblem, MessageProblem};
 
 pub(super) use ros1::{Converter, as_ros2};
 
@@ -314,7 +314,7 @@ impl Definition {
         match self.part(name)? {
             (path, Target::Number) => Ok(path),
             (_, Target::Record(_)) => {
-                let numbers = self.listed(name);
+                let numbers = self.names(name);
                 Err(DefinitionProblem::SeveralNumbers { name: name.to_owned(), numbers })
             }
             (_, Target::Text | Target::Other) => Err(DefinitionProblem::NoNumber(name.to_owned())),
@@ -359,10 +359,10 @@ impl Definition {
         ])
     }
 
-    /// Names of the first numbers in a part of the message, for people.
-    pub(super) fn listed(&self, part: &str) -> String {
+    /// Names of the numbers in a part of the message; none if it is not a part with fields.
+    pub(super) fn names(&self, part: &str) -> Vec<String> {
         let numbers = self.numbers(part).unwrap_or_default();
-        first_of(numbers.iter().map(|(name, _)| name), 12)
+        numbers.into_iter().map(|(name, _)| name).collect()
     }
 
     /// Appends the numbers of a record to a list.
