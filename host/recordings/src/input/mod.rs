@@ -50,8 +50,8 @@ use table::{csv, header};
 pub use error::{InputError, Place, Problem, RowPlace};
 pub use options::{
     AccelerationUnit, BagOptions, ContactUse, Correction, Decimal, InputOptions, LoadTopic,
-    Mapping, RateUnit, Rename, Scale, TableOptions, TimeUnit, Times, Topics, Units, is_among,
-    matches_pattern, without_effect,
+    Mapping, OptionProblem, RateUnit, Rename, Scale, TableOptions, TimeUnit, Times, Topics, Units,
+    is_among, matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
 pub use stored::{About, Loaded, RecordedEstimate, Repairs, SampleClock, Stored};

@@ -9,6 +9,7 @@ use estimator_core::correction::AccelerometerCorrection;
 use estimator_core::mounting::Mounting;
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{AngularRate, Axis, Gravity, ImuSample, SpecificForce, Vec3};
+use thiserror::Error;
 
 use crate::hint::{Hint, Notice};
 
@@ -114,6 +115,47 @@ pub fn without_effect(file: &str, options: &[&str]) -> Option<Notice> {
     })
 }
 
+/// Reason why the text of an option is invalid.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum OptionProblem {
+    /// This is not a [`Scale`].
+    #[error(
+        "{0:?} is no scale: write the factors of accelerometer and gyroscope, finite and not 0, such as \
+         0.000122,0.07 with units g,dps; a third is that of the load"
+    )]
+    Scale(String),
+    /// This is not the name of a unit.
+    #[error("{0:?} is not a unit: write m/s2 or g, and rad/s or dps, such as g,dps")]
+    UnknownUnit(String),
+    /// These are two units of the same sensor.
+    #[error("{0:?} has two units for one sensor: write m/s2 or g, and rad/s or dps")]
+    TwoUnits(String),
+    /// This part of a [`Mapping`] has no equals sign.
+    #[error("{0:?} is not a pair: write OURS=THEIRS, such as ax=linear_acceleration.x")]
+    NotAPair(String),
+    /// This is not one of our names of columns.
+    #[error(
+        "there is no column {0:?} to map to; there are {axes}, {others}",
+        axes = Axis::ALL.map(Axis::name).join(", "),
+        others = OTHERS.join(", ")
+    )]
+    UnknownColumn(String),
+    /// Two columns of the file are mapped to this one of ours.
+    #[error("{0} is mapped twice")]
+    MappedTwice(&'static str),
+    /// This column of the file is mapped to two of ours.
+    #[error("column {0:?} is mapped twice")]
+    TakenTwice(String),
+    /// This is not a [`LoadTopic`].
+    #[error(
+        "{0:?} is not a topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z or /lowstate:foot_force[0]"
+    )]
+    LoadTopic(String),
+    /// This is not a [`Rename`].
+    #[error("{0:?} is not a name: write OLD=NEW, such as leg_1=FL")]
+    Rename(String),
+}
+
 /// Properties of a `csv` beyond its header. The default is a table of ours.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableOptions {
@@ -168,10 +210,10 @@ impl fmt::Display for Scale {
 }
 
 impl FromStr for Scale {
-    type Err = String;
+    type Err = OptionProblem;
 
     /// Reads numbers separated by commas: the factors of accelerometer and gyroscope, and of the load, if given.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, OptionProblem> {
         let factor = |text: &str| -> Option<f64> {
             let factor = text.trim().parse().ok()?;
             (f64::is_finite(factor) && factor != 0.0).then_some(factor)
@@ -180,10 +222,7 @@ impl FromStr for Scale {
         match factors.as_deref() {
             Some(&[acceleration, rate]) => Ok(Self { acceleration, rate, ..Self::default() }),
             Some(&[acceleration, rate, load]) => Ok(Self { acceleration, rate, load }),
-            _ => Err(format!(
-                "{text:?} is no scale: write the factors of accelerometer and gyroscope, finite and not 0, such as \
-                 0.000122,0.07 with units g,dps; a third is that of the load"
-            )),
+            _ => Err(OptionProblem::Scale(text.to_owned())),
         }
     }
 }
@@ -314,26 +353,20 @@ impl fmt::Display for Units {
 }
 
 impl FromStr for Units {
-    type Err = String;
+    type Err = OptionProblem;
 
     /// Reads one or two units, separated by a comma, in any order: `m/s2` or `g`, `rad/s` or `dps`, also `m/s^2`,
     /// `m/s²`, `deg/s` or `°/s`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, OptionProblem> {
         let (mut acceleration, mut rate) = (None, None);
         for unit in text.split(',').map(str::trim) {
             let twice = match (AccelerationUnit::written(unit), RateUnit::written(unit)) {
                 (Some(unit), _) => acceleration.replace(unit).is_some(),
                 (None, Some(unit)) => rate.replace(unit).is_some(),
-                (None, None) => {
-                    return Err(format!(
-                        "{unit:?} is not a unit: write m/s2 or g, and rad/s or dps, such as g,dps"
-                    ));
-                }
+                (None, None) => return Err(OptionProblem::UnknownUnit(unit.to_owned())),
             };
             if twice {
-                return Err(format!(
-                    "{text:?} has two units for one sensor: write m/s2 or g, and rad/s or dps"
-                ));
+                return Err(OptionProblem::TwoUnits(text.to_owned()));
             }
         }
         Ok(Self { acceleration: acceleration.unwrap_or_default(), rate: rate.unwrap_or_default() })
@@ -445,30 +478,23 @@ impl Mapping {
 }
 
 impl FromStr for Mapping {
-    type Err = String;
+    type Err = OptionProblem;
 
     /// Reads `ours=theirs` pairs, separated by commas.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, OptionProblem> {
         let mut columns: Vec<(&'static str, String)> = Vec::new();
         for pair in text.split(',') {
             let Some((ours, theirs)) = pair.split_once('=') else {
-                return Err(format!(
-                    "{pair:?} is not a pair: write OURS=THEIRS, such as ax=linear_acceleration.x"
-                ));
+                return Err(OptionProblem::NotAPair(pair.to_owned()));
             };
             let (ours, theirs) = (ours.trim(), theirs.trim());
-            let ours = own_name(ours).ok_or_else(|| {
-                let axes = Axis::ALL.map(Axis::name).join(", ");
-                format!(
-                    "there is no column {ours:?} to map to; there are {axes}, {}",
-                    OTHERS.join(", ")
-                )
-            })?;
+            let unknown = || OptionProblem::UnknownColumn(ours.to_owned());
+            let ours = own_name(ours).ok_or_else(unknown)?;
             if columns.iter().any(|(named, _)| *named == ours) {
-                return Err(format!("{ours} is mapped twice"));
+                return Err(OptionProblem::MappedTwice(ours));
             }
             if columns.iter().any(|(_, named)| named == theirs) {
-                return Err(format!("column {theirs:?} is mapped twice"));
+                return Err(OptionProblem::TakenTwice(theirs.to_owned()));
             }
             columns.push((ours, theirs.to_owned()));
         }
@@ -578,19 +604,17 @@ pub struct LoadTopic {
 }
 
 impl FromStr for LoadTopic {
-    type Err = String;
+    type Err = OptionProblem;
 
     /// Reads `TOPIC`, `TOPIC:FIELD` or `TOPIC.FIELD`: topics of ROS have no dot.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, OptionProblem> {
         let split = text.split_once(':').or_else(|| text.split_once('.'));
         let (topic, field) = match split {
             Some((topic, field)) => (topic, Some(field)),
             None => (text, None),
         };
         if topic.is_empty() || field == Some("") {
-            return Err(format!(
-                "{text:?} is not a topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z or /lowstate:foot_force[0]"
-            ));
+            return Err(OptionProblem::LoadTopic(text.to_owned()));
         }
         Ok(Self { topic: absolute(topic), field: field.map(str::to_owned) })
     }
@@ -634,15 +658,15 @@ pub struct Rename {
 }
 
 impl FromStr for Rename {
-    type Err = String;
+    type Err = OptionProblem;
 
     /// Reads `OLD=NEW`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, OptionProblem> {
         match text.split_once('=') {
             Some((old, new)) if !old.is_empty() && !new.is_empty() => {
                 Ok(Self { old: old.to_owned(), new: new.to_owned() })
             }
-            _ => Err(format!("{text:?} is not a name: write OLD=NEW, such as leg_1=FL")),
+            _ => Err(OptionProblem::Rename(text.to_owned())),
         }
     }
 }
@@ -747,7 +771,7 @@ mod tests {
             ("ax=foo,ax=bar", "ax is mapped twice"),
             ("ax=foo,ay=foo", "column \"foo\" is mapped twice"),
         ] {
-            let said = text.parse::<Mapping>().unwrap_err();
+            let said = text.parse::<Mapping>().unwrap_err().to_string();
             assert!(said.contains(why), "{said}");
         }
     }
