@@ -78,7 +78,8 @@ pub fn copy_merged(paths: &[PathBuf], receiver: ReceiverOfAll<'_>) -> Result<(),
                 let (sender, messages) = mpsc::sync_channel(WAITING);
                 let reader = scope.spawn(move || {
                     copy(path, &mut |channel, times, payload| {
-                        let message = (channel.clone(), times, payload.to_vec());
+                        let (channel, payload) = (channel.clone(), payload.to_vec());
+                        let message = Message { channel, times, payload };
                         sender.send(message).map_err(|_| io::ErrorKind::BrokenPipe.into())
                     })
                 });
@@ -95,14 +96,14 @@ pub fn copy_merged(paths: &[PathBuf], receiver: ReceiverOfAll<'_>) -> Result<(),
                 }
             }
             let heads = bags.iter().enumerate().filter_map(|(index, bag)| {
-                bag.next.as_ref().map(|(_, times, _)| (times.log_ns, index))
+                bag.next.as_ref().map(|message| (message.times.log_ns, index))
             });
             let Some((_, index)) = heads.min() else {
                 return Ok(());
             };
             let bag = &mut bags[index];
             let following = bag.messages.recv().ok();
-            if let Some((channel, times, payload)) = replace(&mut bag.next, following)
+            if let Some(Message { channel, times, payload }) = replace(&mut bag.next, following)
                 && let Err(error) = receiver(index, &channel, times, &payload)
             {
                 return Err(CopyError::Receiver(error));
@@ -121,7 +122,11 @@ struct Reading<'scope> {
 }
 
 /// A message on the way to the receiver.
-type Message = (Channel, MessageTimes, Vec<u8>);
+struct Message {
+    channel: Channel,
+    times: MessageTimes,
+    payload: Vec<u8>,
+}
 
 struct Copier<'a> {
     receiver: Receiver<'a>,

@@ -85,10 +85,10 @@ impl Feed {
         self.log_us = Some((first.min(now_us), last.max(now_us)));
     }
 
-    /// Processes a message that was counted, with the time at which it was written and the data beside it.
+    /// Processes a message that was counted, with the data about it on other topics.
     pub(super) fn process(
         &mut self,
-        (log_ns, known_beside): (i64, Known),
+        SidecarData { log_ns, known: sidecar }: SidecarData,
         imu: &Imu,
         load: Option<&LoadSeries>,
         input_options: &InputOptions,
@@ -134,10 +134,10 @@ impl Feed {
             imu: imu_sample(
                 Timestamp::default(),
                 readings,
-                known_beside.validity.unwrap_or(Validity::Valid),
+                sidecar.validity.unwrap_or(Validity::Valid),
             ),
             load,
-            label: known_beside.label,
+            label: sidecar.label,
         };
         if self.log_failed.is_some() {
             return Ok(());
@@ -294,9 +294,17 @@ pub(super) struct Known {
     pub(super) label: Option<Label>,
 }
 
+/// Data about a sample, from other topics.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SidecarData {
+    /// Time at which they were written, ns.
+    pub(super) log_ns: i64,
+    pub(super) known: Known,
+}
+
 /// Data about the next sample of each topic.
 #[derive(Debug, Default)]
-pub(super) struct Sidecar(HashMap<String, (i64, Known)>);
+pub(super) struct Sidecar(HashMap<String, SidecarData>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
@@ -326,18 +334,18 @@ impl Sidecar {
         let Some((topic, kind)) = about(channel) else {
             return;
         };
-        let (at_ns, known) = self.0.entry(topic.to_owned()).or_default();
-        if *at_ns != log_ns {
-            (*at_ns, *known) = (log_ns, Known::default());
+        let data = self.0.entry(topic.to_owned()).or_default();
+        if data.log_ns != log_ns {
+            *data = SidecarData { log_ns, known: Known::default() };
         }
         match kind {
             Kind::Validity => {
                 let text = decode::<String>(payload).ok();
-                known.validity = text.and_then(|text| validity_of_name(&text));
+                data.known.validity = text.and_then(|text| validity_of_name(&text));
             }
             Kind::Label => {
                 let label = |is_stable| if is_stable { Label::Stable } else { Label::NotStable };
-                known.label = decode(payload).ok().map(label);
+                data.known.label = decode(payload).ok().map(label);
             }
         }
     }
@@ -345,7 +353,7 @@ impl Sidecar {
     /// Data about the sample of a topic that was written at this time.
     pub(super) fn of(&mut self, topic: &str, log_ns: i64) -> Known {
         match self.0.remove(topic) {
-            Some((at_ns, known)) if at_ns == log_ns => known,
+            Some(data) if data.log_ns == log_ns => data.known,
             _ => Known::default(),
         }
     }

@@ -9,7 +9,7 @@ use crate::input::bag::definition::{Definition, FieldPath, within};
 use crate::input::bag::fields::Fields;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode_start, micros};
 use crate::input::bag::selection::{
-    ImuKey, MOST_FRAMES, addresses, hidden_imus, is_imu, is_wanted, last_word, names_of, order,
+    FootOrder, ImuKey, MOST_FRAMES, addresses, hidden_imus, is_imu, is_wanted, last_word, names_of,
     topic_types,
 };
 use crate::input::bag::visit;
@@ -102,7 +102,7 @@ fn read(
     if let Topics::Named(named) = &input_options.bag.topics {
         feet.retain(|imu| named.contains(&imu.topic));
     }
-    feet.sort_by_cached_key(|imu| order(&input_options.bag, &imu.topic, &imu.frame));
+    feet.sort_by_cached_key(|imu| FootOrder::of(&input_options.bag, &imu.topic, &imu.frame));
     let hidden = hidden_imus(&reader.channels, &input_options.bag);
     let names = names(&feet, &reader.feet, hidden);
     Ok(Loads { series: reader.series, feet, names })

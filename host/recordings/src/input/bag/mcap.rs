@@ -166,6 +166,8 @@ impl Bag<'_> {
         }
         let mut header = vec![0; CHUNK_START];
         chunk.read_exact(&mut header)?;
+        // Two times and the size of the records come first.
+        let crc = number(&header[24..28]) as u32;
         let name_length = number(&header[28..32]) as u32;
         let rest = u64::from(name_length) + 8;
         if name_length > LONGEST_NAME || chunk.limit() < rest {
@@ -178,7 +180,6 @@ impl Bag<'_> {
             return Err(too_short(size).into());
         }
         if name_length == 0 {
-            let crc = number(&header[24..28]) as u32;
             self.plain_chunk(&mut chunk.take(size), crc)
         } else {
             self.compressed_chunk(chunk, &header, length)

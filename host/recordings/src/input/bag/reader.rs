@@ -4,12 +4,12 @@
 use std::collections::BTreeSet;
 
 use crate::input::bag::contact_feed::{ContactFeeds, is_contact};
-use crate::input::bag::feed::{Feed, Known, Sidecar, is_sidecar};
+use crate::input::bag::feed::{Feed, Known, Sidecar, SidecarData, is_sidecar};
 use crate::input::bag::fields::{Fields, TRUNK_PARTS};
 use crate::input::bag::loads::Loads;
 use crate::input::bag::messages::{Channel, MessageTimes, Visitor, decode, decode_start};
 use crate::input::bag::selection::{
-    ImuKey, MOST_FRAMES, addresses, hidden_imus, is_imu, is_wanted, order, topic_types,
+    FootOrder, ImuKey, MOST_FRAMES, addresses, hidden_imus, is_imu, is_wanted, topic_types,
 };
 use crate::input::error::{ImuTopic, InputError, MessageProblem, Place, Problem};
 use crate::input::options::{ContactUse, InputOptions, Mapping, Topics};
@@ -84,7 +84,7 @@ impl Visitor for Reader<'_> {
             .collect();
         if !imus.is_empty() {
             return imus.into_iter().try_for_each(|(address, imu)| {
-                self.sample(&address, (log_ns, Known::default()), imu)
+                self.sample(&address, SidecarData { log_ns, known: Known::default() }, imu)
             });
         }
         let is_of_topic = |feed: &Feed| feed.topic == channel.topic;
@@ -109,7 +109,8 @@ impl Visitor for Reader<'_> {
             return Ok(());
         }
         let known = self.sidecar.of(&channel.topic, log_ns);
-        let taken = self.sample(&channel.topic, (log_ns, known), decode(payload));
+        let data = SidecarData { log_ns, known };
+        let taken = self.sample(&channel.topic, data, decode(payload));
         match (taken, &self.input_options.bag.topics) {
             (Err(error), Topics::TheOnly) => {
                 self.failed = Some(error);
@@ -172,19 +173,19 @@ impl<'a> Reader<'a> {
     fn sample(
         &mut self,
         topic: &str,
-        (log_ns, known): (i64, Known),
+        data: SidecarData,
         imu: Result<Imu, MessageProblem>,
     ) -> Result<(), InputError> {
         let decoded = imu.and_then(|imu| Ok((self.feed_index(topic, &imu.header.frame_id)?, imu)));
         let (at, imu) = decoded.map_err(|problem| {
             if let Some(first) = self.feeds.iter_mut().find(|feed| feed.topic == topic) {
-                first.count(log_ns);
+                first.count(data.log_ns);
             }
             let of_topic = self.feeds.iter().filter(|feed| feed.topic == topic);
             let number = of_topic.map(|feed| feed.messages).sum();
             InputError::of_message(self.file, topic, number, problem)
         })?;
-        self.feeds[at].count(log_ns);
+        self.feeds[at].count(data.log_ns);
         if !is_wanted(&imu.header.frame_id, self.input_options) {
             return Ok(());
         }
@@ -192,9 +193,9 @@ impl<'a> Reader<'a> {
         let foot = self.loads.feet.iter().position(is_same);
         let load = foot.and_then(|foot| self.loads.series.get(foot));
         if self.reads_contacts() {
-            self.contacts.process_imu(topic, log_ns, &imu);
+            self.contacts.process_imu(topic, data.log_ns, &imu);
         }
-        self.feeds[at].process((log_ns, known), &imu, load, self.input_options, self.file)
+        self.feeds[at].process(data, &imu, load, self.input_options, self.file)
     }
 
     /// Index of the feed in which a message is counted that is not needed; `None` if its frame makes no difference. Only
@@ -300,7 +301,7 @@ impl<'a> Reader<'a> {
         // Errors list the IMUs in the order of the bag.
         let imus: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
         self.feeds.sort_by_cached_key(|feed| {
-            order(bag, &feed.topic, feed.frame.as_deref().unwrap_or_default())
+            FootOrder::of(bag, &feed.topic, feed.frame.as_deref().unwrap_or_default())
         });
         match &bag.topics {
             Topics::Named(named) => self.select_named(named, imus),

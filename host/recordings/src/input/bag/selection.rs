@@ -19,17 +19,25 @@ pub(super) struct ImuKey {
 }
 
 /// Sort key of feet in the order of their selection: by topic, then by frame; by name if none are named.
-pub(super) fn order(
-    bag: &BagOptions,
-    topic: &str,
-    frame: &str,
-) -> (Option<usize>, String, Option<usize>, String) {
-    let topic_place = match &bag.topics {
-        Topics::Named(named) => named.iter().position(|name| name == topic),
-        Topics::All | Topics::TheOnly => None,
-    };
-    let frame_place = bag.frames.iter().position(|name| name == frame);
-    (topic_place, topic.to_owned(), frame_place, frame.to_owned())
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct FootOrder {
+    /// Place of the topic among those that were named.
+    topic_place: Option<usize>,
+    topic: String,
+    /// Place of the frame among those that were named.
+    frame_place: Option<usize>,
+    frame: String,
+}
+
+impl FootOrder {
+    pub(super) fn of(bag: &BagOptions, topic: &str, frame: &str) -> Self {
+        let topic_place = match &bag.topics {
+            Topics::Named(named) => named.iter().position(|name| name == topic),
+            Topics::All | Topics::TheOnly => None,
+        };
+        let frame_place = bag.frames.iter().position(|name| name == frame);
+        Self { topic_place, topic: topic.to_owned(), frame_place, frame: frame.to_owned() }
+    }
 }
 
 /// Returns whether the frame of a message is selected.
