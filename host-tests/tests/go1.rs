@@ -110,7 +110,8 @@ fn held_readings_are_found_on_the_go1_alone() {
         };
         assert!((69.0..72.0).contains(&rate), "{file}: {rate} Hz");
     }
-    for file in of_sets(&Set::ALL).into_iter().flatten() {
+    let Some(files) = of_sets(&Set::ALL) else { return };
+    for file in files {
         let findings = check(&file.recording);
         assert!(!findings.iter().any(is_held), "{}", file.recording.name);
     }
@@ -120,8 +121,9 @@ fn held_readings_are_found_on_the_go1_alone() {
 #[test]
 fn mirrored_recordings_are_left_handed_and_no_others() {
     let is_mirrored = |finding: &Finding| matches!(finding, Finding::LeftHanded { .. });
+    let Some(files) = of_sets(&Set::ALL) else { return };
     let mut found = Vec::new();
-    for mut file in of_sets(&Set::ALL).into_iter().flatten() {
+    for mut file in files {
         let name = file.recording.name.clone();
         let findings = check(&file.recording);
         assert!(!findings.iter().any(is_mirrored), "{name}: {findings:?}");
