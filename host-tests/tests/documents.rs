@@ -3,23 +3,20 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use host_tests::committed::workspace;
 
-/// Folders without documents of this project.
-const SKIPPED: [&str; 3] = ["target", ".git", "node_modules"];
-
-/// All Markdown files of the repository.
-fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("the folder can be read") {
-        let path = entry.expect("the entry can be read").path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_dir() && !SKIPPED.contains(&name.as_ref()) {
-            documents(&path, found);
-        } else if name.ends_with(".md") {
-            found.push(path);
-        }
-    }
+/// All Markdown files of the repository. Ignored folders, such as a virtual environment, have documents of others.
+fn documents() -> Vec<PathBuf> {
+    let list = ["ls-files", "--cached", "--others", "--exclude-standard", "--", "*.md"];
+    let output = Command::new("git").current_dir(workspace()).args(list).output();
+    let output = output.expect("git runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let files = String::from_utf8(output.stdout).expect("text");
+    let paths = files.lines().map(|file| workspace().join(file));
+    // The list also has files that were deleted without a commit.
+    paths.filter(|path| path.exists()).collect()
 }
 
 /// A link of a document: `[text](target)`.
@@ -51,10 +48,13 @@ fn anchor(heading: &str) -> String {
     kept.collect()
 }
 
+/// Returns whether a heading has this anchor. Comments in blocks of code are no headings.
 fn has_anchor(document: &str, wanted: &str) -> bool {
-    let headings = document.lines().filter(|line| line.starts_with('#'));
-    let mut anchors = headings.map(|line| anchor(line.trim_start_matches('#')));
-    anchors.any(|anchor| anchor == wanted)
+    let mut is_code = false;
+    document.lines().any(|line| {
+        is_code ^= line.trim_start().starts_with("```");
+        !is_code && line.starts_with('#') && anchor(line.trim_start_matches('#')) == wanted
+    })
 }
 
 /// Last name of a path of code: `tick` of `Foot::tick`. `None` for a file or other text.
@@ -124,9 +124,15 @@ fn name_is_defined_by_an_item_and_not_by_its_use() {
 }
 
 #[test]
+fn comment_in_a_block_of_code_is_no_heading() {
+    let document = "# Start\n```sh\n# Install\n```\n## Next step\n";
+    assert!(has_anchor(document, "start") && has_anchor(document, "next-step"));
+    assert!(!has_anchor(document, "install"));
+}
+
+#[test]
 fn links_of_documents_lead_to_files_headings_or_named_code() {
-    let mut found = Vec::new();
-    documents(&workspace(), &mut found);
+    let found = documents();
     assert!(found.len() > 8, "{found:?}");
     let mut wrong = Vec::new();
     for path in &found {
