@@ -10,22 +10,6 @@ use results::Stored;
 /// Share of the stored RMSE by which that of a set, or the mean, may exceed it.
 const LOSS: f64 = 0.05;
 
-/// Sets of recordings; only `python/research` scores more simulated gaits.
-const SETS: [Set; 12] = [
-    Set::Ground,
-    Set::ThreeSteps,
-    Set::Slip,
-    Set::Atlas7k,
-    Set::Nao,
-    Set::Shoe,
-    Set::Demo,
-    Set::Atlas500,
-    Set::Talos,
-    Set::RealNao,
-    Set::Go1,
-    Set::PushedNao,
-];
-
 /// Stored RMSE of the default preset on a set, or a mean of sets.
 fn stored_rmse(results: &Stored, name: &str) -> f64 {
     let rows = results.rows();
@@ -53,7 +37,8 @@ fn default_preset_loses_at_most_5_percent_on_each_set() {
         }
     };
     let mut sum = 0.0;
-    for set in SETS {
+    // Only `python/research` scores more simulated gaits.
+    for set in Set::ALL {
         let Some(files) = of_sets(&[set]) else { return };
         let rmse = pooled(files.iter().map(|file| &file.recording), &Params::DEFAULT);
         compare(set.name(), rmse);
