@@ -69,6 +69,16 @@ impl Score {
         self.add_onsets(simulation, &estimates);
     }
 
+    /// Adds the results of further walks.
+    pub fn append(&mut self, further: Self) {
+        let Self { slips, not_ready, good_stances, false_slips, onsets } = further;
+        self.slips.extend(slips);
+        self.not_ready += not_ready;
+        self.good_stances += good_stances;
+        self.false_slips += false_slips;
+        self.onsets.extend(onsets);
+    }
+
     fn add_stance(&mut self, truth: &[FootState], estimates: &[ContactEstimate]) {
         let sliding = |state: &FootState| state.activity == Activity::Slipping;
         let Some(onset) = truth.iter().position(sliding) else {

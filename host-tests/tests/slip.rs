@@ -1,9 +1,13 @@
 //! Detection time of a slip, slip distance at detection, and rate of false slips in good stances: over a grid of
 //! slips of a simulated foot, against the goals.
 
-use gait::{GaitName, Ground, Plan, SensorParams, simulate};
+use std::convert::Infallible;
+
+use gait::slips::SlipProfile;
+use gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::slips::{Score, profiles};
 use recordings::config::default_params;
+use recordings::jobs;
 
 /// Duration of each walk, s.
 const SECONDS: f64 = 14.0;
@@ -24,24 +28,32 @@ const LEFT_OUT: f64 = 0.005;
 /// the inclination lacks.
 const FALSE_PER_THOUSAND_RUNNING: f64 = 9.0;
 
+/// Scores of walks, which are simulated on all cores, in their order.
+fn score<I: Send>(walks: Vec<I>, simulate: impl Fn(I) -> Simulation + Sync) -> Score {
+    let of_each = jobs::run(walks.into_iter(), jobs::all_cores(), |walk| {
+        let mut score = Score::default();
+        score.add(&simulate(walk), &default_params());
+        Ok::<Score, Infallible>(score)
+    });
+    let mut all = Score::default();
+    for Ok(score) in of_each {
+        all.append(score);
+    }
+    all
+}
+
 /// Scores of the grid of slides.
 fn grid() -> Score {
-    let mut score = Score::default();
-    for (seed, profile) in (1000..).zip(profiles()) {
-        score.add(&profile.simulate(SECONDS, seed), &default_params());
-    }
-    score
+    let walks: Vec<(u64, SlipProfile)> = (1000..).zip(profiles()).collect();
+    score(walks, |(seed, profile)| profile.simulate(SECONDS, seed))
 }
 
 /// Scores of running feet on good ground.
 fn running() -> Score {
-    let mut score = Score::default();
-    for seed in 0..6 {
+    score((0..6).collect(), |seed| {
         let plan = Plan::steady(GaitName::Run, Ground::Hard, 60.0, seed);
-        let simulation = simulate(&plan, &SensorParams::LSM6DSOX_WARMING, seed);
-        score.add(&simulation, &default_params());
-    }
-    score
+        simulate(&plan, &SensorParams::LSM6DSOX_WARMING, seed)
+    })
 }
 
 #[test]
