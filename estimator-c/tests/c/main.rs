@@ -11,9 +11,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-use estimator_c::estimator::SIZE;
+use estimator_c::error::Error;
+use estimator_c::estimator::{MOST_SAMPLES, SIZE};
 use estimator_c::types::{CEstimate, CLearnt, CParams, CSample, VALIDITIES};
-use estimator_core::{ContactEstimate, Load};
+use estimator_core::{
+    ContactEstimate, Decision, Flag, Flags, Gravity, Learning, Load, Phase, Saturation, Validity,
+};
 use host_tests::datasets::{recorded, simulated};
 use host_tests::requirements::unmet;
 use host_tests::sets::Set;
@@ -505,16 +508,108 @@ fn header_has_the_layout_of_the_library() {
         }
         "footfall_memory" = [u8; SIZE] {}
     };
+    assert_same_in_c(&expected);
+}
+
+/// Constants of the header, and their values in the library.
+fn constants() -> Vec<(String, usize)> {
+    let mut constants = vec![
+        ("FOOTFALL_OK".to_owned(), 0),
+        ("FOOTFALL_MOST_SAMPLES".to_owned(), MOST_SAMPLES),
+        ("FOOTFALL_ESTIMATOR_SIZE".to_owned(), SIZE),
+    ];
+    let mut add = |kind: &str, name: &str, value: usize| {
+        constants.push((format!("FOOTFALL_{kind}{}", name.to_uppercase()), value));
+    };
+    for (name, error) in [
+        ("null", Error::Null),
+        ("misaligned", Error::Misaligned),
+        ("too_small", Error::TooSmall),
+        ("not_initialised", Error::NotInitialised),
+        ("choice", Error::Choice),
+        ("sample_rate", Error::SampleRate),
+        ("decision", Error::Decision),
+        ("load", Error::Load),
+        ("velocity", Error::Velocity),
+        ("learnt", Error::Learnt),
+        ("count", Error::Count),
+        ("unit", Error::Unit),
+    ] {
+        add("ERROR_", name, error as usize);
+    }
+    for (name, validity) in [
+        ("valid", Validity::Valid),
+        ("accelerometer_saturated", Validity::Saturated(Saturation::Accelerometer)),
+        ("gyroscope_saturated", Validity::Saturated(Saturation::Gyroscope)),
+        ("saturated", Validity::Saturated(Saturation::Both)),
+        ("stale", Validity::Stale),
+        ("invalid", Validity::Invalid),
+    ] {
+        let checked = |validity| CSample { validity, ..CSample::default() }.checked();
+        add("SAMPLE_", name, number(|n| checked(n).is_ok_and(|read| read.validity == validity)));
+    }
+    let checked = |params: CParams| params.checked().expect("a constant");
+    for (name, gravity) in [("included", Gravity::Included), ("removed", Gravity::Removed)] {
+        let read = |gravity| checked(CParams { gravity, ..CParams::default() }).gravity;
+        add("GRAVITY_", name, number(|n| read(n) == gravity));
+    }
+    for (name, learning) in [("on", Learning::On), ("frozen", Learning::Frozen)] {
+        let read = |learning| checked(CParams { learning, ..CParams::default() }).learning;
+        add("LEARNING_", name, number(|n| read(n) == learning));
+    }
+    let doubtful = ContactEstimate::DOUBTFUL;
+    let converted = |estimate: ContactEstimate| CEstimate::from(&estimate);
+    for flag in Flag::ALL {
+        let flags = Flags::NONE.with(flag);
+        let estimate = converted(ContactEstimate { flags, ..doubtful });
+        add("FLAG_", flag.name(), estimate.flags.into());
+    }
+    for phase in Phase::ALL {
+        let estimate = converted(ContactEstimate { phase, ..doubtful });
+        add("PHASE_", phase.name(), estimate.phase.into());
+    }
+    for (name, decision) in [("not_stable", Decision::NotStable), ("stable", Decision::Stable)] {
+        let estimate = converted(ContactEstimate { decision, ..doubtful });
+        add("", name, estimate.decision.into());
+    }
+    constants
+}
+
+/// First number of C that the library takes for a value.
+fn number(is_taken: impl Fn(u8) -> bool) -> usize {
+    (0..=u8::MAX).position(is_taken).expect("a number of each value")
+}
+
+#[test]
+fn header_has_the_constants_of_the_library() {
+    if !installed(C[0], "gcc") {
+        return;
+    }
+    let expected = constants();
+    // The version has tests of its own.
+    let header = include_str!("../../include/footfall_estimator.h");
+    let parts = header.lines().flat_map(|line| line.split(['{', ',']));
+    let enumerated = parts.filter_map(|part| Some(part.split_once(" = ")?.0.trim()));
+    let enumerated: Vec<&str> = enumerated.filter(|name| name.starts_with("FOOTFALL_")).collect();
+    assert!(enumerated.len() > 30, "{enumerated:?}");
+    for name in enumerated {
+        assert!(expected.iter().any(|(known, _)| known == name), "{name} is not compared");
+    }
+    assert_same_in_c(&expected);
+}
+
+/// Compares expressions of C with values of the library.
+fn assert_same_in_c(expected: &[(String, usize)]) {
     let mut source = "#include <stddef.h>\n#include <stdio.h>\n#include \"footfall_estimator.h\"\nint main(void) {\n".to_owned();
-    for (expression, _) in &expected {
-        writeln!(source, "    printf(\"%zu\\n\", {expression});").expect("memory");
+    for (expression, _) in expected {
+        writeln!(source, "    printf(\"%zu\\n\", (size_t)({expression}));").expect("memory");
     }
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let (path, program) = (temporary.path().join("layout.c"), temporary.path().join("layout"));
     fs::write(&path, source + "    return 0;\n}\n").expect("a file");
     compile(&C, &path, &library(), &program);
     let printed = String::from_utf8(run(&mut Command::new(program)).stdout).expect("text");
-    for (value, (expression, expected)) in printed.lines().zip(&expected) {
+    for (value, (expression, expected)) in printed.lines().zip(expected) {
         assert_eq!(value.parse(), Ok(*expected), "{expression}");
     }
     assert_eq!(printed.lines().count(), expected.len());
