@@ -65,7 +65,7 @@ pub enum Injection {
     SettingsGarbage(u64),
     /// Bits have flipped throughout the written part of the settings pages.
     SettingsDamaged,
-    /// Clears all faults of the sensor and its bus, of DMA, CAN, the serial line and the load sensor.
+    /// Clears all faults of the sensor and its bus, of DMA, CAN, the serial line and the load sensor, and restores the supply.
     Clear,
 }
 

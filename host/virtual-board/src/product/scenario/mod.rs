@@ -346,7 +346,7 @@ impl Scenario {
     fn fill(&self, elf: &[u8]) -> Result<Option<pages::Filled>, ScenarioError> {
         match self.pages {
             Pages::Blank => Ok(None),
-            Pages::BeforeAnErase => pages::before_an_erase(elf, list::OLD_SCALE).map(Some),
+            Pages::BeforeAnErase => pages::before_an_erase(elf).map(Some),
         }
     }
 

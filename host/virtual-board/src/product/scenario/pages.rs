@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use super::list::OLD_SCALE;
 use super::{BEFORE_MS, MILLISECOND, ScenarioError, ScenarioStep};
 use crate::emulator::board::{Board, Injection};
 
@@ -32,16 +33,16 @@ const ERASE_MS: u64 = 3_000;
 /// Pages filled so far, by ELF.
 static FOUND: Mutex<Vec<(Vec<u8>, Filled)>> = Mutex::new(Vec::new());
 
-/// Runs a board with `elf` and settings changed by `before`. It stores settings until it erases. Returns the pages before
-/// the erase.
-pub(super) fn before_an_erase(elf: &[u8], before: ScenarioStep) -> Result<Filled, ScenarioError> {
+/// Runs a board with `elf` and the old scale of the load. It stores settings until it erases. Returns the pages before the
+/// erase.
+pub(super) fn before_an_erase(elf: &[u8]) -> Result<Filled, ScenarioError> {
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, filled)) = found.iter().find(|(known, _)| known == elf) {
         return Ok(filled.clone());
     }
     let mut board = Board::from_elf(elf).map_err(|error| ScenarioError::Elf(error.to_string()))?;
     board.run_until(BEFORE_MS * MILLISECOND)?;
-    before.act(&mut board);
+    OLD_SCALE.act(&mut board);
     board.run_for(STORE_MS * MILLISECOND)?;
     for number in 1..=MOST_STORES {
         // At once it takes four stores.
