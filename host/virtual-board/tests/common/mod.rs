@@ -25,11 +25,6 @@ pub const MILLISECOND: u64 = PER_SECOND / 1000;
 
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Creates a directory for output.
-pub fn directory(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
-
 /// Builds a release ELF for the target and returns its path.
 pub fn build(package: &str, program: &str) -> PathBuf {
     build_with(&["-p", package, "--bin", program], program)

@@ -30,7 +30,7 @@ fn accepted(
     let mut child = Command::new(program())
         .args(["accept", &source, "--json", "--seconds", "60"])
         .args(options)
-        .current_dir(&server.folder)
+        .current_dir(server.folder())
         .stdin(Stdio::null())
         .stdout(File::create(&report).expect("a file"))
         .stderr(Stdio::piped())
@@ -117,7 +117,7 @@ fn out(report: &Json) -> Vec<&str> {
 #[test]
 #[ignore = "full: all steps, two minutes of virtual time"]
 fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
-    let Some(mut server) = Server::start("accepted", &["--gait", "stand"]) else {
+    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     let serial = server.serial("FL");
@@ -133,7 +133,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
 
 #[test]
 fn healthy_foot_is_accepted_over_can() {
-    let Some(mut server) = Server::start("accepted-can", &["--gait", "stand"]) else {
+    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     let only = ["--only", "still,sides,taps,unplug"];
@@ -144,7 +144,7 @@ fn healthy_foot_is_accepted_over_can() {
 #[test]
 #[ignore = "full: two boards with a fault, a minute of virtual time"]
 fn faults_of_a_board_are_named() {
-    let Some(mut server) = Server::start("not-accepted", &["--gait", "stand"]) else {
+    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     let only = ["--only", "board,still"];
@@ -173,7 +173,7 @@ fn faults_of_a_board_are_named() {
 #[test]
 #[ignore = "full: a board with three defects, a minute of virtual time"]
 fn defects_that_look_like_rest_or_taps_are_named() {
-    let Some(mut server) = Server::start("like-taps", &["--gait", "stand"]) else {
+    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     // Samples are read by the timer.

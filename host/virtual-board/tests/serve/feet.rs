@@ -41,7 +41,7 @@ fn a_seed_gives_the_same_frames_in_any_thread_order() {
 
 #[test]
 fn wrong_orders_are_errors_and_the_robot_runs_on() {
-    let Some(mut server) = Server::start("none", &["--seconds", "60"]) else {
+    let Some(mut server) = Server::start(&["--seconds", "60"]) else {
         return;
     };
     server.type_line("RR: gait trot");
@@ -57,12 +57,12 @@ fn wrong_orders_are_errors_and_the_robot_runs_on() {
 
 #[test]
 fn feet_on_lines_of_their_own_are_one_robot() {
-    let Some(server) = Server::start("lines", &["--feet", "2", "--gait", "stand"]) else {
+    let Some(server) = Server::start(&["--feet", "2", "--gait", "stand"]) else {
         return;
     };
     let [left, right] = ["L", "R"].map(|foot| server.serial(foot));
     let (lines, said) =
-        footfall(&server.folder, &["monitor", &left, &right, "--json", "--seconds", "3"]);
+        footfall(server.folder(), &["monitor", &left, &right, "--json", "--seconds", "3"]);
     assert_eq!(said, "");
     for foot in ["L", "R"] {
         let of_foot = |line: &Json| line["foot"] == foot && line["rate_hz"].is_number();
@@ -79,7 +79,7 @@ fn feet_on_lines_of_their_own_are_one_robot() {
 #[test]
 #[ignore = "full: four boards, and a program with all features"]
 fn four_boards_on_a_bus_walk_as_one_robot() {
-    let Some(server) = Server::start("one-robot", &["--feet", "4"]) else {
+    let Some(server) = Server::start(&["--feet", "4"]) else {
         return;
     };
     let Some(program) = std::env::var_os("FOOTFALL_PROGRAM").map(PathBuf::from) else {
@@ -87,7 +87,7 @@ fn four_boards_on_a_bus_walk_as_one_robot() {
     };
     let sources = [server.bus()];
     let robot =
-        OneRobot { program: &program, folder: &server.folder, sources: &sources, rate: 1000.0 };
+        OneRobot { program: &program, folder: server.folder(), sources: &sources, rate: 1000.0 };
     robot.walk();
     // The same feet on their serial lines.
     let sources = FEET.map(|foot| server.serial(foot));

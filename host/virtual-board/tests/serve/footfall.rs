@@ -12,7 +12,7 @@ use super::server::{LONGEST, Server, footfall, program};
 
 #[test]
 fn a_foot_is_read_and_set_over_serial_line_and_bus() {
-    let Some(server) = Server::start("set", &["--gait", "stand"]) else {
+    let Some(server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     let (serial, bus) = (server.serial("FL"), server.bus());
@@ -76,24 +76,24 @@ fn newest<'a>(objects: &'a [Json], foot: &str) -> &'a Json {
 
 #[test]
 fn the_monitor_shows_a_walk_its_load_and_a_fault() {
-    let Some(mut server) = Server::start("monitor", &[]) else {
+    let Some(mut server) = Server::start(&[]) else {
         return;
     };
     for source in [server.serial("FL"), server.bus()] {
-        let objects = monitored(&server.folder, &source, "3");
+        let objects = monitored(server.folder(), &source, "3");
         let foot = newest(&objects, "FL");
         assert_eq!((&foot["missing"], &foot["dropped"]), (&0.into(), &0.into()), "{foot}");
         assert_eq!(foot["faults"], Json::Array(Vec::new()), "{foot}");
         assert!(foot["rate_hz"].as_f64().is_some_and(|rate| (990.0..=1010.0).contains(&rate)));
     }
     // The controller sends the load to the foot over the bus.
-    let of_bus = monitored(&server.folder, &server.bus(), "2");
+    let of_bus = monitored(server.folder(), &server.bus(), "2");
     assert!(newest(&of_bus, "FL")["load_n"].is_number(), "{of_bus:#?}");
 
     server.plan(1000, "FL: fault miso-low");
     server.plan(2500, "FL: fault clear");
     let plain = ["monitor", &server.bus(), "--seconds", "5"];
-    let (lines, _) = footfall(&server.folder, &plain);
+    let (lines, _) = footfall(server.folder(), &plain);
     let at = |words: &str| lines.find(words).unwrap_or_else(|| panic!("no {words:?} in {lines}"));
     let came = at("sensor");
     assert!(lines[came..].contains("cleared"), "{lines}");
@@ -119,12 +119,12 @@ fn wait_until(what: &str, is_met: impl Fn() -> bool) {
 #[test]
 #[ignore = "real time"]
 fn serial_line_is_a_port_that_cat_reads() {
-    let Some(server) = Server::start_in_real_time("cat", &[]) else {
+    let Some(server) = Server::start_in_real_time(&[]) else {
         return;
     };
     let mut cat = Command::new("sh")
         .args(["-c", "exec cat FL.uart > uart.bin"])
-        .current_dir(&server.folder)
+        .current_dir(server.folder())
         .spawn()
         .expect("it runs");
     let size = || fs::metadata(server.path("uart.bin")).map_or(0, |file| file.len());
@@ -132,7 +132,7 @@ fn serial_line_is_a_port_that_cat_reads() {
     cat.kill().expect("killed");
     cat.wait().expect("it ends");
     let decode = ["decode", "uart.bin", "--output", "rows.csv"];
-    footfall(&server.folder, &decode);
+    footfall(server.folder(), &decode);
     let rows = fs::read_to_string(server.path("rows.csv")).expect("rows");
     assert!(rows.lines().count() > 500, "{} rows", rows.lines().count());
 }
@@ -140,13 +140,13 @@ fn serial_line_is_a_port_that_cat_reads() {
 #[test]
 #[ignore = "real time"]
 fn a_suspended_program_counts_all_it_has_lost() {
-    let Some(mut server) = Server::start_in_real_time("stopped", &["--gait", "stand"]) else {
+    let Some(mut server) = Server::start_in_real_time(&["--gait", "stand"]) else {
         return;
     };
     let before_s = server.order(ANY_ORDER);
     let recording = Command::new(program())
         .args(["record", &server.bus(), "-o", "stopped.mcap"])
-        .current_dir(&server.folder)
+        .current_dir(server.folder())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

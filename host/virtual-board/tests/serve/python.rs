@@ -31,7 +31,7 @@ fn python_canopen_is_master_of_a_foot() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),
     };
-    let Some(server) = Server::start("master", &["--gait", "stand", "--no-control"]) else {
+    let Some(server) = Server::start(&["--gait", "stand", "--no-control"]) else {
         return;
     };
     server.run(3000);
@@ -45,7 +45,7 @@ fn python_can_and_cantools_work_with_a_foot() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),
     };
-    let Some(server) = Server::start("python", &[]) else {
+    let Some(server) = Server::start(&[]) else {
         return;
     };
     // The foot stands for two seconds, and then takes some steps.
@@ -72,7 +72,7 @@ fn python_can_and_cantools_work_with_a_foot() {
     assert!(decoded.matches("FL_Contact(").count() > 300, "{decoded}");
     assert!(decoded.contains("StableContactProbability: "), "{decoded}");
     let arguments = ["decode", "can.log", "--output", "rows.csv"];
-    let (report, _) = footfall(&server.folder, &arguments);
+    let (report, _) = footfall(server.folder(), &arguments);
     assert!(report.contains("missing  0 in 0 gaps"), "{report}");
     server.end();
 }

@@ -3,7 +3,6 @@
 //! Time of the boards passes only while all programs wait, or while [`Server::run`] or a [`Holder`] lets it.
 
 use std::cell::RefCell;
-use std::fs;
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -17,8 +16,9 @@ use host_tests::committed::workspace;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
 
-use crate::common::{directory, product_file};
+use crate::common::product_file;
 
 /// Timeout of a wait, which ends a hang.
 pub const LONGEST: Duration = Duration::from_secs(120);
@@ -82,27 +82,25 @@ pub struct Server {
     words: RefCell<Words>,
     /// Ends the thread that limits the lifetime.
     _alive: Sender<()>,
-    pub folder: PathBuf,
+    /// Not below the target folder: the path of a socket has at most 107 bytes.
+    folder: TempDir,
 }
 
 impl Server {
-    /// Starts the server in lock step in a folder of this name, and waits until all sources are announced; `None` if
+    /// Starts the server in lock step in a folder of its own, and waits until all sources are announced; `None` if
     /// there is no product.
-    pub fn start(name: &str, arguments: &[&str]) -> Option<Self> {
-        Self::launch(name, &[&["--lock-step"], arguments].concat())
+    pub fn start(arguments: &[&str]) -> Option<Self> {
+        Self::launch(&[&["--lock-step"], arguments].concat())
     }
 
     /// Starts the server in real time.
-    pub fn start_in_real_time(name: &str, arguments: &[&str]) -> Option<Self> {
-        Self::launch(name, arguments)
+    pub fn start_in_real_time(arguments: &[&str]) -> Option<Self> {
+        Self::launch(arguments)
     }
 
-    fn launch(name: &str, arguments: &[&str]) -> Option<Self> {
+    fn launch(arguments: &[&str]) -> Option<Self> {
         let elf = product_file()?;
-        let folder = directory("serve").join(name);
-        // Left over from another run.
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).expect("a folder");
+        let folder = tempfile::tempdir().expect("a folder");
         let mut child = Command::new(env!("CARGO_BIN_EXE_virtual-board"))
             .args(["serve", "--links", ".", "--elf"])
             .arg(elf)
@@ -143,12 +141,17 @@ impl Server {
     /// Output of `footfall foot SOURCE`.
     pub fn foot(&self, source: &str, arguments: &[&str]) -> String {
         let all = [&["foot", source], arguments].concat();
-        footfall(&self.folder, &all).0
+        footfall(self.folder(), &all).0
+    }
+
+    /// Its folder.
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
     }
 
     /// Path of a file in its folder.
     pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(name)
+        self.folder().join(name)
     }
 
     /// Types a line.

@@ -8,7 +8,7 @@ use super::server::{Server, footfall, program};
 
 #[test]
 fn a_board_is_tested_and_repositioned_over_both_lines() {
-    let Some(server) = Server::start("new", &["--gait", "stand"]) else {
+    let Some(server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     let (serial, bus) = (server.serial("FL"), server.bus());
@@ -28,7 +28,7 @@ fn a_board_is_tested_and_repositioned_over_both_lines() {
 
 #[test]
 fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
-    let Some(server) = Server::start("walking", &[]) else {
+    let Some(server) = Server::start(&[]) else {
         return;
     };
     let serial = server.serial("FL");
@@ -60,7 +60,7 @@ fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
 
 #[test]
 fn a_board_with_a_custom_node_id_is_found_set_and_watched() {
-    let Some(server) = Server::start("own_id", &["--feet", "2", "--gait", "stand"]) else {
+    let Some(server) = Server::start(&["--feet", "2", "--gait", "stand"]) else {
         return;
     };
     let bus = server.bus();
@@ -74,14 +74,14 @@ fn a_board_with_a_custom_node_id_is_found_set_and_watched() {
     let info = server.foot(&bus, &["--node", "34", "info"]);
     assert!(info.starts_with("foot     R, node 34\n"), "{info}");
     let watch = ["monitor", &bus, "--names", "34=R", "--json", "--seconds", "3"];
-    let (lines, _) = footfall(&server.folder, &watch);
+    let (lines, _) = footfall(server.folder(), &watch);
     let of_foot = lines.lines().filter(|line| line.contains("\"foot\":\"R\""));
     assert!(of_foot.filter(|line| line.contains("\"p_stable\":")).count() > 0, "{lines}");
 }
 
 #[test]
 fn a_board_left_pre_operational_reports_it_and_resumes() {
-    let Some(server) = Server::start("paused", &["--gait", "stand"]) else {
+    let Some(server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     let bus = server.bus();
@@ -110,7 +110,7 @@ fn a_board_left_pre_operational_reports_it_and_resumes() {
 
 #[test]
 fn settings_lost_by_a_power_failure_are_not_reported_stored() {
-    let Some(mut server) = Server::start("power", &["--gait", "stand"]) else {
+    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
         return;
     };
     for (line, delay_ms, value) in

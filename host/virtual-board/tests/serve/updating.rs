@@ -21,18 +21,18 @@ fn same_program(elf: &[u8]) -> Vec<u8> {
 }
 
 /// Starts feet with a bootloader.
-fn with_bootloader(name: &str, options: [&str; 2]) -> Option<Server> {
+fn with_bootloader(options: [&str; 2]) -> Option<Server> {
     let bootloader = build_bootloader(Wiring::reference());
     let bootloader = bootloader.to_str().expect("a path of text");
     let [option, value] = options;
-    Server::start(name, &[option, value, "--bootloader", bootloader])
+    Server::start(&[option, value, "--bootloader", bootloader])
 }
 
 /// Begins an update, and kills the program while it sends.
 fn vanish_while_sending(server: &Server, arguments: &[&str]) {
     let mut sender = Command::new(program())
         .args(arguments)
-        .current_dir(&server.folder)
+        .current_dir(server.folder())
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program runs");
@@ -50,7 +50,7 @@ fn python_canopen_updates_a_foot() {
         Err(missing) => return unmet(&missing),
     };
     let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader("updating", ["--gait", "stand"]) else {
+    let Some(server) = with_bootloader(["--gait", "stand"]) else {
         return;
     };
     fs::write(server.path("foot.img"), same_program(&elf)).expect("written");
@@ -68,7 +68,7 @@ fn python_canopen_updates_a_foot() {
 #[test]
 fn footfall_updates_a_foot_over_its_serial_line() {
     let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader("updating-line", ["--gait", "stand"]) else {
+    let Some(server) = with_bootloader(["--gait", "stand"]) else {
         return;
     };
     let image = same_program(&elf);
@@ -102,7 +102,7 @@ fn footfall_updates_a_foot_over_its_serial_line() {
 #[ignore = "full: two feet, updated twice"]
 fn footfall_updates_all_feet_of_a_bus() {
     let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader("updating-all", ["--feet", "2"]) else {
+    let Some(server) = with_bootloader(["--feet", "2"]) else {
         return;
     };
     let good = same_program(&elf);
@@ -116,7 +116,7 @@ fn footfall_updates_all_feet_of_a_bus() {
     let refused = |arguments: &[&str]| {
         let output = Command::new(program())
             .args([&["foot", &bus, "--node", "22"], arguments].concat())
-            .current_dir(&server.folder)
+            .current_dir(server.folder())
             .output()
             .expect("the program runs");
         assert_eq!(output.status.code(), Some(1));
@@ -129,7 +129,7 @@ fn footfall_updates_all_feet_of_a_bus() {
     assert!(said.contains("continues with its program"), "{said}");
     // A master that vanishes while it sends.
     vanish_while_sending(&server, &["foot", &bus, "--node", "22", "update", "foot.img"]);
-    let (updated, _) = footfall(&server.folder, &["foot", &bus, "update", "foot.img", "--all"]);
+    let (updated, _) = footfall(server.folder(), &["foot", &bus, "update", "foot.img", "--all"]);
     let after = format!(" → 0.1.0 ({number:08X}), confirmed");
     let lines: Vec<&str> = updated.lines().collect();
     let [first, second] = lines[..] else {
@@ -153,7 +153,7 @@ fn footfall_updates_all_feet_of_a_bus() {
 #[ignore = "full: two feet, of which one is updated"]
 fn footfall_updates_a_foot_by_its_serial_number() {
     let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader("updating-serial", ["--feet", "2"]) else {
+    let Some(server) = with_bootloader(["--feet", "2"]) else {
         return;
     };
     let image = new_image(&elf);
@@ -183,14 +183,14 @@ fn footfall_updates_a_foot_by_its_serial_number() {
 #[ignore = "full: four boards, two minutes of virtual time"]
 fn footfall_updates_four_feet_within_two_minutes() {
     let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader("updating-four", ["--feet", "4"]) else {
+    let Some(server) = with_bootloader(["--feet", "4"]) else {
         return;
     };
     fs::write(server.path("foot.img"), new_image(&elf)).expect("written");
     let begin_ms = server.now_ms();
     let bus = server.bus();
     let arguments = ["foot", &bus, "update", "foot.img", "--all"];
-    let (updated, _) = footfall(&server.folder, &arguments);
+    let (updated, _) = footfall(server.folder(), &arguments);
     let took_ms = server.now_ms() - begin_ms;
     assert_eq!(updated.matches(", confirmed\n").count(), 4, "{updated}");
     assert!(took_ms < 120_000, "{took_ms} ms");
