@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use object::{Object as _, ObjectSection as _};
 
 use crate::command::{Step, root};
@@ -68,18 +68,28 @@ pub fn run(elf: &Path, print: bool) -> Result<()> {
 /// Places that branch to a function that panics: crate, function and meaning.
 fn places(elf: &Path) -> Result<BTreeSet<String>> {
     let name = elf.display().to_string();
-    let entries = entries(&Step::program("nm").with([&name]).output()?);
+    let symbols = Step::program("nm").with([&name]).output()?;
     let bytes = fs::read(elf)?;
     let file = object::File::parse(&*bytes)?;
     let text = file.section_by_name(".text").context("it has no .text")?;
-    let calls = branches(text.address() as u32, text.data()?, &entries);
+    let calls = calls(&symbols, text.address() as u32, text.data()?)?;
     let addresses: Vec<String> = calls.iter().map(|(at, _)| format!("{at:#x}")).collect();
     let trace = Step::program("addr2line").with(["-aCfi", "-e", &name]).with(addresses).output()?;
+    let traced = frames(&trace);
+    ensure!(traced.len() == calls.len(), "{} of {} addresses traced", traced.len(), calls.len());
     let mut places = BTreeSet::new();
-    for ((_, meaning), frames) in calls.into_iter().zip(frames(&trace)) {
+    for ((_, meaning), frames) in calls.into_iter().zip(traced) {
         places.extend(place(meaning, &frames));
     }
     Ok(places)
+}
+
+/// Branches to functions that panic, from the output of `nm` and the code. None at all is an error: an ELF without symbols
+/// would pass the check.
+fn calls(symbols: &str, start: u32, code: &[u8]) -> Result<Vec<(u32, &'static str)>> {
+    let calls = branches(start, code, &entries(symbols));
+    ensure!(!calls.is_empty(), "no branch to a function that panics: is the ELF stripped?");
+    Ok(calls)
 }
 
 /// Addresses of the functions that panic, from the output of `nm`, with their meaning.
@@ -282,5 +292,14 @@ mod tests {
         let code = [0x00, 0xF0, 0x76, 0xF8, 0x00, 0xBF, 0xFF, 0xF7, 0xF3, 0xBF];
         let found = branches(0x0800_0010, &code, &entries);
         assert_eq!(found, [(0x0800_0010, "index"), (0x0800_0016, "slice")]);
+    }
+
+    #[test]
+    fn elf_without_symbols_is_an_error() {
+        let symbols = "08000101 T _ZN4core9panicking18panic_bounds_check17h0123456789abcdefE\n";
+        let code = [0x00, 0xF0, 0x76, 0xF8];
+        let found = calls(symbols, 0x0800_0010, &code).expect("a branch");
+        assert_eq!(found, [(0x0800_0010, "index")]);
+        calls("", 0x0800_0010, &code).expect_err("no symbol");
     }
 }
