@@ -66,10 +66,17 @@ impl Packages {
         owner.map(|(name, _)| name.as_str())
     }
 
-    /// Packages with these files, and those that depend on them, directly or indirectly. A manifest at the
-    /// root affects all packages.
+    /// Packages with these files, and those that depend on them, directly or indirectly. The manifest
+    /// at the root and the files that configure compiler, lints and linker affect all packages.
     pub fn affected(&self, paths: &BTreeSet<String>) -> BTreeSet<String> {
-        let of_all = ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml"];
+        let of_all = [
+            "Cargo.toml",
+            "Cargo.lock",
+            "rust-toolchain.toml",
+            "clippy.toml",
+            ".cargo/config.toml",
+            "memory.x",
+        ];
         if of_all.iter().any(|path| paths.contains(*path)) {
             return self.all.keys().cloned().collect();
         }
@@ -124,10 +131,12 @@ mod tests {
     }
 
     #[test]
-    fn root_manifest_touches_all_packages_and_a_document_none() {
+    fn root_file_touches_all_packages_and_a_document_none() {
         assert!(touched("docs/design/choosing.md").is_empty());
         assert!(touched("wires/src/lib.rs").is_empty());
-        assert_eq!(touched("Cargo.lock").len(), 4);
+        for path in ["Cargo.lock", "clippy.toml", ".cargo/config.toml", "memory.x"] {
+            assert_eq!(touched(path).len(), 4, "{path}");
+        }
     }
 
     #[test]

@@ -11,9 +11,6 @@ use crate::packages::Packages;
 /// Packages that are not built on a host.
 const NOT_FOR_HOSTS: [&str; 2] = ["board-proofs", "foot-stm32f405"];
 
-/// Packages with only integration tests, which take minutes.
-const SLOW: [&str; 1] = ["host-tests"];
-
 /// Version of all packages of the workspace, which distinguishes them from a dependency with the same name.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -47,10 +44,6 @@ pub fn run(commit: &str) -> Result<()> {
     };
     let lints = Step::cargo(&["clippy", "--locked", "--all-targets"]);
     lints.with(named(&on_hosts)).with(["--", "-D", "warnings"]).run()?;
-    let quick: Vec<&str> = on_hosts.into_iter().filter(|name| !SLOW.contains(name)).collect();
-    if !quick.is_empty() {
-        let tests = Step::cargo(&["test", "--locked", "--quiet", "--lib", "--bins"]);
-        tests.with(named(&quick)).run()?;
-    }
-    Ok(())
+    let tests = Step::cargo(&["test", "--locked", "--quiet", "--lib", "--bins"]);
+    tests.with(named(&on_hosts)).run()
 }
