@@ -7,11 +7,12 @@ mod python {
     pub mod truth;
 }
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
-use std::{env, fs};
+use std::{env, fs, io};
 
 use estimator_core::Phase;
 use proptest::strategy::{Strategy as _, ValueTree as _};
@@ -26,7 +27,7 @@ const HERE: &str = env!("CARGO_MANIFEST_DIR");
 fn unmet(missing: &str) {
     let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
     assert!(!required, "{missing}");
-    eprintln!("not checked: {missing}");
+    let _ = writeln!(io::stderr(), "not checked: {missing}");
 }
 
 /// Interpreter of the virtual environment, which is created on first use.

@@ -206,7 +206,8 @@ pub fn standing() -> String {
 pub fn unmet(missing: &str) {
     let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
     assert!(!required, "{missing}");
-    eprintln!("not checked: {missing}");
+    // Bypasses the test harness, which captures the output of `eprintln!` in a passing test.
+    let _ = writeln!(io::stderr(), "not checked: {missing}");
 }
 
 /// Asserts that a text has a part.
