@@ -12,9 +12,9 @@ fn monitor(arguments: &str) -> (String, String, Option<i32>) {
     outcome(&Bench::new(), &format!("monitor {arguments}"))
 }
 
-/// Returns the output about four feet in two and a half seconds.
-fn lines_of_four_feet() -> String {
-    let (lines, warnings, code) = monitor("demo:feet=4,seconds=2.5");
+/// Returns the output about four feet in two and a half seconds of theirs.
+fn lines_of_four_feet(speed: &str) -> String {
+    let (lines, warnings, code) = monitor(&format!("demo:feet=4,seconds=2.5,speed={speed}"));
     assert_eq!((warnings.as_str(), code), ("", Some(0)));
     assert!(lines.contains("missing 0, dropped 0"), "{lines}");
     assert!(lines.contains("the demo has ended"), "{lines}");
@@ -29,7 +29,7 @@ fn lines_with_p(lines: &str, foot: &str) -> usize {
 
 #[test]
 fn output_without_terminal_has_lines_of_each_foot() {
-    let lines = lines_of_four_feet();
+    let lines = lines_of_four_feet("max");
     for foot in ["FL", "FR", "RL", "RR"] {
         assert!(lines_with_p(&lines, foot) > 0, "{foot}:\n{lines}");
     }
@@ -38,7 +38,7 @@ fn output_without_terminal_has_lines_of_each_foot() {
 #[test]
 #[ignore = "real time"]
 fn output_without_terminal_is_one_line_per_foot_and_second() {
-    let lines = lines_of_four_feet();
+    let lines = lines_of_four_feet("1");
     for foot in ["FL", "FR", "RL", "RR"] {
         assert_eq!(lines_with_p(&lines, foot), 3, "{foot}:\n{lines}");
     }
