@@ -48,7 +48,7 @@ fn anchor(heading: &str) -> String {
     kept.collect()
 }
 
-/// Returns whether a heading has this anchor. Comments in blocks of code are no headings.
+/// Returns whether a heading has this anchor. Comments in blocks of code are ignored.
 fn has_anchor(document: &str, wanted: &str) -> bool {
     let mut is_code = false;
     document.lines().any(|line| {
@@ -124,7 +124,7 @@ fn name_is_defined_by_an_item_and_not_by_its_use() {
 }
 
 #[test]
-fn comment_in_a_block_of_code_is_no_heading() {
+fn comment_in_a_block_of_code_has_no_anchor() {
     let document = "# Start\n```sh\n# Install\n```\n## Next step\n";
     assert!(has_anchor(document, "start") && has_anchor(document, "next-step"));
     assert!(!has_anchor(document, "install"));
