@@ -84,8 +84,8 @@ pub struct RobotParams {
     pub greased: f64,
     /// Step length, as a factor of the gait's.
     pub step_length: f64,
-    /// Shaking of the standing feet, as a factor of the gait's. It raises the frequency, not the amplitude: above
-    /// about 1.5 at the usual frequency a foot would not count as stable.
+    /// Shaking of the standing feet, as a factor of the gait's frequency and of its amplitudes of acceleration and angular
+    /// rate. The amplitude of the velocity stays: raised by more than about 1.5, a foot would not count as stable.
     pub shaking: f64,
     /// Pauses in which it stands still, if any.
     pub rests: Option<Rests>,

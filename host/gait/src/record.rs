@@ -162,7 +162,7 @@ fn seconds(micros: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{GaitName, Ground};
+    use crate::plan::{GaitName, Ground, Rests, RobotParams};
     use crate::track::Activity;
     use estimator_core::{ContactEstimator, Params, Validity, Vec3};
     use recordings::samples::{Label, VALIDITIES};
@@ -194,6 +194,39 @@ mod tests {
             add(u64::from(sample.label == Some(Label::Stable)));
         }
         hash
+    }
+
+    #[test]
+    fn recording_is_finite_at_both_ends_of_each_setting() {
+        let usual = RobotParams::default();
+        let rests = |every, lasting| Some(Rests { every, lasting });
+        for robot in [
+            RobotParams {
+                greased: 0.0,
+                step_length: 0.1,
+                shaking: 0.0,
+                rests: rests(0.1, 0.0),
+                ..usual
+            },
+            RobotParams {
+                greased: 1.0,
+                step_length: 3.0,
+                shaking: 10.0,
+                rests: rests(5.0, 0.0),
+                ..usual
+            },
+            RobotParams { gait: GaitName::Run, ground: Ground::Soft, shaking: 0.0, ..usual },
+        ] {
+            let Simulation { recording, truth, .. } =
+                simulate(&robot.plan(8.0, 1), &SensorParams::LSM6DSOX, 1);
+            for (sample, state) in recording.samples.iter().zip(&truth) {
+                let read = [sample.imu.specific_force.0, sample.imu.angular_rate.0];
+                let is_finite = read.map(components).concat().iter().all(|value| value.is_finite());
+                assert!(is_finite && state.position.length().is_finite(), "{robot:?}: {sample:?}");
+            }
+            let valid = recording.samples.iter().filter(|s| s.imu.validity == Validity::Valid);
+            assert!(valid.count() * 10 > recording.samples.len() * 9, "{robot:?}");
+        }
     }
 
     #[test]

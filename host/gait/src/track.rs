@@ -412,8 +412,10 @@ fn ring(speed: f64, spring: Spring, start: f64, at_most: f64) -> Term {
 /// Returns a sine with its own phase for every axis that trembles.
 fn tremor(step: &PlannedStep, start: f64, duration: f64) -> [(usize, Term); 5] {
     let angular_frequency = std::f64::consts::TAU * step.tremor.frequency;
-    let length = step.tremor.acceleration / (angular_frequency * angular_frequency);
-    let angle = step.tremor.rate / angular_frequency;
+    // A tremor without a frequency moves nothing.
+    let over = |amplitude: f64, divisor: f64| if divisor > 0.0 { amplitude / divisor } else { 0.0 };
+    let length = over(step.tremor.acceleration, angular_frequency * angular_frequency);
+    let angle = over(step.tremor.rate, angular_frequency);
     let parts = [
         (X, length, 0.0),
         (Y, length, 1.3),
