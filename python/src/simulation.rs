@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use estimator_core::ImuSample;
-use gait::quadruped::{FEET, LONGEST_STEP, Leg};
+use gait::quadruped::{FEET, LONGEST_STEP, Leg, ShortBout};
 use gait::{
     Activity, FootState, Ground, Plan, Quadruped, Rests, RobotParams, SensorParams, Simulation,
     Temperature,
@@ -125,12 +125,17 @@ pub(crate) fn simulate_robot<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound
     let params = walk.robot()?;
     let seconds = within("seconds", walk.seconds, 0.001..=LONGEST_S)?;
     let sensor = walk.sensor()?;
-    let (robot, feet, base) = py.detach(|| {
-        let robot = Quadruped::new(&params, seconds, walk.seed);
+    let robot = py.detach(|| Quadruped::new(&params, seconds, walk.seed));
+    let robot = robot.map_err(|ShortBout { every, shortest }| {
+        let gait = params.gait;
+        value_error(format!(
+            "rests[0] is {every}, but at least {shortest} is expected of a robot in the gait {gait}"
+        ))
+    })?;
+    let (feet, base) = py.detach(|| {
         let feet: Vec<Simulation> =
             (0..FEET.len()).map(|leg| robot.record_foot(leg, &sensor)).collect();
-        let base = robot.record_base(&sensor);
-        (robot, feet, base)
+        (feet, robot.record_base(&sensor))
     });
     let times_s: Vec<f64> = base.iter().map(time_s).collect();
     let dict = PyDict::new(py);

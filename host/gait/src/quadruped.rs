@@ -6,6 +6,9 @@
 //!
 //! As with a single foot, the motion is prescribed and not the result of forces.
 
+use std::error::Error;
+use std::fmt;
+
 use estimator_core::ImuSample;
 use recordings::space::{Rotation, Vector};
 use wire::Foot;
@@ -49,6 +52,27 @@ pub struct Quadruped {
     pub duration: f64,
 }
 
+/// Error of a robot whose walking time between pauses is too short to reach its speed and to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShortBout {
+    /// Walking time between pauses, s.
+    pub every: f64,
+    /// Shortest walking time of the gait, s.
+    pub shortest: f64,
+}
+
+impl fmt::Display for ShortBout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { every, shortest } = self;
+        write!(
+            f,
+            "the walking time between pauses is {every} s, but at least {shortest} s is expected in this gait"
+        )
+    }
+}
+
+impl Error for ShortBout {}
+
 /// Returns the seed of a leg's steps and sensor, or, for [`LEGS`], of the sensor of the base: each part of each robot
 /// has its own.
 #[must_use]
@@ -59,10 +83,12 @@ pub const fn part_seed(seed: u64, part: usize) -> u64 {
 impl Quadruped {
     /// Plans a robot for `seconds`, including the standing at the beginning and at the end. `seconds` is finite. Each
     /// seed gives different steps.
-    #[must_use]
-    pub fn new(robot: &RobotParams, seconds: f64, seed: u64) -> Self {
+    ///
+    /// # Errors
+    /// The walking time between its pauses is too short.
+    pub fn new(robot: &RobotParams, seconds: f64, seed: u64) -> Result<Self, ShortBout> {
         let stride = robot.gait.stride_s().unwrap_or(1.0);
-        let bouts = bouts(robot, seconds, stride);
+        let bouts = bouts(robot, seconds, stride)?;
         let base = BaseTrack::new(&bouts, robot.gait.travel_m() * robot.step_length, stride);
         let plans = std::array::from_fn(|leg| {
             let steps = StepSource::new(robot, part_seed(seed, leg));
@@ -79,7 +105,7 @@ impl Quadruped {
             }
         });
         let feet = [0, 1, 2, 3].map(|leg: usize| Track::new(&plans[leg]));
-        Self { plans, feet, base, seed, duration: seconds }
+        Ok(Self { plans, feet, base, seed, duration: seconds })
     }
 
     /// Plan of a leg's foot, from where it stands at the beginning.
@@ -274,20 +300,38 @@ struct Bout {
     end: f64,
 }
 
+/// Returns the longest time of whole strides in a time, s; `None` if it is too short to reach the speed and to stop.
+fn whole_strides(time: f64, stride: f64) -> Option<f64> {
+    let walking = libm::floor(time / stride) * stride;
+    (walking >= 2.0 * SPEED_CHANGE_S).then_some(walking)
+}
+
+/// Shortest time of a bout of walking, s, rounded up to a millisecond.
+fn shortest_bout(stride: f64) -> f64 {
+    let seconds = |ms: u32| f64::from(ms) / 1e3;
+    let mut ms = 0;
+    while whole_strides(seconds(ms), stride).is_none() {
+        ms += 1;
+    }
+    seconds(ms)
+}
+
 /// Returns the bouts of walking of a robot, each of whole strides.
-fn bouts(robot: &RobotParams, seconds: f64, stride: f64) -> Vec<Bout> {
+fn bouts(robot: &RobotParams, seconds: f64, stride: f64) -> Result<Vec<Bout>, ShortBout> {
     let mut bouts = Vec::new();
     if robot.gait == GaitName::Stand {
-        return bouts;
+        return Ok(bouts);
     }
     let longest = robot.rests.map_or(f64::INFINITY, |rests| rests.every);
+    if whole_strides(longest, stride).is_none() {
+        return Err(ShortBout { every: longest, shortest: shortest_bout(stride) });
+    }
     let mut start = STANDING_BEFORE;
     loop {
         let left = seconds - STANDING_AFTER - stride - start;
-        let walking = libm::floor(left.min(longest) / stride) * stride;
-        if walking < 2.0 * SPEED_CHANGE_S {
-            return bouts;
-        }
+        let Some(walking) = whole_strides(left.min(longest), stride) else {
+            return Ok(bouts);
+        };
         bouts.push(Bout { start, end: start + walking });
         // The last step of a foot ends up to a stride after the base has stopped.
         start += walking + stride + robot.rests.map_or(0.0, |rests| rests.lasting);
@@ -446,7 +490,7 @@ mod tests {
 
     fn trot(greased: f64) -> Quadruped {
         let robot = RobotParams { gait: GaitName::Trot, greased, ..RobotParams::default() };
-        Quadruped::new(&robot, 20.0, 3)
+        Quadruped::new(&robot, 20.0, 3).expect("a robot without pauses")
     }
 
     fn times(robot: &Quadruped) -> impl Iterator<Item = f64> {
@@ -518,11 +562,30 @@ mod tests {
     fn a_robot_that_rests_stands_between_its_bouts() {
         let rests = Some(Rests { every: 6.0, lasting: 4.0 });
         let robot = RobotParams { rests, ..RobotParams::default() };
-        let robot = Quadruped::new(&robot, 30.0, 1);
+        let robot = Quadruped::new(&robot, 30.0, 1).expect("long bouts");
         let still =
             times(&robot).filter(|t| *t > 3.0 && robot.base_at(*t).velocity.length() == 0.0);
         let still = still.count() as f64 * 0.002;
         assert!((8.0..16.0).contains(&still), "{still} s");
+    }
+
+    #[test]
+    fn bouts_too_short_for_the_gait_are_refused() {
+        for (gait, shortest) in
+            [(GaitName::Walk, 2.701), (GaitName::Trot, 2.08), (GaitName::Run, 2.1)]
+        {
+            let robot = |every: f64| {
+                let rests = Some(Rests { every, lasting: 1.0 });
+                Quadruped::new(&RobotParams { gait, rests, ..RobotParams::default() }, 20.0, 1)
+            };
+            let every = shortest - 0.01;
+            assert_eq!(robot(every).err(), Some(ShortBout { every, shortest }), "{gait}");
+            let walked = robot(shortest).expect("the shortest bout").base_at(20.0).position.x;
+            assert!(walked > 0.5, "{gait}: {walked} m");
+        }
+        let rests = Some(Rests { every: 0.1, lasting: 1.0 });
+        let standing = RobotParams { gait: GaitName::Stand, rests, ..RobotParams::default() };
+        assert!(Quadruped::new(&standing, 5.0, 1).is_ok());
     }
 
     #[test]
@@ -535,7 +598,7 @@ mod tests {
                     step_length: LONGEST_STEP,
                     ..RobotParams::default()
                 };
-                let robot = Quadruped::new(&robot, 15.0, 1);
+                let robot = Quadruped::new(&robot, 15.0, 1).expect("a robot without pauses");
                 let reached = |t: f64| (0..LEGS).all(|leg| robot.joints(leg, t).is_some());
                 assert!(times(&robot).all(reached), "{gait} on {ground} ground");
             }

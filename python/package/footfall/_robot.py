@@ -118,8 +118,11 @@ def simulate_robot(
         The gait.
     seconds : float, s
         Duration, 0.001 to 86 400 s, with two seconds of standing at the beginning and about one at the end.
-    seed, ground, greased, step_length, shaking, rests, warming
+    seed, ground, greased, step_length, shaking, warming
         As in :func:`simulate`.
+    rests : two floats, s, optional
+        Durations of walking and of standing still, by turns. The robot walks in whole strides, in which it reaches its
+        speed and stops: a walk takes at least 2.701 s, a trot 2.08 s and a run 2.1 s.
 
     Raises
     ------
