@@ -82,8 +82,8 @@ pub struct PlaybackPace {
     clock: LineClock,
 }
 
-/// Longest wait, µs; a longer pause in a recording is skipped.
-const LONGEST_PAUSE_US: u64 = 10_000_000;
+/// Longest pause of a recording that is played, µs of recorded time; a longer one is skipped.
+const LONGEST_PAUSE_US: f64 = 10_000_000.0;
 
 impl PlaybackPace {
     /// Creates the timing of a playback at this speed, on the clock of this machine.
@@ -107,7 +107,8 @@ impl PlaybackPace {
         let ahead = micros.saturating_sub(from) as f64 * 1.0e-6 / times;
         let due = Duration::try_from_secs_f64(ahead).unwrap_or(Duration::MAX);
         let wait = due.saturating_sub(now.saturating_sub(since));
-        if micros < from || wait > Duration::from_micros(LONGEST_PAUSE_US) {
+        let recorded_us = wait.as_secs_f64() * times * 1.0e6;
+        if micros < from || recorded_us > LONGEST_PAUSE_US {
             self.start = Some((micros, now));
             return Duration::ZERO;
         }
@@ -153,6 +154,17 @@ mod tests {
         clock.advance_to(500_000);
         assert!(pace.wait(6_000_000, Duration::ZERO));
         assert_eq!(PlaybackPace::new(Speed::Max).until_due(9), Duration::ZERO);
+    }
+
+    #[test]
+    fn slow_playback_keeps_its_pace() {
+        let mut pace = PlaybackPace::on(LineClock::in_steps(), Speed::Times(0.001));
+        pace.until_due(5_000_000);
+        // A period at 50 Hz lasts longer than the longest pause.
+        assert_eq!(pace.until_due(5_020_000), Duration::from_secs(20));
+        let mut pace = PlaybackPace::on(LineClock::in_steps(), Speed::Times(10.0));
+        pace.until_due(5_000_000);
+        assert_eq!(pace.until_due(25_000_000), Duration::ZERO, "a pause of 20 s");
     }
 
     #[test]
