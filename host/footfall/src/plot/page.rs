@@ -51,6 +51,8 @@ pub struct PageFoot {
     events: Vec<ContactEvent>,
     /// Number of events per kind, in the order of [`EventKind::ALL`].
     counts: [usize; EventKind::ALL.len()],
+    /// Sum of the known distances of all slips, m.
+    slipped: f64,
 }
 
 impl PageFoot {
@@ -68,6 +70,7 @@ impl PageFoot {
             collector: Collector::new(width, 1),
             events: Vec::new(),
             counts: [0; EventKind::ALL.len()],
+            slipped: 0.0,
         }
     }
 
@@ -80,6 +83,10 @@ impl PageFoot {
     /// Adds an event.
     pub fn add_event(&mut self, event: &ContactEvent) {
         self.counts[event.kind as usize] += 1;
+        // The end of a slip has the same distance.
+        if event.kind == EventKind::SlipStart {
+            self.slipped += event.distance_m.unwrap_or(0.0);
+        }
         if self.events.len() < MOST_EVENTS {
             self.events.push(*event);
         }
@@ -106,6 +113,7 @@ impl PageFoot {
             duration: self.span.end - self.span.start,
             left_out: counted - self.events.len(),
             counts: kinds.zip(self.counts).collect(),
+            slipped: self.slipped,
             lines: series.lines(&self.load_title).iter().map(LineData::of).collect(),
             tracks: series.tracks(),
             states: packed_intervals(&series.phases, &Phase::ALL),
@@ -196,6 +204,8 @@ struct FootData {
     left_out: usize,
     /// Number of all events per kind.
     counts: BTreeMap<&'static str, usize>,
+    /// Sum of the known distances of all slips, m.
+    slipped: f64,
     lines: Vec<LineData>,
     tracks: Vec<&'static str>,
     states: Vec<i64>,
@@ -492,12 +502,14 @@ mod tests {
     fn excess_events_are_counted() {
         let mut busy = foot("busy", 0, 100);
         for k in 0..MOST_EVENTS as u64 + 7 {
+            let kind = EventKind::ALL[k as usize % 4];
+            let is_of_slip = matches!(kind, EventKind::SlipStart | EventKind::SlipEnd);
             busy.add_event(&ContactEvent {
                 time: Timestamp::from_micros(k),
-                kind: EventKind::ALL[k as usize % 4],
+                kind,
                 duration_us: Some(1),
                 peak: 1.0,
-                distance_m: None,
+                distance_m: is_of_slip.then_some(0.25),
             });
         }
         let foot = &data_of(&written(vec![busy]))["feet"][0];
@@ -505,5 +517,7 @@ mod tests {
         assert_eq!(foot["events"].as_array().unwrap().len(), MOST_EVENTS);
         assert_eq!(foot["events"][1], serde_json::json!([1, 1, 1, null]));
         assert_eq!(foot["counts"]["touch_down"], 5002);
+        assert_eq!(foot["counts"]["slip_start"], 5002);
+        assert_eq!(foot["slipped"], 0.25 * 5002.0);
     }
 }

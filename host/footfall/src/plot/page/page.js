@@ -241,7 +241,7 @@
     const parts = [`${grouped(foot.samples)} samples`, `${+foot.duration.toFixed(3)} s at ${+foot.rate.toFixed(3)} Hz`];
     parts.push(counted(foot.counts.touch_down, "touch-down", "touch-downs"), counted(foot.counts.lift_off, "lift-off", "lift-offs"));
     const slips = counted(foot.counts.slip_start, "slip", "slips");
-    const distance = foot.slips.reduce((sum, slip) => sum + (slip.distance || 0), 0);
+    const distance = foot.slipped;
     const together = distance < 1 ? `${(1e3 * distance).toFixed(1)} mm` : `${distance.toFixed(2)} m`;
     parts.push(distance > 0 ? `${slips}, ${together} together` : slips);
     const unstable = foot.counts.unstable_start;
