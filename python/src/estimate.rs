@@ -226,8 +226,8 @@ pub(crate) fn estimate<'py>(
     estimated.map_err(|failure| settings.failed(failure, "t", origin))?.into_dict(py)
 }
 
-/// Learns a foot from recordings; see `footfall.calibrate`. Returns the keys of a configuration and a report, both as
-/// JSON.
+/// Learns a foot from recordings; see `footfall.calibrate`. Returns the keys of the given configuration with the learnt
+/// ones, and a report, both as JSON.
 #[pyfunction]
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
@@ -252,7 +252,7 @@ pub(crate) fn calibrate<'py>(
         learnt.map_err(|error| value_error(format!("parameter {error}")))?;
     }
     let foot = calibration.finish().map_err(refused)?;
-    let mut file = RobotFile::keeping("").map_err(value_error)?;
+    let mut file = RobotFile::keeping(settings.resolved.file_text()).map_err(value_error)?;
     file.set_learnt(&foot);
     let keys: toml::Value = toml::from_str(&file.text()).map_err(value_error)?;
     let keys = serde_json::to_string(&keys).map_err(value_error)?;

@@ -7,6 +7,7 @@ import json
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as parquet
@@ -91,6 +92,29 @@ def test_classifier_has_the_estimate_of_a_warm_start(walk: footfall.Recording) -
     assert proba.shape == (len(walk), 2) and np.allclose(proba.sum(axis=1), 1.0)
     assert np.array_equal(warm.predict(X), proba[:, 1] > 0.5)
     assert walk.label is not None and warm.score(X, walk.label) > 0.85
+
+
+@pytest.mark.parametrize("is_file", [False, True])
+def test_classifier_keeps_its_configuration(tmp_path: Path, walk: footfall.Recording, is_file: bool) -> None:
+    # Gravity is removed as if the foot did not turn.
+    acc, gyr = walk.acc - np.array([0.0, 0.0, 9.81], dtype=np.float32), walk.gyr
+    config: dict[str, Any] = {
+        "gravity": "removed",
+        "decision": {"threshold": 0.7},
+        "accelerometer": {"scale": {"ax": 1.5}},
+    }
+    given: Any = config
+    if is_file:
+        given = tmp_path / "robot.toml"
+        given.write_text('gravity = "removed"\ndecision.threshold = 0.7\naccelerometer.scale.ax = 1.5\n')
+    X = np.hstack([acc, gyr])
+    warm = footfall.ContactClassifier(rate=1000.0, config=given).fit(X)
+    kept = warm.calibration_.config
+    assert {name: kept[name] for name in config} == config and "learnt" in kept
+    learnt = {"learnt": kept["learnt"]}
+    proba = warm.predict_proba(X)[:, 1]
+    assert np.array_equal(proba, footfall.estimate(acc, gyr, rate=1000.0, config=config | learnt).p_stable)
+    assert not np.array_equal(proba, footfall.estimate(acc, gyr, rate=1000.0, config=learnt).p_stable)
 
 
 def test_classifier_has_the_parameters_of_its_constructor() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from . import _footfall
 from ._recording import Recording
-from ._settings import Config, Preset, settings
+from ._settings import Config, Preset, RecordingDict, SettingsDict, settings
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Calibration:
     """Result of a calibration."""
 
     config: dict[str, Any]
-    """Keys of a configuration for a warm start: pass it as `config` to an estimate."""
+    """Keys of the given configuration with the learnt ones, for a warm start: pass it as `config` to an estimate."""
     report: dict[str, Any]
     """Basis of the result: amplitudes at rest and in motion, time in stance and swing."""
 
@@ -54,6 +54,10 @@ def calibrate(
     chosen = settings(
         preset, config, gravity=first.gravity, rate=None, axes=first.axes, format=first.format
     )
-    arrays = [recording._arrays() for recording in several]
-    keys, report = _footfall.calibrate(arrays, chosen)
+    return learn([recording._arrays() for recording in several], chosen)
+
+
+def learn(recordings: list[RecordingDict], chosen: SettingsDict) -> Calibration:
+    """Learns a foot from recordings in the form that the Rust part takes."""
+    keys, report = _footfall.calibrate(recordings, chosen)
     return Calibration(config=json.loads(keys), report=json.loads(report))

@@ -8,10 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arrays import floats
-from ._calibration import calibrate
+from ._calibration import learn
 from ._estimate import estimate
-from ._recording import Recording
-from ._settings import Config, Gravity, Preset
+from ._settings import Config, Gravity, Preset, RecordingDict, settings
 
 
 class ContactClassifier:
@@ -84,22 +83,17 @@ class ContactClassifier:
             The recording holds too little stance or swing, or rest and motion do not differ in it.
         """
         acc, gyr = _halves(X)
-        recording = Recording(
-            name="X",
-            foot=None,
-            format="csv",
-            rate=float(self.rate),
-            gravity=self.gravity or "included",
-            t=np.arange(len(acc)) / float(self.rate),
-            acc=acc,
-            gyr=gyr,
-            load=None,
-            label=None,
-            validity=np.zeros(len(acc), dtype=np.uint8),
-            notices=(),
-            axes=self.axes,
+        recording: RecordingDict = {
+            "acc": acc,
+            "gyr": gyr,
+            "t": np.arange(len(acc)) / float(self.rate),
+            "load": None,
+            "validity": None,
+        }
+        chosen = settings(
+            self.preset, self.config, gravity=self.gravity, rate=None, axes=self.axes, format="csv"
         )
-        self.calibration_ = calibrate(recording, preset=self.preset, config=self.config)
+        self.calibration_ = learn([recording], chosen)
         self.classes_ = np.array([0, 1])
         return self
 
