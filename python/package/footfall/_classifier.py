@@ -113,13 +113,13 @@ class ContactClassifier:
 
     def score(self, X: npt.ArrayLike, y: npt.ArrayLike) -> float:
         """Returns the share of samples with a label 0 or 1 that :meth:`predict` classifies correctly."""
-        label = floats(y)
+        label = floats("y", y)
         is_known = (label == 0.0) | (label == 1.0)
         return float(np.mean(self.predict(X)[is_known] == label[is_known]))
 
 
 def _halves(X: npt.ArrayLike) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    array = floats(X)
+    array = floats("X", X)
     if array.ndim != 2 or array.shape[1] != 6:
         raise ValueError(f"X has the shape {array.shape}, but (N, 6) is expected: ax, ay, az, wx, wy, wz")
     return array[:, :3], array[:, 3:]

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 import numpy.typing as npt
 
 from . import _footfall
-from ._arrays import floats, times
+from ._arrays import floats, times, validities
 from ._result import Result
 from ._settings import (
     Config,
@@ -83,11 +82,11 @@ def estimate(
         An argument is not an array of numbers.
     """
     recording: RecordingDict = {
-        "acc": floats(acc),
-        "gyr": floats(gyr),
-        "t": None if t is None else times(t),
-        "load": None if load is None else floats(load),
-        "validity": None if validity is None else np.ascontiguousarray(validity, dtype=np.uint8),
+        "acc": floats("acc", acc),
+        "gyr": floats("gyr", gyr),
+        "t": None if t is None else times("t", t),
+        "load": None if load is None else floats("load", load),
+        "validity": None if validity is None else validities(validity),
     }
     chosen = settings(preset, config, gravity=gravity, rate=rate, axes=axes)
     arrays = _footfall.estimate(recording, chosen)
@@ -148,6 +147,8 @@ def estimate_file(
         The file is not understood, or an argument is out of its range; the message names the place and the remedy.
     OSError
         The file cannot be read.
+    ImportError
+        The format needs a feature with which this package was not built.
     """
     options = read_options(
         format=format,

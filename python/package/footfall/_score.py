@@ -45,9 +45,11 @@ def score(p: Result | npt.ArrayLike, label: npt.ArrayLike) -> Score:
     ------
     ValueError
         The shapes differ, a label or probability is out of its range, or no label is known.
+    TypeError
+        An argument is not an array of numbers.
     """
-    probability = np.asarray(floats(p.p_stable if isinstance(p, Result) else p), dtype=np.float64)
-    truth = np.asarray(floats(label), dtype=np.float64)
+    probability = np.asarray(floats("p", p.p_stable if isinstance(p, Result) else p), dtype=np.float64)
+    truth = np.asarray(floats("label", label), dtype=np.float64)
     if probability.ndim != 1 or truth.shape != probability.shape:
         raise ValueError(f"label has the shape {truth.shape}, but p has {probability.shape}")
     is_known = ~(np.isnan(truth) | (truth == -1.0))
