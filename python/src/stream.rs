@@ -29,9 +29,12 @@ struct State {
     events: Events,
     /// Time of the first sample on the caller's clock, µs.
     start_us: Option<i64>,
-    /// Time of the newest sample on the caller's clock, µs.
-    newest_us: i64,
-    samples: usize,
+    /// Time of the newest sample on the caller's clock, µs; `None` before the first.
+    newest_us: Option<i64>,
+    /// Newest time that was passed, µs; 0 before the first.
+    passed_us: i64,
+    /// Number of samples since that time, including its own.
+    since_passed: usize,
     rate: f32,
 }
 
@@ -82,8 +85,9 @@ impl Estimator {
             estimator,
             events: Events::default(),
             start_us: None,
-            newest_us: 0,
-            samples: 0,
+            newest_us: None,
+            passed_us: 0,
+            since_passed: 0,
             rate,
         };
         Ok(Self { settings, state })
@@ -101,23 +105,24 @@ impl Estimator {
     ) -> PyResult<EstimateRow> {
         let validity = validity_at(validity)
             .ok_or_else(|| value_error(format!("validity {validity} is not known")))?;
-        let now_us = match t {
-            Some(time) => micros("t", time)?,
-            None => {
-                let steady = steady_time(self.state.samples, self.state.rate).as_micros();
-                let start_us = self.state.start_us.unwrap_or(0);
-                start_us.saturating_add_unsigned(steady)
-            }
+        // Periods are counted from the newest passed time, because a sum of rounded periods drifts.
+        let (passed_us, since_passed) = match t {
+            Some(time) => (micros("t", time)?, 0),
+            None => (self.state.passed_us, self.state.since_passed),
         };
-        if self.state.samples > 0 && now_us <= self.state.newest_us {
-            let [now_s, before_s] = [now_us, self.state.newest_us].map(|us| us as f64 / 1.0e6);
+        let steady = steady_time(since_passed, self.state.rate).as_micros();
+        let now_us = passed_us.saturating_add_unsigned(steady);
+        if let Some(newest_us) = self.state.newest_us
+            && now_us <= newest_us
+        {
+            let [now_s, before_s] = [now_us, newest_us].map(|us| us as f64 / 1.0e6);
             return Err(value_error(format!(
                 "t is {now_s} s, which does not come after {before_s} s, the time before"
             )));
         }
         let start_us = *self.state.start_us.get_or_insert(now_us);
-        self.state.newest_us = now_us;
-        self.state.samples += 1;
+        self.state.newest_us = Some(now_us);
+        (self.state.passed_us, self.state.since_passed) = (passed_us, since_passed + 1);
         let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
         let correction = &self.settings.input_options.correction;
         let measured = imu_sample(timestamp, readings(acc, gyr), validity);
