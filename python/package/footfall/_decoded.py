@@ -48,9 +48,9 @@ class Decoded:
     p_stable: npt.NDArray[np.float32]
     """The foot does not move at all, in [0, 1], shape (N,)."""
     p_tangential: npt.NDArray[np.float32]
-    """No motion along the ground and no turn about up, in [0, 1], shape (N,)."""
+    """No motion along the ground; with the preset ``"paper"`` also no turn about up. In [0, 1], shape (N,)."""
     p_vertical: npt.NDArray[np.float32]
-    """No lifting and no tilting, in [0, 1], shape (N,)."""
+    """No lifting; with the preset ``"paper"`` also no tilting. In [0, 1], shape (N,)."""
     p_axes: npt.NDArray[np.float32]
     """No motion along or about each axis of :data:`footfall.AXES`, in [0, 1], shape (N, 6)."""
     quaternion: npt.NDArray[np.float32]

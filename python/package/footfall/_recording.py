@@ -204,6 +204,8 @@ def read(
         The file is not understood; the message names the position and the remedy.
     OSError
         The file cannot be read.
+    ImportError
+        The format needs a feature with which this package was not built.
     """
     options = read_options(
         format=format,
@@ -260,7 +262,8 @@ def simulate(
     step_length : float, 0.1 to 3
         Length of the steps, as a factor of that of the gait.
     shaking : float, 0 to 10
-        Shaking of the standing foot by the robot, as a factor of the usual amplitude.
+        Shaking of the standing foot by the robot, as a factor of the usual frequency and of the usual amplitudes of
+        acceleration and angular rate.
     rests : two floats, s, optional
         Durations of walking, at least 0.1 s, and of standing still, by turns.
     warming : float, 0 to 60 °C

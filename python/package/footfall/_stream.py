@@ -22,9 +22,9 @@ class Estimate(NamedTuple):
     p_stable: float
     """The foot does not move at all: stable contact, in [0, 1]."""
     p_tangential: float
-    """No motion along the ground and no turn about up, in [0, 1]."""
+    """No motion along the ground; with the preset ``"paper"`` also no turn about up. In [0, 1]."""
     p_vertical: float
-    """No lifting and no tilting, in [0, 1]."""
+    """No lifting; with the preset ``"paper"`` also no tilting. In [0, 1]."""
     p_axes: tuple[float, ...]
     """No motion along or about each axis of :data:`footfall.AXES`, in [0, 1]."""
     quaternion: tuple[float, ...]
