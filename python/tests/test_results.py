@@ -193,9 +193,30 @@ def test_value_out_of_range_is_named_with_its_range(call, message: str) -> None:
         call()
 
 
-def test_array_of_texts_is_refused() -> None:
-    with pytest.raises((TypeError, ValueError), match=r"acc|could not convert"):
-        footfall.estimate([["a", "b", "c"]], [[0.0, 0.0, 0.0]], rate=100.0)
+@pytest.mark.parametrize("name", ["acc", "gyr", "t", "load"])
+def test_array_of_texts_is_refused_by_its_name(name: str) -> None:
+    arrays: dict[str, object] = {"acc": ACC, "gyr": GYR, "t": np.arange(len(ACC)) / 100.0, "load": None}
+    arrays[name] = [["a", "b", "c"]]
+    with pytest.raises(TypeError, match=f"^{name} is not an array of numbers$"):
+        footfall.estimate(**arrays)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", [256, -1, 6, 1.5, np.nan])
+def test_validity_is_checked_before_it_is_stored_in_8_bits(value: float) -> None:
+    validity = np.zeros(len(ACC)) + 1
+    validity[3] = value
+    with pytest.raises(ValueError, match=r"^validity\[3\] is .*, but 0 to 5 are expected: valid, "):
+        footfall.estimate(ACC, GYR, rate=100.0, validity=validity)
+    with pytest.raises(TypeError, match="^validity is an array of <U5, but numbers are expected$"):
+        footfall.estimate(ACC, GYR, rate=100.0, validity=["valid"] * len(ACC))
+
+
+def test_validity_of_any_number_type_gives_the_same(walk: footfall.Recording) -> None:
+    places = np.arange(len(walk)) % 6
+    expected = footfall.estimate(walk.acc, walk.gyr, rate=1000.0, validity=places.astype(np.uint8))
+    for other in (places, places.astype(np.float64), places.tolist()):
+        found = footfall.estimate(walk.acc, walk.gyr, rate=1000.0, validity=other)
+        assert np.array_equal(found.p_stable, expected.p_stable)
 
 
 def test_missing_file_is_named() -> None:
@@ -213,3 +234,35 @@ def test_a_time_that_does_not_advance_is_refused_and_the_stream_goes_on() -> Non
         foot.update(*sample, t=5.0)
     assert foot.update(*sample, t=5.001).t == 5.001
     assert foot.update(*sample).t == 5.002
+
+
+def test_sample_without_a_time_is_one_period_after_the_last() -> None:
+    foot = footfall.Estimator(rate=1000.0)
+    sample = ((0.0, 0.0, 9.81), (0.0, 0.0, 0.0))
+    times = [None, None, 10.0, None, None, 10.5, None]
+    found = [foot.update(*sample, t=t).t for t in times]
+    assert found == [0.0, 0.001, 10.0, 10.001, 10.002, 10.5, 10.501]
+
+
+@pytest.mark.parametrize("gait, shortest", [("walk", 2.701), ("trot", 2.08), ("run", 2.1)])
+def test_a_robot_does_not_walk_shorter_than_its_gait_allows(gait: str, shortest: float) -> None:
+    message = rf"^rests\[0\] is 1, but at least {shortest} is expected of a robot in the gait {gait}$"
+    with pytest.raises(ValueError, match=message):
+        footfall.simulate_robot(gait, 20.0, rests=(1.0, 2.5))
+    robot = footfall.simulate_robot(gait, 8.0, rests=(shortest, 0.0))
+    assert robot.base.position[-1, 0] > 0.1
+
+
+@pytest.mark.parametrize("name, ends", [
+    ("greased", (0.0, 1.0)),
+    ("step_length", (0.1, 3.0)),
+    ("shaking", (0.0, 10.0)),
+    ("rests", ((0.1, 0.0), (3.0, 0.0))),
+    ("warming", (0.0, 60.0)),
+    ("gyro_drift", ((-1.0,) * 3, (1.0,) * 3)),
+])
+def test_simulation_is_finite_at_both_ends_of_a_range(name: str, ends: tuple[object, object]) -> None:
+    for end in ends:
+        walk = footfall.simulate("walk", 6.0, **{name: end})  # type: ignore[arg-type]
+        for array in (walk.acc, walk.gyr, walk.position, walk.velocity):
+            assert np.isfinite(array).all(), (name, end)
