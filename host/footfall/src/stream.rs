@@ -12,12 +12,13 @@ use std::time::Duration;
 
 use crate::ros::topics::NODE;
 use crate::ros::{Bridge, Published};
-use feet::decode::KnownFeet;
+use feet::decode::{KnownFeet, Report};
 use feet::feed::FeedEvent;
 use feet::link::{LineClock, Remark};
 use feet::session::{SEVERAL_BOARDS, SameFoot};
 use feet::{Feed, LineSource, LinkError, LiveFoot, Session, Update, usb};
 use recordings::hint::Hint;
+use wire::NodeId;
 
 use crate::Source;
 use crate::error::{Error, in_words};
@@ -55,6 +56,7 @@ pub trait Sink {
 
 /// A stream of messages from the feet.
 pub struct Stream {
+    sources: Vec<Source>,
     feed: Feed,
     /// Events of lines that were open before the others.
     early: VecDeque<FeedEvent>,
@@ -80,7 +82,7 @@ impl Stream {
     /// A source cannot be opened.
     pub fn open(sources: Vec<Source>, feet: KnownFeet, bridge: Bridge) -> Result<Self, LinkError> {
         let mut unheard = UnheardLines::of(&sources);
-        let feed = feed_of(sources);
+        let feed = feed_of(sources.clone());
         let mut early = VecDeque::new();
         let mut unknown = feed.lines();
         while unknown > 0 && !is_interrupted() {
@@ -101,6 +103,7 @@ impl Stream {
             }
         }
         Ok(Self {
+            sources,
             feed,
             early,
             session: Session::new(feet),
@@ -159,7 +162,7 @@ impl Stream {
                 sink.publish(published)?;
             }
             if let Some(same) = self.session.same_name() {
-                return Err(SameName::of(same).into());
+                return Err(SameName::of(same, &self.sources).into());
             }
             self.warn_of_feet_without_place();
             self.warn_of_absent_feet();
@@ -224,22 +227,15 @@ impl Stream {
         let decoder = self.session.decoder();
         let reports = decoder.reports();
         let missing: u64 = reports.iter().map(|(_, report)| report.missing).sum();
-        let problems = reports.iter().flat_map(|(_, report)| &report.problems);
-        let problems = problems.map(|(name, count)| format!("{name} {count}"));
-        let problems: Vec<_> = problems.collect();
         if self.session.feet().is_empty() {
-            let unknown = decoder.unknown_foot();
-            let hint = unknown.map(|id| format!(", but node {id} may be one: --node {id}"));
+            let unknown = decoder.unknown_feet().next();
+            let hint = unknown.map(|(_, id)| format!(", but node {id} may be one: --node {id}"));
             warn(format!("no foot was heard{}", hint.unwrap_or_default()));
         }
         if missing > 0 && !self.was_shared {
             warn(format!("{missing} frames are missing, by their numbers"));
         }
-        let unreadable = self.session.unreadable();
-        if !problems.is_empty() || unreadable > 0 {
-            let problems = problems.join(", ");
-            warn(format!("{unreadable} lines unreadable; {problems}"));
-        }
+        problems_text(&reports, self.session.unreadable()).into_iter().for_each(warn);
         warn_of_lost(&self.feed);
     }
 }
@@ -291,11 +287,29 @@ impl UnheardLines {
     }
 }
 
+/// Counts of the problems of each line, and of unreadable lines of logs and adapters; `None` without problems.
+fn problems_text(reports: &[(Option<&str>, &Report)], unreadable: u64) -> Option<String> {
+    let mut parts = Vec::new();
+    if unreadable > 0 {
+        parts.push(format!("{unreadable} lines unreadable"));
+    }
+    for (line, report) in reports {
+        let problems = report.problems.iter().map(|(name, count)| format!("{name} {count}"));
+        let problems: Vec<_> = problems.collect();
+        if !problems.is_empty() {
+            parts.push(format!("{}: {}", line.unwrap_or("CAN"), problems.join(", ")));
+        }
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
 /// Sentence about a line without a foot.
 fn unheard_text(source: &Source, line: &str, session: &Session) -> String {
     let decoder = session.decoder();
     let seconds = UNHEARD.as_secs();
-    match (source, decoder.unknown_foot()) {
+    let mut unknown = decoder.unknown_feet();
+    let unknown = unknown.find_map(|(of, node)| (of == line).then_some(node));
+    match (source, unknown) {
         (Source::Line(feet::Source::Uart { baud, .. }), _) if decoder.is_serial(line) => format!(
             "uart:{line}: bytes arrive at {baud} Bd, but no message of a foot: it is another device, or has another rate, \
              uart:{line}@BAUD"
@@ -310,7 +324,7 @@ fn unheard_text(source: &Source, line: &str, session: &Session) -> String {
     }
 }
 
-/// Two boards have the name of one foot, so that their messages would be mixed.
+/// Two boards have the name of one foot, so that their messages or their results would be mixed.
 #[derive(Debug, thiserror::Error)]
 #[error("two boards are {name}, {} and {}; {advice}", boards[0], boards[1])]
 pub struct SameName {
@@ -321,21 +335,13 @@ pub struct SameName {
 }
 
 impl SameName {
-    /// Describes two feet of a session with the same name, and names a position that no foot of it has.
+    /// Describes two feet of a session of these sources with the same name, and names a position that no foot of it has.
     #[must_use]
-    pub fn of(SameFoot { feet, are_serial, unused }: SameFoot<'_>) -> Self {
+    pub fn of(SameFoot { feet, are_serial, unused }: SameFoot<'_>, sources: &[Source]) -> Self {
         let [first, second] = feet;
-        let boards = [Board::of(first, are_serial[0]), Board::of(second, are_serial[1])];
-        let commands = boards.iter().filter_map(|board| {
-            let source = board.source.as_ref()?;
-            Some(format!("footfall foot {source} id {unused}"))
-        });
-        let commands: Vec<_> = commands.collect();
-        let mut advice = if commands.is_empty() {
-            "play them one at a time".to_owned()
-        } else {
-            format!("make one of them {unused}: {}", commands.join(", or "))
-        };
+        let boards =
+            [Board::of(first, are_serial[0], sources), Board::of(second, are_serial[1], sources)];
+        let mut advice = rename_advice(&boards, unused, "play");
         // The second of both, as the first has the name already.
         if let Some(line) = boards.iter().rev().find_map(|board| board.line.as_ref()) {
             advice += &format!("; for this command alone: --names {line}={unused}");
@@ -343,38 +349,74 @@ impl SameName {
         let name = first.name.as_deref().unwrap_or_default().to_owned();
         Self { name, boards: boards.map(|board| board.text), advice }
     }
+
+    /// Describes two boards that answer requests with the same name. `unused` is a name that no board has.
+    #[must_use]
+    pub fn of_asked(name: &str, boards: [(&Source, Option<NodeId>); 2], unused: &str) -> Self {
+        let boards = boards.map(|(source, node)| Board::asked(source, node));
+        let advice = rename_advice(&boards, unused, "calibrate");
+        Self { name: name.to_owned(), boards: boards.map(|board| board.text), advice }
+    }
+}
+
+/// Advice to give one of two boards an unused name; boards that take no requests are to be read in turn.
+fn rename_advice(boards: &[Board; 2], unused: &str, verb: &str) -> String {
+    let commands = boards.iter().filter_map(|board| {
+        let source = board.source.as_ref()?;
+        Some(format!("footfall foot {source} id {unused}"))
+    });
+    let commands: Vec<_> = commands.collect();
+    if commands.is_empty() {
+        format!("{verb} them one at a time")
+    } else {
+        format!("make one of them {unused}: {}", commands.join(", or "))
+    }
 }
 
 /// Board as messages name it.
 struct Board {
     text: String,
-    /// Its source, to which a request is sent, if it is not played.
+    /// Its source, to which a request is sent, if it is a device.
     source: Option<String>,
     /// Its line in `--names`.
     line: Option<String>,
 }
 
 impl Board {
-    fn of(foot: &LiveFoot, is_serial: bool) -> Self {
+    fn of(foot: &LiveFoot, is_serial: bool, sources: &[Source]) -> Self {
         let line = &*foot.key.line;
-        match (usb::serial_number(line), is_serial, foot.key.node) {
-            (Some(serial), ..) => {
-                let source = format!("usb:{serial}");
-                Self { text: source.clone(), source: Some(source), line: Some(serial) }
-            }
-            (None, true, _) => {
-                let is_played = Path::new(line).is_file();
-                let text = if is_played { line.to_owned() } else { format!("uart:{line}") };
-                let source = (!is_played).then(|| text.clone());
-                Self { text, source, line: Some(line.to_owned()) }
-            }
-            (None, false, Some(node)) => Self {
-                text: format!("node {node} on {line}"),
-                source: Some(format!("can:{line} --node {node}")),
-                line: None,
-            },
-            (None, false, None) => Self { text: line.to_owned(), source: None, line: None },
+        let serial = usb::serial_number(line);
+        let node = foot.key.node.filter(|_| !is_serial);
+        let text = match (&serial, node) {
+            (Some(serial), _) => format!("usb:{serial}"),
+            (None, Some(node)) => format!("node {node} on {line}"),
+            (None, None) if is_serial && !Path::new(line).is_file() => format!("uart:{line}"),
+            (None, None) => line.to_owned(),
+        };
+        // A log has the names of lines, which on this machine may be other devices.
+        let mut sources = sources.iter();
+        let source = sources.find(|source| source.device() == Some(line));
+        Self {
+            text,
+            source: source.map(|source| request_text(source, node)),
+            line: is_serial.then(|| serial.unwrap_or_else(|| line.to_owned())),
         }
+    }
+
+    /// Returns the board of a source that was asked.
+    fn asked(source: &Source, node: Option<NodeId>) -> Self {
+        let text = request_text(source, node.map(NodeId::get));
+        Self { source: source.device().map(|_| text.clone()), text, line: None }
+    }
+}
+
+/// Source as in a command that sends a request: a board on USB by its serial number, and the node of a bus.
+fn request_text(source: &Source, node: Option<u8>) -> String {
+    let serial = source.device().and_then(usb::serial_number);
+    let source = serial.map_or_else(|| source.to_string(), |serial| format!("usb:{serial}"));
+    match node {
+        Some(node) => format!("{source} --node {node}"),
+        None => source,
     }
 }
 
@@ -459,11 +501,13 @@ mod tests {
 
     use super::*;
 
+    fn source(text: &str) -> Source {
+        let argument = text.parse::<crate::SourceArgument>().expect("a source");
+        argument.find_one().expect("one line")
+    }
+
     fn lines(sources: &[&str]) -> UnheardLines {
-        let sources = sources.iter().map(|text| {
-            let argument = text.parse::<crate::SourceArgument>().expect("a source");
-            argument.find_one().expect("one line")
-        });
+        let sources = sources.iter().map(|text| source(text));
         UnheardLines::of(&sources.collect::<Vec<_>>())
     }
 
@@ -480,8 +524,15 @@ mod tests {
     #[test]
     fn line_without_a_foot_is_reported_once() {
         let mut session = Session::new(KnownFeet::default());
-        let mut unheard =
-            lines(&["uart:/a", "uart:/b@9600", "uart:/c", "can:can0", "demo", "file:walk.csv"]);
+        let mut unheard = lines(&[
+            "uart:/a",
+            "uart:/b@9600",
+            "uart:/c",
+            "can:can0",
+            "can:can1",
+            "demo",
+            "file:walk.csv",
+        ]);
         let contact = ContactMessage::new(&ContactEstimate::default(), Faults::NONE);
         let contact = encode(0, &Message::Contact(contact));
         arrive(&mut session, bytes("/a", contact.as_bytes()));
@@ -493,11 +544,66 @@ mod tests {
         assert!(unheard.take_overdue(at(5), &session).is_empty());
         assert!(unheard.take_overdue(at(6), &session).is_empty());
         let reported = unheard.take_overdue(at(7), &session);
-        let [rate, silent, bus] = &reported[..] else { panic!("{reported:?}") };
+        let [rate, silent, bus, other] = &reported[..] else { panic!("{reported:?}") };
         assert!(rate.starts_with("uart:/b: bytes arrive at 9600 Bd, but no message of a foot"));
         assert_eq!(silent, "uart:/c: nothing has arrived for 2 s");
-        assert!(bus.starts_with("can:can0: no foot was heard for 2 s"), "{bus}");
+        let hint = ", but node 34 may be one: --node 34";
+        assert_eq!(*bus, format!("can:can0: no foot was heard for 2 s{hint}"));
+        assert_eq!(other, "can:can1: no foot was heard for 2 s");
         assert!(unheard.take_overdue(at(9), &session).is_empty());
+    }
+
+    /// Returns the error of two boards FL, whose contacts arrive as frames of node 17 on these two lines.
+    fn same_name(sources: &[&str], lines: [&str; 2]) -> String {
+        let mut session = Session::new(KnownFeet::default());
+        for line in lines {
+            let frame = CanFrame::new(0x191, &[0; 8]).expect("a frame");
+            arrive(&mut session, Arrival::Frame { interface: line.into(), frame });
+        }
+        let sources: Vec<Source> = sources.iter().map(|text| source(text)).collect();
+        SameName::of(session.same_name().expect("two boards"), &sources).to_string()
+    }
+
+    #[test]
+    fn boards_of_one_name_are_renamed_on_their_own_devices() {
+        let adapters = ["slcan:/dev/ttyACM8", "slcan:/dev/ttyACM9"];
+        assert_eq!(
+            same_name(&adapters, ["/dev/ttyACM8", "/dev/ttyACM9"]),
+            "two boards are FL, node 17 on /dev/ttyACM8 and node 17 on /dev/ttyACM9; make one of them FR: \
+             footfall foot slcan:/dev/ttyACM8@1000 --node 17 id FR, or footfall foot slcan:/dev/ttyACM9@1000 --node 17 id FR"
+        );
+        // The names of interfaces in a log are not those of this machine.
+        assert_eq!(
+            same_name(&["file:can.log"], ["can0", "can1"]),
+            "two boards are FL, node 17 on can0 and node 17 on can1; play them one at a time"
+        );
+    }
+
+    #[test]
+    fn boards_that_answer_with_one_name_are_named() {
+        let [port, bus] = ["uart:/dev/ttyACM8", "can:can0"].map(source);
+        let boards = [(&port, None), (&bus, NodeId::new(17))];
+        assert_eq!(
+            SameName::of_asked("FL", boards, "FR").to_string(),
+            "two boards are FL, uart:/dev/ttyACM8@1000000 and can:can0 --node 17; make one of them FR: \
+             footfall foot uart:/dev/ttyACM8@1000000 id FR, or footfall foot can:can0 --node 17 id FR"
+        );
+    }
+
+    #[test]
+    fn problems_are_reported_with_their_lines() {
+        let report = |problems: &[(&str, u64)]| Report {
+            problems: problems.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect(),
+            ..Report::default()
+        };
+        let (first, second) = (report(&[("crc", 2), ("length", 1)]), report(&[("crc", 3)]));
+        let none = report(&[]);
+        let all = [(None, &none), (Some("/a"), &first), (Some("/b"), &second)];
+        assert_eq!(problems_text(&all, 0).as_deref(), Some("/a: crc 2, length 1; /b: crc 3"));
+        let bus = [(None, &second)];
+        assert_eq!(problems_text(&bus, 4).as_deref(), Some("4 lines unreadable; CAN: crc 3"));
+        assert_eq!(problems_text(&[(None, &none)], 4).as_deref(), Some("4 lines unreadable"));
+        assert_eq!(problems_text(&[(None, &none)], 0), None);
     }
 
     #[test]

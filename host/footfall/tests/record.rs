@@ -105,7 +105,7 @@ fn feet_of_several_sources_are_one_robot() {
 fn two_boards_of_one_name_are_an_error_that_names_both() {
     let bench = Bench::new();
     let both = "demo:line=uart,seconds=3 demo:seconds=3";
-    let expected = "footfall: two boards are FL, node 17 on can0 and uart:FL; make one of them FR: footfall foot can:can0 --node 17 id FR, or footfall foot uart:FL id FR; for this command alone: --names FL=FR\n";
+    let expected = "footfall: two boards are FL, node 17 on can0 and uart:FL; play them one at a time; for this command alone: --names FL=FR\n";
     let output = bench.run(&format!("record {both} -o robot.mcap"));
     assert_has(&text(&output.stderr), expected);
     assert!(!output.status.success());

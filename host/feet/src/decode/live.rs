@@ -81,7 +81,7 @@ pub enum MessageBody {
 /// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
 const CONTACT_TIMEOUT_US: u64 = 20_000;
 
-/// Longest time from the first faults of a foot to its boot-up, µs.
+/// Longest time from the newest fault of a foot to its boot-up, µs.
 const AT_START_US: u64 = 20_000;
 
 impl LiveDecoder {
@@ -238,10 +238,9 @@ impl LiveDecoder {
         self.messages.pop_front()
     }
 
-    /// Node on a CAN bus that is not a known foot but sends frames that may be contacts.
-    #[must_use]
-    pub const fn unknown_foot(&self) -> Option<u8> {
-        self.can.unknown_foot
+    /// Nodes that are not known feet but send frames that may be contacts: the first of each CAN bus, with its line.
+    pub fn unknown_feet(&self) -> impl Iterator<Item = (&str, u8)> {
+        self.can.unknown_feet.iter().map(|(line, node)| (line.as_str(), *node))
     }
 
     /// Name of a foot, if any.

@@ -52,13 +52,13 @@ impl MonitorArguments {
         let (sources, feet) = self.listen.sources_and_feet()?;
         let mut state = MonitorState::new(feet);
         state.unheard = UnheardLines::of(&sources);
-        let feed = feed_of(sources);
+        let feed = feed_of(sources.clone());
         let end = deadline(feed.clock(), self.seconds);
         let watched = unless_closed(watch(&feed, &mut state, end, self.json));
         warn_of_lost(&feed);
         watched.map_err(Error::Print)?;
         if let Some(same) = state.session().same_name() {
-            return Err(SameName::of(same).into());
+            return Err(SameName::of(same, &sources).into());
         }
         unless_ended(state.ended)
     }
@@ -220,9 +220,9 @@ impl MonitorState {
         self.known.resize(feet.len(), Faults::NONE);
         let foot = &feet[index];
         let known = mem::replace(&mut self.known[index], foot.faults);
-        if let Some(text) = event_text(body, known) {
-            let name = foot.name_or("node ").into_owned();
-            self.add_event(Some(name), text);
+        let name = foot.name_or("node ").into_owned();
+        for text in event_texts(body, known) {
+            self.add_event(Some(name.clone()), text);
         }
     }
 
@@ -261,17 +261,17 @@ impl MonitorState {
     }
 }
 
-/// Returns the text of the event of a message, if it is one; `known` are the faults before it.
-fn event_text(body: &MessageBody, known: Faults) -> Option<String> {
+/// Returns the texts of the events of a message; `known` are the faults before it.
+fn event_texts(body: &MessageBody, known: Faults) -> Vec<String> {
     match body {
         MessageBody::Board(board) => {
             let new = board.faults.iter().filter(|fault| !known.contains(*fault));
-            new.last().map(|fault| fault_text("fault", fault))
+            new.map(|fault| fault_text("fault", fault)).collect()
         }
-        MessageBody::Emergency(emergency) => Some(emergency_text(*emergency)),
-        MessageBody::BootUp(_) => Some("has started".to_owned()),
-        MessageBody::Log(log) => Some(log.text().to_owned()),
-        _ => None,
+        MessageBody::Emergency(emergency) => vec![emergency_text(*emergency)],
+        MessageBody::BootUp(_) => vec!["has started".to_owned()],
+        MessageBody::Log(log) => vec![log.text().to_owned()],
+        _ => Vec::new(),
     }
 }
 
@@ -459,6 +459,7 @@ mod tests {
     use serde_json::Value;
     use wire::CanFrame;
     use wire::pdo::{ClockReading, Contact, Health, ShortTime};
+    use wire::uart::{HealthMessage, Message, encode};
 
     use simulated_robot::Demo;
 
@@ -623,6 +624,39 @@ mod tests {
         assert_eq!((started.t, started.text.as_str()), (0.0, "has started"));
         assert!(raised.t == 0.01 && raised.text.starts_with("fault 0x"), "{raised:?}");
         assert!(cleared.t == 0.9 && cleared.text.starts_with("cleared: 0x"), "{cleared:?}");
+    }
+
+    #[test]
+    fn each_new_fault_of_a_serial_foot_is_an_event() {
+        let mut state = MonitorState::new(KnownFeet::default());
+        let mut texts = |sequence, faults: &[Fault]| {
+            let health = Message::Health(HealthMessage {
+                timestamp: Timestamp::from_micros(1000),
+                stage: wire::Stage::Running,
+                state: wire::node::NmtState::Operational,
+                id: None,
+                faults: faults.iter().fold(Faults::NONE, |faults, fault| faults.with(*fault)),
+                unknown_faults: 0,
+                temperature: wire::pdo::Quantity::default(),
+                counters: wire::Counters::default(),
+            });
+            let bytes = encode(sequence, &health).as_bytes().to_vec();
+            let at = Timestamp::from_micros(1_000_000 * u64::from(sequence));
+            state.take(FeedEvent::Arrived((at, Arrival::Bytes { port: "/a".into(), bytes })));
+            state.idle(Duration::from_millis(500));
+            let texts = state.take_events().into_iter().map(|event| event.text);
+            texts.collect::<Vec<_>>()
+        };
+        let text = |fault| fault_text("fault", fault);
+        let (frozen, watchdog) = (Fault::SensorFrozen, Fault::WatchdogReset);
+        let mut both = [text(frozen), text(watchdog)];
+        both.sort();
+        let mut found = texts(1, &[frozen, watchdog]);
+        found.sort();
+        assert_eq!(found, both);
+        assert!(texts(2, &[frozen, watchdog]).is_empty());
+        let third = Fault::SensorSelfTest;
+        assert_eq!(texts(3, &[frozen, watchdog, third]), [text(third)]);
     }
 
     #[test]

@@ -47,8 +47,8 @@ pub(crate) struct CanDecoder {
     syncs: BTreeMap<String, Syncs>,
     /// Nodes that are feet.
     pub(crate) known: KnownFeet,
-    /// Another node whose frames may be contacts.
-    pub(crate) unknown_foot: Option<u8>,
+    /// Other nodes whose frames may be contacts: the first of each interface.
+    pub(crate) unknown_feet: Vec<(String, u8)>,
     /// Interface of the newest row.
     interface: Option<Arc<str>>,
     reception: Reception,
@@ -97,7 +97,10 @@ impl CanDecoder {
                 Some(node),
             ) if !self.known.contains(node) => {
                 if function == Pdo::Contact.base() && frame.data8().is_some() {
-                    self.unknown_foot.get_or_insert(node.get());
+                    let mut known = self.unknown_feet.iter();
+                    if !known.any(|(other, _)| other == interface) {
+                        self.unknown_feet.push((interface.to_owned(), node.get()));
+                    }
                 }
                 "of_other_nodes"
             }
@@ -516,9 +519,9 @@ pub(super) fn decode(
         notices.push(DecodeNotice::MoreMalformedLines(more, reader.form));
     }
     if log.report.rows == 0
-        && let Some(node) = log.unknown_foot
+        && let Some((_, node)) = log.unknown_feet.first()
     {
-        notices.push(DecodeNotice::UnknownFoot { known: feet.ids(), node });
+        notices.push(DecodeNotice::UnknownFoot { known: feet.ids(), node: *node });
     }
     if reader.times == LogTimes::Differences {
         notices.push(DecodeNotice::TimesAreDifferences);
