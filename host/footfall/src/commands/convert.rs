@@ -78,8 +78,18 @@ pub struct ConvertArguments {
 struct Scan {
     samples: u64,
     has_load: bool,
-    /// Options required to read the output identically.
-    options: Vec<String>,
+    is_gravity_removed: bool,
+    /// Sample rate, Hz, if its times do not show it.
+    sample_rate: Option<f32>,
+}
+
+impl Scan {
+    /// Returns the options required to read the output identically.
+    fn options(&self) -> impl Iterator<Item = String> + use<> {
+        let gravity = self.is_gravity_removed.then(|| "--gravity removed".to_owned());
+        let rate = self.sample_rate.map(|rate| format!("--sample-rate {rate}"));
+        gravity.into_iter().chain(rate)
+    }
 }
 
 impl ConvertArguments {
@@ -213,26 +223,8 @@ fn print_summary(
     let counts = feet.iter().zip(scans);
     let counts = counts.map(|(foot, scan)| format!("{} samples of {}", scan.samples, foot.name));
     let counts: Vec<String> = counts.collect();
-    let mut options: Vec<String> = Vec::new();
-    if feet.len() > 1 {
-        options.push("--topic all".to_owned());
-    }
-    if let Some(bag) = bag.filter(|bag| bag.has_loads) {
-        // `--topic all` expects the load topics in the order of the feet's topic names.
-        let mut topics: Vec<&FootTopics> = bag.topics.iter().collect();
-        topics.sort_by(|a, b| a.imu.cmp(&b.imu));
-        let topics = topics.into_iter();
-        options.extend(topics.map(|topics| format!("--load-topic {}", topics.load)));
-    }
-    for option in scans.iter().flat_map(|scan| &scan.options) {
-        if !options.contains(option) {
-            options.push(option.clone());
-        }
-    }
     let mut text = format!("wrote {}: {}\n", output.display(), counts.join(", "));
-    if !options.is_empty() {
-        text += &format!("read it with {}\n", options.join(" "));
-    }
+    text += &reading_text(bag, scans);
     if let Some(load) = thresholds {
         text += &format!(
             "and a configuration file with\n\
@@ -245,6 +237,52 @@ fn print_summary(
         return Ok(());
     }
     print_text(&text).map_err(Error::Print)
+}
+
+/// Returns whether the feet need different sample rates as options. No command reads all of them at once then.
+fn have_several_rates(scans: &[Scan]) -> bool {
+    let mut rates = scans.iter().filter_map(|scan| scan.sample_rate);
+    rates.next().is_some_and(|first| rates.any(|rate| rate != first))
+}
+
+/// Returns the lines with the options that read the output, if options are needed.
+fn reading_text(bag: Option<&Bag>, scans: &[Scan]) -> String {
+    match bag {
+        Some(bag) if have_several_rates(scans) => reading_of_each(bag, scans),
+        _ => reading_of_all(bag, scans),
+    }
+}
+
+/// Returns the line with the options that read all feet of the output, if options are needed.
+fn reading_of_all(bag: Option<&Bag>, scans: &[Scan]) -> String {
+    let mut options: Vec<String> = Vec::new();
+    if scans.len() > 1 {
+        options.push("--topic all".to_owned());
+    }
+    if let Some(bag) = bag.filter(|bag| bag.has_loads) {
+        // `--topic all` expects the load topics in the order of the feet's topic names.
+        let mut topics: Vec<&FootTopics> = bag.topics.iter().collect();
+        topics.sort_by(|a, b| a.imu.cmp(&b.imu));
+        let topics = topics.into_iter();
+        options.extend(topics.map(|topics| format!("--load-topic {}", topics.load)));
+    }
+    for option in scans.iter().flat_map(Scan::options) {
+        if !options.contains(&option) {
+            options.push(option);
+        }
+    }
+    if options.is_empty() { String::new() } else { format!("read it with {}\n", options.join(" ")) }
+}
+
+/// Returns a line for each foot of a bag with the options that read it.
+fn reading_of_each(bag: &Bag, scans: &[Scan]) -> String {
+    let line = |(topics, scan): (&FootTopics, &Scan)| {
+        let mut options = vec![format!("--topic {}", topics.imu)];
+        options.extend(bag.has_loads.then(|| format!("--load-topic {}", topics.load)));
+        options.extend(scan.options());
+        format!("read one foot with {}\n", options.join(" "))
+    };
+    bag.topics.iter().zip(scans).map(line).collect()
 }
 
 /// Returns the default load thresholds of the input format if they differ from those of the output, which is read as CSV.
@@ -267,13 +305,8 @@ fn scan(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Scan, Vec<Finding>)
         found.samples += 1;
         found.has_load |= sample.load.is_some();
     }
-    if about.gravity == Gravity::Removed {
-        found.options.push("--gravity removed".to_owned());
-    }
-    if times.rate(None).ok() != Some(about.sample_rate) {
-        let rate = about.sample_rate;
-        found.options.push(format!("--sample-rate {rate}"));
-    }
+    found.is_gravity_removed = about.gravity == Gravity::Removed;
+    found.sample_rate = Some(about.sample_rate).filter(|rate| times.rate(None).ok() != Some(*rate));
     let mounting = &foot.stored.about.correction.mounting;
     Ok((found, with_mounting(check.findings(), mounting)))
 }
@@ -462,5 +495,32 @@ impl<I: Iterator<Item = io::Result<RecordedSample>>> SampleStream<I> {
             let micros = sample.imu.timestamp.as_micros();
             Timestamp::from_micros(micros.saturating_add_signed(self.offset_us))
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan(rate: Option<f32>) -> Scan {
+        Scan { sample_rate: rate, is_gravity_removed: true, ..Scan::default() }
+    }
+
+    #[test]
+    fn feet_with_different_rates_are_read_by_a_command_each() {
+        let bag =
+            Bag { topics: ["FL", "FR"].map(FootTopics::of).into(), has_loads: true, shift_us: 0 };
+        let same = [scan(Some(100.0)), scan(Some(100.0))];
+        assert_eq!(
+            reading_text(Some(&bag), &same),
+            "read it with --topic all --load-topic /footfall/FL/load --load-topic /footfall/FR/load --gravity removed --sample-rate 100\n"
+        );
+        let different = [scan(Some(100.0)), scan(Some(200.0))];
+        assert_eq!(
+            reading_text(Some(&bag), &different),
+            "read one foot with --topic /footfall/FL/imu --load-topic /footfall/FL/load --gravity removed --sample-rate 100\n\
+             read one foot with --topic /footfall/FR/imu --load-topic /footfall/FR/load --gravity removed --sample-rate 200\n"
+        );
+        assert_eq!(reading_text(None, &[Scan::default()]), "");
     }
 }
