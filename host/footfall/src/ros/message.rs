@@ -66,13 +66,15 @@ impl RosMessage {
 #[cfg(feature = "cdr")]
 impl RosMessage {
     /// Returns the encoded message with its header.
+    ///
+    /// # Panics
+    /// Never: CDR represents all fields of these messages, and a test encodes each.
     #[must_use]
     pub fn cdr(&self) -> Vec<u8> {
         // Encapsulation header: CDR, little-endian, no options.
         let mut bytes = vec![0, 1, 0, 0];
-        // CDR can represent all fields of these messages; a test encodes each.
         let encoded = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self);
-        bytes.extend(encoded.unwrap_or_default());
+        bytes.extend(encoded.expect("CDR represents all fields"));
         bytes
     }
 }
@@ -468,6 +470,7 @@ mod cdr_tests {
 
     #[test]
     fn every_message_is_encoded() {
+        assert_eq!(RosMessage::Bool(true).cdr(), [0, 1, 0, 0, 1]);
         let diagnostics = DiagnosticArray {
             status: vec![DiagnosticStatus {
                 level: Level::Error,
