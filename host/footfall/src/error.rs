@@ -66,6 +66,14 @@ pub enum Error {
     /// Files and walking feet are to be calibrated at once.
     #[error("files and walking feet are calibrated separately: name one kind")]
     FilesAndFeet,
+    /// Options are given that only the other kind of input uses.
+    #[error("the calibration of {inputs} does not use {options}")]
+    UnusedOptions {
+        /// Kind of the inputs.
+        inputs: &'static str,
+        /// The options.
+        options: String,
+    },
     /// A source has no line.
     #[error(transparent)]
     Find(#[from] FindError),
@@ -360,8 +368,8 @@ pub enum FootError {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// Standard output cannot be written.
-    #[error(transparent)]
-    Print(io::Error),
+    #[error("standard output cannot be written: {0}")]
+    Print(#[source] io::Error),
     /// A file of settings cannot be used.
     #[error("{file}: {message}")]
     File {

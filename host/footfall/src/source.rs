@@ -14,14 +14,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use feet::foot::{Client, RequestError};
+use feet::foot::{Client, RequestError, settings};
 use feet::source::{SourceError, Speed};
 use feet::usb::{self, UsbPort};
 use feet::{LineSource, Link, LinkError, Playback};
 use recordings::input::matches_pattern;
 use simulated_robot::{Demo, DemoError};
 use thiserror::Error;
-use wire::dictionary::index;
 
 /// Kinds of sources beside lines, before the colon.
 const DEMO: &str = "demo";
@@ -265,9 +264,7 @@ fn one_on_usb(which: &str, ports: Vec<UsbPort>) -> Result<UsbPort, FindError> {
 /// Asks the foot of a serial line for its name.
 fn name_of(source: &Source) -> Result<&'static str, RequestError> {
     let mut client = Client::new(source.open()?, None)?;
-    let code = client.read_number(index::FOOT, 0)?;
-    let foot = u8::try_from(code).ok().and_then(wire::Foot::from_code);
-    foot.map(wire::Foot::name).ok_or(RequestError::Unknown { what: "the foot", code })
+    Ok(settings::position(&mut client)?.name())
 }
 
 /// Ports of a pattern, in the order of their names.

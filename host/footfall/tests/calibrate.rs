@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::common::feet::{csv, lying};
-use crate::common::{AXES, Bench, assert_has, cases, read, text};
+use crate::common::{AXES, Bench, assert_has, cases, kill, read, text, wait_until};
 use estimator_core::correction::AccelerometerCorrection;
 use estimator_core::{Learning, Learnt, Params};
 use gait::GaitName;
@@ -168,6 +168,53 @@ fn walking_foot_is_calibrated_and_keeps_it_if_told() {
         assert!(report["feet"]["FL"]["learnt"]["still_seconds"].as_f64() > Some(0.0), "{report}");
     }
     bench.refuses("calibrate demo:speed=max walk.csv", "footfall: files and walking feet are");
+}
+
+#[test]
+fn options_of_the_other_kind_of_input_are_refused() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    for (arguments, expected) in cases(
+        "
+        demo:speed=max --rests --strict => walking feet does not use --rests, --strict
+        demo:speed=max --foot FL -o a.toml --units g,dps => walking feet does not use --foot, --units
+        demo:speed=max --topic all --preset paper => walking feet does not use --topic, --preset
+        walk.csv --write --node 17 --seconds 60 => recordings does not use --write, --seconds, --node
+        walk.csv --rests --write => recordings does not use --write
+        ",
+    ) {
+        bench.refuses(&format!("calibrate {arguments}"), expected);
+    }
+}
+
+#[test]
+fn two_walking_boards_of_one_name_are_refused() {
+    let bench = Bench::new();
+    let error = bench.error("calibrate demo:speed=max demo:speed=max,line=uart");
+    assert_has(&error, "two boards are FL, demo:");
+    assert_has(&error, "; calibrate them one at a time");
+    assert!(!error.contains("let the foot stand"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_wait_for_a_walk_writes_nothing() {
+    let bench = Bench::new();
+    let said = fs::File::create(bench.path("said.txt")).expect("a file");
+    // The foot learns enough after seconds of its own, which are minutes here.
+    let child = bench
+        .command_with_signals("calibrate demo:speed=0.2 --write -o robot.toml", None)
+        .stderr(said)
+        .spawn()
+        .expect("the command that was just built");
+    wait_until("the wait for a walk", || {
+        read(&bench.path("said.txt")).contains("let the foot walk")
+    });
+    assert!(kill("INT", &child));
+    let output = child.wait_with_output().expect("it ends");
+    let said = read(&bench.path("said.txt"));
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_has(&said, "footfall: interrupted: nothing was written\n");
+    assert!(!bench.path("robot.toml").exists());
 }
 
 #[test]

@@ -451,6 +451,16 @@ fn put_back(
     }
 }
 
+/// Reads the position of the board.
+///
+/// # Errors
+/// A request has failed, or the code of the position is unknown.
+pub fn position(client: &mut Client) -> Result<Foot, RequestError> {
+    let code = client.read_number(index::FOOT, 0)?;
+    let foot = u8::try_from(code).ok().and_then(Foot::from_code);
+    foot.ok_or(RequestError::Unknown { what: "the foot", code })
+}
+
 /// Sets and stores the position of the board, with the default node id of that position, and restarts the board. A new
 /// board is the front left foot.
 ///

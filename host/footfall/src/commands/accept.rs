@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use wire::NodeId;
 
 use super::foot::{Identity, to_json};
-use super::options::{HELP_OF_SOURCES, parse_node};
+use super::options::{HELP_OF_BOARDS, parse_node};
 use crate::error::{Error, FootError, with_hint};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
@@ -23,8 +23,8 @@ use crate::source::{Source, SourceArgument, find_all};
 /// Arguments of `footfall accept`.
 #[derive(Debug, Args)]
 pub struct AcceptArguments {
-    /// Sources of the feet, which are measured one after the other.
-    #[arg(required = true, value_name = "SOURCE", help = HELP_OF_SOURCES)]
+    /// Sources of the boards, which are measured one after the other.
+    #[arg(required = true, value_name = "SOURCE", help = HELP_OF_BOARDS)]
     pub sources: Vec<SourceArgument>,
     /// Node id on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node)]

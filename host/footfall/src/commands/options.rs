@@ -87,6 +87,30 @@ impl RecordingArguments {
         self.reading.resolved(self.preset, self.config.as_deref(), window)
     }
 
+    /// Returns the names of the given options on the reading and the estimate of recordings, except `--config`.
+    pub(crate) fn given_for_reading(&self) -> Vec<&'static str> {
+        let ReadingArguments { table, bag, .. } = &self.reading;
+        given_options([
+            ("--format", self.reading.format.is_some()),
+            ("--sample-rate", self.reading.sample_rate.is_some()),
+            ("--gravity", self.reading.gravity.is_some()),
+            ("--axes", self.reading.mounting.axes.is_some()),
+            ("--map", table.map.is_some()),
+            ("--units", table.units.is_some()),
+            ("--scale", table.scale.is_some()),
+            ("--decimal", table.decimal.is_some()),
+            ("--time-unit", table.time_unit.is_some()),
+            ("--times", table.times.is_some()),
+            ("--topic", !bag.topic.is_empty()),
+            ("--not-topic", !bag.not_topic.is_empty()),
+            ("--frame", !bag.frame.is_empty()),
+            ("--load-topic", !bag.load_topic.is_empty()),
+            ("--rename", !bag.rename.is_empty()),
+            ("--strict", self.reading.strict),
+            ("--preset", self.preset != Preset::default()),
+        ])
+    }
+
     /// Returns the preset and the parameters that differ from it, in one line.
     pub(crate) fn parameters_text(&self, params: &Params, format: Format) -> String {
         let preset = self.preset.name();
@@ -391,6 +415,11 @@ pub(crate) const HELP_OF_SOURCES: &str = help_of_sources!(
     "file:can.log[@SPEED]"
 );
 
+/// Help text on the syntax of several sources whose boards are measured one after the other.
+pub(crate) const HELP_OF_BOARDS: &str = help_of_sources!(
+    "Sources of the boards, which are measured one after the other: usb for all feet on USB, usb:FR or usb:SERIAL for one of them"
+);
+
 /// Help text on the syntax of a single source.
 pub(crate) const HELP_OF_ONE_SOURCE: &str =
     help_of_sources!("Source of the foot: usb, usb:FR or usb:SERIAL for one of several");
@@ -549,13 +578,19 @@ pub(crate) fn estimator_options(
     window: Option<WindowLength>,
     mounting: &MountingArguments,
 ) -> Vec<&'static str> {
-    let given = [
+    given_options([
         ("--preset", preset != Preset::default()),
         ("--config", config.is_some()),
         ("--window", window.is_some()),
         ("--axes", mounting.axes.is_some()),
-    ];
-    let given = given.into_iter().filter(|(_, is_given)| *is_given);
+    ])
+}
+
+/// Returns the names of those options that are given.
+pub(crate) fn given_options<const N: usize>(
+    options: [(&'static str, bool); N],
+) -> Vec<&'static str> {
+    let given = options.into_iter().filter(|(_, is_given)| *is_given);
     given.map(|(option, _)| option).collect()
 }
 

@@ -74,16 +74,22 @@ impl Bench {
     /// Starts the command with its own handlers of signals, except one that is to be ignored: SIGINT is ignored if a shell
     /// without job control started the test.
     pub fn start(&self, arguments: &str, ignored: Option<&str>) -> Child {
+        let mut command = self.command_with_signals(arguments, ignored);
+        command.spawn().expect("the command that was just built")
+    }
+
+    /// Returns the command that [`start`](Self::start) starts.
+    pub fn command_with_signals(&self, arguments: &str, ignored: Option<&str>) -> Command {
         let ignored = ignored.map(|signal| format!("--ignore-signal={signal}"));
-        Command::new("env")
+        let mut command = Command::new("env");
+        command
             .arg("--default-signal")
             .args(ignored)
             .arg(env!("CARGO_BIN_EXE_footfall"))
             .args(arguments.split_whitespace())
             .current_dir(&self.directory)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the command that was just built")
+            .stdout(Stdio::piped());
+        command
     }
 
     /// Runs the command with this standard input, which it must read to the end.

@@ -9,22 +9,26 @@ use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use estimator_core::Learnt;
+use estimator_core::mounting::Mounting;
+use estimator_core::{Learnt, Vec3};
 use feet::LineSource;
 use feet::foot::accept::{self, Person};
 use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::{Client, calibration};
+use recordings::calibrate::robot_file::RobotFile;
 use recordings::mounting::{MountingReport, RestingUp, settings_of};
 use serde::{Serialize, Serializer};
+use wire::Foot;
 use wire::node::Calibration;
 
 use super::CalibrateArguments;
-use crate::commands::foot::{name_of, wait_until_settled};
+use crate::commands::foot::{check_interruption, wait_until_settled};
 use crate::error::{Error, FootError};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
 use crate::report::Described;
 use crate::source::{Source, SourceArgument, find_all};
+use crate::stream::SameName;
 
 /// Returns the inputs as sources of walking feet, or `None` if all of them are files.
 ///
@@ -50,7 +54,32 @@ pub(super) fn sources(inputs: &[PathBuf]) -> Result<Option<Vec<Source>>, Error> 
 struct Walking {
     client: Client,
     name: &'static str,
-    mounting: Option<MountingReport>,
+    /// Mounting of its sensor before the calibration.
+    given: Mounting,
+    axes: FoundAxes,
+}
+
+/// Mounting of a sensor as gravity shows it.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum FoundAxes {
+    /// The foot has not stood still.
+    Unknown,
+    /// The foot stood still; `None` if the sensor's axes are those of the foot.
+    #[serde(untagged)]
+    Known(Option<MountingReport>),
+}
+
+impl FoundAxes {
+    /// Returns the mounting for a foot with the mounting `given` and this gravity at rest, m/s², if it is known.
+    fn of(gravity: Option<Vec3>, given: &Mounting) -> Self {
+        let Some(gravity) = gravity else {
+            return Self::Unknown;
+        };
+        let mut rest = RestingUp::default();
+        rest.add(Some(gravity));
+        Self::Known(MountingReport::of(&rest, given))
+    }
 }
 
 /// Calibrates the feet of these lines.
@@ -59,19 +88,20 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, sources: &[Source]) -> R
     let resolved = arguments.recording.resolved(None)?;
     // Settings of the feet are changed and put back.
     finish_when_interrupted();
-    let mut feet = Vec::new();
-    for source in sources {
-        feet.push(stand(arguments, source)?);
+    let mut feet = open(arguments, sources)?;
+    for foot in &mut feet {
+        stand(arguments, foot)?;
     }
     let mut report = LiveReport { feet: BTreeMap::new(), written: false };
     for foot in &mut feet {
         let words = format!("{}: let the foot walk", foot.name);
         wait_until_settled(&mut foot.client, arguments.seconds.into(), &words)?;
         let learnt = calibration::learnt(&mut foot.client).map_err(FootError::from)?;
-        let walked = WalkedFoot { learnt, mounting: foot.mounting.clone() };
+        let walked = WalkedFoot { learnt, mounting: foot.axes.clone() };
         report.feet.insert(foot.name.to_owned(), walked);
     }
     report.written = arguments.write || agrees(&report);
+    check_interruption()?;
     if report.written {
         for foot in &mut feet {
             write(foot)?;
@@ -79,38 +109,59 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, sources: &[Source]) -> R
     } else {
         messages::aside("not written to the foot: `footfall calibrate SOURCE --write` writes it");
     }
-    arguments.write_outputs(&resolved, &report, |file| {
-        report.feet.iter().fold(file, |file, (name, walked)| {
-            let mut file = file.of_foot(Some(name.clone()));
-            file.set_learnt_by_foot(name, &walked.learnt);
-            file.set_mounting(walked.mounting.as_ref());
-            file
-        })
-    })
+    arguments.write_outputs(&resolved, &report, |file| report.set_in(file))
+}
+
+/// Connects to the feet.
+///
+/// # Errors
+/// A foot does not respond, or two boards have one name: the result of one would replace that of the other.
+fn open(arguments: &CalibrateArguments, sources: &[Source]) -> Result<Vec<Walking>, Error> {
+    let mut feet: Vec<Walking> = Vec::new();
+    for source in sources {
+        let link = source.open_for_requests()?;
+        let mut client = Client::new(link, arguments.node).map_err(FootError::from)?;
+        let name = settings::position(&mut client).map_err(FootError::from)?.name();
+        let given = calibration::mounting(&mut client).map_err(FootError::from)?;
+        feet.push(Walking { client, name, given, axes: FoundAxes::Unknown });
+    }
+    check_names(&feet, sources)?;
+    Ok(feet)
+}
+
+/// Checks that each of the feet of these sources has a name of its own.
+fn check_names(feet: &[Walking], sources: &[Source]) -> Result<(), SameName> {
+    let has_name = |name: &str| feet.iter().position(|foot| foot.name == name);
+    for (second, foot) in feet.iter().enumerate() {
+        if let Some(first) = has_name(foot.name)
+            && first < second
+        {
+            let unused =
+                Foot::ALL.map(Foot::name).into_iter().find(|name| has_name(name).is_none());
+            let board = |foot: usize| (&sources[foot], feet[foot].client.node());
+            let boards = [board(first), board(second)];
+            return Err(SameName::of_asked(foot.name, boards, unused.unwrap_or("R")));
+        }
+    }
+    Ok(())
 }
 
 /// Waits until a foot stands still, and finds its axes.
-fn stand(arguments: &CalibrateArguments, source: &Source) -> Result<Walking, Error> {
-    let link = source.open_for_requests()?;
-    let mut client = Client::new(link, arguments.node).map_err(FootError::from)?;
-    let name = name_of(&mut client)?;
-    let given = calibration::mounting(&mut client).map_err(FootError::from)?;
+fn stand(arguments: &CalibrateArguments, foot: &mut Walking) -> Result<(), Error> {
+    let name = foot.name;
     let mut person = Person {
         patience: Duration::from_secs(arguments.seconds.into()),
         tell: &mut |words| messages::aside(format!("{name}: {words}")),
         has_left: &is_interrupted,
     };
-    let up = accept::force_at_rest(&mut client, &given, &mut person).map_err(FootError::from)?;
-    if is_interrupted() {
-        return Err(FootError::Interrupted.into());
-    }
-    let mut rest = RestingUp::default();
+    let up = accept::force_at_rest(&mut foot.client, &foot.given, &mut person);
+    let up = up.map_err(FootError::from)?;
+    check_interruption()?;
     if up.is_none() {
         messages::warn(format!("{name} has not stood still, so its axes are not known"));
     }
-    rest.add(up);
-    let mounting = MountingReport::of(&rest, &given);
-    Ok(Walking { client, name, mounting })
+    foot.axes = FoundAxes::of(up, &foot.given);
+    Ok(())
 }
 
 /// Asks whether to write the report's values to the feet. Without a terminal the answer is no.
@@ -128,7 +179,7 @@ fn agrees(report: &LiveReport) -> bool {
 /// Makes a foot keep its learnt values and its axes.
 fn write(foot: &mut Walking) -> Result<(), FootError> {
     calibration::store(&mut foot.client, Calibration::Keep)?;
-    let Some(mounting) = &foot.mounting else {
+    let FoundAxes::Known(Some(mounting)) = &foot.axes else {
         return Ok(());
     };
     // A new mounting starts a new estimate, with the values that are kept.
@@ -154,8 +205,23 @@ struct WalkedFoot {
     /// Learnt values.
     #[serde(serialize_with = "serialize_learnt")]
     learnt: Learnt,
-    /// Mounting of its sensor; null if the sensor's axes are those of the foot.
-    mounting: Option<MountingReport>,
+    /// Mounting of its sensor: null if the sensor's axes are those of the foot, `unknown` if the foot has not stood still.
+    mounting: FoundAxes,
+}
+
+impl LiveReport {
+    /// Sets the learnt values and the mounting of each foot in a configuration file.
+    fn set_in(&self, file: RobotFile) -> RobotFile {
+        self.feet.iter().fold(file, |file, (name, walked)| {
+            let mut file = file.of_foot(Some(name.clone()));
+            file.set_learnt_by_foot(name, &walked.learnt);
+            // Unknown axes leave those of the configuration.
+            if let FoundAxes::Known(mounting) = &walked.mounting {
+                file.set_mounting(mounting.as_ref());
+            }
+            file
+        })
+    }
 }
 
 fn serialize_learnt<S: Serializer>(learnt: &Learnt, to: S) -> Result<S::Ok, S::Error> {
@@ -180,10 +246,57 @@ impl fmt::Display for LiveReport {
                 moving.exp()
             )?;
             match &walked.mounting {
-                Some(mounting) => write!(f, "\n{mounting}")?,
-                None => f.write_str("\naxes x,y,z: z is up")?,
+                FoundAxes::Known(Some(mounting)) => write!(f, "\n{mounting}")?,
+                FoundAxes::Known(None) => f.write_str("\naxes x,y,z: z is up")?,
+                FoundAxes::Unknown => {
+                    f.write_str("\naxes not known: the foot has not stood still")?;
+                }
             }
         }
         if self.written { f.write_str("\nkept and stored on the foot") } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "axes = \"x,y,z\"\n[feet.FL]\naxes = \"x,-z,y\"\n";
+
+    /// Returns the report on a foot FL with identity axes on the board and this gravity at rest.
+    fn report_with(gravity: Option<Vec3>) -> LiveReport {
+        let learnt = Learnt::from_array([0.0; Learnt::NUMBERS]);
+        let mounting = FoundAxes::of(gravity, &Mounting::IDENTITY);
+        let feet = BTreeMap::from([("FL".to_owned(), WalkedFoot { learnt, mounting })]);
+        LiveReport { feet, written: true }
+    }
+
+    /// Returns the axes of FL in the file that is written.
+    fn axes_in(report: &LiveReport) -> String {
+        let file = report.set_in(RobotFile::keeping(FILE).expect("TOML"));
+        let mut settings = file.settings_of_foot("FL").into_iter();
+        settings.find(|(name, _)| name == "axes").expect("axes").1
+    }
+
+    #[test]
+    fn unknown_axes_leave_the_configured_ones() {
+        let report = report_with(None);
+        assert_eq!(axes_in(&report), "x,-z,y");
+        let text = report.to_string();
+        assert!(text.contains("\naxes not known: the foot has not stood still\n"), "{text}");
+        let json = serde_json::to_value(&report).expect("JSON");
+        assert_eq!(json["feet"]["FL"]["mounting"], "unknown");
+    }
+
+    #[test]
+    fn axes_with_z_up_replace_the_configured_ones() {
+        let report = report_with(Some(Vec3::new(0.0, 0.0, 9.81)));
+        assert_eq!(axes_in(&report), "x,y,z");
+        assert!(report.to_string().contains("\naxes x,y,z: z is up\n"), "{report}");
+        let json = serde_json::to_value(&report).expect("JSON");
+        assert!(json["feet"]["FL"]["mounting"].is_null(), "{json}");
+        let turned = report_with(Some(Vec3::new(0.0, 9.81, 0.0)));
+        let json = serde_json::to_value(&turned).expect("JSON");
+        assert_eq!(json["feet"]["FL"]["mounting"]["axes"], "x,-z,y");
     }
 }

@@ -23,7 +23,8 @@ use serde::Serialize;
 use wire::NodeId;
 
 use super::options::{
-    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, check, parse_node,
+    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, check, given_options,
+    parse_node,
 };
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
@@ -38,6 +39,9 @@ Examples:
   footfall calibrate usb --write
   footfall calibrate --rests sides.csv --config robot.toml --output robot.toml --overwrite
   footfall replay walk.csv --config robot.toml";
+
+/// Default of `--seconds`.
+const SECONDS: u16 = 120;
 
 /// Arguments of `footfall calibrate`.
 #[derive(Debug, Args)]
@@ -66,7 +70,7 @@ pub struct CalibrateArguments {
     #[arg(long, help_heading = OUTPUT)]
     pub write: bool,
     /// Longest wait for each step of a walking foot, s
-    #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(1..=3600), help_heading = INPUT)]
+    #[arg(long, value_name = "S", default_value_t = SECONDS, value_parser = clap::value_parser!(u16).range(1..=3600), help_heading = INPUT)]
     pub seconds: u16,
     /// Node id of a walking foot on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node, help_heading = INPUT)]
@@ -86,8 +90,17 @@ struct Input {
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         if let Some(sources) = live::sources(&self.inputs)? {
+            let own = given_options([("--rests", self.rests), ("--foot", self.foot.is_some())]);
+            let of_recordings = [own, self.recording.given_for_reading()].concat();
+            check_unused("walking feet", &of_recordings)?;
             return live::calibrate(self, &sources);
         }
+        let of_feet = given_options([
+            ("--write", self.write),
+            ("--seconds", self.seconds != SECONDS),
+            ("--node", self.node.is_some()),
+        ]);
+        check_unused("recordings", &of_feet)?;
         files::check_inputs(&self.inputs)?;
         self.check_output(&self.inputs)?;
         let resolved = self.recording.resolved(None)?;
@@ -323,6 +336,14 @@ impl CalibrateArguments {
         }
         print(report, SummaryStyle::of(self.json), &self.output).map_err(Error::Print)
     }
+}
+
+/// Checks that none of the options is given that inputs of this kind do not use.
+fn check_unused(inputs: &'static str, given: &[&str]) -> Result<(), Error> {
+    if given.is_empty() {
+        return Ok(());
+    }
+    Err(Error::UnusedOptions { inputs, options: given.join(", ") })
 }
 
 /// Report on the calibration of several feet.

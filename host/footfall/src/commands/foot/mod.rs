@@ -28,7 +28,7 @@ use wire::{Address, DataType, Fault, NodeId, Value};
 use super::options::{HELP_OF_ONE_SOURCE, OverwriteArguments, parse_node, parse_number};
 use crate::error::{Error, FootError, with_hint};
 use crate::files::{self, STANDARD, Target, write_file};
-use crate::interruption::finish_when_interrupted;
+use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
 use crate::report::{Described, Document, print_text};
 use crate::source::{FindError, Source, SourceArgument, find_all, text_of};
@@ -405,7 +405,18 @@ impl FootArguments {
     }
 }
 
+/// Checks that no orderly end was requested.
+///
+/// # Errors
+/// One was requested.
+pub(super) fn check_interruption() -> Result<(), FootError> {
+    if is_interrupted() { Err(FootError::Interrupted) } else { Ok(()) }
+}
+
 /// Waits at most `seconds` until the foot has learnt enough; `words` ask the person to let it walk.
+///
+/// # Errors
+/// The time is over, the foot does not learn, a request has failed, or an orderly end was requested.
 pub(super) fn wait_until_settled(
     client: &mut Client,
     seconds: f64,
@@ -415,6 +426,7 @@ pub(super) fn wait_until_settled(
     let end = clock.now() + Duration::from_secs_f64(seconds);
     let mut next_line = clock.now();
     loop {
+        check_interruption()?;
         match calibration::state(client)? {
             CalibrationState::Frozen => return Err(FootError::LearnsNothing),
             CalibrationState::Settled => break,
@@ -514,9 +526,9 @@ impl Identity {
         let version = text(client, index::SOFTWARE_VERSION)?;
         let hardware = text(client, index::HARDWARE_VERSION)?;
         let programs = programs(client)?;
-        let code = client.read_number(index::FOOT, 0)? as u8;
+        let foot = settings::position(client)?.name();
         Ok(Self {
-            foot: wire::Foot::from_code(code).map_or("?", wire::Foot::name),
+            foot,
             node: client.node().map(NodeId::get),
             device,
             version,
@@ -646,7 +658,7 @@ fn read_file(path: &Path, client: &mut Client) -> Result<SettingValues, FootErro
     }
     let is_configuration = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
     let values = if is_configuration {
-        let foot = name_of(client)?;
+        let foot = settings::position(client)?.name();
         of_configuration(path, text, foot, node)?
     } else {
         let values = settings::from_text(&text, node);
@@ -679,12 +691,6 @@ fn of_configuration(
         ));
     }
     Ok(taken.values)
-}
-
-/// Reads the name of the foot, such as FL.
-pub(super) fn name_of(client: &mut Client) -> Result<&'static str, FootError> {
-    let code = client.read_number(index::FOOT, 0)? as u8;
-    Ok(wire::Foot::from_code(code).map_or("?", wire::Foot::name))
 }
 
 /// Longest accepted timeout, s: one hour.
