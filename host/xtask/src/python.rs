@@ -53,7 +53,7 @@ impl Environment {
     }
 }
 
-/// Installs the packages that [`core`] needs.
+/// Installs the packages that [`core()`] needs.
 ///
 /// # Errors
 /// A package cannot be installed.
