@@ -162,7 +162,8 @@ fn first_command_target() -> PathBuf {
 fn first_command() -> Result<()> {
     /// Package of the first command, as a unit of processor time.
     const UNIT: &str = "clap_builder";
-    const BUDGET_UNITS: f64 = 16.0;
+    /// A quarter more than was measured: 13.5 to 14.3, on one machine at different loads.
+    const BUDGET_UNITS: f64 = 18.0;
     const SIZE_BUDGET_MB: f64 = 16.0;
     let tree = ["tree", "--locked", "--package", "footfall-program", "--edges", "normal,build"];
     let listed = Step::cargo(&tree).with(["--prefix", "none", "--no-dedupe"]).output()?;
