@@ -192,3 +192,29 @@ fn hardware_component_exports_the_feet_of_both_kinds_of_lines() {
     assert_near(swapped[1], UNKNOWN);
     assert_near(unplugged[0], DOUBTFUL);
 }
+
+#[test]
+fn broadcaster_publishes_each_interface_of_each_foot() {
+    let read = |file: &str| std::fs::read_to_string(Path::new(PACKAGE).join(file)).expect(file);
+    // The rows of the component's table: {"contact", &FootValues::contact}.
+    let component = read("src/footfall_sensor.cpp");
+    let row = |line: &str| {
+        Some(line.trim().strip_prefix("{\"")?.split_once("\", &FootValues::")?.0.to_owned())
+    };
+    let interfaces: Vec<String> = component.lines().filter_map(row).collect();
+    assert_eq!(interfaces.len(), INTERFACES);
+    let feet = ["FL", "FR", "RL", "RR"];
+    let expected =
+        feet.iter().flat_map(|foot| interfaces.iter().map(move |name| format!("{foot}/{name}")));
+    let parameters = read("config/feet.yaml");
+    let item = |line: &str| Some(line.trim().strip_prefix("- ")?.to_owned());
+    let published: Vec<String> = parameters.lines().filter_map(item).collect();
+    assert!(expected.eq(published.iter().cloned()), "{published:?}");
+    let described = read("urdf/feet.ros2_control.xacro");
+    for name in interfaces {
+        assert!(described.contains(&format!("<state_interface name=\"{name}\"/>")), "{name}");
+    }
+    for foot in feet {
+        assert!(described.contains(&format!("foot=\"{foot}\"")), "{foot}");
+    }
+}
