@@ -23,6 +23,7 @@ mod bag_copies;
 mod broad;
 mod calibrate;
 mod can_logs;
+mod consumers;
 #[cfg(feature = "full")]
 mod convert;
 mod decode;

@@ -27,12 +27,6 @@ def pronto(message):
     return by_foot(FEET, (abs(v) > 0.01 for v in (message.lf, message.rf, message.lh, message.rh)))
 
 
-def inekf(message):
-    """InEKF_ROS: pairs of id and indicator, in any order."""
-    pairs = {contact.id: contact.indicator for contact in message.contacts}
-    return {foot: pairs[k] for k, foot in enumerate(FEET)}
-
-
 def muse(message):
     return by_foot(FEET, (message.stance_lf, message.stance_rf, message.stance_lh, message.stance_rh))
 
@@ -41,7 +35,6 @@ def muse(message):
 CONSUMERS = {
     "/footfall/stance": ("pronto_msgs/msg/QuadrupedStance", pronto),
     "/foot_contacts": ("champ_msgs/msg/ContactsStamped", lambda m: by_foot(FEET, m.contacts)),
-    "/contact": ("inekf_msgs/msg/ContactArray", inekf),
     "/footfall/drift/contacts": (
         "custom_sensor_msgs/msg/ContactArray",
         lambda m: by_foot(RIGHT_FIRST, (contact.indicator for contact in m.contacts)),

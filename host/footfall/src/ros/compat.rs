@@ -4,7 +4,6 @@
 //! |---|---|---|---|---|
 //! | `champ` | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, read by its state estimation | `champ_msgs/msg/ContactsStamped` | the decisions |
 //! | `pronto` | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: it treats any number above 0.01 as stance |
-//! | `inekf` | [InEKF](https://github.com/RossHartley/invariant-ekf-ros) | `/contact`, the default of its `settings/contact_topic` | `inekf_msgs/msg/ContactArray` | the decisions, with the ids 0 to 3 |
 //! | `drift` | [DRIFT](https://github.com/UMich-CURLY/drift) | `/footfall/drift/contacts` | `custom_sensor_msgs/msg/ContactArray` | the decisions in the order of its `enum Leg`: right front, left front, right hind, left hind |
 //! | `muse` | [MUSE](https://github.com/iit-DLSLab/muse) | `/footfall/contact_detection` | `state_estimator_msgs/msg/ContactDetection` | the decisions |
 //! | `bool` | any, such as one that sets the contact flags of [legged_control](https://github.com/qiayuanl/legged_control) | `/footfall/FL/contact/decision` of each foot | `std_msgs/msg/Bool` | the decision |
@@ -13,16 +12,7 @@
 //! | `all-stand` | one that waits for all feet on the ground, as a filter that is to be initialised | `/footfall/all_stand` | `std_msgs/msg/Bool` | whether all feet stand |
 //! | `biped` | any that reads `biped_interfaces`, such as those of [bit-bots](https://github.com/bit-bots/bitbots_main) | `/footfall/phase` | `biped_interfaces/msg/Phase` | which of both feet stand; no message while none does |
 //!
-//! Sources, each with its commit:
-//!
-//! | program | file | function |
-//! |---|---|---|
-//! | champ `1f87d64` | `champ_base/src/state_estimation.cpp` | `StateEstimation::synchronized_callback_` |
-//! | pronto `8cc55a5` | `pronto_quadruped_ros/src/legodo_handler_ros.cpp` | `FootSensorLegodoHandlerROS::processSecondaryMessage` |
-//! | `InEKF` `05bceec`, `927c4fe` | `inekf_ros/src/InEKF_ROS.cpp`, `Measurement.cpp` | `InEKF_ROS::subscribe`, `ContactMeasurement` |
-//! | `legged_control` `b3864d4` | `legged_examples/legged_unitree/legged_unitree_hw/src/UnitreeHW.cpp`, `legged_controllers/src/LeggedController.cpp` | `UnitreeHW::read`, `LeggedController::updateStateEstimation` |
-//! | MUSE `32719df` | `muse_ws/src/state_estimator/src/plugins/leg_odometry_plugin.cpp` | `LegOdometryPlugin::callback` |
-//! | DRIFT `06aedd4`, `286ae5b` | `ROS/drift/src/communication/ros_subscriber.cpp`, `include/drift/kinematics/mini_cheetah_kinematics.h` | `ROSSubscriber::MiniCheetahKinCallBack`, `enum Leg` |
+//! `docs/guide/state-estimators.md` lists the lines of these programs that were read, each with its commit.
 //!
 //! A robot has four feet, or with `biped` two: see [`Body`]. Unless stated otherwise, the order is left front, right front,
 //! left hind, right hind. A message is created as soon as each foot has a new contact. After 20 ms it is created without
@@ -153,8 +143,6 @@ recordings::named! {
         Pronto = "pronto",
         /// Decisions, for champ.
         Champ = "champ",
-        /// Numbered decisions, for `InEKF`.
-        Inekf = "inekf",
         /// Numbered decisions, right feet first, for DRIFT.
         Drift = "drift",
         /// Decisions, for MUSE.
@@ -179,7 +167,6 @@ impl Compat {
         match self {
             Self::Pronto => "`pronto_msgs/msg/QuadrupedStance` on /footfall/stance",
             Self::Champ => "`champ_msgs/msg/ContactsStamped` on `/foot_contacts`",
-            Self::Inekf => "`inekf_msgs/msg/ContactArray` on /contact",
             Self::Drift => "`custom_sensor_msgs/msg/ContactArray` on /footfall/drift/contacts",
             Self::Muse => {
                 "`state_estimator_msgs/msg/ContactDetection` on `/footfall/contact_detection`"
@@ -204,9 +191,7 @@ impl Compat {
     const fn is_of_four(self) -> bool {
         match self {
             Self::Bool | Self::Wrench | Self::AllStand | Self::Biped => false,
-            Self::Pronto | Self::Champ | Self::Inekf | Self::Drift | Self::Muse | Self::Unitree => {
-                true
-            }
+            Self::Pronto | Self::Champ | Self::Drift | Self::Muse | Self::Unitree => true,
         }
     }
 
@@ -226,7 +211,6 @@ impl Compat {
         let topic = match self {
             Self::Champ => "/foot_contacts",
             Self::Pronto => "/footfall/stance",
-            Self::Inekf => "/contact",
             Self::Drift => "/footfall/drift/contacts",
             Self::Muse => "/footfall/contact_detection",
             Self::Unitree => LOW_STATE_TOPIC,
@@ -243,15 +227,16 @@ impl Compat {
         let header = robot.header.clone();
         let stands = |foot: usize| robot.stands.get(foot).copied().unwrap_or_default();
         let four: [bool; FEET.len()] = array::from_fn(stands);
-        let numbered = |feet: [usize; 4]| (0..).zip(feet.map(stands)).collect();
         let message = match self {
             Self::Champ => RosMessage::Champ(Stances { header, stances: four.to_vec() }),
             Self::Pronto => {
                 let stances = four.map(|stands| f32::from(u8::from(stands)));
                 RosMessage::Pronto(Stances { header, stances })
             }
-            Self::Inekf => RosMessage::Inekf(Stances { header, stances: numbered([0, 1, 2, 3]) }),
-            Self::Drift => RosMessage::Drift(Stances { header, stances: numbered(RIGHT_FIRST) }),
+            Self::Drift => {
+                let numbered = (0..).zip(RIGHT_FIRST.map(stands)).collect();
+                RosMessage::Drift(Stances { header, stances: numbered })
+            }
             Self::Muse => RosMessage::Muse(Stances { header, stances: four }),
             Self::Unitree => {
                 let forces = RIGHT_FIRST.map(|foot| if stands(foot) { STANDS } else { 0 });

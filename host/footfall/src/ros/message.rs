@@ -35,9 +35,6 @@ pub enum RosMessage {
     Champ(Stances<Vec<bool>>),
     /// `pronto_msgs/msg/QuadrupedStance` of [pronto](https://github.com/ori-drs/pronto): 1, or 0.
     Pronto(Stances<[f32; 4]>),
-    /// `inekf_msgs/msg/ContactArray` of [InEKF](https://github.com/RossHartley/invariant-ekf-ros), with numbers of the
-    /// feet.
-    Inekf(Stances<Vec<(i32, bool)>>),
     /// `custom_sensor_msgs/msg/ContactArray` of [DRIFT](https://github.com/UMich-CURLY/drift), with numbers of the feet,
     /// right feet first.
     Drift(Stances<Vec<(i32, bool)>>),
@@ -300,10 +297,6 @@ impl Definition {
                 "pronto_msgs/msg/QuadrupedStance",
                 "std_msgs/Header header\nfloat32 lf\nfloat32 rf\nfloat32 lh\nfloat32 rh\n",
             ),
-            RosMessage::Inekf(_) => Self::new(
-                "inekf_msgs/msg/ContactArray",
-                "std_msgs/Header header\ninekf_msgs/Contact[] contacts\n",
-            ),
             RosMessage::Drift(_) => Self::new(
                 "custom_sensor_msgs/msg/ContactArray",
                 "std_msgs/Header header\ncustom_sensor_msgs/Contact[] contacts\n",
@@ -349,7 +342,7 @@ const BETWEEN: &str =
     "\n================================================================================\nMSG: ";
 
 /// Names and fields of nested messages.
-const NESTED: [(&str, &str); 11] = [
+const NESTED: [(&str, &str); 10] = [
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     ("geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"),
@@ -359,8 +352,7 @@ const NESTED: [(&str, &str); 11] = [
     ("geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"),
     ("diagnostic_msgs/DiagnosticStatus", STATUS),
     ("diagnostic_msgs/KeyValue", "string key\nstring value\n"),
-    ("inekf_msgs/Contact", NUMBERED_CONTACT),
-    ("custom_sensor_msgs/Contact", NUMBERED_CONTACT),
+    ("custom_sensor_msgs/Contact", "int32 id\nbool indicator\n"),
 ];
 const IMU: &str = "std_msgs/Header header
 geometry_msgs/Quaternion orientation
@@ -380,7 +372,6 @@ string message
 string hardware_id
 diagnostic_msgs/KeyValue[] values
 ";
-const NUMBERED_CONTACT: &str = "int32 id\nbool indicator\n";
 
 const PHASE: &str = "int32 LEFT_STANCE=0
 int32 RIGHT_SWING=0
@@ -489,7 +480,6 @@ mod cdr_tests {
             RosMessage::Diagnostics(diagnostics),
             RosMessage::Champ(Stances::default()),
             RosMessage::Pronto(Stances::default()),
-            RosMessage::Inekf(Stances::default()),
             RosMessage::Drift(Stances::default()),
             RosMessage::Muse(Stances::default()),
             RosMessage::Unitree(Box::default()),
