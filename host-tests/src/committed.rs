@@ -4,8 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
-use results::with_block;
-
 /// Checks that the file at `path` has exactly the content `expected`. With `FOOTFALL_UPDATE=1` in the environment
 /// it is written instead.
 ///
@@ -49,9 +47,17 @@ pub fn assert_block(file: &str, name: &str, content: &str) {
     let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let path = workspace().join(file);
     let text = fs::read_to_string(&path).expect("the file can be read");
-    let expected =
-        with_block(&text, name, content).unwrap_or_else(|problem| panic!("{file}: {problem}"));
-    assert_current(&path, &expected);
+    let expected = with_block(&text, name, content);
+    assert_current(&path, &expected.unwrap_or_else(|| panic!("{file} has no block `{name}`")));
+}
+
+/// Replaces the text between the lines `<!-- begin NAME -->` and `<!-- end NAME -->` of a Markdown text. `None` if the
+/// text has no such block.
+fn with_block(text: &str, name: &str, content: &str) -> Option<String> {
+    let begin = format!("<!-- begin {name} -->\n");
+    let from = text.find(&begin)? + begin.len();
+    let to = from + text[from..].find(&format!("<!-- end {name} -->"))?;
+    Some(format!("{}{content}{}", &text[..from], &text[to..]))
 }
 
 /// The root of the repository.

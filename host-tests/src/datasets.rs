@@ -17,9 +17,7 @@ use crate::requirements::unmet;
 /// If the file is absent and every check is required.
 #[must_use]
 pub fn recorded(file: &str) -> Option<PathBuf> {
-    let folder = env::var_os("FOOTFALL_DATASETS")
-        .map_or_else(|| workspace().join("../shared/datasets"), PathBuf::from);
-    let path = folder.join(file);
+    let path = path(file);
     if path.is_file() {
         return Some(path);
     }
@@ -29,6 +27,18 @@ pub fn recorded(file: &str) -> Option<PathBuf> {
         how_to_get(file)
     ));
     None
+}
+
+/// Returns whether a recorded file is absent.
+#[must_use]
+pub fn missing(file: &str) -> bool {
+    !path(file).is_file()
+}
+
+fn path(file: &str) -> PathBuf {
+    let folder = env::var_os("FOOTFALL_DATASETS")
+        .map_or_else(|| workspace().join("../shared/datasets"), PathBuf::from);
+    folder.join(file)
 }
 
 fn how_to_get(file: &str) -> &'static str {

@@ -8,7 +8,7 @@ use gait::{Plan, SensorParams};
 use recordings::input::{self, Format, InputOptions};
 use recordings::samples::Recording;
 
-use crate::datasets::recorded;
+use crate::datasets::{missing, recorded};
 
 /// Name of the file that marks the recordings in its folder as free of gravity.
 const GRAVITY_REMOVED: &str = "gravity_removed";
@@ -91,6 +91,31 @@ impl Set {
             // The force of the left leg is doubtful.
             Self::PushedNao => &["robots/nao_gem/1_r.csv", "robots/nao_gem/2_r.csv"],
         }
+    }
+
+    /// RMSE of the default preset on the set, as `docs/reference/evaluation.md` shows it.
+    #[must_use]
+    pub const fn rmse(self) -> f64 {
+        match self {
+            Self::Ground => 0.2671,
+            Self::ThreeSteps => 0.2872,
+            Self::Slip => 0.445,
+            Self::Atlas7k => 0.278,
+            Self::Nao => 0.2481,
+            Self::Shoe => 0.2704,
+            Self::Demo => 0.2379,
+            Self::Atlas500 => 0.3578,
+            Self::Talos => 0.1815,
+            Self::RealNao => 0.2467,
+            Self::Go1 => 0.2045,
+            Self::PushedNao => 0.2639,
+        }
+    }
+
+    /// Its files that are absent, by their paths in the folder of datasets.
+    #[must_use]
+    pub fn missing_files(self) -> Vec<&'static str> {
+        self.files().iter().copied().filter(|file| missing(file)).collect()
     }
 
     /// Reads its recordings; `None` if one is absent.

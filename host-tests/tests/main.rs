@@ -1,7 +1,7 @@
 //! Checks from outside, in one program: recordings, the oracle, simulated truth. Tests of the foot's program on a host are in
 //! `foot/main.rs`.
 //!
-//! The feature `full` adds the tests that only `.ci/full` runs: bags, browsers, instruction counts, research.
+//! The feature `full` adds the tests that only `.ci/full` runs: bags and browsers.
 
 #[cfg(feature = "full")]
 use host_tests::requirements::unmet;
@@ -37,11 +37,8 @@ mod feet;
 mod for_programs;
 mod go1;
 mod hanging;
-#[cfg(feature = "full")]
-mod instructions;
 mod learning;
 mod mounting;
-mod nano;
 #[cfg(feature = "full")]
 mod page;
 mod pictures;

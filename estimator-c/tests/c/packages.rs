@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-use super::{ARCHIVE, CPP, WARNINGS, assert_same_bits, folder, installed, run};
+use super::support::{ARCHIVE, WARNINGS, assert_same_bits, folder, run};
+use super::{CPP, installed};
 
 /// The folder that the archive would have for this machine alone.
 static HOST: LazyLock<PathBuf> = LazyLock::new(|| {

@@ -9,9 +9,15 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-pub use results::root;
+/// Root of the repository.
+#[must_use]
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().nth(2).unwrap_or(package)
+}
 
 /// Returns the cargo that runs this program.
+#[must_use]
 pub fn cargo() -> String {
     env::var("CARGO").unwrap_or_else(|_| "cargo".into())
 }

@@ -7,10 +7,9 @@ use anyhow::{Result, bail};
 
 use crate::command::{Step, is_installed, root};
 use crate::firmware::TARGET;
-use crate::uf2;
 
-/// Tool of the tests: a program, and the packages of Debian that have it.
-type Tool = (&'static str, &'static [&'static str]);
+/// Tool: a program, and the packages of Debian that have it.
+pub type Tool = (&'static str, &'static [&'static str]);
 
 /// An emulated Cortex-M4F, compilers of C and C++, can-utils, and cmake for the emulator of the virtual board.
 const FOR_TESTS: [Tool; 5] = [
@@ -21,56 +20,20 @@ const FOR_TESTS: [Tool; 5] = [
     ("cmake", &["cmake"]),
 ];
 
-/// Valgrind for instruction counts, Node.js for the emulator of the Nano's chip, and compilers and emulators of other
-/// processors for the library in C, whose Rust targets `cargo xtask library` adds.
-const FOR_FULL: [Tool; 11] = [
-    ("valgrind", &["valgrind"]),
-    ("node", &["nodejs"]),
-    ("npm", &["npm"]),
-    ("arm-none-eabi-gcc", &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]),
-    ("riscv64-unknown-elf-gcc", &["gcc-riscv64-unknown-elf", "picolibc-riscv64-unknown-elf"]),
-    ("aarch64-linux-gnu-gcc", &["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"]),
-    ("i686-linux-gnu-gcc", &["gcc-i686-linux-gnu", "libc6-dev-i386-cross"]),
-    ("x86_64-w64-mingw32-gcc", &["gcc-mingw-w64-x86-64"]),
-    ("qemu-system-riscv32", &["qemu-system-misc"]),
-    ("qemu-aarch64", &["qemu-user"]),
-    ("pkg-config", &["pkg-config"]),
-];
-
-/// Names of a browser for the page of a replay.
-const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-
-/// Checks that a tier runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tier {
-    /// Every behaviour once.
-    Test,
-    /// All checks.
-    Full,
-}
-
-/// Installs the Rust targets of the firmware, and the Debian packages that a tier needs.
+/// Installs the Rust target of the firmware, and the Debian packages with the tools of the tests and `more`.
 ///
 /// # Errors
 /// A package is missing that this system cannot install.
-pub fn run(tier: Tier) -> Result<()> {
+pub fn run(more: &[Tool]) -> Result<()> {
     install_target()?;
-    let mut tools = FOR_TESTS.to_vec();
-    if tier == Tier::Full {
-        tools.extend(FOR_FULL);
-        let targets = uf2::Board::ALL.map(uf2::Board::target);
-        Step::program("rustup").with(["target", "add"]).with(targets).run()?;
-    }
-    let missing = tools.iter().filter(|(program, _)| !is_installed(program));
+    let tools = FOR_TESTS.iter().chain(more);
+    let missing = tools.filter(|(program, _)| !is_installed(program));
     let mut missing: Vec<&str> = missing.flat_map(|(_, packages)| *packages).copied().collect();
     if Step::program("python3").with(["-c", "import ensurepip, venv"]).output().is_err() {
         missing.extend(["python3", "python3-venv"]);
     }
     if !has_libclang() {
         missing.push("libclang-dev");
-    }
-    if tier == Tier::Full && !BROWSERS.iter().any(|name| is_installed(name)) {
-        missing.push("chromium");
     }
     install_packages(&missing)
 }
@@ -84,7 +47,7 @@ pub fn install_packages(packages: &[&str]) -> Result<()> {
         return Ok(());
     }
     if !is_installed("apt-get") {
-        let page = "for cmake and libclang see host/virtual-board/README.md";
+        let page = "for cmake and libclang see laboratory/virtual-board/README.md";
         bail!("please install: {} ({page})", packages.join(" "));
     }
     let is_root = Step::program("id").with(["-u"]).output()?.trim() == "0";

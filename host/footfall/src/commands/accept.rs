@@ -127,7 +127,7 @@ impl AcceptArguments {
 }
 
 /// Result with the figures of a healthy foot on the virtual board: a row for each step and quantity.
-const PREDICTIONS: &str = include_str!("../../../../results/acceptance.json");
+const PREDICTIONS: &str = include_str!("acceptance.json");
 
 /// How an acceptance has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,21 @@
+//! Tasks of the repository: tests, programs for the boards and the files that are flashed, the library for programs in C.
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`test`], [`quick`] | the product's tests, and a check of what differs; with [`packages`], [`python`] |
+//! | [`install`] | tools that this machine lacks |
+//! | [`firmware`], [`hex`], [`image`], [`uf2`] | programs of the boards, and their files |
+//! | [`library`] | the estimator for programs in C |
+//! | [`command`] | programs that are run |
+
+pub mod command;
+pub mod firmware;
+pub mod hex;
+pub mod image;
+pub mod install;
+pub mod library;
+pub mod packages;
+pub mod python;
+pub mod quick;
+pub mod test;
+pub mod uf2;

@@ -1,0 +1,1 @@
+//! Figures of the documents that [tests](../tests/main.rs) measure on other machines.

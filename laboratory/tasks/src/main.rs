@@ -1,0 +1,117 @@
+//! Entry point of the laboratory's tasks, `cargo laboratory TASK`: the gate, measured figures, releases.
+//!
+//! | tasks | module |
+//! |---|---|
+//! | `gate`, `full` | [`checks`]: the tiers of checks beyond `.ci/test`, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
+//! | `results`, `measure` | [`results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
+//! | `book` | [`book`]: the documents with search |
+//! | `release` | [`release`]: files for users |
+
+mod book;
+mod checks;
+mod crates;
+mod install;
+mod measure;
+mod panics;
+mod python;
+mod release;
+mod socketcan;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(about = "Checks and measures the product, and builds releases", version)]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Runs the tests, lints, budgets of the programs, the installed Python package and the first command: `.ci/run`.
+    Gate,
+    /// Runs all that the gate leaves out, in hours: `.ci/full`.
+    Full {
+        /// Parts to run, instead of all.
+        #[arg(value_name = "PART")]
+        parts: Vec<String>,
+        /// Prints the names of the parts.
+        #[arg(long)]
+        list: bool,
+    },
+    /// Runs one part of the full checks in the environment as it is.
+    #[command(hide = true)]
+    Part {
+        /// Name of the part.
+        name: String,
+    },
+    /// Installs the tools of the full checks that this machine lacks.
+    Install,
+    /// Writes the figures of the results into the documents, and lists results of older programs.
+    Results {
+        /// Fails if a document differs, and writes nothing.
+        #[arg(long)]
+        check: bool,
+    },
+    /// Measures the gate in a fresh clone, and writes its figures.
+    Measure,
+    /// Renders the documents as a book with search, in `target/book`, and checks its links.
+    Book,
+    /// Lists the places of a program that can panic by its code, and fails where its `panics.txt` lacks one.
+    Panics {
+        /// ELF of the program.
+        elf: PathBuf,
+        /// Prints the places instead of comparing them.
+        #[arg(long)]
+        print: bool,
+    },
+    /// Builds the files for users without a compiler, in `dist`: programs and wheels for Linux, the firmware, the
+    /// estimator for C, descriptions of the wire, checksums.
+    Release {
+        /// This part alone.
+        #[arg(long, value_enum, value_name = "PART")]
+        only: Option<release::Part>,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().task) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(task: Task) -> Result<()> {
+    match task {
+        Task::Gate => checks::gate(),
+        Task::Full { list: true, .. } => {
+            checks::parts().for_each(|part| println!("{part}"));
+            Ok(())
+        }
+        Task::Full { parts, list: false } => checks::full(&parts),
+        Task::Part { name } => checks::part(&name),
+        Task::Install => install::run(),
+        Task::Results { check } => {
+            if check {
+                results::check()?;
+            } else {
+                results::render()?;
+            }
+            results::print_older()
+        }
+        Task::Measure => measure::run(),
+        Task::Book => {
+            println!("{}", book::run()?.display());
+            Ok(())
+        }
+        Task::Panics { elf, print } => panics::run(&elf, print),
+        Task::Release { only } => release::run(only),
+    }
+}
