@@ -712,7 +712,7 @@ fn throughput(result: &Stored) -> Result<String> {
     let values = result.values();
     let text = format!(
         "Two threads estimate {} times as many samples a second as one. Measured by \
-         [`benchmarks/throughput.py`](benchmarks/throughput.py) with CPython {}; before it began, the load average was \
+         [`throughput.py`](../laboratory/benchmarks/throughput.py) with CPython {}; before it began, the load average was \
          {}.",
         fixed(&values, "two_threads_to_one", 2)?,
         values.text("cpython")?,
