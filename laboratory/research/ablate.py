@@ -1,6 +1,6 @@
 """Switches the parts of the default estimate off, one at a time.
 
-`python -m research.ablate [--tests] [part …]`, in the folder `python`. A part is switched off in the source: the
+`python -m research.ablate [--tests] [part …]`, in the folder `laboratory`. A part is switched off in the source: the
 committed files are copied to `target/ablation`, one expression is replaced, and the extension is built there. So no
 switch is part of the estimate.
 
@@ -176,7 +176,7 @@ def scored() -> dict[str, float]:
     shutil.copy(COPY / "target/release/lib_footfall.so", package / "footfall/_footfall.abi3.so")
     environment = os.environ | {"PYTHONPATH": str(package), "FOOTFALL_DATASETS": os.path.abspath(_datasets())}
     command = [sys.executable, "-m", "research.ablate", "--score"]
-    output = subprocess.run(command, cwd=COPY / "python", env=environment, check=True, stdout=subprocess.PIPE).stdout
+    output = subprocess.run(command, cwd=COPY / "laboratory", env=environment, check=True, stdout=subprocess.PIPE).stdout
     found: dict[str, float] = json.loads(output)
     return found
 

@@ -2,7 +2,7 @@
 
 With --check, compares them.
 
-`python -m research.evaluate [--check]`, in the folder `python`. A figure beyond its bound is an error in both cases.
+`python -m research.evaluate [--check]`, in the folder `laboratory`. A figure beyond its bound is an error in both cases.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Results of measurements: `results/NAME.json`, as docs/design/results.md describes them.
+"""Results of measurements: `laboratory/results/NAME.json`, as docs/design/results.md describes them.
 
 The crate `results` does the same for measurements in Rust, and shows all of them in the documents.
 """
@@ -36,13 +36,13 @@ class Result:
 
     @property
     def path(self) -> Path:
-        return ROOT / f"results/{self.name}.json"
+        return ROOT / f"laboratory/results/{self.name}.json"
 
     def differences(self) -> list[str]:
         """What differs from the figures that are stored."""
         stored = json.loads(self.path.read_text(encoding="utf-8")) if self.path.exists() else {}
         was = {"values": stored.get("values", {}), "rows": stored.get("rows", [])}
-        return list(_differences(f"results/{self.name}.json", was, {"values": self.values, "rows": [*self.rows]}))
+        return list(_differences(f"laboratory/results/{self.name}.json", was, {"values": self.values, "rows": [*self.rows]}))
 
     def text(self, commit: str, date: str) -> str:
         """Content of the file: a line for each value and each row."""
@@ -60,13 +60,13 @@ class Result:
 def write(results: Iterable[Result]) -> None:
     """Writes the files of results that differ from what is stored, and shows them in the documents."""
     commit = _output("git", "rev-parse", "--short=8", "HEAD")
-    if _output("git", "status", "--porcelain", "--", ".", ":!results", ":!*.md", ":!*.svg"):
+    if _output("git", "status", "--porcelain", "--", ".", ":!laboratory/results", ":!*.md", ":!*.svg"):
         commit += " and changes"
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     for result in results:
         if result.differences():
             result.path.write_text(result.text(commit, date), encoding="utf-8")
-    subprocess.run(["cargo", "xtask", "results"], cwd=ROOT, check=True)
+    subprocess.run(["cargo", "laboratory", "results"], cwd=ROOT, check=True)
 
 
 def machine() -> str:

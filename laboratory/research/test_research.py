@@ -152,7 +152,7 @@ def test_heading_and_start_do_not_affect_the_error() -> None:
 
 def test_result_file_has_the_format_of_those_that_rust_writes() -> None:
     for name in ("gate", "methods", "attitude"):
-        text = (ROOT / f"results/{name}.json").read_text(encoding="utf-8")
+        text = (ROOT / f"laboratory/results/{name}.json").read_text(encoding="utf-8")
         of = json.loads(text)
         result = Result(name, of["what"], of["command"], of.get("values", {}), of["rows"], of.get("machine"))
         assert result.text(of["commit"], of["date"]) == text
@@ -160,7 +160,7 @@ def test_result_file_has_the_format_of_those_that_rust_writes() -> None:
 
 
 def test_differing_figure_is_named_with_its_place() -> None:
-    of = json.loads((ROOT / "results/attitude-peers.json").read_text(encoding="utf-8"))
+    of = json.loads((ROOT / "laboratory/results/attitude-peers.json").read_text(encoding="utf-8"))
     rows = [{**row, "mean_deg": 9.0} if k == 1 else row for k, row in enumerate(of["rows"])]
     [difference] = Result("attitude-peers", "", "", rows=rows).differences()
-    assert difference.startswith("results/attitude-peers.json.rows[VQF].mean_deg is 9.0, not")
+    assert difference.startswith("laboratory/results/attitude-peers.json.rows[VQF].mean_deg is 9.0, not")
