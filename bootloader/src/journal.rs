@@ -5,14 +5,20 @@
 //! | 0 | bits 0 to 7 the [event](Event), bits 8 to 15 its detail, bits 16 to 31 zero |
 //! | 1 | complement of word 0 |
 //!
-//! A record that a power cut interrupted does not match its complement, and does not count. The journal is erased when
-//! it is nearly full, and then begins with its last state. Before the erase all used words are set to zero, those of
-//! the first record first, so that an interrupted erase leaves no valid record.
+//! A record that a power cut interrupted does not match its complement, and does not count. But its bits can be weak:
+//! they read as valid at one start, and as interrupted or blank at the next. So before anything rests on the last record,
+//! and before the next one is written, the last record is written again, and what may be an interrupted record behind it
+//! is made invalid ([`State::make_firm`]).
+//!
+//! The journal is erased when it is nearly full, and then begins with its last state. Before the erase all used words
+//! are set to zero, those of the first record first, so that an interrupted erase leaves no valid record. A blank
+//! journal beside a program that was sent or is marked is the remainder of an interrupted erase, because such a program
+//! has had records. Its bits may be weak, so it is erased again.
 //!
 //! A confirmed program is also marked in its own slot, in the last word of its header. The mark is written before an
-//! install and before an erase of the journal, and is erased with its program. A marked program is never on trial,
-//! whatever happened to the journal. A program that was sent, without mark and record, is on trial. So a power cut
-//! during the erase never makes an untried program the settled one.
+//! install, before the previous program is overwritten, and before an erase of the journal. It is erased with its
+//! program. A marked program is never on trial, whatever happened to the journal. A program that was sent, without mark
+//! and record, is on trial. So a power cut during the erase never makes an untried program the settled one.
 
 use crate::flash::{Flash, FlashFailed, JOURNAL, JOURNAL_SIZE, Sector, Slot};
 use crate::image::{MARK, Refusal};
@@ -88,6 +94,27 @@ impl Event {
     }
 }
 
+const fn address(record: u32) -> u32 {
+    JOURNAL + record * RECORD
+}
+
+fn is_blank(flash: &impl Flash, record: u32) -> bool {
+    let at = address(record);
+    (flash.read(at), flash.read(at + 4)) == (u32::MAX, u32::MAX)
+}
+
+/// Writes a record.
+fn write(flash: &mut impl Flash, record: u32, word: u32) -> Result<(), FlashFailed> {
+    let at = address(record);
+    flash.program(at, word)?;
+    flash.program(at + 4, !word)
+}
+
+/// Sets the event of a record to zero, which is none whatever its complement reads.
+fn void(flash: &mut impl Flash, record: u32) -> Result<(), FlashFailed> {
+    flash.program(address(record), 0)
+}
+
 /// Event of a record; `None` for an interrupted record.
 fn event(word: u32, complement: u32) -> Option<Event> {
     (complement == !word).then(|| Event::decode(word)).flatten()
@@ -101,7 +128,10 @@ pub fn is_marked(flash: &impl Flash) -> bool {
 
 /// Marks the running program, if there is one, as confirmed. Writes an existing mark again, because a power cut can
 /// have left it weak.
-fn mark(flash: &mut impl Flash) -> Result<(), FlashFailed> {
+///
+/// # Errors
+/// The flash failed, and the program is not marked.
+pub fn mark(flash: &mut impl Flash) -> Result<(), FlashFailed> {
     if flash.read(Slot::Running.start()) == u32::MAX {
         return Ok(());
     }
@@ -138,7 +168,11 @@ pub struct State {
     used: u32,
     /// Number of blank records behind the last event.
     free: u32,
-    /// Whether the journal has no event and is not blank, as after an interrupted erase.
+    /// Last event.
+    last: Option<Event>,
+    /// Whether the end of the journal will read the same at the next start.
+    is_firm: bool,
+    /// Whether the journal has no event but must have had one, as after an interrupted erase.
     is_torn: bool,
 }
 
@@ -150,11 +184,12 @@ impl State {
         let mut state = Self::default();
         let is_marked = is_marked(flash);
         // The number of a program that was sent.
-        if let [_, 1, ..] = flash.read(Slot::Running.start() + 8).to_le_bytes() {
+        let is_sent = matches!(flash.read(Slot::Running.start() + 8).to_le_bytes(), [_, 1, ..]);
+        if is_sent {
             state.progress = Progress::Trial(0);
         }
         for index in 0..RECORDS {
-            let at = JOURNAL + index * RECORD;
+            let at = address(index);
             let (word, complement) = (flash.read(at), flash.read(at + 4));
             if let Some(event) = event(word, complement) {
                 (state.used, state.free) = (index + 1, 0);
@@ -166,7 +201,8 @@ impl State {
                 break;
             }
         }
-        state.is_torn |= state.used == 0 && state.free < RECORDS;
+        let has_had_records = state.free < RECORDS || is_sent || is_marked;
+        state.is_torn |= state.used == 0 && has_had_records;
         if is_marked {
             state.trial = None;
             if let Progress::Trial(_) = state.progress {
@@ -177,6 +213,7 @@ impl State {
     }
 
     fn apply(&mut self, event: Event) {
+        self.last = Some(event);
         match event {
             Event::Install => {
                 match self.progress {
@@ -214,25 +251,46 @@ impl State {
         }
     }
 
-    /// Appends an event in the next blank record. Programs two words, or more if a bad cell does not take them. Erases
-    /// nothing.
+    /// Makes the end of the journal read the same at each start from now on: writes the last record again, and sets the
+    /// events behind it to zero up to the first record that reads as blank, because an interrupted one can read so.
+    ///
+    /// # Errors
+    /// The flash failed.
+    pub fn make_firm(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
+        if self.is_firm {
+            return Ok(());
+        }
+        if let (Some(event), Some(index)) = (self.last, self.used.checked_sub(1)) {
+            write(flash, index, event.encode())?;
+        }
+        for index in self.used..RECORDS {
+            let was_blank = is_blank(flash, index);
+            // A bad cell makes no valid record.
+            let _ = void(flash, index);
+            self.used = index + 1;
+            if was_blank {
+                self.free = self.free.saturating_sub(1);
+                break;
+            }
+        }
+        self.is_firm = true;
+        Ok(())
+    }
+
+    /// Appends an event in the next blank record, after making the previous one firm. Programs at least two words, and
+    /// more if a bad cell does not take them. Erases nothing.
     ///
     /// # Errors
     /// The journal is full, or the flash failed.
     pub fn append(&mut self, event: Event, flash: &mut impl Flash) -> Result<(), FlashFailed> {
-        let word = event.encode();
+        self.make_firm(flash)?;
         for _ in 0..ATTEMPTS {
             // A bad cell never reads as blank.
-            let blank = (self.used..RECORDS).find(|index| {
-                let at = JOURNAL + index * RECORD;
-                (flash.read(at), flash.read(at + 4)) == (u32::MAX, u32::MAX)
-            });
+            let blank = (self.used..RECORDS).find(|index| is_blank(flash, *index));
             let index = blank.ok_or(FlashFailed)?;
-            let at = JOURNAL + index * RECORD;
             self.used = index + 1;
             self.free = self.free.saturating_sub(1);
-            let written = flash.program(at, word).and_then(|()| flash.program(at + 4, !word));
-            if written.is_ok() {
+            if write(flash, index, event.encode()).is_ok() {
                 self.apply(event);
                 return Ok(());
             }

@@ -14,7 +14,7 @@
 
 use crate::flash::{Flash, FlashFailed, Slot};
 use crate::image::{HEADER, Header, Kind, Refusal};
-use crate::journal::{Event, MOST_STARTS, Progress, State, is_marked};
+use crate::journal::{Event, MOST_STARTS, Progress, State, is_marked, mark};
 use crate::{program, verify};
 
 /// Result of the steps at the start.
@@ -67,6 +67,10 @@ fn proceed(
     flash: &mut impl Flash,
     key: &[u8; 32],
 ) -> Result<Start, FlashFailed> {
+    if let Progress::Installing | Progress::Replacing | Progress::Restoring(_) = state.progress {
+        // Slots are about to be overwritten.
+        state.make_firm(flash)?;
+    }
     // Installing, replacing, a trial that is over, and restoring follow each other at most once.
     let mut is_checked = false;
     for _ in 0..5 {
@@ -149,6 +153,9 @@ fn keep(flash: &mut impl Flash, state: &State) -> Result<Event, FlashFailed> {
         return Ok(if is_marked(flash) { Event::Confirmed } else { Event::Started });
     }
     if state.trial.is_none() && is_whole(flash) {
+        // The record of its confirmation may be weak. The previous program is overwritten now, so from here on each start
+        // must come to the same decision.
+        mark(flash)?;
         program::copy(flash, Slot::Running, Slot::Previous)?;
     }
     Ok(Event::Kept)

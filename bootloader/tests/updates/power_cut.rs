@@ -455,8 +455,9 @@ fn bad_cell_of_the_journal_costs_a_record_and_no_erase() {
 fn flash_that_takes_nothing_keeps_no_whole_program_from_running() {
     let (old, new) = (image(2, 2), image(3, 3));
     let mut full = Chip::running(&old);
+    let mut state = State::read(&full);
     for _ in 0..8_180 {
-        full.log(Event::Confirmed);
+        state.append(Event::Confirmed, &mut full).expect("room");
     }
     let unrecorded = Chip::blank().with(Slot::Running, &old);
     let received = received(&old, None, &new);
