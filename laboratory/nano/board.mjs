@@ -116,7 +116,7 @@ export class Board {
    * `image` is a UF2 or raw flash. `flash`, if given, is the previous content of the flash. `flashKind` names the flash chip.
    * `reason` and `scratch` are registers of the watchdog at the first start.
    */
-  constructor({ image, part, flash, flashKind, reason, scratch, uniqueId = [0x50, 0x44, 0x34, 0x15, 0x4b, 0x21, 0x07, 0x1c] }) {
+  constructor({ image, part, flash, flashKind, reason, scratch, uniqueId }) {
     this.flashKind = flashKind;
     this.flash = new Uint8Array(FLASH_SIZE).fill(0xff);
     if (flash) this.flash.set(flash);

@@ -22,6 +22,7 @@ const { values: options } = parseArgs({
     live: { type: 'boolean' },
     flash: text,
     'flash-chip': { ...text, default: 'at25sf128a' },
+    'unique-id': { ...text, default: '504434154b21071c' },
     reason: { ...text, default: '0' },
     'scratch-0': { ...text, default: '0' },
     'busy-hub': { type: 'boolean' },
@@ -46,6 +47,7 @@ const board = new Board({
   part,
   flash,
   flashKind: options['flash-chip'],
+  uniqueId: Buffer.from(options['unique-id'], 'hex'),
   reason: Number(options.reason),
   scratch: [Number(options['scratch-0'])],
 });

@@ -373,6 +373,22 @@ fn nano_starts_from_both_kinds_of_flash() {
     }
 }
 
+/// As in a family of IS25LP chips, whose identifiers of 16 bytes differ only in their second half.
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nanos_with_equal_first_halves_of_their_ids_are_two_feet() {
+    let serial = |id: &str| {
+        let folder = TempDir::new().expect("a folder");
+        let run = board(&folder, 1, &["--flash-chip", "is25lp128f", "--unique-id", id]);
+        run.summary["usb"]["serial"].as_str().expect("a serial number").to_owned()
+    };
+    assert_eq!(serial("9d60180102030405"), "9D60180102030405", "of eight bytes");
+    assert_eq!(serial("9d601801020304059d60180102030405"), "9D60180102030405", "repeated");
+    let first = serial("9d601801020304050000000000001234");
+    let second = serial("9d601801020304050000000000001235");
+    assert_eq!((&*first, &*second), ("9D60180102031631", "9D60180102031630"));
+}
+
 /// The ROM starts a copied program by the watchdog, and leaves the mask of the light of its loader.
 #[test]
 #[ignore = "full: an emulator of the chip"]

@@ -91,11 +91,18 @@ pub const fn bus_hertz(speed: BusSpeed) -> u32 {
 }
 
 /// Identification number of the flash chip, unique to the board.
+///
+/// That of an IS25LP128F has 16 bytes, and its first half is the same on many chips (raspberrypi/pico-sdk#1641). That of
+/// an AT25SF128A has eight, after which nothing follows.
 pub fn unique_id(flash: &mut SettingsFlash) -> [u8; 8] {
-    let mut id = [0; 8];
+    let mut id = [0; 16];
     // Zeros identify a board whose chip does not answer.
     let _ = flash.0.blocking_unique_id(&mut id);
-    id
+    let [first, second] = *id.as_chunks::<8>().0 else { return [0; 8] };
+    if second == first || second == [0; 8] || second == [0xFF; 8] {
+        return first;
+    }
+    (u64::from_ne_bytes(first) ^ u64::from_ne_bytes(second)).to_ne_bytes()
 }
 
 /// Low word of the time, µs.
