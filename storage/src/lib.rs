@@ -45,6 +45,7 @@ extern crate std;
 mod pages;
 
 use core::convert::Infallible;
+use core::iter;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
@@ -58,6 +59,10 @@ const VERSION: u8 = 1;
 
 /// Size of a setting in the record, bytes.
 const ENTRY: usize = 7;
+
+/// Attempts to read a record. After a power cut its bits can read differently from one time to the next: it is found
+/// complete, and no longer is when it is read.
+const READS: usize = 10;
 
 /// Size of the record's version, bytes.
 const HEAD: usize = 1;
@@ -183,27 +188,37 @@ where
 
     /// Loads the stored settings, or defaults. Writes nothing.
     pub fn load(&mut self) -> (Settings, Origin) {
-        let Ok(latest) = self.pages.newest() else {
-            return (Settings::default(), Origin::Corrupted);
-        };
-        let Some(item) = latest.item else {
-            // Flash that only another program has used was never written here.
-            let is_used = latest.has_decayed || !matches!(self.pages.were_used(), Ok(false));
-            let origin = if is_used { Origin::Corrupted } else { Origin::Blank };
-            return (Settings::default(), origin);
-        };
-        let (settings, origin) = self.decode(item);
-        if latest.has_decayed { (settings, Origin::Corrupted) } else { (settings, origin) }
+        for _ in 0..READS {
+            let Ok(latest) = self.pages.newest() else {
+                break;
+            };
+            let Some(item) = latest.item else {
+                // Flash that only another program has used was never written here.
+                let is_used = latest.has_decayed || !matches!(self.pages.were_used(), Ok(false));
+                let origin = if is_used { Origin::Corrupted } else { Origin::Blank };
+                return (Settings::default(), origin);
+            };
+            if let Some((settings, origin)) = self.decode(item) {
+                let origin = if latest.has_decayed { Origin::Corrupted } else { origin };
+                return (settings, origin);
+            }
+        }
+        (Settings::default(), Origin::Corrupted)
     }
 
     /// Returns the stored value of a setting, zero-extended, without the dictionary, for which the bootloader has no
     /// room. `None` if the setting is not stored or the record cannot be read.
     pub fn raw_value(&mut self, wanted: Address) -> Option<u32> {
-        let item = self.pages.newest().ok()?.item?;
-        self.entries(item)
-            .flatten()
-            .find(|entry| address_of(entry) == wanted)
-            .map(|[.., v0, v1, v2, v3]| u32::from_le_bytes([v0, v1, v2, v3]))
+        for _ in 0..READS {
+            let item = self.pages.newest().ok()?.item?;
+            let mut record = self.pages.record(item);
+            let _version = record.read::<HEAD>();
+            let found = iter::from_fn(|| record.read()).find(|entry| address_of(entry) == wanted);
+            if record.is_as_found() {
+                return found.map(|[.., v0, v1, v2, v3]| u32::from_le_bytes([v0, v1, v2, v3]));
+            }
+        }
+        None
     }
 
     /// Stores settings. The previous settings are the older record, and are erased later.
@@ -232,18 +247,15 @@ where
         self.pages.release()
     }
 
-    fn decode(&mut self, item: Item) -> (Settings, Origin) {
-        if !matches!(self.pages.read(item.data), Ok([VERSION])) {
-            return (Settings::default(), Origin::Corrupted);
-        }
+    /// Settings in a record; `None` if it reads differently than when it was found.
+    fn decode(&mut self, item: Item) -> Option<(Settings, Origin)> {
+        let mut record = self.pages.record(item);
+        let version = record.read::<HEAD>();
         let length = usize::from(item.length).saturating_sub(HEAD);
-        if length == 0 {
-            return (Settings::default(), Origin::Blank);
-        }
         let mut unknown = length % ENTRY;
         let mut has_learnt = false;
-        let values = self.entries(item).filter_map(|entry| {
-            let value = entry.and_then(|entry| setting(&entry));
+        let values = iter::from_fn(|| record.read()).filter_map(|entry| {
+            let value = setting(&entry);
             unknown += usize::from(value.is_none());
             has_learnt |= value.is_some_and(|(address, value)| {
                 address.index == index::LEARNT && value.to_raw() != 0
@@ -251,22 +263,16 @@ where
             value
         });
         let (settings, refused) = Settings::set_all(values);
-        let origin = if refused > 0 || unknown > 0 {
-            Origin::Corrupted
-        } else if has_learnt && settings.learnt().is_none() {
-            Origin::NotLearnt
-        } else {
-            Origin::Stored
+        let found = match version {
+            Some([VERSION]) if length == 0 => (Settings::default(), Origin::Blank),
+            Some([VERSION]) if refused > 0 || unknown > 0 => (settings, Origin::Corrupted),
+            Some([VERSION]) if has_learnt && settings.learnt().is_none() => {
+                (settings, Origin::NotLearnt)
+            }
+            Some([VERSION]) => (settings, Origin::Stored),
+            _ => (Settings::default(), Origin::Corrupted),
         };
-        (settings, origin)
-    }
-
-    /// Whole entries of a record; `None` for an entry that cannot be read.
-    fn entries(&mut self, item: Item) -> impl Iterator<Item = Option<[u8; ENTRY]>> {
-        let count = usize::from(item.length).saturating_sub(HEAD) / ENTRY;
-        let first = item.data + HEAD as u32;
-        let places = (first..).step_by(ENTRY).take(count);
-        places.map(|at| self.pages.read(at).ok())
+        record.is_as_found().then_some(found)
     }
 }
 

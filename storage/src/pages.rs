@@ -1,29 +1,41 @@
 //! A log of items in two pages of flash. The newest complete item is valid.
 //!
 //! One page is being written. The other is blank or holds earlier items. When an item no longer fits, the other page is
-//! erased unless blank, the full page is closed, and writing continues in the other. The newest item is never in the
-//! page that is erased, so a power cut leaves that item or the one after it.
+//! erased, the full page is closed, and writing continues in the other. The newest item is never in the page that is
+//! erased, so a power cut leaves that item or the one after it.
 //!
 //! | bytes of a page | field |
 //! |---|---|
-//! | 0 to 3 | 0 if the page is in use |
-//! | 4 … | items, one after the other |
+//! | 0 to 3 | 0 if the page is in use: the start of its first item |
+//! | 4 … | the first item without its start, then the other items |
 //! | the last 4 | 0 if the page is closed |
 //!
 //! | bytes of an item | field |
 //! |---|---|
-//! | 0 to 3 | CRC-32 (ISO-HDLC) of the data |
-//! | 4, 5 | length of the data, not 0 |
-//! | 6, 7 | complement of the length |
-//! | 8 … | the data, then 1 to 4 bytes of 0 up to a whole word |
+//! | 0 to 3 | start: 0 |
+//! | 4 to 7 | CRC-32 (ISO-HDLC) of the data |
+//! | 8, 9 | length of the data, not 0 |
+//! | 10, 11 | complement of the length |
+//! | 12 … | the data, then 1 to 4 bytes of 0 up to a whole word |
 //!
 //! The last byte of an item is written last. An item with its last byte was complete, and has decayed if its CRC is
 //! wrong. A mark counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
+//!
+//! **Weak bits.** A power cut can leave bits that read differently from one time to the next, in the word that was
+//! being written, or all over a page that was being erased. An acknowledged item never depends on such a bit:
+//!
+//! - The start of an item is written even where it reads as written. So the page of an acknowledged item is firmly in
+//!   use, and the item never shares a word with the remains of another, even if they read as blank.
+//! - Before a page is erased, the newest item of the other page is written again, because it may read as complete
+//!   although its last word was interrupted.
+//! - Then the items of the page are made invalid, so a half-erased page holds none that could count as the newest.
+//! - A page is erased even if it reads as blank, because an interrupted erase can read so. The full page is closed only
+//!   after the erase.
 
 use core::cmp::Reverse;
 use core::ops::Range;
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::{Erase, StoreFailed};
@@ -33,7 +45,7 @@ const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 /// Size of a word, the smallest unit of a write, bytes.
 const WORD: u32 = 4;
 
-/// Size of the header before an item's data, bytes.
+/// Size of the header between an item's start and its data, bytes.
 const HEADER: u32 = 8;
 
 /// Number of wrong bits with which a mark or a length is still recognised.
@@ -64,6 +76,13 @@ pub(super) struct Item {
     /// Length of the data, bytes.
     pub(super) length: u16,
     check: u32,
+}
+
+impl Item {
+    /// End of the zeros after its data, in bytes of the flash.
+    fn end(&self) -> u32 {
+        self.data + padded(self.length)
+    }
 }
 
 /// Content of a page.
@@ -176,9 +195,11 @@ where
                 has_decayed: pages.iter().any(|page| page.has_decayed),
             });
         };
-        // Damage in an earlier page is not reported.
-        let has_decayed = pages.iter().any(|page| page.has_decayed && page.state >= best.state);
-        Ok(Latest { item: best.newest, has_decayed })
+        // Damage in an earlier page is not reported, nor in one that was being erased.
+        let is_later = |page: &Page| page.state > best.state;
+        let is_best = |page: &Page| page.newest == best.newest;
+        let mut pages = pages.iter().filter(|page| is_best(page) || is_later(page));
+        Ok(Latest { item: best.newest, has_decayed: pages.any(|page| page.has_decayed) })
     }
 
     fn look(&mut self) -> Result<[Page; 2], F::Error> {
@@ -198,35 +219,32 @@ where
             },
             newest: None,
             has_decayed: false,
-            free: at,
+            free: base,
         };
         let mut checked = 0;
         while at + HEADER <= end {
-            let header @ [c0, c1, c2, c3, l0, l1, k0, k1] = self.read(at)?;
+            let header = self.read(at)?;
             if header == [0xFF; HEADER as usize] {
                 let next = end.min(at + CHUNK as u32);
                 at = if self.is_blank(at, next)? { next } else { at + WORD };
                 continue;
             }
-            let length = u16::from_le_bytes([l0, l1]);
-            let data = at + HEADER;
-            let next = data + padded(length);
-            if length == 0 || u16::from_le_bytes([k0, k1]) != !length || next > end {
+            let Some(item) = item(at, header, end) else {
                 // Not an item, or only the beginning of one.
-                found.free = found.free.max(data);
+                found.free = found.free.max(at + HEADER);
                 at += WORD;
                 continue;
-            }
+            };
+            let next = item.end();
             found.free = found.free.max(next);
-            checked += u32::from(length);
+            checked += u32::from(item.length);
             if checked > Self::MOST_CHECKED {
                 found.state = PageState::Unmarked;
                 found.has_decayed = true;
                 break;
             }
-            let check = u32::from_le_bytes([c0, c1, c2, c3]);
-            if self.check(data, length)? == check {
-                found.newest = Some(Item { data, length, check });
+            if self.check(&item)? == item.check {
+                found.newest = Some(item);
                 found.has_decayed = false;
                 at = next;
             } else {
@@ -237,9 +255,15 @@ where
         Ok(found)
     }
 
-    fn check(&mut self, data: u32, length: u16) -> Result<u32, F::Error> {
+    /// Reads an item from its start.
+    pub(super) const fn record(&mut self, item: Item) -> Record<'_, F> {
+        Record { at: item.data, digest: CRC.digest(), item, flash: &mut self.flash }
+    }
+
+    /// CRC of an item's data.
+    fn check(&mut self, item: &Item) -> Result<u32, F::Error> {
         let mut digest = CRC.digest();
-        self.all(data..data + u32::from(length), |byte| {
+        self.all(item.data..item.data + u32::from(item.length), |byte| {
             digest.update(&[byte]);
             true
         })?;
@@ -254,8 +278,8 @@ where
         let length = u16::try_from(data.len()).map_err(|_| StoreFailed::Flash)?;
         let check = CRC.checksum(data);
         for _ in 0..ATTEMPTS {
-            let at = self.make_room(HEADER + padded(length), erase)?;
-            let written = Item { data: at + HEADER, length, check };
+            let at = self.make_room(WORD + HEADER + padded(length), erase)?;
+            let written = Item { data: at + WORD + HEADER, length, check };
             self.write(at, &written, data)?;
             if self.newest()?.item == Some(written) {
                 return Ok(());
@@ -264,21 +288,27 @@ where
         Err(StoreFailed::Flash)
     }
 
+    /// Writes an item behind its start at `at`.
     fn write(&mut self, at: u32, item: &Item, data: &[u8]) -> Result<(), F::Error> {
+        self.mark(at)?;
         let [c0, c1, c2, c3] = item.check.to_le_bytes();
         let [l0, l1] = item.length.to_le_bytes();
-        self.flash.write(at, &[c0, c1, c2, c3, l0, l1, !l0, !l1])?;
+        self.flash.write(at + WORD, &[c0, c1, c2, c3, l0, l1, !l0, !l1])?;
         let (words, rest) = data.as_chunks::<{ WORD as usize }>();
         self.flash.write(item.data, words.as_flattened())?;
-        let mut last = [0; WORD as usize];
-        last.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
         let end = item.data + words.as_flattened().len() as u32;
-        self.flash.write(end, &last)
+        // The zeros come after all data, so that an interrupted item never counts as complete and decayed.
+        for filler in [0xFF, 0] {
+            let mut last = [filler; WORD as usize];
+            last.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+            self.flash.write(end, &last)?;
+        }
+        Ok(())
     }
 
-    /// Returns the address of room for an item of `room` bytes, in a page that is ready for it.
+    /// Returns the start of room for an item of `room` bytes, in a page that is ready for it.
     fn make_room(&mut self, room: u32, erase: Erase) -> Result<u32, StoreFailed> {
-        if WORD + room + WORD > Self::SIZE {
+        if room + WORD > Self::SIZE {
             return Err(StoreFailed::Flash);
         }
         let pages = self.look()?;
@@ -291,29 +321,112 @@ where
             return Ok(page.free);
         }
         let full = best(&pages).and_then(|best| best.newest);
-        let next = match full {
-            Some(item) => usize::from(item.data < self.base(1)),
-            None => usize::from(!self.is_blank(self.base(0), self.base(1))?),
+        let (next, is_ready) = match full {
+            Some(item) => (usize::from(item.data < self.base(1)), false),
+            None => {
+                let next = usize::from(!self.is_blank(self.base(0), self.base(1))?);
+                (next, self.is_blank(self.base(next), self.base(next + 1))?)
+            }
         };
-        let (base, end) = (self.base(next), self.base(next + 1));
-        if !self.is_blank(base, end)? {
+        let base = self.base(next);
+        if !is_ready {
             if erase == Erase::Refused {
                 return Err(StoreFailed::NeedsErase);
             }
-            self.flash.erase(base, end)?;
+            if let Some(item) = full {
+                self.write_again(&item)?;
+            }
+            self.erase(next)?;
         }
         if full.is_some() {
             let other = self.base(1 - next);
             self.mark(other)?;
             self.mark(other + Self::SIZE - WORD)?;
         }
-        self.mark(base)?;
-        Ok(base + WORD)
+        // The item's start is the page's mark.
+        Ok(base)
+    }
+
+    /// Writes an item again as it reads, and checks what was written.
+    ///
+    /// # Errors
+    /// The flash failed, or the item no longer reads as complete.
+    fn write_again(&mut self, item: &Item) -> Result<(), StoreFailed> {
+        for _ in 0..ATTEMPTS {
+            let mut digest = CRC.digest();
+            let data = item.data..item.data + u32::from(item.length);
+            for at in data.clone().step_by(CHUNK) {
+                let mut chunk = [0; CHUNK];
+                let length = CHUNK.min((data.end - at) as usize);
+                // The last word is whole: zeros follow the data.
+                let words = chunk.get_mut(..length.next_multiple_of(WORD as usize));
+                let words = words.unwrap_or_default();
+                self.flash.read(at, words)?;
+                self.flash.write(at, words)?;
+                digest.update(chunk.get(..length).unwrap_or_default());
+            }
+            if digest.finalize() == item.check {
+                return Ok(());
+            }
+        }
+        Err(StoreFailed::Flash)
+    }
+
+    /// Makes the items of a page invalid, and erases it.
+    fn erase(&mut self, page: usize) -> Result<(), F::Error> {
+        let (base, end) = (self.base(page), self.base(page + 1));
+        for at in (base + WORD..end - WORD - HEADER).step_by(WORD as usize) {
+            let header = self.read(at)?;
+            if item(at, header, end - WORD).is_some() {
+                self.flash.write(at, &[0; HEADER as usize])?;
+            }
+        }
+        self.flash.erase(base, end)
     }
 
     fn mark(&mut self, at: u32) -> Result<(), F::Error> {
         self.flash.write(at, &[0; WORD as usize])
     }
+}
+
+/// Item that is being read.
+pub(super) struct Record<'a, F> {
+    flash: &'a mut F,
+    item: Item,
+    at: u32,
+    digest: Digest<'static, u32, NoTable>,
+}
+
+impl<F: NorFlash> Record<'_, F> {
+    /// Reads the next bytes; `None` if fewer are left, or the flash failed.
+    pub(super) fn read<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let next = self.at + N as u32;
+        let mut bytes = [0; N];
+        if next > self.item.data + u32::from(self.item.length)
+            || self.flash.read(self.at, &mut bytes).is_err()
+        {
+            return None;
+        }
+        self.digest.update(&bytes);
+        self.at = next;
+        Some(bytes)
+    }
+
+    /// Reads the rest. Returns whether all bytes that were read match the checksum of the item.
+    pub(super) fn is_as_found(mut self) -> bool {
+        while self.read::<1>().is_some() {}
+        self.digest.finalize() == self.item.check
+    }
+}
+
+/// Item whose header is at `at`, if its length is valid and it ends before `end`.
+fn item(at: u32, header: [u8; HEADER as usize], end: u32) -> Option<Item> {
+    let [c0, c1, c2, c3, l0, l1, k0, k1] = header;
+    let length = u16::from_le_bytes([l0, l1]);
+    let check = u32::from_le_bytes([c0, c1, c2, c3]);
+    let item = Item { data: at + HEADER, length, check };
+    let is_item = length != 0 && u16::from_le_bytes([k0, k1]) == !length && item.end() <= end;
+    is_item.then_some(item)
 }
 
 /// Page with the newest item.
