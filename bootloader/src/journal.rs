@@ -110,7 +110,7 @@ fn write(flash: &mut impl Flash, record: u32, word: u32) -> Result<(), FlashFail
     flash.program(at + 4, !word)
 }
 
-/// Sets the event of a record to zero, which is none whatever its complement reads.
+/// Sets the event of a record to zero. No complement makes that an event.
 fn void(flash: &mut impl Flash, record: u32) -> Result<(), FlashFailed> {
     flash.program(address(record), 0)
 }
