@@ -11,7 +11,11 @@ use std::time::{Duration, Instant};
 use serial2::SerialPort;
 use thiserror::Error;
 
+use crate::decode::live::LiveDecoder;
+use crate::foot::scan;
+use crate::link::serial::SerialLine;
 use crate::remedy::FootHint;
+use crate::source::DEFAULT_BAUD;
 
 /// Folder in which Linux names serial ports by the device that has them. systemd 252 and containers lack it.
 const BY_ID: &str = "/dev/serial/by-id";
@@ -28,7 +32,7 @@ const DEVICES: &str = "/dev";
 const MANUFACTURER: &str = "footfall";
 const PRODUCT: &str = "footfall foot";
 
-/// Numbers of vendor and product of a foot on an RP2040, which other programs of the chip share.
+/// Numbers of vendor and product of a foot on USB. Each program that is built with the Pico SDK has them.
 #[cfg(windows)]
 const NUMBERS: (u16, u16) = (0x2E8A, 0x000A);
 
@@ -41,6 +45,12 @@ const LOADER_BAUD: u32 = 1_200;
 
 /// Timeout for the loader to start and the system to mount its drive, and for the foot to return.
 const LONGEST: Duration = Duration::from_secs(30);
+
+/// Timeout for the system to remove the drive of a loader that has started the program.
+const REMOVAL: Duration = Duration::from_secs(5);
+
+/// File by which a loader's drive describes itself.
+const ABOUT: &str = "INFO_UF2.TXT";
 
 /// First words of a UF2 file. Its family of chips is at byte 28.
 const UF2: [u8; 8] = *b"UF2\nWQ]\x9E";
@@ -136,14 +146,33 @@ fn chip_of(bytes: &[u8]) -> Option<&'static Chip> {
 pub fn update(port: &str, program: &[u8]) -> Result<(), CopyError> {
     drop(SerialPort::open(port, LOADER_BAUD).map_err(|e| CopyError::Port(port.to_owned(), e))?);
     let Chip { name, drive, by_hand, .. } = *chip_of(program).unwrap_or(&CHIPS[0]);
-    let found = wait(|| loader_drive(mounted()));
+    let found = wait(LONGEST, || loader_drive(mounted()));
     let no_drive = || CopyError::NoDrive { port: port.to_owned(), drive, by_hand };
     let (chip, drive) = found.ok_or_else(no_drive)?;
     if chip.name != name {
         return Err(CopyError::OtherChip { program: name, board: chip.name });
     }
-    copy(&drive, program).map_err(|error| CopyError::NotCopied(drive, error))?;
-    wait(|| is_there(port).then_some(())).ok_or_else(|| CopyError::NotBack(port.to_owned()))
+    let copied = copy(&drive, program);
+    finish(port, drive, copied, LONGEST)
+}
+
+/// Waits for the foot after a copy. The loader removes the drive as soon as it has the last block, and macOS then reports
+/// that the copy failed. So an error counts only if the drive is still there, or if the foot is not back.
+fn finish(
+    port: &str,
+    drive: PathBuf,
+    copied: io::Result<()>,
+    longest: Duration,
+) -> Result<(), CopyError> {
+    let is_back = || is_there(port).then_some(());
+    match copied {
+        Ok(()) => wait(longest, is_back).ok_or_else(|| CopyError::NotBack(port.to_owned())),
+        Err(error) => {
+            let is_removed = || (!drive.join(ABOUT).exists()).then_some(());
+            let back = wait(REMOVAL.min(longest), is_removed).and_then(|()| wait(longest, is_back));
+            back.ok_or(CopyError::NotCopied(drive, error))
+        }
+    }
 }
 
 /// Returns whether a port exists. Ports are files, except on Windows.
@@ -159,14 +188,14 @@ fn copy(drive: &Path, program: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Polls until there is an answer; `None` after [`LONGEST`].
-fn wait<T>(mut answer: impl FnMut() -> Option<T>) -> Option<T> {
+/// Polls until there is an answer; `None` after `longest`.
+fn wait<T>(longest: Duration, mut answer: impl FnMut() -> Option<T>) -> Option<T> {
     let start = Instant::now();
     loop {
         if let Some(answer) = answer() {
             return Some(answer);
         }
-        if start.elapsed() > LONGEST {
+        if start.elapsed() > longest {
             return None;
         }
         thread::sleep(Duration::from_millis(100));
@@ -194,7 +223,7 @@ fn mounted() -> Vec<PathBuf> {
 /// The drive of a loader, and the chip of its board, by the file that describes it.
 fn loader_drive(folders: Vec<PathBuf>) -> Option<(&'static Chip, PathBuf)> {
     folders.into_iter().find_map(|folder| {
-        let about = fs::read_to_string(folder.join("INFO_UF2.TXT")).ok()?;
+        let about = fs::read_to_string(folder.join(ABOUT)).ok()?;
         let id = about.lines().find_map(|line| line.strip_prefix("Board-ID: "))?.trim();
         let chip = CHIPS.iter().find(|chip| chip.drive == id)?;
         Some((chip, folder))
@@ -216,11 +245,10 @@ pub fn foot_ports() -> Vec<UsbPort> {
     ports_of_system()
 }
 
-/// Finds the feet by the names of their ports. Without such names, by the kernel's description of each port.
+/// Finds the feet by the names of their ports, and by the kernel's description of each port.
 #[cfg(target_os = "linux")]
 fn ports_of_system() -> Vec<UsbPort> {
-    let named = named_ports(Path::new(BY_ID));
-    if named.is_empty() { described_ports(Path::new(SYSFS), Path::new(DEVICES)) } else { named }
+    joined(named_ports(Path::new(BY_ID)), described_ports(Path::new(SYSFS), Path::new(DEVICES)))
 }
 
 /// Finds the feet among the ports that the system lists with their descriptors.
@@ -233,7 +261,7 @@ fn ports_of_system() -> Vec<UsbPort> {
         };
         // Windows calls each port "USB Serial Device", whatever its device is called.
         #[cfg(windows)]
-        let is_foot = (usb.vid, usb.pid) == NUMBERS;
+        let is_foot = (usb.vid, usb.pid) == NUMBERS && sends_as_foot(&found.port_name);
         #[cfg(not(windows))]
         let is_foot = usb.manufacturer.as_deref() == Some(MANUFACTURER)
             && usb.product.as_deref() == Some(PRODUCT);
@@ -245,6 +273,16 @@ fn ports_of_system() -> Vec<UsbPort> {
     let mut feet: Vec<UsbPort> = feet.collect();
     feet.sort();
     feet
+}
+
+/// Listens to a board that may have any program, and returns whether it sends as a foot does. Sends nothing, because the
+/// bytes could be commands to another program. A port that cannot be opened counts: it may be that of a foot in use.
+#[cfg_attr(not(any(windows, test)), expect(dead_code, reason = "others know names"))]
+fn sends_as_foot(port: &str) -> bool {
+    let Ok(mut line) = SerialLine::open(port, DEFAULT_BAUD) else {
+        return true;
+    };
+    scan::feet(&mut line, &mut LiveDecoder::default(), scan::SCAN).is_ok_and(|feet| !feet.is_empty())
 }
 
 /// Serial number of the board on USB at a port; `None` for another port.
@@ -294,6 +332,18 @@ fn named_ports(folder: &Path) -> Vec<UsbPort> {
         Some(UsbPort { serial, port: path.display().to_string() })
     });
     let mut feet: Vec<UsbPort> = feet.collect();
+    feet.sort();
+    feet
+}
+
+/// Named ports, then the described ports that have no name. Boards with one serial number have one name, and udev may not
+/// have named a board that was just plugged in.
+#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "Linux has both"))]
+fn joined(named: Vec<UsbPort>, described: Vec<UsbPort>) -> Vec<UsbPort> {
+    let place = |found: &UsbPort| fs::canonicalize(&found.port).unwrap_or(found.port.clone().into());
+    let places: Vec<PathBuf> = named.iter().map(place).collect();
+    let unnamed = described.into_iter().filter(|found| !places.contains(&place(found)));
+    let mut feet: Vec<UsbPort> = named.iter().cloned().chain(unnamed).collect();
     feet.sort();
     feet
 }
@@ -396,6 +446,99 @@ mod tests {
         let found: Vec<_> = found.iter().map(|found| (&*found.serial, &*found.port)).collect();
         assert_eq!(found, [("1C", "/dev/ttyACM1"), ("2C", "/dev/ttyACM0")]);
         fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    /// Boards with one serial number share the name of a port, and another board has none yet.
+    #[cfg(unix)]
+    #[test]
+    fn feet_without_a_name_are_added_to_the_named_ones() {
+        use std::os::unix::fs::symlink;
+        let folder = std::env::temp_dir().join(format!("footfall-joined-{}", std::process::id()));
+        fs::create_dir_all(folder.join("by-id")).expect("a folder");
+        let foot = |serial: &str, name: &str| {
+            let port = folder.join(name).display().to_string();
+            UsbPort { serial: serial.to_owned(), port }
+        };
+        let described = ["ttyACM0", "ttyACM1", "ttyACM2"].map(|name| {
+            fs::write(folder.join(name), "").expect("a file");
+            foot(if name == "ttyACM2" { "2C" } else { "1C" }, name)
+        });
+        let named = foot("1C", "by-id/usb-footfall_footfall_foot_1C-if00");
+        symlink("../ttyACM1", &named.port).expect("a link");
+        let found = joined(vec![named.clone()], described.to_vec());
+        let [first, _, third] = described;
+        assert_eq!(found, [named, first, third]);
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn udev_rule_names_the_descriptors_of_a_foot() {
+        let rule = include_str!("../../footfall/60-footfall.rules");
+        for key in ["ATTR", "ATTRS"] {
+            let names = format!(
+                "{key}{{manufacturer}}==\"{MANUFACTURER}\", {key}{{product}}==\"{PRODUCT}\", "
+            );
+            assert!(rule.contains(&names), "{names}");
+        }
+    }
+
+    #[test]
+    fn copy_that_ends_with_the_drive_counts_if_the_foot_is_back() {
+        let folder = std::env::temp_dir().join(format!("footfall-copied-{}", std::process::id()));
+        let (drive, port) = (folder.join("RPI-RP2"), folder.join("ttyACM0"));
+        fs::create_dir_all(&drive).expect("a folder");
+        fs::write(drive.join(ABOUT), "").expect("a file");
+        let refused = || Err(io::Error::from(io::ErrorKind::BrokenPipe));
+        let finished = |copied| {
+            finish(&port.display().to_string(), drive.clone(), copied, Duration::ZERO)
+        };
+        fs::write(&port, "").expect("a file");
+        assert!(finished(Ok(())).is_ok());
+        assert!(matches!(finished(refused()), Err(CopyError::NotCopied(..))), "a drive");
+        fs::remove_dir_all(&drive).expect("removed");
+        assert!(finished(refused()).is_ok(), "the foot is back");
+        fs::remove_file(&port).expect("removed");
+        assert!(matches!(finished(refused()), Err(CopyError::NotCopied(..))), "no foot");
+        assert!(matches!(finished(Ok(())), Err(CopyError::NotBack(_))));
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    /// Programs with the numbers of the Pico SDK: one that sends text, and a foot.
+    #[cfg(unix)]
+    #[test]
+    fn board_is_a_foot_if_it_sends_as_one() {
+        use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+        use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+        use std::sync::atomic::{AtomicBool, Ordering};
+        use wire::uart::{LogMessage, Message, encode};
+
+        let sends = |bytes: &[u8]| {
+            let board = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+            grantpt(&board).expect("granted");
+            unlockpt(&board).expect("unlocked");
+            let mut settings = tcgetattr(&board).expect("its settings");
+            settings.make_raw();
+            tcsetattr(&board, OptionalActions::Now, &settings).expect("set");
+            let port = ptsname(&board, Vec::new()).expect("a name").into_string().expect("text");
+            let is_asked = AtomicBool::new(true);
+            thread::scope(|scope| {
+                scope.spawn(|| {
+                    let mut board = File::from(board);
+                    while is_asked.load(Ordering::Relaxed) {
+                        board.write_all(bytes).expect("sent");
+                        thread::sleep(Duration::from_millis(10));
+                    }
+                });
+                let is_foot = sends_as_foot(&port);
+                is_asked.store(false, Ordering::Relaxed);
+                is_foot
+            })
+        };
+        assert!(!sends(b"Hello from a Pico\r\n"));
+        let log = Message::Log(LogMessage::new(3, "running"));
+        assert!(sends(encode(0, &log).as_bytes()));
+        // A port that another program has open.
+        assert!(sends_as_foot("/dev/there-is-none"));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use program_images::segments;
 
@@ -15,6 +15,9 @@ const PACKAGE: &str = "firmware/boards/rp2040";
 
 /// Bytes of a block that go to the flash.
 const PAGE: usize = 256;
+
+/// Bytes of the flash that are erased at once.
+const SECTOR: u32 = 4096;
 
 /// Board with a loader that takes UF2 files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -97,6 +100,7 @@ pub fn lint() -> Result<()> {
 fn write(board: Board, elf: &Path, output: &Path) -> Result<()> {
     let bytes = fs::read(elf).with_context(|| elf.display().to_string())?;
     let pages = pages(&bytes).with_context(|| elf.display().to_string())?;
+    check_gaps(&pages).with_context(|| elf.display().to_string())?;
     fs::write(output, blocks(board.family(), &pages)).with_context(|| output.display().to_string())
 }
 
@@ -111,6 +115,23 @@ fn pages(elf: &[u8]) -> Result<BTreeMap<u32, [u8; PAGE]>> {
         }
     }
     Ok(pages)
+}
+
+/// Checks that the pages follow each other from the start of a sector. The loader of the RP2040 erases a sector with the
+/// block of its first page, as it knows by the numbers of the blocks. After a gap it would write to a sector that is not
+/// erased.
+fn check_gaps(pages: &BTreeMap<u32, [u8; PAGE]>) -> Result<()> {
+    let mut addresses = pages.keys();
+    let Some(&first) = addresses.next() else { bail!("the program has no pages") };
+    if !first.is_multiple_of(SECTOR) {
+        bail!("the program begins at {first:#x}, which is not the start of a sector of {SECTOR} bytes");
+    }
+    for (expected, address) in (first..).step_by(PAGE).skip(1).zip(addresses) {
+        if *address != expected {
+            bail!("the program has a gap from {expected:#x} to {address:#x}");
+        }
+    }
+    Ok(())
 }
 
 /// Blocks of a UF2 file, one for each page.
@@ -136,6 +157,20 @@ fn blocks(family: u32, pages: &BTreeMap<u32, [u8; PAGE]>) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pages_with_a_gap_are_rejected() {
+        let check = |addresses: &[u32]| {
+            let pages = addresses.iter().map(|address| (*address, [0; PAGE])).collect();
+            check_gaps(&pages).map_err(|error| error.to_string())
+        };
+        assert_eq!(check(&[0x1000_0000, 0x1000_0100]), Ok(()));
+        let gap = "the program has a gap from 0x10000100 to 0x10000200";
+        assert_eq!(check(&[0x1000_0000, 0x1000_0200]), Err(gap.to_owned()));
+        let start = "the program begins at 0x10000100, which is not the start of a sector of 4096 bytes";
+        assert_eq!(check(&[0x1000_0100]), Err(start.to_owned()));
+        assert_eq!(check(&[]), Err("the program has no pages".to_owned()));
+    }
 
     #[test]
     fn each_page_becomes_a_block_of_512_bytes() {

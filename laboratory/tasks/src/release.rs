@@ -70,9 +70,14 @@ const BILLS: [Bill; 7] = [
 /// Oldest glibc that wheels run with: that of `manylinux_2_28`.
 const WHEELS_FOR: &str = "manylinux_2_28";
 
-/// Files of the repository that describe the messages of a foot.
-const DESCRIPTIONS: [&str; 4] =
-    ["wire/footfall.dbc", "wire/footfall.eds", "wire/c/footfall.c", "wire/c/footfall.h"];
+/// Files of the repository that describe the messages of a foot, and the rule for udev.
+const FROM_REPOSITORY: [&str; 5] = [
+    "wire/footfall.dbc",
+    "wire/footfall.eds",
+    "wire/c/footfall.c",
+    "wire/c/footfall.h",
+    "host/footfall/60-footfall.rules",
+];
 
 /// Files packed with each program.
 const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
@@ -141,7 +146,7 @@ pub fn run(only: Option<Part>) -> Result<()> {
         write_bills(&dist)?;
     }
     build_firmware(&dist)?;
-    for file in DESCRIPTIONS {
+    for file in FROM_REPOSITORY {
         copy(&root().join(file), &dist)?;
     }
     let names = fs::read_dir(&dist)?.map(|entry| Ok(entry?.file_name().display().to_string()));
