@@ -77,9 +77,38 @@ fn a_length_code_above_eight_means_eight_bytes() {
         // A vendor request in an SDO frame that exceeds the maximum length.
         let mut data = vec![0x40, 0x18, 0x10, 1];
         data.resize(length, 0);
-        rig.board.push_can(BusFrame { id: 0x611, data });
+        rig.board.push_can(BusFrame { id: 0x611, data, ..BusFrame::default() });
         rig.run(5);
     }
     assert_eq!(rig.resets(), []);
     assert_eq!(rig.answers().len(), 7);
+}
+
+/// Frames with the base identifiers of requests to the foot, which other nodes may send. A filter that took one would
+/// fill its FIFO, and the foot would answer it.
+#[test]
+fn frames_of_29_bits_and_remote_frames_reach_no_foot() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(300);
+    let data = vec![0x40, 0x18, 0x10, 1, 0, 0, 0, 0];
+    let remote = BusFrame { is_remote: true, ..BusFrame::new(0x611, &data) };
+    let extended = BusFrame { id: 0x611 << 18, is_extended: true, ..BusFrame::new(0, &data) };
+    // NMT: stop, to all nodes.
+    let command = BusFrame { id: 0, is_extended: true, ..BusFrame::new(0, &[2, 0]) };
+    let both = BusFrame { is_remote: true, ..extended.clone() };
+    let short = BusFrame { id: 0x611, is_extended: true, ..BusFrame::new(0, &data) };
+    for _ in 0..50 {
+        for frame in [&remote, &extended, &command, &both, &short] {
+            rig.board.push_can(frame.clone());
+        }
+        rig.run(2);
+    }
+    assert_eq!(rig.answers().len(), 0);
+    assert_eq!(rig.resets(), []);
+    let before = rig.contacts();
+    rig.board.push_can(BusFrame::new(0x611, &data));
+    rig.run(20);
+    assert_eq!(rig.answers().len(), 1);
+    assert!(rig.contacts() - before >= 19, "{} contacts", rig.contacts() - before);
 }

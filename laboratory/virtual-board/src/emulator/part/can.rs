@@ -84,20 +84,25 @@ enum Sender {
     Flood,
 }
 
-/// A data frame with an identifier of 11 bits.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A frame of CAN 2.0: a data frame with an identifier of 11 bits, unless it says otherwise.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BusFrame {
-    /// Identifier.
+    /// Identifier, of 11 or 29 bits.
     pub id: u32,
-    /// Payload, up to eight bytes.
+    /// Payload, up to eight bytes. A remote frame has its length, and sends none of its bytes.
     pub data: Vec<u8>,
+    /// Whether the identifier has 29 bits.
+    pub is_extended: bool,
+    /// Whether the frame asks for data.
+    pub is_remote: bool,
 }
 
 impl BusFrame {
-    /// A frame with at most eight bytes of the data.
+    /// A data frame with at most eight bytes of the data.
     #[must_use]
     pub fn new(id: u16, data: &[u8]) -> Self {
-        Self { id: u32::from(id), data: data.iter().copied().take(8).collect() }
+        let data = data.iter().copied().take(8).collect();
+        Self { id: u32::from(id), data, ..Self::default() }
     }
 
     /// The frame of a node of the workspace.
@@ -113,6 +118,29 @@ impl BusFrame {
         frame.map_or_else(Vec::new, |frame| slcan::encode(&frame).to_vec())
     }
 
+    /// First 11 bits of the identifier, and the other 18 of one with 29.
+    const fn identifier(&self) -> (u32, u32) {
+        if self.is_extended { (self.id >> 18, self.id & 0x3_FFFF) } else { (self.id, 0) }
+    }
+
+    /// Rank in the arbitration, by the bits in their order on the bus; the lowest wins.
+    const fn rank(&self) -> (u32, bool, bool, u32, bool) {
+        let (first, others) = self.identifier();
+        (first, self.is_extended || self.is_remote, self.is_extended, others, self.is_remote)
+    }
+
+    /// Identifier as in `RIxR` and in a 32-bit filter.
+    const fn wide(&self) -> u32 {
+        let identifier = if self.is_extended { self.id << EXID | IDE } else { self.id << STID };
+        if self.is_remote { identifier | RTR } else { identifier }
+    }
+
+    /// Identifier as in a 16-bit filter (RM0090, 32.7.4).
+    const fn narrow(&self) -> u32 {
+        let (first, others) = self.identifier();
+        first << 5 | (self.is_remote as u32) << 4 | (self.is_extended as u32) << 3 | others >> 15
+    }
+
     /// Number of bits on the bus, with stuff bits and the three bits between frames.
     #[must_use]
     pub fn bits(&self) -> u64 {
@@ -120,13 +148,20 @@ impl BusFrame {
         let mut push = |value: u64, count: u32| {
             bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
         };
+        let (first, others) = self.identifier();
         push(0, 1);
+        push(u64::from(first), 11);
+        if self.is_extended {
+            // SRR and IDE.
+            push(0b11, 2);
+            push(u64::from(others), 18);
+        }
+        push(u64::from(self.is_remote), 1);
+        // IDE of a short identifier, and reserved bits.
+        push(0, 2);
         let length = self.data.len() as u64;
-        push(u64::from(self.id), 11);
-        // RTR, IDE, and a reserved bit.
-        push(0, 3);
         push(length, 4);
-        for &byte in &self.data {
+        for &byte in self.data.iter().filter(|_| !self.is_remote) {
             push(u64::from(byte), 8);
         }
         let crc = bits.iter().fold(0_u32, |crc, &bit| {
@@ -253,6 +288,7 @@ const TXRQ: u32 = 1;
 const RTR: u32 = 1 << 1;
 const IDE: u32 = 1 << 2;
 const STID: u32 = 21;
+const EXID: u32 = 3;
 const DLC: u32 = 0xF;
 const FMI: u32 = 8;
 
@@ -278,7 +314,7 @@ impl Mailbox {
         let [identifier, length, low, high] = self.registers;
         let mut data = [low.to_le_bytes(), high.to_le_bytes()].concat();
         data.truncate((length & DLC) as usize);
-        BusFrame { id: identifier >> STID, data }
+        BusFrame { id: identifier >> STID, data, ..BusFrame::default() }
     }
 }
 
@@ -507,7 +543,7 @@ impl Can {
             return Ok(());
         }
         if value & (IDE | RTR) != 0 {
-            return Err("29-bit identifiers and remote frames are not modelled".into());
+            return Err("sending 29-bit identifiers and remote frames is not modelled".into());
         }
         mailbox.registers[register] = value & !TXRQ;
         if value & TXRQ != 0 {
@@ -662,7 +698,7 @@ impl Can {
             peer.map(|frame| (frame, Sender::Peer)),
             flood.map(|frame| (frame, Sender::Flood)),
         ];
-        let Some((frame, sender)) = rivals.into_iter().flatten().min_by_key(|(frame, _)| frame.id)
+        let Some((frame, sender)) = rivals.into_iter().flatten().min_by_key(|(frame, _)| frame.rank())
         else {
             return;
         };
@@ -803,16 +839,16 @@ impl Can {
 impl Can {
     /// Puts a frame into the FIFO of the filter that accepts it.
     fn receive(&mut self, frame: &BusFrame) {
-        let identifier = frame.id << STID;
-        let Some((fifo, index)) = self.filter(frame, identifier) else {
+        let Some((fifo, index)) = self.filter(frame) else {
             return;
         };
         let word = |from: usize| {
             u32::from_le_bytes(core::array::from_fn(|i| {
-                frame.data.get(from + i).copied().unwrap_or(0)
+                let sent = frame.data.get(from + i).filter(|_| !frame.is_remote);
+                sent.copied().unwrap_or(0)
             }))
         };
-        let entry = [identifier, frame.data.len() as u32 | index << FMI, word(0), word(4)];
+        let entry = [frame.wide(), frame.data.len() as u32 | index << FMI, word(0), word(4)];
         if self.fifo[fifo].len() == FIFO_LENGTH {
             self.overruns += 1;
             self.rfr[fifo] |= FOVR;
@@ -830,11 +866,11 @@ impl Can {
     }
 
     /// FIFO and filter number for a frame, if a filter accepts it.
-    fn filter(&self, frame: &BusFrame, wide: u32) -> Option<(usize, u32)> {
+    fn filter(&self, frame: &BusFrame) -> Option<(usize, u32)> {
         if self.fmr & FINIT != 0 {
             return None;
         }
-        let narrow = frame.id << 5;
+        let (wide, narrow) = (frame.wide(), frame.narrow());
         let banks = (self.fmr >> CAN2SB & 0x3F) as usize;
         let mut numbers = [0_u32; 2];
         for (bank, [first, second]) in self.filters.into_iter().enumerate().take(banks.min(28)) {
@@ -909,6 +945,24 @@ mod tests {
         can.write(MCR, INRQ, 2 * MILLISECOND).expect("a register");
         let status = can.read(MSR, 2 * MILLISECOND).expect("a register");
         assert_ne!(status & INAK, 0);
+    }
+
+    #[test]
+    fn filters_tell_frames_of_both_lengths_and_remote_frames_apart() {
+        let short = BusFrame::new(0x555, &[1]);
+        let remote = BusFrame { is_remote: true, ..short.clone() };
+        let long = BusFrame { id: 0x555 << 18 | 0x2_8001, is_extended: true, ..short.clone() };
+        // RM0090, figure 342: STID or EXID, IDE and RTR.
+        assert_eq!(short.wide(), 0x555 << 21);
+        assert_eq!(remote.wide(), 0x555 << 21 | 0b010);
+        assert_eq!(long.wide(), 0x555 << 21 | 0x2_8001 << 3 | 0b100);
+        assert_eq!([short.narrow(), remote.narrow()], [0x555 << 5, 0x555 << 5 | 1 << 4]);
+        assert_eq!(long.narrow(), 0x555 << 5 | 1 << 3 | 0b101);
+        // A dominant bit wins: RTR of a data frame, then IDE of a short identifier.
+        assert!(short.rank() < remote.rank() && remote.rank() < long.rank());
+        // 20 more bits of arbitration; a remote frame has none of its eight bits of data.
+        let bits = [&short, &remote, &long].map(BusFrame::bits);
+        assert!(bits[1] + 8 <= bits[0] + 2 && bits[2] >= bits[0] + 19, "{bits:?}");
     }
 
     #[test]
