@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use estimator_core::{Config, ContactEstimator, Load, Timestamp};
+use estimator_core::{Config, ContactEstimator, Load, Stream, Timestamp};
 
 use crate::error::Error;
 use crate::types::{CEstimate, CLearnt, CParams, CSample};
@@ -28,14 +28,18 @@ const _: () = assert!(size_of::<Estimator>() <= SIZE && align_of::<Estimator>() 
 
 /// Configuration of checked parameters. A function of its own, so that they leave the stack before the estimator is made.
 #[inline(never)]
-pub(crate) fn config(params: &CParams) -> Result<Config, Error> {
-    params.checked()?.validate().map_err(|_| Error::Learnt)
+pub(crate) fn config(params: &CParams) -> Result<(Config, Stream), Error> {
+    let (params, stream) = params.checked()?;
+    Ok((params.validate().map_err(|_| Error::Learnt)?, stream))
 }
 
 /// Makes an estimator in its place. A function of its own, so that it does not share the stack with the checks.
 #[inline(never)]
-pub(crate) fn build(place: &mut MaybeUninit<ContactEstimator>, config: &Config) {
-    place.write(ContactEstimator::new(config));
+pub(crate) fn build(
+    place: &mut MaybeUninit<ContactEstimator>,
+    (config, stream): &(Config, Stream),
+) {
+    place.write(ContactEstimator::new(config, *stream));
 }
 
 impl Estimator {

@@ -4,7 +4,7 @@ use estimator_core::params::{DecisionParams, LoadParams};
 use estimator_core::velocity::VelocityParams;
 use estimator_core::{
     AngularRate, ContactEstimate, Gravity, ImuSample, Learning, Learnt, Params, Phase, Saturation,
-    SpecificForce, Timestamp, Validity, Vec3,
+    SpecificForce, Stream, Timestamp, Validity, Vec3,
 };
 
 use crate::error::Error;
@@ -77,9 +77,9 @@ pub struct CParams {
 
 impl Default for CParams {
     fn default() -> Self {
-        let Params { sample_rate, decision, load, velocity, .. } = Params::DEFAULT;
+        let Params { decision, load, velocity, .. } = Params::DEFAULT;
         Self {
-            sample_rate_hz: sample_rate,
+            sample_rate_hz: Stream::KILOHERTZ.sample_rate(),
             decision_threshold: decision.threshold,
             decision_on_delay_s: decision.on_delay,
             decision_off_delay_s: decision.off_delay,
@@ -105,20 +105,20 @@ fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Erro
 type SetGroup = fn(&mut Params, &CParams);
 
 impl CParams {
-    /// Returns the checked parameters. The groups are set and checked one after the other, so that the first invalid
-    /// one is known.
+    /// Returns the checked parameters, and the facts about the samples. The groups are set and checked one after the
+    /// other, so that the first invalid one is known.
     ///
     /// # Errors
     /// The group with a number out of its range, or a field with an invalid constant.
-    pub fn checked(&self) -> Result<Params, Error> {
+    pub fn checked(&self) -> Result<(Params, Stream), Error> {
+        let gravity = choice(self.gravity, [Gravity::Included, Gravity::Removed])?;
         let mut params = Params {
-            gravity: choice(self.gravity, [Gravity::Included, Gravity::Removed])?,
             learning: choice(self.learning, [Learning::On, Learning::Frozen])?,
             ..Params::DEFAULT
         };
         let has_learnt = choice(self.has_learnt, [false, true])?;
-        let groups: [(SetGroup, Error); 4] = [
-            (|params, from| params.sample_rate = from.sample_rate_hz, Error::SampleRate),
+        let stream = Stream::new(self.sample_rate_hz, gravity).map_err(|_| Error::SampleRate)?;
+        let groups: [(SetGroup, Error); 3] = [
             (
                 |params, from| {
                     params.decision = DecisionParams {
@@ -155,7 +155,7 @@ impl CParams {
             params.learnt = Some(self.learnt.checked()?);
             params.check().map_err(|_| Error::Learnt)?;
         }
-        Ok(params)
+        Ok((params, stream))
     }
 }
 

@@ -8,9 +8,9 @@ mod walk;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use estimator_core::internals::{AttitudeFilter, DensityEstimator, erf};
-use estimator_core::params::WindowLength;
-use estimator_core::{ContactEstimator, Params};
+use estimator_core::half_widths::{HalfWidthParams, WindowLength};
+use estimator_core::internals::erf;
+use estimator_core::{ContactEstimator, Params, Stream};
 
 /// Time for which the passes of a case are repeated.
 const MEASURED: Duration = Duration::from_secs(2);
@@ -21,9 +21,9 @@ struct Case(&'static str, usize, Box<dyn FnMut()>);
 /// The kernel density estimate alone, with the paper's parameters.
 fn kde(name: &'static str, window: u32) -> Case {
     let motion = walk::motion();
-    let params = Params { window: WindowLength::Samples(window), ..Params::PAPER };
-    let config = params.validate_for::<4096>().expect("a preset");
-    let mut density = DensityEstimator::new(&config);
+    let paper = HalfWidthParams { window: WindowLength::Samples(window), ..HalfWidthParams::PAPER };
+    let config = paper.validate::<4096>(&Params::DEFAULT, Stream::KILOHERTZ).expect("a preset");
+    let mut density = config.density();
     let pass = move || {
         for &(acceleration, rate) in &motion {
             black_box(density.push(acceleration, rate));
@@ -35,9 +35,9 @@ fn kde(name: &'static str, window: u32) -> Case {
 /// The attitude filter alone.
 fn filter() -> Case {
     let samples = walk::samples();
-    let config = Params::DEFAULT.validate_for::<256>().expect("a preset");
+    let config = Params::DEFAULT.validate().expect("a preset");
     let pass = move || {
-        let mut filter = AttitudeFilter::new(&config);
+        let mut filter = config.attitude_filter(Stream::KILOHERTZ);
         for sample in &samples {
             filter.update(black_box(sample));
         }
@@ -49,9 +49,9 @@ fn filter() -> Case {
 /// The whole estimator with the default preset.
 fn pipeline() -> Case {
     let samples = walk::samples();
-    let config = Params::DEFAULT.validate_for::<256>().expect("a preset");
+    let config = Params::DEFAULT.validate().expect("a preset");
     let pass = move || {
-        let mut estimator = ContactEstimator::new(&config);
+        let mut estimator = ContactEstimator::new(&config, Stream::KILOHERTZ);
         for sample in &samples {
             black_box(estimator.update(sample, None));
         }

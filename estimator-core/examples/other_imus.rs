@@ -17,21 +17,18 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::digital::Wait;
 use embedded_hal_async::spi::{Operation, SpiDevice};
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::params::WindowLength;
 use estimator_core::{
-    AngularRate, ContactEstimate, ContactEstimator, ImuSample, Params, ParamsError, Saturation,
-    SpecificForce, Timestamp, Validity, Vec3,
+    AngularRate, ContactEstimate, ContactEstimator, Gravity, ImuSample, Params, ParamsError,
+    Saturation, SpecificForce, Stream, Timestamp, Validity, Vec3,
 };
 use icm20948_async::{AccRange, AccUnit, GyrRange, GyrUnit, IcmBuilder, SetupError};
 
 /// Sample rate of both sensors, Hz.
 const RATE_HZ: f32 = 225.0;
 
-/// The self-calibrating method has no window, so a capacity of 1 is enough.
-fn estimator() -> Result<ContactEstimator<1>, ParamsError> {
-    let params =
-        Params { sample_rate: RATE_HZ, window: WindowLength::Samples(1), ..Params::DEFAULT };
-    Ok(ContactEstimator::new(&params.validate()?))
+fn estimator() -> Result<ContactEstimator, ParamsError> {
+    let stream = Stream::new(RATE_HZ, Gravity::Included)?;
+    Ok(ContactEstimator::new(&Params::DEFAULT.validate()?, stream))
 }
 
 /// Estimates at each edge of the data-ready pin. `now_us` is a clock that does not go back, and `send` has the estimate.
@@ -39,7 +36,7 @@ async fn run_icm20948<SPI: SpiDevice>(
     spi: SPI,
     delay: impl DelayNs,
     mut data_ready: impl Wait,
-    mut estimator: ContactEstimator<1>,
+    mut estimator: ContactEstimator,
     now_us: impl Fn() -> u64,
     mut send: impl FnMut(&ContactEstimate) -> bool,
 ) -> Result<(), SetupError<SPI::Error>> {

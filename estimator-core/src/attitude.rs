@@ -29,7 +29,6 @@
 
 use crate::gyro_bias::{BiasCoefficients, BiasEstimator};
 use crate::math::{Order, inverse_root, sqrt};
-use crate::params::Config;
 use crate::rest::{
     LongRest, LongRestCoefficients, Quietness, QuietnessCoefficients, RestParams, Stillness,
 };
@@ -211,15 +210,9 @@ pub struct AttitudeFilter {
 }
 
 impl AttitudeFilter {
-    /// Creates an attitude filter without samples, for use without an estimator.
-    #[must_use]
-    #[inline(never)] // Its temporary values leave the stack.
-    pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
-        Self::with_coefficients(config.attitude())
-    }
-
     /// A filter without samples.
-    pub(crate) fn with_coefficients(coefficients: AttitudeCoefficients) -> Self {
+    #[inline(never)] // Its temporary values leave the stack.
+    pub(crate) fn new(coefficients: AttitudeCoefficients) -> Self {
         Self {
             coefficients,
             previous: None,
@@ -255,7 +248,7 @@ impl AttitudeFilter {
         let rate = sample.angular_rate.0;
         let has_force = !saturation.is_some_and(Saturation::includes_accelerometer);
         if has_force && self.age < LAST_RESTART && self.rest.is_contradicted(force) {
-            *self = Self { age: self.age, ..Self::with_coefficients(self.coefficients) };
+            *self = Self { age: self.age, ..Self::new(self.coefficients) };
         }
         if self.previous.is_none() && !(has_force && self.start(force, rate)) {
             return;
@@ -729,13 +722,16 @@ impl GravityMagnitude {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::Params;
     use crate::sample::SpecificForce;
 
     const LEVEL: Vec3 = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
 
+    fn at_rate(sample_rate: f32) -> AttitudeFilter {
+        AttitudeFilter::new(AttitudeCoefficients::new(&AttitudeParams::DEFAULT, sample_rate))
+    }
+
     fn filter() -> AttitudeFilter {
-        AttitudeFilter::new(&Params::DEFAULT.validate_for::<64>().expect("the preset"))
+        at_rate(1_000.0)
     }
 
     fn sample(ms: u64, force: Vec3, validity: Validity) -> ImuSample {
@@ -946,12 +942,7 @@ mod tests {
 
     #[test]
     fn few_periods_at_a_low_rate_are_not_a_gap() {
-        let params = Params {
-            sample_rate: 20.0,
-            window: crate::params::WindowLength::Samples(2),
-            ..Params::DEFAULT
-        };
-        let mut filter = AttitudeFilter::new(&params.validate_for::<64>().expect("valid"));
+        let mut filter = at_rate(20.0);
         for k in 0..100 {
             filter.update(&sample(50 * k, LEVEL, Validity::Valid));
         }

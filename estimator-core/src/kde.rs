@@ -12,23 +12,31 @@
 //! So a sample costs six masses, one addition and one subtraction per axis, whatever the length of the window. See
 //! Maravgakis et al., ICRA 2023, the equations of section III.
 //!
-//! [`Method::HalfWidths`](crate::Method) selects this method. With the default method a foot learns its limits itself:
-//! see [`self_calibrating`](crate::self_calibrating).
+//! [`HalfWidthEstimator`](crate::half_widths::HalfWidthEstimator) is the estimator with this method.
 
 use crate::estimate::{PerAxis, Probabilities};
 use crate::math::erf;
-use crate::params::Config;
 use crate::sample::{AngularRate, LinearAcceleration};
 
 /// The kernel density estimate of the paper, causal and in closed form, with room for `CAPACITY` samples in the window.
 #[derive(Clone, Debug)]
-pub struct DensityEstimator<const CAPACITY: usize>(Density<Ring<CAPACITY>>);
+pub struct DensityEstimator<const CAPACITY: usize> {
+    kernels: PerAxis<Kernel>,
+    window: Window<Ring<CAPACITY>>,
+}
 
 impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
-    /// Creates a kernel density estimate without samples, with the half-widths, bandwidths and window of `config`.
-    #[must_use]
-    pub fn new(config: &Config<CAPACITY>) -> Self {
-        Self(Density::new(&config.kde()))
+    /// Creates a kernel density estimate without samples, for these standard deviations of the kernels and half-widths.
+    /// Both are positive. The window has `window_length` samples, limited to 1 … `CAPACITY`.
+    pub(crate) fn new(
+        bandwidth: PerAxis<f32>,
+        half_width: PerAxis<f32>,
+        window_length: usize,
+    ) -> Self {
+        Self {
+            kernels: bandwidth.zip_with(half_width, Kernel::new),
+            window: Window::new(window_length),
+        }
     }
 
     /// Adds one sample's motion, with gravity and bias removed, and returns the probabilities of the
@@ -39,89 +47,52 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         acceleration: LinearAcceleration,
         angular_rate: AngularRate,
     ) -> Probabilities {
-        let density: &mut Density<AnyRing> = &mut self.0;
-        density.push(acceleration, angular_rate)
-    }
-
-    /// Adds an unreliable sample: mass 0 on every axis.
-    #[inline]
-    pub fn push_doubt(&mut self) -> Probabilities {
-        let density: &mut Density<AnyRing> = &mut self.0;
-        density.push_doubt()
-    }
-
-    /// Probabilities of the current window; 0 while it holds no sample.
-    #[must_use]
-    pub fn probabilities(&self) -> Probabilities {
-        let density: &Density<AnyRing> = &self.0;
-        density.probabilities()
-    }
-}
-
-/// Checked inputs of a kernel density estimate.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct KdeConfig {
-    pub(crate) kernels: PerAxis<Kernel>,
-    /// Length of the window in samples, 1 … the capacity.
-    pub(crate) window_length: usize,
-}
-
-/// Implementation of [`DensityEstimator`] for a ring of any size: one machine code serves all capacities.
-#[derive(Clone, Debug)]
-pub(crate) struct Density<R: ?Sized> {
-    kernels: PerAxis<Kernel>,
-    window: Window<R>,
-}
-
-impl<const CAPACITY: usize> Density<Ring<CAPACITY>> {
-    pub(crate) fn new(config: &KdeConfig) -> Self {
-        Self { kernels: config.kernels, window: Window::new(config.window_length) }
-    }
-}
-
-impl Density<AnyRing> {
-    /// See [`DensityEstimator::push`].
-    pub(crate) fn push(
-        &mut self,
-        acceleration: LinearAcceleration,
-        angular_rate: AngularRate,
-    ) -> Probabilities {
         let (a, w) = (acceleration.0, angular_rate.0);
-        self.window.push(PerAxis {
+        self.push_masses(PerAxis {
             ax: self.kernels.ax.mass(a.x),
             ay: self.kernels.ay.mass(a.y),
             az: self.kernels.az.mass(a.z),
             wx: self.kernels.wx.mass(w.x),
             wy: self.kernels.wy.mass(w.y),
             wz: self.kernels.wz.mass(w.z),
-        });
-        self.probabilities()
+        })
     }
 
-    /// See [`DensityEstimator::push_doubt`].
-    pub(crate) fn push_doubt(&mut self) -> Probabilities {
-        self.window.push(PerAxis::splat(Mass::ZERO));
-        self.probabilities()
+    /// Adds an unreliable sample: mass 0 on every axis.
+    #[inline]
+    pub fn push_doubt(&mut self) -> Probabilities {
+        self.push_masses(PerAxis::splat(Mass::ZERO))
     }
 
-    /// See [`DensityEstimator::probabilities`].
-    pub(crate) fn probabilities(&self) -> Probabilities {
-        Probabilities::from_axes(self.window.mean())
+    fn push_masses(&mut self, masses: PerAxis<Mass>) -> Probabilities {
+        let window: &mut Window<AnyRing> = &mut self.window;
+        window.push(masses);
+        Probabilities::from_axes(window.mean())
+    }
+
+    /// Probabilities of the current window; 0 while it holds no sample.
+    #[must_use]
+    pub fn probabilities(&self) -> Probabilities {
+        let window: &Window<AnyRing> = &self.window;
+        Probabilities::from_axes(window.mean())
     }
 
     /// Discards every sample: the probabilities are 0 until the next.
     pub(crate) fn clear(&mut self) {
-        self.window.clear();
+        let window: &mut Window<AnyRing> = &mut self.window;
+        window.clear();
     }
 
     /// Length of the window in samples.
-    pub(crate) const fn window_length(&self) -> usize {
-        self.window.length()
+    pub(crate) fn window_length(&self) -> usize {
+        let window: &Window<AnyRing> = &self.window;
+        window.length()
     }
 
     /// Returns whether the window holds as many samples as its length.
-    pub(crate) const fn is_full(&self) -> bool {
-        self.window.is_full()
+    pub(crate) fn is_full(&self) -> bool {
+        let window: &Window<AnyRing> = &self.window;
+        window.is_full()
     }
 }
 
@@ -353,14 +324,15 @@ fn nearest(sum: u64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::Params;
+    use crate::params::HalfWidthParams;
     use crate::vector::Vec3;
     use proptest::prelude::*;
     use std::boxed::Box;
     use std::vec::Vec;
 
     fn estimator() -> DensityEstimator<64> {
-        DensityEstimator::new(&Params::PAPER.validate_for().expect("a preset"))
+        let HalfWidthParams { bandwidth, half_width, .. } = HalfWidthParams::PAPER;
+        DensityEstimator::new(bandwidth, half_width, 50)
     }
 
     #[test]

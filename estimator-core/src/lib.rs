@@ -1,10 +1,10 @@
 //! Stable-contact probability of a robot's foot, from the IMU on it alone.
 //!
 //! ```
-//! use estimator_core::{ContactEstimator, Gravity, ImuSample, Params, Timestamp};
+//! use estimator_core::{ContactEstimator, Gravity, ImuSample, Params, Stream, Timestamp};
 //!
-//! let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
-//! let mut estimator = ContactEstimator::new(&params.validate()?);
+//! let stream = Stream::new(1000.0, Gravity::Removed)?;
+//! let mut estimator = ContactEstimator::new(&Params::DEFAULT.validate()?, stream);
 //! for tick in 0..400 {
 //!     let sample = ImuSample { timestamp: Timestamp::from_micros(tick * 1000), ..Default::default() };
 //!     let estimate = estimator.update(&sample, None);
@@ -18,7 +18,8 @@
 //!
 //! | item | use |
 //! |---|---|
-//! | [`Params`], with [`Gravity`], [`Learning`] | set the sample rate; the rest has defaults |
+//! | [`Stream`], with [`Gravity`] | how often samples come, and whether they contain gravity |
+//! | [`Params`], with [`Learning`] | what you choose; all of it has defaults |
 //! | [`Params::validate`], [`ParamsError`] | check them, and get a [`Config`] |
 //! | [`ContactEstimator`] | one for each foot, in less than 1 KiB |
 //! | [`ImuSample`], with [`Timestamp`], [`SpecificForce`], [`AngularRate`], [`Validity`], [`Saturation`], [`Vec3`]; [`Load`] | what goes in |
@@ -29,7 +30,9 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | [`params`] | the parts of [`Params`], and the paper's presets; [`params::Method::HalfWidths`] needs room for its window: [`Params::validate_for`] |
+//! | [`params`] | the parts of [`Params`] |
+//! | [`half_widths`] | the paper's estimator, with its presets |
+//! | [`any`] | either estimator, for a program whose user chooses |
 //! | [`parameter`] | table of all parameters with names, units, ranges and defaults, for a program that edits them |
 //! | [`correction`], [`mounting`] | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's |
 //! | [`velocity`] | zero-velocity measurement for a state estimator |
@@ -58,22 +61,25 @@
 //! | step | file |
 //! |---|---|
 //! | six numbers in SI units, with their time and quality | `sample.rs` |
-//! | the whole estimator behind one `update`: time, gravity, stillness, decision | `contact.rs` |
+//! | the whole estimator behind one `update` | `contact.rs` |
+//! | before stillness and after it: time, gravity, decision | `pipeline.rs` |
 //! | orientation, for the removal of gravity | `attitude.rs` |
 //! | rest detection: how still the IMU is, for the three steps that ask | `rest.rs` |
 //! | gyroscope bias, learnt at rest | `gyro_bias.rs` |
 //! | probability of stillness, with limits learnt from the foot | `self_calibrating.rs` |
-//! | or, with configured half-widths, the paper's | `kde.rs` |
 //! | rolling: a foot that turns about a point on the ground | `roll.rs` |
 //! | debounced decision, and the phase if the load is known | `phase.rs` |
 //! | standard deviation of a zero-velocity measurement | `velocity.rs` |
-//! | what comes out: probabilities, decision, and the reasons to doubt them | `estimate.rs` |
+//! | what comes out: probabilities, decision, and the reasons to doubt them | `estimate.rs`, `flags.rs` |
+//!
+//! [`half_widths`] has the same steps, with the paper's density (`kde.rs`) in place of the learnt limits.
 //!
 //! These files serve them:
 //!
 //! | file | content |
 //! |---|---|
-//! | `params.rs`, `parameter.rs` | parameters with the derived configuration, and their ranges |
+//! | `params.rs`, `parameter.rs`, `range.rs` | parameters, and their ranges |
+//! | `config.rs`, `stream.rs` | checked parameters, and facts about the samples |
 //! | `constants.rs`, `learnt.rs` | constants of the self-calibrating estimate, and its state to be stored |
 //! | `vector.rs`, `math.rs` | vectors, quaternions and functions with the same bits on every machine |
 //!
@@ -97,12 +103,16 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod any;
 mod attitude;
+mod config;
 mod constants;
 mod contact;
 pub mod correction;
 mod estimate;
+mod flags;
 mod gyro_bias;
+pub mod half_widths;
 mod kde;
 mod learnt;
 mod math;
@@ -110,12 +120,15 @@ pub mod mounting;
 pub mod parameter;
 pub mod params;
 mod phase;
+mod pipeline;
+mod range;
 mod rest;
 mod roll;
 mod sample;
 mod self_calibrating;
 #[cfg(any(test, feature = "self-check"))]
 pub mod self_check;
+mod stream;
 mod units;
 mod vector;
 pub mod velocity;
@@ -130,15 +143,18 @@ pub mod internals {
     pub use crate::rest::{LARGEST_SWAY, SENSOR_NOISE, SensorNoise};
 }
 
+pub use config::Config;
 pub use contact::ContactEstimator;
-pub use estimate::{Axis, ContactEstimate, Flag, Flags, PerAxis, Probabilities};
-pub use learnt::{Learnt, LearntError};
-pub use parameter::ParamsError;
-pub use params::{Config, Gravity, Learning, Params};
+pub use estimate::{Axis, ContactEstimate, PerAxis, Probabilities};
+pub use flags::{Flag, Flags};
+pub use learnt::{Learning, Learnt, LearntError};
+pub use params::Params;
 pub use phase::{Decision, Load, Phase};
+pub use range::ParamsError;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
 };
+pub use stream::{Gravity, Stream};
 pub use vector::{Quaternion, Vec3};
 pub use velocity::VelocitySigma;
 

@@ -8,7 +8,7 @@
 //! | loaded | stance | slip |
 //! | not loaded | quiet swing | swing |
 
-use crate::estimate::{Flag, Flags};
+use crate::flags::{Flag, Flags};
 use crate::sample::Timestamp;
 
 /// The vertical load on the foot: N, or any unit in which the [`LoadParams`] thresholds are given.

@@ -5,12 +5,19 @@
 //! every estimate, and at intervals the learnt values. Two machines that print the same digests
 //! agree on all of these.
 
+use crate::any::{AnyEstimator, AnyParams};
 use crate::params::STANDARD_GRAVITY;
 use crate::vector::{Quaternion, Vec3};
 use crate::{
-    AngularRate, ContactEstimate, ContactEstimator, ImuSample, Learnt, Load, Params, ParamsError,
-    Saturation, SpecificForce, Timestamp, Validity,
+    AngularRate, ContactEstimate, Gravity, ImuSample, Learnt, Load, ParamsError, Saturation,
+    SpecificForce, Stream, Timestamp, Validity,
 };
+
+/// Presets that are run, with their names and streams: one for each estimator.
+pub const PRESETS: [(&str, AnyParams, Stream); 2] = [
+    ("default", AnyParams::DEFAULT, Stream::KILOHERTZ),
+    ("paper", AnyParams::PAPER, Stream::KILOHERTZ.with_gravity(Gravity::Removed)),
+];
 
 /// Samples per run: enough to cover every kind of input many times.
 pub const SAMPLES: u32 = 20_000;
@@ -21,16 +28,18 @@ pub const CHECKPOINT: u32 = 2_000;
 /// Samples of a hop in the air, and on the ground.
 const HOP: u32 = 60;
 
-/// Capacity of the window, that of the firmware.
-pub const CAPACITY: usize = 256;
-
 /// Runs the estimator with `params` over the stimulus and hands the digest so far to `report` at
 /// every checkpoint, with the number of samples taken in.
 ///
 /// # Errors
 /// The parameters are invalid.
-pub fn run(params: &Params, mut report: impl FnMut(u32, u64)) -> Result<(), ParamsError> {
-    let mut estimator = ContactEstimator::<CAPACITY>::new(&params.validate_for()?);
+pub fn run(
+    params: &AnyParams,
+    stream: Stream,
+    mut report: impl FnMut(u32, u64),
+) -> Result<(), ParamsError> {
+    // With the capacity of the firmware.
+    let mut estimator = AnyEstimator::<256>::new(&params.validate(stream)?);
     let mut stimulus = Stimulus::new();
     let mut digest = Digest::new();
     for taken in 1..=SAMPLES {
@@ -264,14 +273,13 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    use crate::params::Learning;
-    use crate::params::Method;
-    use crate::{Flag, Phase};
+    use crate::any::Method;
+    use crate::{ContactEstimator, Flag, Learning, Params, Phase};
 
     #[test]
     fn the_stimulus_covers_all_flags_phases_and_learning() {
-        let mut estimator =
-            ContactEstimator::<CAPACITY>::new(&Params::DEFAULT.validate_for().expect("a preset"));
+        let config = Params::DEFAULT.validate().expect("a preset");
+        let mut estimator = ContactEstimator::new(&config, Stream::KILOHERTZ);
         let mut stimulus = Stimulus::new();
         let estimates: Vec<_> = (0..SAMPLES)
             .map(|_| {
@@ -296,21 +304,19 @@ mod tests {
 
     #[test]
     fn the_presets_cover_both_methods_and_the_first_learns() {
-        let [learns, is_set] = [Params::DEFAULT, Params::PAPER];
+        let [learns, is_set] = PRESETS.map(|(_, params, _)| params);
         assert_eq!(learns.method, Method::SelfCalibrating);
-        assert_eq!(learns.learning, Learning::On);
+        assert_eq!(learns.params.learning, Learning::On);
         assert_eq!(is_set.method, Method::HalfWidths);
     }
 
     // A commit that changes them on purpose gives the reason.
     #[test]
     fn both_methods_give_the_pinned_bits() {
-        for (name, params, pinned) in [
-            ("default", Params::DEFAULT, 0x417f_6000_e3e1_6cf7),
-            ("paper", Params::PAPER, 0x9b52_9cca_90d5_f2e5),
-        ] {
+        const PINNED: [u64; 2] = [0x417f_6000_e3e1_6cf7, 0x9b52_9cca_90d5_f2e5];
+        for ((name, params, stream), pinned) in PRESETS.into_iter().zip(PINNED) {
             let mut digests = Vec::new();
-            run(&params, |taken, digest| digests.push((taken, digest))).expect("a preset");
+            run(&params, stream, |taken, digest| digests.push((taken, digest))).expect("a preset");
             assert!(digests.is_sorted_by_key(|(taken, _)| *taken));
             assert_eq!(digests.len(), (SAMPLES / CHECKPOINT) as usize);
             let (_, found) = digests[digests.len() - 1];

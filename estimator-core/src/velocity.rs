@@ -12,7 +12,7 @@
 //! foot turns, and σ₀ the least σ. The measurement is zero velocity of the IMU, in any frame, with
 //! the covariance σ² I. `docs/reference/evaluation.md` compares it with zero-velocity detectors.
 
-use crate::estimate::Flags;
+use crate::flags::Flags;
 use crate::math::{Order, sqrt};
 use crate::vector::Vec3;
 
@@ -109,7 +109,7 @@ impl VelocityCoefficients {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::Flag;
+    use crate::flags::Flag;
 
     const COEFFICIENTS: VelocityCoefficients =
         VelocityCoefficients::new(&VelocityParams { speed: 0.2, lever: 0.1, floor: 0.003 });

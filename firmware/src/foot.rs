@@ -18,11 +18,11 @@
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 
+use estimator_core::any::{AnyConfig, AnyEstimator};
 use estimator_core::correction::AccelerometerCorrection;
 use estimator_core::mounting::Mounting;
 use estimator_core::{
-    Config, ContactEstimate, ContactEstimator, Flag, Flags, Learnt, Load, Params, ParamsError,
-    Timestamp, Validity,
+    ContactEstimate, Flag, Flags, Gravity, Learnt, Load, ParamsError, Stream, Timestamp, Validity,
 };
 use lsm6dsox::scale::{DEGREE, FullScale, STANDARD_GRAVITY};
 use storage::{Erase, Origin, StoreFailed};
@@ -120,7 +120,7 @@ pub struct Foot {
     node: Node,
     /// Settings of the node that each tick uses.
     in_use: InUse,
-    estimator: ContactEstimator<WINDOW_CAPACITY>,
+    estimator: AnyEstimator<WINDOW_CAPACITY>,
     /// Pending request for a new estimator.
     renewal: Option<Renewal>,
     counters: Counters,
@@ -212,7 +212,7 @@ impl Foot {
     /// # Errors
     /// The parameters are inconsistent. Checked [`Settings`] exclude that.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
-        let config = settings.params().validate_for()?;
+        let config = settings.params().validate(Stream::KILOHERTZ)?;
         Ok(Self::with_config(settings, start, &config))
     }
 
@@ -228,11 +228,11 @@ impl Foot {
         settings: Settings,
         start: Start,
     ) -> Result<&mut Self, ParamsError> {
-        let (settings, start, config) = match settings.params().validate_for() {
+        let (settings, start, config) = match settings.params().validate(Stream::KILOHERTZ) {
             Ok(config) => (settings, start, config),
             Err(_) => {
                 let settings = Settings::default();
-                let config = settings.params().validate_for()?;
+                let config = settings.params().validate(Stream::KILOHERTZ)?;
                 (settings, Start { origin: Origin::Incompatible, ..start }, config)
             }
         };
@@ -240,11 +240,11 @@ impl Foot {
     }
 
     #[inline]
-    fn with_config(settings: Settings, start: Start, config: &Config<WINDOW_CAPACITY>) -> Self {
+    fn with_config(settings: Settings, start: Start, config: &AnyConfig<WINDOW_CAPACITY>) -> Self {
         Self {
             in_use: InUse::of(&settings),
             node: Node::new(settings, start.serial),
-            estimator: ContactEstimator::new(config),
+            estimator: AnyEstimator::new(config),
             renewal: None,
             counters: Counters::default(),
             temperature: f32::NAN,
@@ -775,14 +775,13 @@ impl Foot {
         let Some(renewal) = self.renewal.take() else {
             return;
         };
-        let settings = self.settings().params();
-        let learnt = match renewal {
-            Renewal::Continue => Some(self.learnt()),
-            Renewal::Restart => settings.learnt,
-        };
-        let params = Params { learnt, sample_rate: 1.0e6 / self.tick_us as f32, ..settings };
-        if let Ok(config) = params.validate_for() {
-            self.estimator = ContactEstimator::new(&config);
+        let mut params = self.settings().params();
+        if renewal == Renewal::Continue {
+            params.params.learnt = Some(self.learnt());
+        }
+        let stream = Stream::new(1.0e6 / self.tick_us as f32, Gravity::Included);
+        if let Ok(config) = stream.and_then(|stream| params.validate(stream)) {
+            self.estimator = AnyEstimator::new(&config);
         }
     }
 

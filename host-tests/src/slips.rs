@@ -6,7 +6,8 @@
 //! without a slip; it has one false slip, however often, if a decision that was "stable" ends before the foot
 //! peels off.
 
-use estimator_core::{ContactEstimate, Decision, Params};
+use estimator_core::any::AnyParams;
+use estimator_core::{ContactEstimate, Decision};
 use gait::label::SPEED_LIMIT;
 pub use gait::slips::profiles;
 use gait::{Activity, FootState, Simulation};
@@ -48,7 +49,7 @@ impl Score {
     ///
     /// # Panics
     /// If the parameters are invalid.
-    pub fn add(&mut self, simulation: &Simulation, params: &Params) {
+    pub fn add(&mut self, simulation: &Simulation, params: &AnyParams) {
         let estimates = estimates_of(&simulation.recording, params).expect("valid parameters");
         let stances = simulation
             .truth

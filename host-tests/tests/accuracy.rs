@@ -3,7 +3,7 @@
 use std::io::{self, Write as _};
 
 use crate::labelled::pooled;
-use estimator_core::Params;
+use estimator_core::any::AnyParams;
 use host_tests::requirements::unmet;
 use host_tests::sets::Set;
 
@@ -31,7 +31,7 @@ fn default_preset_loses_at_most_5_percent_on_each_set() {
     let mut averaged = Vec::new();
     for set in there {
         let files = set.read().unwrap_or_default();
-        let rmse = pooled(files.iter().map(|file| &file.recording), &Params::DEFAULT);
+        let rmse = pooled(files.iter().map(|file| &file.recording), &AnyParams::DEFAULT);
         if is_worse(set.name(), rmse, set.rmse()) {
             worse.push(set.name());
         }

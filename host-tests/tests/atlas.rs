@@ -1,7 +1,9 @@
 //! The authors' ATLAS recordings with the paper's parameters: every sample against the oracle, and the published
 //! figures.
 
-use estimator_core::{ContactEstimate, Params};
+use estimator_core::ContactEstimate;
+use estimator_core::any::AnyParams;
+use estimator_core::half_widths::HalfWidthParams;
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
 use recordings::estimate::estimates_of;
@@ -25,15 +27,15 @@ fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
     let path = recorded(file)?;
     let loaded =
         input::read(&path, Format::PceAtlas, &InputOptions::default()).expect("a readable file");
-    let estimates = estimates_of(&loaded.recording, &Params::PAPER).expect("a preset");
+    let estimates = estimates_of(&loaded.recording, &AnyParams::PAPER).expect("a preset");
     Some((loaded.recording, estimates))
 }
 
 /// Largest difference from the formula in double precision, at any sample.
 fn worst_parity(recording: &Recording, estimates: &[ContactEstimate]) -> f64 {
     let oracle = Oracle {
-        bandwidth: Params::PAPER.bandwidth.to_array().map(f64::from),
-        half_width: Params::PAPER.half_width.to_array().map(f64::from),
+        bandwidth: HalfWidthParams::PAPER.bandwidth.to_array().map(f64::from),
+        half_width: HalfWidthParams::PAPER.half_width.to_array().map(f64::from),
         window: 50,
     };
     let motion: Vec<[f64; 6]> = recording

@@ -3,7 +3,8 @@
 use estimator_core::internals::{Alignment, AttitudeFilter};
 use estimator_core::params::{AttitudeParams, GyroTiming};
 use estimator_core::{
-    AngularRate, ImuSample, Params, Quaternion, SpecificForce, Timestamp, Validity, Vec3,
+    AngularRate, Gravity, ImuSample, Params, Quaternion, SpecificForce, Stream, Timestamp,
+    Validity, Vec3,
 };
 use gait::plan::{GaitName, Ground, Plan};
 use gait::sensor::{self, AxisErrors};
@@ -19,8 +20,8 @@ use proptest::prelude::*;
 
 const GRAVITY: Vector = Vector::new(0.0, 0.0, sensor::GRAVITY);
 
-fn filter(params: &Params) -> AttitudeFilter {
-    AttitudeFilter::new(&params.validate_for::<256>().expect("valid parameters"))
+fn filter(params: &Params, stream: Stream) -> AttitudeFilter {
+    params.validate().expect("valid parameters").attitude_filter(stream)
 }
 
 fn single(vector: Vector) -> Vec3 {
@@ -41,7 +42,7 @@ fn no_gait_tilts_the_estimate_far() {
     for (gait, limit) in [(GaitName::Walk, 0.5), (GaitName::Trot, 0.8), (GaitName::Run, 1.5)] {
         let plan = Plan::steady(gait, Ground::Hard, 60.0, 7);
         let simulation = simulate(&plan, &CALIBRATED, 7);
-        let mut filter = filter(&Params::DEFAULT);
+        let mut filter = filter(&Params::DEFAULT, Stream::KILOHERTZ);
         let mut worst = 0.0_f64;
         for (sample, truth) in simulation.recording.samples.iter().zip(&simulation.truth) {
             filter.update(&sample.imu);
@@ -58,11 +59,11 @@ fn no_gait_tilts_the_estimate_far() {
 /// 20 ms.
 fn orientations_at(motion: &Track, rate: f32, seconds: f64) -> Vec<Quaternion> {
     let params = Params {
-        sample_rate: rate,
         attitude: AttitudeParams { gyro_timing: GyroTiming::Delay(0.0), ..AttitudeParams::DEFAULT },
         ..Params::DEFAULT
     };
-    let mut filter = filter(&params);
+    let stream = Stream::new(rate, Gravity::Included).expect("a rate");
+    let mut filter = filter(&params, stream);
     let samples = (seconds * f64::from(rate)) as u64;
     let every = (0.02 * rate).round() as u64;
     let mut orientations = Vec::new();
@@ -127,7 +128,7 @@ struct InStance {
 type Degradation = fn(&Recording) -> Recording;
 
 fn in_stance(simulation: &Simulation, degradation: Degradation) -> InStance {
-    let mut filter = filter(&Params::DEFAULT);
+    let mut filter = filter(&Params::DEFAULT, Stream::KILOHERTZ);
     let mut always_aligned = true;
     let (mut count, mut tilt, mut acceleration, mut rate) = (0_u32, 0.0, 0.0, 0.0);
     for sample in degradation(&simulation.recording).samples {

@@ -56,7 +56,7 @@ fn trials() -> Option<Vec<Trial>> {
 
 /// RMS error of each trial, degrees.
 fn errors_deg(trials: &[Trial], attitude: AttitudeParams) -> Vec<f64> {
-    let params = Params { attitude, ..Params::DEFAULT };
+    let params = Params { attitude, ..Params::DEFAULT }.into();
     let error = |trial: &Trial| {
         let estimates = estimates_of(&trial.recording, &params).expect("valid parameters");
         let squares = estimates.iter().zip(&trial.truth).filter_map(|(estimate, truth)| {

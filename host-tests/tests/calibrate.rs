@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use crate::labelled;
-use estimator_core::{ContactEstimator, Learnt, Params, Vec3};
+use estimator_core::{ContactEstimator, Learnt, Params, Stream, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::sets::Labelled;
@@ -27,13 +27,9 @@ const WARM_COSTS_IN_THE_MEAN: f64 = 0.002;
 
 /// Values learnt by the estimator of the foot, with its capacity, from the same samples.
 fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Learnt {
-    let params = Params {
-        learnt,
-        sample_rate: recording.sample_rate,
-        gravity: recording.gravity,
-        ..Params::DEFAULT
-    };
-    let mut estimator = ContactEstimator::<256>::new(&params.validate_for().expect("the preset"));
+    let config = Params { learnt, ..Params::DEFAULT }.validate().expect("the preset");
+    let stream = Stream::new(recording.sample_rate, recording.gravity).expect("a rate");
+    let mut estimator = ContactEstimator::new(&config, stream);
     for sample in &recording.samples {
         estimator.update(&sample.imu, None);
     }
@@ -58,7 +54,7 @@ fn a_warm_start_from_the_first_half_does_not_harm_the_second() {
             let second = part(recording, middle..recording.samples.len());
             let warm =
                 Params { learnt: Some(learnt_by_the_estimator(&first, None)), ..Params::DEFAULT };
-            let [cold, warm] = [Params::DEFAULT, warm].map(|params| rmse(&second, &params));
+            let [cold, warm] = [Params::DEFAULT, warm].map(|params| rmse(&second, &params.into()));
             println!("{:24} cold {cold:.4}, warm {warm:.4}", recording.name);
             (recording.name.clone(), cold - warm)
         })

@@ -4,7 +4,8 @@
 
 use std::f32::consts::PI;
 
-use estimator_core::{AngularRate, Config, ContactEstimator, Gravity, Params, Vec3};
+use estimator_core::any::AnyParams;
+use estimator_core::{AngularRate, ContactEstimator, Gravity, Params, Stream, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::{AXES, changed, stood, with_rate_drifts};
 use recordings::estimate::{Estimator, estimates_of};
@@ -48,7 +49,7 @@ fn with_step(walk: &Recording, bias: Vec3) -> Recording {
 
 /// Share of the stable samples with P > 0.5 after a time, s, and of the others.
 fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
-    let estimates = estimates_of(recording, &Params::DEFAULT).expect("the preset");
+    let estimates = estimates_of(recording, &AnyParams::DEFAULT).expect("the preset");
     // Found and all samples, of a stance and others.
     let mut counts = [(0_u32, 0_u32); 2];
     for (sample, estimate) in recording.samples.iter().zip(&estimates) {
@@ -85,8 +86,8 @@ fn step_of_the_bias_beyond_the_limit_is_reported() {
     let walk = long_walk(GaitName::Walk);
     for (degrees, reported) in [(5.0, false), (9.0, true)] {
         let step = with_step(&walk, Vec3::new(degrees * PI / 180.0, 0.0, 0.0));
-        let config: Config<256> = Params::DEFAULT.validate_for().expect("the preset");
-        let mut estimator = ContactEstimator::new(&config);
+        let config = Params::DEFAULT.validate().expect("the preset");
+        let mut estimator = ContactEstimator::new(&config, Stream::KILOHERTZ);
         let mut first = None;
         for sample in &step.samples {
             estimator.update(&sample.imu, None);
@@ -125,7 +126,7 @@ fn turned_over(walk: &Recording, times: &[f64]) -> Recording {
 /// Largest distance of the estimated bias from `bias`, °/s, after a time, s.
 fn farthest_from(bias: Vec3, recording: &Recording, from_s: f64) -> f32 {
     let (rate, gravity) = (recording.sample_rate, recording.gravity);
-    let mut estimator = Estimator::new(rate, gravity, &Params::DEFAULT).expect("the preset");
+    let mut estimator = Estimator::new(rate, gravity, &AnyParams::DEFAULT).expect("the preset");
     let mut farthest = 0.0_f32;
     for sample in &recording.samples {
         estimator.update(sample);

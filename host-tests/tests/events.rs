@@ -1,7 +1,8 @@
 //! Events of simulated walks against the truth.
 
 use crate::labelled;
-use estimator_core::{Params, Timestamp};
+use estimator_core::Timestamp;
+use estimator_core::any::AnyParams;
 use gait::slips::{SENSOR, profiles};
 use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
 use host_tests::changed::stood;
@@ -27,7 +28,7 @@ fn events(recording: &Recording) -> Vec<ContactEvent> {
     events_with(&default_params(), recording)
 }
 
-fn events_with(params: &Params, recording: &Recording) -> Vec<ContactEvent> {
+fn events_with(params: &AnyParams, recording: &Recording) -> Vec<ContactEvent> {
     let mut estimator =
         Estimator::new(recording.sample_rate, recording.gravity, params).expect("the preset");
     let mut events = Events::default();

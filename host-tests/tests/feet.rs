@@ -1,8 +1,7 @@
 //! The attitude filter on a foot over a long time: impacts, clipping, a sensor that warms up. The truth is the
 //! simulator's.
 
-use estimator_core::internals::AttitudeFilter;
-use estimator_core::{Params, Validity};
+use estimator_core::{Params, Stream, Validity};
 use gait::plan::PlannedStep;
 use gait::sensor::{AxisErrors, GRAVITY, Temperature};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
@@ -32,8 +31,8 @@ struct Moment {
 /// Runs the filter over a plan. Also returns the number of saturated samples.
 fn follow(plan: &Plan, seed: u64) -> (Vec<Moment>, usize) {
     let simulation = simulate(plan, &WARMING, seed);
-    let mut filter =
-        AttitudeFilter::new(&Params::DEFAULT.validate_for::<256>().expect("the preset"));
+    let config = Params::DEFAULT.validate().expect("the preset");
+    let mut filter = config.attitude_filter(Stream::KILOHERTZ);
     let samples = &simulation.recording.samples;
     let mut quiet_since = None;
     let moments = samples
@@ -106,8 +105,8 @@ fn a_sensor_warming_up_at_rest_keeps_its_bias_known() {
     let plan = Plan::steady(GaitName::Stand, Ground::Hard, 600.0, 2);
     let simulation = simulate(&plan, &WARMING, 2);
     let specimen = WARMING.specimen(2);
-    let mut filter =
-        AttitudeFilter::new(&Params::DEFAULT.validate_for::<256>().expect("the preset"));
+    let config = Params::DEFAULT.validate().expect("the preset");
+    let mut filter = config.attitude_filter(Stream::KILOHERTZ);
     for (sample, raw) in simulation.recording.samples.iter().zip(&simulation.raw) {
         filter.update(&sample.imu);
         if sample.time_s() < 20.0 {

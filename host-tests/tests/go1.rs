@@ -2,6 +2,7 @@
 //! probability distinguishes grease from ground.
 
 use crate::labelled;
+use estimator_core::any::AnyParams;
 use estimator_core::{ContactEstimate, Load, Params};
 use host_tests::changed::stood;
 use host_tests::datasets::recorded;
@@ -26,7 +27,7 @@ const STANDING: f64 = 60.0;
 ///
 /// A stance begins when the load exceeds 150 and ends when it falls below 90, in the raw units of the robot's
 /// pressure sensor. Each recording starts on a foot that already stands, which is not a step and is left out.
-fn peaks(recording: &Recording, params: &Params) -> Vec<f32> {
+fn peaks(recording: &Recording, params: &AnyParams) -> Vec<f32> {
     let estimates = estimates_of(recording, params).expect("a preset");
     stances(&recording.samples).into_iter().map(|stance| peak(&estimates[stance])).collect()
 }
@@ -77,16 +78,15 @@ fn only_stances_on_grease_are_improbable() {
         };
         let stood = stood(&recording, STANDING, 1);
         let firm = self::recording(NORMAL).expect("a recording of the same set");
-        let warm = Params {
-            learnt: Some(estimates_and_learnt(&firm, &Params::DEFAULT, || ()).expect("a preset").1),
-            ..Params::DEFAULT
-        };
+        let (_, learnt) =
+            estimates_and_learnt(&firm, &AnyParams::DEFAULT, || ()).expect("a preset");
+        let warm = Params { learnt: Some(learnt), ..Params::DEFAULT }.into();
         // A foot that has stood is proven, and the second stance slides little: 0.763.
         for (walk, params, most) in [
-            (&recording, Params::PAPER_GO1, 0.6),
-            (&recording, Params::DEFAULT, 0.6),
+            (&recording, AnyParams::PAPER_GO1, 0.6),
+            (&recording, AnyParams::DEFAULT, 0.6),
             (&recording, warm, 0.6),
-            (&stood, Params::DEFAULT, 0.8),
+            (&stood, AnyParams::DEFAULT, 0.8),
         ] {
             let peaks = peaks(walk, &params);
             assert_eq!(peaks.len(), sliding + good, "{file}");

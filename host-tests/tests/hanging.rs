@@ -8,7 +8,8 @@
 use std::f64::consts::TAU;
 
 use estimator_core::{
-    AngularRate, ContactEstimator, ImuSample, Learnt, Params, SpecificForce, Timestamp, Vec3,
+    AngularRate, ContactEstimator, ImuSample, Learnt, Params, SpecificForce, Stream, Timestamp,
+    Vec3,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::Chance;
@@ -166,7 +167,7 @@ fn motions() -> Vec<Named> {
 
 /// A foot at 1 kHz.
 struct Foot {
-    estimator: ContactEstimator<256>,
+    estimator: ContactEstimator,
     chance: Chance,
     micros: u64,
     /// Samples are missing for the last of these seconds in each period of the first.
@@ -177,7 +178,10 @@ impl Foot {
     fn new(learnt: Option<Learnt>) -> Self {
         let params = Params { learnt, ..Params::DEFAULT };
         Self {
-            estimator: ContactEstimator::new(&params.validate_for().expect("the preset")),
+            estimator: ContactEstimator::new(
+                &params.validate().expect("the preset"),
+                Stream::KILOHERTZ,
+            ),
             chance: Chance::new(1),
             micros: 0,
             gaps: None,

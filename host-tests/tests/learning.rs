@@ -4,6 +4,7 @@
 use std::f32::consts::TAU;
 use std::ops::Range;
 
+use estimator_core::any::AnyParams;
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, ImuSample, Learnt, Params, Saturation, SpecificForce,
@@ -105,8 +106,7 @@ fn assert_no_doubt_is_stable(name: &str, estimates: &[ContactEstimate]) {
 
 fn assert_can_be_learnt(name: &str, learnt: Learnt) {
     let params = Params { learnt: Some(learnt), ..Params::DEFAULT };
-    let valid = params.validate_for::<256>().map(|_| ());
-    assert_eq!(valid, Ok(()), "{name}: {learnt:?}");
+    assert_eq!(params.check(), Ok(()), "{name}: {learnt:?}");
 }
 
 /// Runs the estimator over the earlier motion and the walk, which is at the end of `recording`. Returns the errors
@@ -115,7 +115,7 @@ fn walk_after(
     name: &str,
     recording: &Recording,
     walk: &Simulation,
-    params: &Params,
+    params: &AnyParams,
     steps: usize,
 ) -> Vec<String> {
     let before = recording.samples.len() - walk.recording.samples.len();
@@ -137,7 +137,7 @@ fn walk_after(
 fn walk_after_motion(name: &str, before: impl IntoIterator<Item = (Vec3, Vec3)>) -> Vec<String> {
     let walk = walk();
     let recording = after(before, &walk.recording);
-    walk_after(name, &recording, &walk, &Params::DEFAULT, STEPS)
+    walk_after(name, &recording, &walk, &AnyParams::DEFAULT, STEPS)
 }
 
 fn assert_nothing_wrong(wrong: &[String]) {
@@ -235,7 +235,7 @@ fn a_walk_after_a_stuck_axis_is_estimated_correctly() {
         let stuck = changed(&long, |sample| stick(&mut sample.imu));
         let before = stuck.samples.iter().map(|sample| sample.imu);
         let recording = after_samples(before, &walk.recording);
-        wrong.extend(walk_after(name, &recording, &walk, &Params::DEFAULT, steps));
+        wrong.extend(walk_after(name, &recording, &walk, &AnyParams::DEFAULT, steps));
     }
     assert_nothing_wrong(&wrong);
 }
@@ -243,8 +243,8 @@ fn a_walk_after_a_stuck_axis_is_estimated_correctly() {
 #[test]
 fn a_walk_with_values_learnt_by_another_robot_is_right() {
     let walk = walk();
-    let (_, own) =
-        estimates_and_learnt(&walk.recording, &Params::DEFAULT, || ()).expect("valid parameters");
+    let (_, own) = estimates_and_learnt(&walk.recording, &AnyParams::DEFAULT, || ())
+        .expect("valid parameters");
     let mut wrong = Vec::new();
     for factor in [10.0_f32, 0.1] {
         let learnt = Learnt {
@@ -253,7 +253,7 @@ fn a_walk_with_values_learnt_by_another_robot_is_right() {
             speed: own.speed + factor.ln(),
             ..own
         };
-        let params = Params { learnt: Some(learnt), ..Params::DEFAULT };
+        let params = Params { learnt: Some(learnt), ..Params::DEFAULT }.into();
         let name = format!("a warm start {factor} times as large");
         wrong.extend(walk_after(&name, &walk.recording, &walk, &params, STEPS));
     }
@@ -290,7 +290,7 @@ fn garbage(samples: usize) -> impl Iterator<Item = ImuSample> {
 fn a_walk_after_garbage_and_saturation_is_right() {
     let walk = walk();
     let recording = after_samples(garbage(120_000), &walk.recording);
-    let preset = Params::DEFAULT;
+    let preset = AnyParams::DEFAULT;
     assert_nothing_wrong(&walk_after("garbage", &recording, &walk, &preset, STEPS));
     let saturated = ImuSample {
         specific_force: SpecificForce(Vec3::new(0.0, 0.0, 156.0)),

@@ -1,9 +1,9 @@
 //! The estimate is independent of the sensor's orientation in the foot: the same motion, recorded by a sensor with
 //! other axes and read with its mounting.
 
+use estimator_core::any::{AnyParams, Method};
 use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
-use estimator_core::params::Method;
-use estimator_core::{AngularRate, ContactEstimate, Params, SpecificForce, Vec3};
+use estimator_core::{AngularRate, ContactEstimate, SpecificForce, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use host_tests::datasets::recorded;
 use recordings::estimate::estimates_of;
@@ -14,7 +14,7 @@ use recordings::samples::Recording;
 use recordings::space::Vector;
 
 /// Half-widths judge axis by axis: a missing mounting shows at once.
-const HALF_WIDTHS: Params = Params { method: Method::HalfWidths, ..Params::DEFAULT };
+const HALF_WIDTHS: AnyParams = AnyParams { method: Method::HalfWidths, ..AnyParams::DEFAULT };
 
 fn walk() -> Recording {
     let plan = Plan::steady(GaitName::Walk, Ground::Hard, 6.0, 3);
@@ -56,7 +56,11 @@ fn recorded_by(recording: &Recording, to_sensor: impl Fn(Vec3) -> Vec3) -> Recor
 }
 
 /// Estimates of a recording that is written to a table and read with a mounting.
-fn estimates(recording: &Recording, mounting: Mounting, params: &Params) -> Vec<ContactEstimate> {
+fn estimates(
+    recording: &Recording,
+    mounting: Mounting,
+    params: &AnyParams,
+) -> Vec<ContactEstimate> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("walk.csv");
     let mut table = Vec::new();
@@ -81,9 +85,9 @@ fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
 #[test]
 fn any_of_24_mountings_gives_the_same_bits() {
     let walk = walk();
-    let mut cases = vec![(&walk, HALF_WIDTHS), (&walk, Params::DEFAULT)];
+    let mut cases = vec![(&walk, HALF_WIDTHS), (&walk, AnyParams::DEFAULT)];
     let go1 = go1();
-    cases.extend(go1.iter().map(|go1| (go1, Params::PAPER_GO1)));
+    cases.extend(go1.iter().map(|go1| (go1, AnyParams::PAPER_GO1)));
     for (recording, params) in cases {
         let expected = bits(&estimates(recording, Mounting::IDENTITY, &params));
         for mounting in mountings() {
@@ -125,7 +129,7 @@ fn an_oblique_sensor_with_its_quaternion_agrees_closely() {
             let [x, y, z] = turned.to_array().map(|part| part as f32);
             Vec3::new(x, y, z)
         });
-        for params in [HALF_WIDTHS, Params::DEFAULT] {
+        for params in [HALF_WIDTHS, AnyParams::DEFAULT] {
             let expected = estimates(&walk, Mounting::IDENTITY, &params);
             let found = differences(&estimates(&turned, mounting, &params), &expected);
             println!("{text}, {:?}: {found:?}", params.method);

@@ -1,15 +1,16 @@
 //! Properties of the estimator for arbitrary input.
 
-use estimator_core::internals::DensityEstimator;
+use estimator_core::any::{AnyEstimator, AnyParams, Method};
+use estimator_core::half_widths::{HalfWidthParams, WindowLength};
 use estimator_core::internals::{AMPLITUDE, SPEED};
 use estimator_core::parameter::Parameter;
 use estimator_core::parameter::Row;
-use estimator_core::params::{GyroTiming, LoadParams, Method, WindowLength};
+use estimator_core::params::{Constants, GyroTiming, LoadParams};
 use estimator_core::velocity::VelocityParams;
 use estimator_core::{
-    AngularRate, ContactEstimate, ContactEstimator, Decision, Gravity, ImuSample, Learning, Learnt,
-    LinearAcceleration, Load, Params, PerAxis, Saturation, SpecificForce, Timestamp, Validity,
-    Vec3, VelocitySigma,
+    AngularRate, ContactEstimate, Decision, Gravity, ImuSample, Learning, Learnt,
+    LinearAcceleration, Load, Params, PerAxis, Saturation, SpecificForce, Stream, Timestamp,
+    Validity, Vec3, VelocitySigma,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
@@ -79,19 +80,41 @@ prop_compose! {
     }
 }
 
-/// A number of the range of a parameter, of any magnitude where all are above 0.
+/// A number of a range, of any magnitude where all are above 0.
+fn any_number_of(least: f32, most: f32) -> BoxedStrategy<f32> {
+    if least > 0.0 { scale(1.01 * least, 0.99 * most).boxed() } else { (least..=most).boxed() }
+}
+
 fn any_number(parameter: Parameter) -> BoxedStrategy<(Parameter, f32)> {
     let Row { least, most, .. } = parameter.row();
-    let number =
-        if least > 0.0 { scale(1.01 * least, 0.99 * most).boxed() } else { (least..=most).boxed() };
-    number.prop_map(move |number| (parameter, number)).boxed()
+    any_number_of(least, most).prop_map(move |number| (parameter, number)).boxed()
+}
+
+/// The default constants, or any others that are accepted.
+fn any_constants() -> impl Strategy<Value = Constants> {
+    let each: Vec<_> = Constants::ranges()
+        .map(|(name, least, most)| any_number_of(least, most).prop_map(move |value| (name, value)))
+        .collect();
+    let others = each.prop_map(|all| {
+        let constants = all
+            .into_iter()
+            .try_fold(Constants::DEFAULT, |constants, (name, value)| constants.with(name, value));
+        constants.expect("in range")
+    });
+    prop_oneof![2 => Just(Constants::DEFAULT), 1 => others]
+}
+
+fn any_stream() -> impl Strategy<Value = Stream> {
+    let gravity = prop_oneof![Just(Gravity::Included), Just(Gravity::Removed)];
+    (scale(20.2, 9_900.0), gravity)
+        .prop_map(|(rate, gravity)| Stream::new(rate, gravity).expect("in range"))
 }
 
 prop_compose! {
-    /// Parameters from their whole allowed ranges, except the constants, which cannot be set.
+    /// Parameters from their whole allowed ranges.
     fn any_params()(
         numbers in Parameter::ALL.map(any_number).to_vec(),
-        gravity in prop_oneof![Just(Gravity::Included), Just(Gravity::Removed)],
+        constants in any_constants(),
         window in (1_u32..=CAPACITY as u32).prop_map(WindowLength::Samples),
         method in prop_oneof![3 => Just(Method::SelfCalibrating), 1 => Just(Method::HalfWidths)],
         learning in prop_oneof![Just(Learning::On), Just(Learning::Frozen)],
@@ -100,20 +123,24 @@ prop_compose! {
         // Longer ones would hide the decisions of a few hundred samples.
         delays in prop::array::uniform2(0.0_f32..=0.1),
         (on_threshold, hysteresis) in (-1.0e3_f32..=1.0e3, 0.0_f32..=1.0e3),
-    ) -> Params {
-        let mut params = Params { gravity, window, method, learning, learnt, ..Params::DEFAULT };
+    ) -> AnyParams {
+        let mut params = AnyParams {
+            method,
+            params: Params { learning, learnt, constants, ..Params::DEFAULT },
+            half_widths: HalfWidthParams { window, ..HalfWidthParams::DEFAULT },
+        };
         for (parameter, number) in numbers {
             parameter.set(&mut params, number);
         }
-        params.attitude.gyro_timing = gyro_timing;
-        [params.decision.on_delay, params.decision.off_delay] = delays;
-        params.load = LoadParams { on_threshold, off_threshold: on_threshold - hysteresis };
+        params.params.attitude.gyro_timing = gyro_timing;
+        [params.params.decision.on_delay, params.params.decision.off_delay] = delays;
+        params.params.load = LoadParams { on_threshold, off_threshold: on_threshold - hysteresis };
         params
     }
 }
 
-fn estimator(params: &Params) -> ContactEstimator<CAPACITY> {
-    ContactEstimator::new(&params.validate_for().expect("parameters in their ranges"))
+fn estimator(params: &AnyParams, stream: Stream) -> AnyEstimator<CAPACITY> {
+    AnyEstimator::new(&params.validate(stream).expect("parameters in their ranges"))
 }
 
 /// Maximum amount by which a partial probability may be below the total: rounding.
@@ -165,19 +192,20 @@ proptest! {
     #[test]
     fn every_output_is_a_number_in_its_range_for_any_input(
         params in any_params(),
+        stream in any_stream(),
         samples in prop::collection::vec((any_sample(), prop::option::of(any_component())), 1..400),
     ) {
-        let mut estimator = estimator(&params);
+        let mut estimator = estimator(&params, stream);
         let mut now = 0_u64;
         for ((mut sample, elapsed), load) in samples {
             now = now.wrapping_add(elapsed);
             sample.timestamp = Timestamp::from_micros(now);
             let estimate = estimator.update(&sample, load.map(Load));
             assert_is_sound(&estimate)?;
-            assert_sigma(&params.velocity, &estimate)?;
+            assert_sigma(&params.params.velocity, &estimate)?;
         }
-        let learnt = Params { learnt: Some(estimator.learnt()), ..params };
-        prop_assert!(learnt.validate_for::<CAPACITY>().is_ok(), "{:?}", estimator.learnt());
+        let learnt = Params { learnt: Some(estimator.learnt()), ..params.params };
+        prop_assert!(learnt.check().is_ok(), "{:?}", estimator.learnt());
     }
 
     #[test]
@@ -187,17 +215,20 @@ proptest! {
         bandwidth in prop::array::uniform6(0.001_f32..0.5),
         wider in prop::array::uniform6(1.0_f32..3.0),
     ) {
-        let narrow = Params {
+        let narrow = HalfWidthParams {
             bandwidth: PerAxis::from_array(bandwidth),
             half_width: PerAxis::from_array(half_width),
-            ..Params::DEFAULT
+            ..HalfWidthParams::DEFAULT
         };
-        let wide = Params {
+        let wide = HalfWidthParams {
             half_width: narrow.half_width.zip_with(PerAxis::from_array(wider), |d, w| d * w),
             ..narrow
         };
         let [mut narrow, mut wide] =
-            [narrow, wide].map(|p| DensityEstimator::<CAPACITY>::new(&p.validate_for().expect("in range")));
+            [narrow, wide].map(|p| {
+                let config = p.validate::<CAPACITY>(&Params::DEFAULT, Stream::KILOHERTZ);
+                config.expect("in range").density()
+            });
         for [ax, ay, az, wx, wy, wz] in motion {
             let (a, w) = (
                 LinearAcceleration(Vec3::new(ax, ay, az)),
@@ -221,7 +252,7 @@ fn walk() -> &'static (Recording, Vec<ContactEstimate>) {
     WALK.get_or_init(|| {
         let plan = Plan::steady(GaitName::Walk, Ground::Hard, 8.0, 1);
         let recording = record(&plan, &SensorParams::LSM6DSOX, 1);
-        let estimates = estimates_of(&recording, &Params::DEFAULT).expect("the preset");
+        let estimates = estimates_of(&recording, &AnyParams::DEFAULT).expect("the preset");
         (recording, estimates)
     })
 }
@@ -255,7 +286,7 @@ proptest! {
             sample.imu.specific_force = SpecificForce(turned(force, axis, angle));
             sample.imu.angular_rate = AngularRate(turned(rate, axis, angle));
         }
-        let estimates = estimates_of(&mounted, &Params::DEFAULT).expect("the preset");
+        let estimates = estimates_of(&mounted, &AnyParams::DEFAULT).expect("the preset");
         for (estimate, expected) in estimates.iter().zip(expected) {
             let (p, expected) = (estimate.probabilities.stable, expected.probabilities.stable);
             prop_assert!(

@@ -7,7 +7,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use crate::labelled;
-use estimator_core::Params;
+use estimator_core::any::AnyParams;
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
 use labelled::{of_sets, pooled};
@@ -84,7 +84,7 @@ fn rmse_at(recordings: &[Labelled], rate: Option<f32>) -> Vec<(Set, f64)> {
     let of_set = |set| {
         let files = recordings.iter().filter(|file| file.set == set);
         let files: Vec<Recording> = files.map(at_rate).collect();
-        (set, pooled(&files, &Params::DEFAULT))
+        (set, pooled(&files, &AnyParams::DEFAULT))
     };
     sets(recordings).into_iter().map(of_set).collect()
 }

@@ -8,7 +8,8 @@ use std::sync::LazyLock;
 
 use crate::packages;
 use clap::Parser;
-use estimator_core::{ContactEstimate, Params, Validity};
+use estimator_core::any::AnyParams;
+use estimator_core::{ContactEstimate, Validity};
 use footfall::commands::Arguments;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
@@ -98,7 +99,7 @@ fn read(path: &Path, input_options: &InputOptions) -> Vec<Foot> {
     let foot = |mut stored: recordings::input::Stored| {
         let rate = stored.about.sample_rate;
         let mut estimator =
-            Estimator::new(rate, stored.about.gravity, &Params::DEFAULT).expect("valid");
+            Estimator::new(rate, stored.about.gravity, &AnyParams::DEFAULT).expect("valid");
         let samples: Vec<_> = stored
             .samples()
             .unwrap_or_else(|error| panic!("{named}: {error}"))

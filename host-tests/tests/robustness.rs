@@ -4,7 +4,8 @@
 use std::f32::consts::TAU;
 
 use crate::labelled;
-use estimator_core::{Params, Vec3};
+use estimator_core::Vec3;
+use estimator_core::any::AnyParams;
 use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
     Chance, after, changed, jittering, losing_bursts, losing_single, stood, with_force_bias,
@@ -32,7 +33,7 @@ fn demo() -> Recording {
 }
 
 fn assert_rmse(recording: &Recording, limit: f64) {
-    let rmse = rmse(recording, &Params::DEFAULT);
+    let rmse = rmse(recording, &AnyParams::DEFAULT);
     println!("RMSE {rmse:.4}, limit {limit}");
     assert!(rmse <= limit, "RMSE {rmse:.4}, limit {limit}");
 }
@@ -62,7 +63,7 @@ fn gaps_in_a_recording_cost_little() {
             let Some(files) = of_sets(&[set]) else { return };
             let whole: Vec<Recording> = files.into_iter().map(|file| file.recording).collect();
             let gaps: Vec<Recording> = whole.iter().map(|of| with_gaps(of, 2.0, gap)).collect();
-            let [before, after] = [&whole, &gaps].map(|of| pooled(of, &Params::DEFAULT));
+            let [before, after] = [&whole, &gaps].map(|of| pooled(of, &AnyParams::DEFAULT));
             println!("{} {gap} s: {before:.4} → {after:.4}", set.name());
             assert!(after - before < most, "{} {gap} s: {before:.4} → {after:.4}", set.name());
         }
@@ -79,7 +80,7 @@ fn single_lost_samples_cost_little_at_the_rate_of_a_foot() {
         let whole: Vec<Recording> =
             files.iter().map(|file| resample(&file.recording, RATE)).collect();
         let lost: Vec<Recording> = whole.iter().map(|of| losing_single(of, 0.05, SEED)).collect();
-        let [before, after] = [&whole, &lost].map(|of| pooled(of, &Params::DEFAULT));
+        let [before, after] = [&whole, &lost].map(|of| pooled(of, &AnyParams::DEFAULT));
         println!("{}: {before:.4} → {after:.4}", set.name());
         assert!(after - before < 0.01, "{}: {before:.4} → {after:.4}", set.name());
     }
@@ -92,7 +93,7 @@ fn landings_without_a_stance_revoke_what_was_learnt() {
     let joined = after(readings(&other), &own);
     let [start, second] = [other.samples.len(), 5 * RATE as usize];
     let [alone, joined] = [(second, &own), (start + second, &joined)]
-        .map(|(first, of)| rmse_from(first, of, &Params::DEFAULT));
+        .map(|(first, of)| rmse_from(first, of, &AnyParams::DEFAULT));
     println!("{alone:.4} → {joined:.4}");
     assert!(joined - alone < 0.11, "{alone:.4} → {joined:.4}");
 }
@@ -113,7 +114,7 @@ fn noise_of_the_rate_keeps_no_bias_from_being_learnt() {
             })
         });
         let noisy: Vec<Recording> = noisy.collect();
-        let [before, after] = [&quiet, &noisy].map(|of| pooled(of, &Params::DEFAULT));
+        let [before, after] = [&quiet, &noisy].map(|of| pooled(of, &AnyParams::DEFAULT));
         println!("{}: {before:.4} → {after:.4}", set.name());
         assert!(after - before < 0.01, "{}: {before:.4} → {after:.4}", set.name());
     }
@@ -129,7 +130,7 @@ fn a_start_in_mid_walk_is_forgotten_after_ten_seconds() {
             let mut cut = whole.clone();
             cut.samples.drain(..from(late));
             let [before, after] = [(late + 10, &whole), (10, &cut)]
-                .map(|(second, of)| rmse_from(from(second), of, &Params::DEFAULT));
+                .map(|(second, of)| rmse_from(from(second), of, &AnyParams::DEFAULT));
             println!("{} {late} s: {before:.4} → {after:.4}", set.name());
             assert!(after - before < 0.03, "{} {late} s: {before:.4} → {after:.4}", set.name());
         }
@@ -149,7 +150,7 @@ fn limits_of_another_robot_give_way_to_those_of_a_foot() {
         let joined = after(readings(&other), &own);
         let [start, second] = [other.samples.len(), 10 * RATE as usize];
         let [alone, joined] = [(second, &own), (start + second, &joined)]
-            .map(|(first, of)| rmse_from(first, of, &Params::DEFAULT));
+            .map(|(first, of)| rmse_from(first, of, &AnyParams::DEFAULT));
         println!("{} after {}: {alone:.4} → {joined:.4}", set.name(), before.name());
         assert!(joined - alone < most, "{}: {alone:.4} → {joined:.4}", set.name());
     }
@@ -167,7 +168,7 @@ fn turns_of_a_foot_that_stands_teach_no_wide_limits() {
         });
         let joined = after(readings(&walk).chain(turned), &walk);
         // A second later evidence is found again.
-        rmse_from(walk.samples.len() + 11 * RATE as usize, &joined, &Params::DEFAULT)
+        rmse_from(walk.samples.len() + 11 * RATE as usize, &joined, &AnyParams::DEFAULT)
     });
     assert!(errors[1] - errors[0] < 0.01, "{errors:.4?}");
 }
@@ -192,7 +193,7 @@ fn a_minute_of_standing_before_a_walk_changes_little() {
         .iter()
         .map(|Labelled { recording, .. }| {
             let stood = stood(recording, 60.0, SEED);
-            let [before, after] = [recording, &stood].map(|r| rmse(r, &Params::DEFAULT));
+            let [before, after] = [recording, &stood].map(|r| rmse(r, &AnyParams::DEFAULT));
             println!("{:24} {before:.4}, after a minute {after:.4}", recording.name);
             (recording.name.clone(), after - before)
         })

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use estimator_core::{Params, self_check};
+use estimator_core::self_check;
 use host_tests::committed::workspace;
 use host_tests::qemu;
 
@@ -39,8 +39,8 @@ fn assert_same_bits(qemu: &mut Command) {
 
 fn digests_on_host() -> Vec<String> {
     let mut lines = Vec::new();
-    for (preset, params) in [("default", Params::DEFAULT), ("paper", Params::PAPER)] {
-        self_check::run(&params, |samples, digest| {
+    for (preset, params, stream) in self_check::PRESETS {
+        self_check::run(&params, stream, |samples, digest| {
             lines.push(format!("{preset} {samples} {digest:016x}"));
         })
         .expect("a preset is valid");

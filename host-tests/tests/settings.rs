@@ -1,9 +1,10 @@
 //! Settings: the defaults are those of the sensor, and no setting that a member of the bus can write to a walking foot hides
 //! its swings.
 
+use estimator_core::any::{AnyParams, Method};
+use estimator_core::half_widths::HalfWidthParams;
 use estimator_core::parameter::{Parameter, rows};
-use estimator_core::params::Method;
-use estimator_core::{Axis, Decision, Params, PerAxis};
+use estimator_core::{Axis, Decision, PerAxis};
 use feet::foot::Named;
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
@@ -11,6 +12,7 @@ use lsm6dsox::Config;
 use recordings::config::default_params;
 use recordings::estimate::estimates_of;
 use wire::Address;
+use wire::dictionary::index;
 
 /// The bandwidths are in the estimator, the noise is in the driver: neither crate knows the other.
 #[test]
@@ -19,16 +21,16 @@ fn the_default_bandwidths_match_the_sensor_noise() {
     let force = noise.specific_force.expect("a known cut-off");
     let rate = noise.angular_rate.expect("a known cut-off");
     let expected = [force, force, force, rate, rate, rate];
-    let defaults = Params::DEFAULT.bandwidth.to_array();
+    let defaults = HalfWidthParams::DEFAULT.bandwidth.to_array();
     for ((axis, default), noise) in Axis::ALL.into_iter().zip(defaults).zip(expected) {
         let off = (default / noise - 1.0).abs();
         assert!(off < 0.01, "{}: {default} for {noise}", axis.name());
     }
-    assert_eq!(default_params().bandwidth.to_array(), expected);
+    assert_eq!(default_params().half_widths.bandwidth.to_array(), expected);
 }
 
 /// Share of the swings of walks with these settings in which a decision is "not stable".
-fn swings_seen(params: &Params) -> f64 {
+fn swings_seen(params: &AnyParams) -> f64 {
     let (mut seen, mut all) = (0, 0);
     for (gait, seed) in [(GaitName::Walk, 1), (GaitName::Trot, 2), (GaitName::Run, 3)] {
         let plan = Plan::steady(gait, Ground::Hard, 20.0, seed);
@@ -51,13 +53,14 @@ fn swings_seen(params: &Params) -> f64 {
 fn settings_at_their_limits_leave_swings_that_are_not_stable() {
     let most = |parameter: Parameter| parameter.row().most;
     let default = default_params();
-    let half_widths = Params {
+    let half_width = PerAxis::by_sensor(most(Parameter::HalfWidthAx), most(Parameter::HalfWidthWx));
+    let half_widths = AnyParams {
         method: Method::HalfWidths,
-        half_width: PerAxis::by_sensor(most(Parameter::HalfWidthAx), most(Parameter::HalfWidthWx)),
+        half_widths: HalfWidthParams { half_width, ..default.half_widths },
         ..default
     };
     let mut delayed = default;
-    delayed.decision.off_delay = most(Parameter::DecisionOffDelay);
+    delayed.params.decision.off_delay = most(Parameter::DecisionOffDelay);
     for (name, params, least) in [
         ("default", default, 1.0),
         ("half-widths", half_widths, 0.95),
@@ -75,17 +78,28 @@ fn meaning(setting: &Named) -> String {
     about.unwrap_or_else(|| setting.doc()).replace('|', "\\|")
 }
 
-#[test]
-fn the_document_lists_every_setting_of_a_foot() {
+/// Table of settings.
+fn table(settings: &[Named]) -> String {
     let mut table =
         "| name | object | values | default | meaning |\n|---|---|---|---|---|\n".to_owned();
-    for setting in Named::settings() {
+    for setting in settings {
         let (name, range, Address { index, subindex }) =
             (setting.name(), setting.range(), setting.address);
         let default = format!("{} {}", setting.text(setting.default(None)), setting.unit());
-        let (default, meaning) = (default.trim_end(), meaning(&setting));
+        let (default, meaning) = (default.trim_end(), meaning(setting));
         table +=
             &format!("| `{name}` | 0x{index:04X}:{subindex} | {range} | {default} | {meaning} |\n");
     }
-    assert_block("docs/reference/settings.md", "settings", &table);
+    table
+}
+
+#[test]
+fn the_document_lists_every_setting_of_a_foot() {
+    let is_of_half_widths = |setting: &Named| {
+        [index::WINDOW, index::BANDWIDTH, index::HALF_WIDTH].contains(&setting.address.index)
+    };
+    let (of_half_widths, others): (Vec<_>, Vec<_>) = Named::settings().partition(is_of_half_widths);
+    assert_eq!(of_half_widths.len(), 13);
+    assert_block("docs/reference/settings.md", "settings", &table(&others));
+    assert_block("docs/reference/settings.md", "half-widths", &table(&of_half_widths));
 }

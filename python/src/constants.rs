@@ -1,7 +1,9 @@
 //! Default method with other constants, for the research that selects them.
 
 use estimator_core::params::Constants;
-use estimator_core::{AngularRate, Gravity, ImuSample, Params, SpecificForce, Timestamp, Vec3};
+use estimator_core::{
+    AngularRate, Gravity, ImuSample, Params, ParamsError, SpecificForce, Timestamp, Vec3,
+};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use recordings::estimate::Estimator;
@@ -9,34 +11,10 @@ use recordings::samples::{RecordedSample, steady_time};
 
 use crate::parameters::value_error;
 
-/// Defines access to the constants by their names.
-macro_rules! by_name {
-    ($($name:ident)+) => {
-        fn all(of: &Constants) -> Vec<(&'static str, f32)> {
-            vec![$((stringify!($name), of.$name)),+]
-        }
-
-        fn set(of: &mut Constants, name: &str, value: f32) -> PyResult<()> {
-            match name {
-                $(stringify!($name) => of.$name = value,)+
-                _ => return Err(value_error(format!("{name} is not a constant"))),
-            }
-            Ok(())
-        }
-    };
-}
-
-by_name! {
-    noise still moving part_of_the_way bandwidth window prior memory stance lesson turn_noise
-    turn_still turn_moving turn_part turn_weight turn_clip turn_settled
-    slide_acceleration slide_speed slide_factor slide_lever rest_acceleration
-    rest_acceleration_change rest_rate rest_rate_change landing leftover evidence
-}
-
 /// Returns the constants of the default method by their names.
 #[pyfunction]
 pub(crate) fn constants() -> Vec<(&'static str, f32)> {
-    all(&Constants::DEFAULT)
+    Constants::DEFAULT.iter().collect()
 }
 
 /// Returns the probabilities of stable contact of a recording, with these constants in place of the default ones.
@@ -51,9 +29,12 @@ pub(crate) fn p_stable<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f32>>> {
     let mut constants = Constants::DEFAULT;
     for (name, value) in changed {
-        set(&mut constants, &name, value)?;
+        constants = constants.with(&name, value).map_err(|error| match error {
+            ParamsError::UnknownConstant => value_error(format!("{name} is not a constant")),
+            other => value_error(other),
+        })?;
     }
-    let params = Params { constants, ..Params::DEFAULT };
+    let params = Params { constants, ..Params::DEFAULT }.into();
     let gravity = if gravity_removed { Gravity::Removed } else { Gravity::Included };
     let mut estimator = Estimator::new(rate, gravity, &params).map_err(value_error)?;
     let (acc, gyr) = (acc.as_array(), gyr.as_array());

@@ -3,7 +3,8 @@
 
 use std::fmt::Display;
 
-use estimator_core::{Gravity, Params};
+use estimator_core::Gravity;
+use estimator_core::any::AnyParams;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
@@ -110,7 +111,7 @@ impl Settings {
     }
 
     /// Returns the parameters for a recording in arrays.
-    pub(crate) fn params(&self) -> Params {
+    pub(crate) fn params(&self) -> AnyParams {
         self.resolved.params(self.format)
     }
 

@@ -2,9 +2,9 @@
 
 use std::io;
 
-use estimator_core::params::Method;
+use estimator_core::any::{AnyParams, Method};
 use estimator_core::{
-    AngularRate, ContactEstimate, Decision, Params, ParamsError, PerAxis, Phase, Quaternion, Vec3,
+    AngularRate, ContactEstimate, Decision, ParamsError, PerAxis, Phase, Quaternion, Vec3,
 };
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -62,7 +62,7 @@ impl From<Failure> for PyErr {
 pub(crate) fn run(
     samples: impl Iterator<Item = io::Result<RecordedSample>>,
     about: About,
-    params: &Params,
+    params: &AnyParams,
     origin: Origin,
 ) -> Result<Estimated, Failure> {
     let mut estimator = Estimator::new(about.sample_rate, about.gravity, params)?;
@@ -82,7 +82,7 @@ pub(crate) fn run(
     let findings = findings.map(|finding| finding.with_mounting(&about.correction.mounting));
     let learnt = estimator.learnt();
     let edge = match params.method {
-        Method::SelfCalibrating => learnt.edge(&params.constants),
+        Method::SelfCalibrating => learnt.edge(&params.params.constants),
         Method::HalfWidths => f32::NAN,
     };
     let first_gyro_bias = first_gyro_bias.map(|AngularRate(bias)| components(bias).to_vec());

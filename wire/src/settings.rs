@@ -1,10 +1,11 @@
 //! Values of all settings: the configuration, in the form in which it is stored.
 
+use estimator_core::any::{AnyParams, Method};
 use estimator_core::correction::AccelerometerCorrection;
+use estimator_core::half_widths::{HalfWidthParams, WindowLength};
 use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
 use estimator_core::parameter::Parameter;
-use estimator_core::params::{Method, WindowLength};
-use estimator_core::{Learning, Learnt, Params, Quaternion, Vec3};
+use estimator_core::{Learning, Learnt, Params, Quaternion, Stream, Vec3};
 
 use crate::abort::AbortCode;
 use crate::dictionary::{self, Address, Concern, Entry, OBJECTS, PDO_OFF, Place, SETTINGS, index};
@@ -76,8 +77,8 @@ enum KeptAs {
 /// Numbers of the estimator that are settings, and the slots in which they are stored. The compiler builds the list,
 /// and would report an index out of range.
 #[allow(clippy::indexing_slicing)]
-static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len() - 1] = {
-    let mut parameters = [(Parameter::SampleRate, 0, KeptAs::Real); Parameter::ALL.len() - 1];
+static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len()] = {
+    let mut parameters = [(Parameter::DecisionThreshold, 0, KeptAs::Real); Parameter::ALL.len()];
     let (mut count, mut slot, mut i) = (0, 0, 0);
     while i < OBJECTS.len() {
         let entries = OBJECTS[i].entries;
@@ -339,7 +340,7 @@ impl Settings {
     /// streams fit the bit rate.
     fn check(&self) -> Result<(), AbortCode> {
         let fits = self.worst_load() <= self.can_bit_rate() / 4 * 3;
-        let valid = self.params().validate_for::<WINDOW_CAPACITY>().is_ok()
+        let valid = self.params().validate::<WINDOW_CAPACITY>(Stream::KILOHERTZ).is_ok()
             && self.mounting_params().validate().is_ok();
         (fits && valid).then_some(()).ok_or(AbortCode::Incompatible)
     }
@@ -440,15 +441,16 @@ impl Settings {
         Ok(())
     }
 
-    /// Parameters of the estimator at 1 kHz; the board's tick and its sensor are not settings.
+    /// Parameters of the estimator.
     #[must_use]
-    pub fn params(&self) -> Params {
-        let mut params = Params {
+    pub fn params(&self) -> AnyParams {
+        let mut params = AnyParams {
             method: self.method(),
-            learning: self.learning(),
-            learnt: self.learnt(),
-            window: WindowLength::Duration(self.seconds(slot!(WINDOW, 0))),
-            ..Params::DEFAULT
+            params: Params { learning: self.learning(), learnt: self.learnt(), ..Params::DEFAULT },
+            half_widths: HalfWidthParams {
+                window: WindowLength::Duration(self.seconds(slot!(WINDOW, 0))),
+                ..HalfWidthParams::DEFAULT
+            },
         };
         for (parameter, slot, kept_as) in PARAMETERS {
             let value = match kept_as {
@@ -526,7 +528,7 @@ mod tests {
     #[test]
     fn defaults_are_those_of_the_estimator() {
         let settings = Settings::default();
-        assert_eq!(settings.params(), Params::DEFAULT);
+        assert_eq!(settings.params(), AnyParams::DEFAULT);
         assert_eq!(settings.accelerometer(), AccelerometerCorrection::NONE);
         assert_eq!(settings.mounting(), Mounting::IDENTITY);
     }
@@ -597,22 +599,21 @@ mod tests {
             };
             for value in outside {
                 let params = with_raw(&base, address, value).params();
-                let refused = params.validate_for::<WINDOW_CAPACITY>();
+                let refused = params.validate::<WINDOW_CAPACITY>(Stream::KILOHERTZ);
                 assert!(refused.is_err(), "{address:?} may be {value:?}");
             }
         }
-        assert_eq!(tried, Parameter::ALL.len() - 1 + Learnt::NUMBERS + 1);
+        assert_eq!(tried, Parameter::ALL.len() + Learnt::NUMBERS + 1);
     }
 
     #[test]
-    fn every_parameter_except_the_sample_rate_is_a_setting() {
+    fn every_parameter_is_a_setting() {
         let base = wide_settings();
         for parameter in Parameter::ALL {
             let is_its = |entry: &Entry| entry.concern() == Some(Concern::Parameter(parameter));
             let mut settings = dictionary::settings().filter(|(_, entry)| is_its(entry));
             let Some((address, entry)) = settings.next() else {
-                assert_eq!(parameter, Parameter::SampleRate);
-                continue;
+                panic!("{parameter:?} is no setting");
             };
             assert_eq!(settings.next(), None, "{parameter:?} is twice there");
             let Limits::Range(low, high) = entry.limits() else {
@@ -645,8 +646,11 @@ mod tests {
             let address = Address::new(index::ESTIMATION, subindex);
             assert_eq!(settings.set(address, Value::U8(value)), Ok(()));
         }
-        let expected =
-            Params { method: Method::HalfWidths, learning: Learning::Frozen, ..Params::DEFAULT };
+        let expected = AnyParams {
+            method: Method::HalfWidths,
+            params: Params { learning: Learning::Frozen, ..Params::DEFAULT },
+            ..AnyParams::DEFAULT
+        };
         assert_eq!(settings.params(), expected);
     }
 
@@ -664,7 +668,7 @@ mod tests {
             let address = Address::new(index::LEARNT, subindex);
             assert_eq!(settings.set(address, value), Ok(()));
         }
-        assert_eq!(settings.params().learnt, Some(learnt()));
+        assert_eq!(settings.params().params.learnt, Some(learnt()));
         let mut at_once = Settings::default();
         assert_eq!(at_once.set_learnt(Some(learnt())), Ok(()));
         assert_eq!(at_once, settings);
@@ -755,7 +759,7 @@ mod tests {
             scale: Vec3::new(1.01, 0.98, 1.03),
         };
         assert_eq!(settings.accelerometer(), expected);
-        assert_eq!(settings.params(), Params::DEFAULT);
+        assert_eq!(settings.params(), AnyParams::DEFAULT);
     }
 
     #[test]

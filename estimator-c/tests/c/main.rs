@@ -177,11 +177,11 @@ fn constants() -> Vec<(String, usize)> {
     }
     let checked = |params: CParams| params.checked().expect("a constant");
     for (name, gravity) in [("included", Gravity::Included), ("removed", Gravity::Removed)] {
-        let read = |gravity| checked(CParams { gravity, ..CParams::default() }).gravity;
+        let read = |gravity| checked(CParams { gravity, ..CParams::default() }).1.gravity();
         add("GRAVITY_", name, number(|n| read(n) == gravity));
     }
     for (name, learning) in [("on", Learning::On), ("frozen", Learning::Frozen)] {
-        let read = |learning| checked(CParams { learning, ..CParams::default() }).learning;
+        let read = |learning| checked(CParams { learning, ..CParams::default() }).0.learning;
         add("LEARNING_", name, number(|n| read(n) == learning));
     }
     let doubtful = ContactEstimate::DOUBTFUL;

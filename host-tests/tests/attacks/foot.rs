@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Decision, Gravity, ImuSample, Learnt, Params,
-    SpecificForce, Timestamp, Validity, Vec3,
+    SpecificForce, Stream, Timestamp, Validity, Vec3,
 };
 use host_tests::changed::Chance;
 
@@ -159,25 +159,27 @@ pub fn vector(values: [f64; 3]) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-pub fn params(rate: f64, gravity: Gravity) -> Params {
-    Params { sample_rate: rate as f32, gravity, ..Params::DEFAULT }
+pub fn stream(rate: f64, gravity: Gravity) -> Stream {
+    Stream::new(rate as f32, gravity).expect("in range")
 }
 
 /// An estimator and its clock.
 pub struct Foot {
-    pub estimator: Box<ContactEstimator<64>>,
+    pub estimator: Box<ContactEstimator>,
     pub period: u64,
     pub now: u64,
 }
 
 impl Foot {
-    pub fn new(params: &Params) -> Self {
-        // Window of the paper's method, which is not used here.
-        let params =
-            Params { window: estimator_core::params::WindowLength::Samples(50), ..*params };
+    pub fn new(stream: Stream) -> Self {
+        Self::with_learnt(None, stream)
+    }
+
+    pub fn with_learnt(learnt: Option<Learnt>, stream: Stream) -> Self {
+        let config = Params { learnt, ..Params::DEFAULT }.validate().expect("in range");
         Self {
-            estimator: Box::new(ContactEstimator::new(&params.validate_for().expect("in range"))),
-            period: (1.0e6 / f64::from(params.sample_rate)).round() as u64,
+            estimator: Box::new(ContactEstimator::new(&config, stream)),
+            period: (1.0e6 / f64::from(stream.sample_rate())).round() as u64,
             now: 0,
         }
     }
@@ -254,10 +256,10 @@ pub fn assert_at_least(stance: f64, name: &str, shares: Shares) {
 }
 
 /// Shares of a walk after some steps.
-pub fn walk_after(params: &Params, gait: &Gait, steps: f64) -> Shares {
-    let rate = f64::from(params.sample_rate);
-    let walk = measured(gait, rate, (steps + STEPS) * gait.stride, params.gravity);
-    let mut foot = Foot::new(params);
+pub fn walk_after(learnt: Option<Learnt>, stream: Stream, gait: &Gait, steps: f64) -> Shares {
+    let rate = f64::from(stream.sample_rate());
+    let walk = measured(gait, rate, (steps + STEPS) * gait.stride, stream.gravity());
+    let mut foot = Foot::with_learnt(learnt, stream);
     let estimates = foot.measures(&walk);
     shares(&walk, &estimates, steps * gait.stride)
 }

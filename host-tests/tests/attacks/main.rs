@@ -6,20 +6,20 @@ use std::f64::consts::TAU;
 
 use estimator_core::internals::{AMPLITUDE, SPEED};
 use estimator_core::{
-    ContactEstimate, Decision, Flag, Gravity, Learnt, Params, Probabilities, Saturation, Validity,
+    ContactEstimate, Decision, Flag, Gravity, Learnt, Probabilities, Saturation, Stream, Validity,
 };
 use host_tests::changed::Chance;
 
 use foot::{
     Foot, GRAVITY, Gait, NOISE, Part, STANCE, STEPS, Sample, assert_at_least, assert_told_right,
-    measured, params, walk_after,
+    measured, stream, walk_after,
 };
 
 /// At 100 Hz one sample is more than half of a window.
 #[test]
 fn a_gap_of_an_hour_is_not_followed_by_a_stable_sample() {
     for rate in [100.0, 125.0, 200.0, 1000.0] {
-        let mut foot = Foot::new(&params(rate, Gravity::Removed));
+        let mut foot = Foot::new(stream(rate, Gravity::Removed));
         let stood = measured(&Gait::STANDING, rate, 2.0, Gravity::Removed);
         foot.measures(&stood);
         let next = foot.after(3_600_000_000, &stood[0], Validity::Valid);
@@ -63,7 +63,7 @@ fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
         let gait = any_gait(&mut chance);
         let rate = [100.0, 200.0, 400.0, 1000.0][k % 4];
         let gravity = [Gravity::Included, Gravity::Included, Gravity::Removed][k % 3];
-        let shares = walk_after(&params(rate, gravity), &gait, STEPS);
+        let shares = walk_after(None, stream(rate, gravity), &gait, STEPS);
         let least = match gravity {
             Gravity::Included => STANCE,
             Gravity::Removed => 0.6,
@@ -75,12 +75,12 @@ fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
 #[test]
 fn a_clipped_landing_after_a_foreign_warm_start_is_not_stable() {
     let loud = Gait { length: 1.0, height: 0.16, impact: 80.0, shake: 3.0, ..Gait::WALK };
-    let mut foot = Foot::new(&Params::DEFAULT);
+    let mut foot = Foot::new(Stream::KILOHERTZ);
     foot.measures(&measured(&loud, 1000.0, 60.0, Gravity::Included));
-    let params = Params { learnt: Some(foot.learnt()), ..Params::DEFAULT };
+    let learnt = foot.learnt();
     let hard = Gait { impact: 300.0, phase: 0.999, ..Gait::WALK };
     let walk = measured(&hard, 1000.0, 18.0, Gravity::Included);
-    let mut foot = Foot::new(&params);
+    let mut foot = Foot::with_learnt(Some(learnt), Stream::KILOHERTZ);
     for sample in &walk {
         let clips = sample.force.iter().any(|force| force.abs() > 156.0);
         let validity =
@@ -143,7 +143,7 @@ fn samples_in_doubt_are_never_stable_and_gaps_never_raise_p() {
         let mut chance = Chance::new(seed);
         let rate = [100.0, 200.0, 333.0, 400.0, 1000.0][chance.bits() as usize % 5];
         let gravity = [Gravity::Included, Gravity::Removed][chance.bits() as usize % 2];
-        let mut foot = Foot::new(&params(rate, gravity));
+        let mut foot = Foot::new(stream(rate, gravity));
         let mut before: Option<ContactEstimate> = None;
         let rest = match gravity {
             Gravity::Included => [0.0, 0.0, GRAVITY],
@@ -202,9 +202,8 @@ fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
             still_seconds: 8.0,
             moving_seconds: 8.0,
         };
-        let params = Params { learnt: Some(learnt), ..Params::DEFAULT };
         let steps = 30.0 / Gait::WALK.stride;
-        let shares = walk_after(&params, &Gait::WALK, steps);
+        let shares = walk_after(Some(learnt), Stream::KILOHERTZ, &Gait::WALK, steps);
         assert_told_right(&format!("{learnt:.1?}"), shares);
     }
 }

@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use crate::bench::{Bench, MS, Run, run};
 use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
-use estimator_core::params::Method;
+use estimator_core::any::Method;
 use estimator_core::{Flag, Learning, Learnt};
 use firmware::ports::Input;
 use firmware::thread::{Reloaded, Request};
@@ -239,8 +239,11 @@ fn estimator_settings_do_not_change_the_learnt_values() {
         assert_eq!(answers, [Answer::Done]);
     }
     let params = bench.foot.settings().params();
-    assert_eq!((params.learnt, params.decision.threshold), (None, 0.6));
-    assert_eq!((params.method, params.learning), (Method::SelfCalibrating, Learning::Frozen));
+    assert_eq!((params.params.learnt, params.params.decision.threshold), (None, 0.6));
+    assert_eq!(
+        (params.method, params.params.learning),
+        (Method::SelfCalibrating, Learning::Frozen)
+    );
     assert!(bench.foot.learnt().is_settled());
 }
 

@@ -6,7 +6,7 @@ use std::fs;
 use crate::bench::{Bench, MS, ORDINARY, Run, part, run};
 use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
-use estimator_core::{ContactEstimate, ImuSample, Params, Timestamp, Validity, Vec3};
+use estimator_core::{ContactEstimate, ImuSample, Stream, Timestamp, Validity, Vec3};
 use firmware::ports::Input;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
 use recordings::config::Overrides;
@@ -154,7 +154,7 @@ fn on_the_host(samples: &[ImuSample], robot: &str) -> Vec<ContactEstimate> {
     let overrides = Overrides::parse(robot, "robot.toml").expect("a configuration");
     let input_options = InputOptions {
         correction: overrides.correction(),
-        sample_rate: Some(Params::DEFAULT.sample_rate),
+        sample_rate: Some(Stream::KILOHERTZ.sample_rate()),
         ..InputOptions::default()
     };
     let loaded = read(&path, Format::Csv, &input_options).expect("a recording");

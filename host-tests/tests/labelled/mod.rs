@@ -1,6 +1,6 @@
 //! The labelled sets of the mean over sets, and the scores of parameters on them.
 
-use estimator_core::Params;
+use estimator_core::any::AnyParams;
 use recordings::estimate::estimates_of;
 use recordings::samples::Recording;
 use recordings::scoring::{Scored, brier_score};
@@ -31,7 +31,7 @@ pub fn of_sets(sets: &[Set]) -> Option<Vec<Labelled>> {
 /// # Panics
 /// If the parameters are invalid, or there is no label.
 #[must_use]
-pub fn rmse(recording: &Recording, params: &Params) -> f64 {
+pub fn rmse(recording: &Recording, params: &AnyParams) -> f64 {
     pooled([recording], params)
 }
 
@@ -40,7 +40,7 @@ pub fn rmse(recording: &Recording, params: &Params) -> f64 {
 /// # Panics
 /// As [`rmse`].
 #[must_use]
-pub fn rmse_from(first: usize, recording: &Recording, params: &Params) -> f64 {
+pub fn rmse_from(first: usize, recording: &Recording, params: &AnyParams) -> f64 {
     let estimates = estimates_of(recording, params).expect("valid parameters");
     let scored = Scored::collect(&recording.samples[first..], &estimates[first..]);
     libm::sqrt(brier_score(&scored).expect("labels"))
@@ -51,7 +51,7 @@ pub fn rmse_from(first: usize, recording: &Recording, params: &Params) -> f64 {
 /// # Panics
 /// As [`rmse`].
 #[must_use]
-pub fn pooled<'a>(recordings: impl IntoIterator<Item = &'a Recording>, params: &Params) -> f64 {
+pub fn pooled<'a>(recordings: impl IntoIterator<Item = &'a Recording>, params: &AnyParams) -> f64 {
     let scored: Vec<Scored> = recordings
         .into_iter()
         .flat_map(|recording| {

@@ -4,8 +4,9 @@ use std::fs;
 
 use crate::common::feet::{csv, lying};
 use crate::common::{AXES, Bench, assert_has, cases, kill, read, text, wait_until};
+use estimator_core::any::AnyParams;
 use estimator_core::correction::AccelerometerCorrection;
-use estimator_core::{Learning, Learnt, Params};
+use estimator_core::{Learning, Learnt};
 use gait::GaitName;
 use recordings::config::Overrides;
 use recordings::estimate::estimates_and_learnt;
@@ -14,9 +15,9 @@ use recordings::input::{self, Format, InputOptions};
 /// Returns the learnt values of a configuration file.
 fn learnt(bench: &Bench, file: &str) -> Learnt {
     let overrides = Overrides::parse(&read(&bench.path(file)), file).expect("a configuration");
-    let mut params = Params::DEFAULT;
+    let mut params = AnyParams::DEFAULT;
     overrides.apply(&mut params);
-    params.learnt.expect("a warm start")
+    params.params.learnt.expect("a warm start")
 }
 
 #[test]
@@ -63,7 +64,7 @@ fn learnt_values_are_reported_and_replayed() {
     let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
     let recording = loaded.expect("a recording").recording;
     let (_, expected) =
-        estimates_and_learnt(&recording, &Params::DEFAULT, || ()).expect("the preset");
+        estimates_and_learnt(&recording, &AnyParams::DEFAULT, || ()).expect("the preset");
     assert_eq!(found, expected);
 
     // A warm start is settled from the first sample.

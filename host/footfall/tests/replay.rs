@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::common::{AXES, Bench, read, standing, text};
-use estimator_core::Params;
+use estimator_core::any::AnyParams;
 use footfall::plot;
 use recordings::estimate::estimates_of;
 use recordings::input::{self, Format, InputOptions};
@@ -61,7 +61,7 @@ fn figure_covers_the_whole_recording() {
     bench.stdout("replay walk.csv --plot out.svg");
     let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
     let recording = loaded.expect("a recording").recording;
-    let estimates = estimates_of(&recording, &Params::DEFAULT).expect("the preset");
+    let estimates = estimates_of(&recording, &AnyParams::DEFAULT).expect("the preset");
     let expected = plot::svg(&recording, &estimates).expect("a picture");
     assert!(read(&bench.path("out.svg")) == expected);
     // The figure matches the one drawn in process, and differs from that of the first estimate alone.

@@ -164,7 +164,7 @@ mod tests {
     use super::*;
     use crate::plan::{GaitName, Ground, Rests, RobotParams};
     use crate::track::Activity;
-    use estimator_core::{ContactEstimator, Params, Validity, Vec3};
+    use estimator_core::{ContactEstimator, Params, Stream, Validity, Vec3};
     use recordings::samples::{Label, VALIDITIES};
     use recordings::space::{Vector, components};
 
@@ -273,9 +273,9 @@ mod tests {
     /// Returns P per sample from the estimator's default preset. Gravity is subtracted with the true orientation,
     /// so that no attitude filter is involved.
     fn probabilities(simulation: &Simulation) -> Vec<f32> {
-        let params = Params { gravity: Gravity::Removed, ..Params::DEFAULT };
-        let config = params.validate_for::<256>().expect("a preset");
-        let mut estimator = ContactEstimator::new(&config);
+        let config = Params::DEFAULT.validate().expect("a preset");
+        let stream = Stream::KILOHERTZ.with_gravity(Gravity::Removed);
+        let mut estimator = ContactEstimator::new(&config, stream);
         let samples = simulation.recording.samples.iter();
         samples
             .zip(&simulation.truth)

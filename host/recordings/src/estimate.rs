@@ -1,27 +1,38 @@
 //! The estimator applied to a recording, sample by sample or to one in memory.
 
-use estimator_core::{
-    AngularRate, ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError,
-};
+use estimator_core::any::{AnyEstimator, AnyParams};
+use estimator_core::{AngularRate, ContactEstimate, Gravity, Learnt, ParamsError, Stream};
 
 use crate::samples::{RecordedSample, Recording};
 
 /// Longest window of a replay, in samples: four seconds at 1 kHz, far more than contact needs, for comparisons.
 /// The estimator then takes about 100 KB.
-pub const CAPACITY: usize = 4096;
+const CAPACITY: usize = 4096;
+
+/// Checks parameters for the samples of a stream.
+///
+/// # Errors
+/// A parameter is out of its range; the window may have up to 4096 samples.
+pub fn check(params: &AnyParams, stream: Stream) -> Result<(), ParamsError> {
+    params.validate::<CAPACITY>(stream).map(|_| ())
+}
 
 /// The estimator for the samples of one recording.
 #[derive(Clone)]
-pub struct Estimator(Box<ContactEstimator<CAPACITY>>);
+pub struct Estimator(Box<AnyEstimator<CAPACITY>>);
 
 impl Estimator {
-    /// Creates the estimator for a recording at `sample_rate` in Hz; both arguments override `params`.
+    /// Creates the estimator for a recording at `sample_rate` in Hz.
     ///
     /// # Errors
-    /// A parameter is out of its range; the window may have up to [`CAPACITY`] samples.
-    pub fn new(sample_rate: f32, gravity: Gravity, params: &Params) -> Result<Self, ParamsError> {
-        let params = Params { sample_rate, gravity, ..*params };
-        Ok(Self(Box::new(ContactEstimator::new(&params.validate_for()?))))
+    /// The rate or a parameter is out of its range; the window may have up to 4096 samples.
+    pub fn new(
+        sample_rate: f32,
+        gravity: Gravity,
+        params: &AnyParams,
+    ) -> Result<Self, ParamsError> {
+        let stream = Stream::new(sample_rate, gravity)?;
+        Ok(Self(Box::new(AnyEstimator::new(&params.validate(stream)?))))
     }
 
     /// Returns the estimate of the next sample.
@@ -48,7 +59,7 @@ impl Estimator {
 /// The errors of [`Estimator::new`].
 pub fn estimates_of(
     recording: &Recording,
-    params: &Params,
+    params: &AnyParams,
 ) -> Result<Vec<ContactEstimate>, ParamsError> {
     Ok(estimates_and_learnt(recording, params, || ())?.0)
 }
@@ -60,7 +71,7 @@ pub fn estimates_of(
 /// The errors of [`estimates_of`].
 pub fn estimates_and_learnt(
     recording: &Recording,
-    params: &Params,
+    params: &AnyParams,
     mut after_each: impl FnMut(),
 ) -> Result<(Vec<ContactEstimate>, Learnt), ParamsError> {
     let mut estimator = Estimator::new(recording.sample_rate, recording.gravity, params)?;
@@ -79,7 +90,7 @@ pub fn estimates_and_learnt(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::params::Method;
+    use estimator_core::any::Method;
     use estimator_core::{Flag, ImuSample, Timestamp};
 
     fn still_foot(sample_rate: f32) -> Recording {
@@ -105,14 +116,14 @@ mod tests {
     #[test]
     fn every_sample_has_an_estimate() {
         let recording = still_foot(500.0);
-        let estimates = estimates_of(&recording, &Params::DEFAULT).unwrap();
+        let estimates = estimates_of(&recording, &AnyParams::DEFAULT).unwrap();
         let times = estimates.iter().map(|e| e.timestamp);
         assert!(times.eq(recording.samples.iter().map(|s| s.imu.timestamp)));
     }
 
     #[test]
     fn window_keeps_its_duration_at_the_recordings_rate() {
-        let params = Params { method: Method::HalfWidths, ..Params::DEFAULT };
+        let params = AnyParams { method: Method::HalfWidths, ..AnyParams::DEFAULT };
         let estimates = estimates_of(&still_foot(200.0), &params).unwrap();
         let full = estimates.iter().position(|e| !e.flags.contains(Flag::WindowNotFull));
         assert_eq!(full, Some(9), "50 ms at 200 Hz are 10 samples");

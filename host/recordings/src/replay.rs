@@ -6,7 +6,8 @@
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use estimator_core::{ContactEstimate, Learnt, Params, ParamsError, Timestamp};
+use estimator_core::any::AnyParams;
+use estimator_core::{ContactEstimate, Learnt, ParamsError, Timestamp};
 use tempfile::SpooledTempFile;
 use thiserror::Error;
 
@@ -90,7 +91,7 @@ pub enum ReplayError {
 /// A parameter is out of range, or the temporary files cannot be used.
 pub fn replay(
     stored: &mut Stored,
-    params: &Params,
+    params: &AnyParams,
     requested: &RequestedResults,
     observer: &mut impl Observer,
 ) -> Result<Replayed, ReplayError> {
@@ -105,12 +106,13 @@ pub fn replay(
 /// Estimates a foot sample by sample.
 fn estimated<O: Observer>(
     stored: &mut Stored,
-    params: &Params,
+    params: &AnyParams,
     mut results: Results<'_, O>,
 ) -> Result<Replayed, ReplayError> {
     let about = &stored.about;
     let mut estimator = Estimator::new(about.sample_rate, about.gravity, params)?;
-    let mut check = Check::new(about.sample_rate, about.gravity).with_thresholds(params.load);
+    let mut check =
+        Check::new(about.sample_rate, about.gravity).with_thresholds(params.params.load);
     for sample in stored.samples()? {
         let sample = sample?;
         if results.span.is_before(sample.imu.timestamp) {

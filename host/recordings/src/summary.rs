@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use estimator_core::parameter::Parameter;
-use estimator_core::params::{GyroTiming, WindowLength};
-use estimator_core::{ContactEstimate, Flag, Learnt, Params, Phase, Timestamp};
+use estimator_core::any::AnyParams;
+use estimator_core::half_widths::WindowLength;
+use estimator_core::parameter::{Parameter, SAMPLE_RATE};
+use estimator_core::params::GyroTiming;
+use estimator_core::{ContactEstimate, Flag, Gravity, Learnt, Phase, Timestamp};
 use serde::Serialize;
 
 use crate::config::Preset;
@@ -364,26 +366,24 @@ pub struct CorrectionReport {
 }
 
 impl ParametersReport {
-    /// Reports the parameters with which a recording was estimated.
+    /// Reports the parameters with which a recording was estimated, and the rate of its samples, Hz.
     #[must_use]
-    pub fn of(params: &Params) -> Self {
+    pub fn of(params: &AnyParams, sample_rate: f32, gravity: Gravity) -> Self {
+        let numbers = Parameter::ALL.into_iter().map(|number| (number.name(), number.get(params)));
         Self {
-            gravity: word_of(&GRAVITIES, params.gravity),
+            gravity: word_of(&GRAVITIES, gravity),
             method: word_of(&METHODS, params.method),
-            learning: word_of(&LEARNINGS, params.learning),
-            window: match params.window {
+            learning: word_of(&LEARNINGS, params.params.learning),
+            window: match params.half_widths.window {
                 WindowLength::Duration(seconds) => WindowReport::DurationS(seconds),
                 WindowLength::Samples(samples) => WindowReport::Samples(samples),
             },
-            gyro_timing: match params.attitude.gyro_timing {
+            gyro_timing: match params.params.attitude.gyro_timing {
                 GyroTiming::PeriodMean => GyroTimingReport::PeriodMean,
                 GyroTiming::Delay(seconds) => GyroTimingReport::DelayS(seconds),
             },
-            learnt_before: params.learnt.map(LearntValues::from),
-            numbers: Parameter::ALL
-                .into_iter()
-                .map(|number| (number.name(), number.get(params)))
-                .collect(),
+            learnt_before: params.params.learnt.map(LearntValues::from),
+            numbers: numbers.chain([(SAMPLE_RATE.name, sample_rate)]).collect(),
         }
     }
 }
@@ -408,13 +408,14 @@ impl From<&Correction> for CorrectionReport {
 /// Returns the differences from the preset for recordings of a format, as `name = value`, in one line; empty if
 /// there are none. The recording's own rate and gravity are ignored.
 #[must_use]
-pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
+pub fn differences(params: &AnyParams, preset: Preset, format: Format) -> String {
     let before = preset.params(format);
-    let [now, then] = [params, &before].map(ParametersReport::of);
+    let [now, then] = [params, &before]
+        .map(|params| ParametersReport::of(params, SAMPLE_RATE.default, Gravity::Included));
     let mut all = Vec::new();
     for (name, value) in &now.numbers {
         let was = then.numbers.get(name);
-        if was != Some(value) && *name != Parameter::SampleRate.name() {
+        if was != Some(value) {
             let was = was.copied().unwrap_or_default();
             all.push(format!("{name} = {} ({})", shown(*value), shown(was)));
         }
@@ -427,10 +428,10 @@ pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
         }
     }
     if now.window != then.window {
-        all.push(format!("window = \"{}\"", crate::config::window_text(params.window)));
+        all.push(format!("window = \"{}\"", crate::config::window_text(params.half_widths.window)));
     }
     if now.gyro_timing != then.gyro_timing {
-        let timing = crate::config::gyro_timing_text(params.attitude.gyro_timing);
+        let timing = crate::config::gyro_timing_text(params.params.attitude.gyro_timing);
         all.push(format!("attitude.gyro_timing = \"{timing}\""));
     }
     if now.learnt_before != then.learnt_before {
@@ -547,10 +548,12 @@ mod tests {
 
     #[test]
     fn every_number_is_reported_with_its_value() {
-        let json = serde_json::to_value(ParametersReport::of(&Params::PAPER_GO1)).unwrap();
+        let report = ParametersReport::of(&AnyParams::PAPER_GO1, 250.0, Gravity::Included);
+        let json = serde_json::to_value(report).unwrap();
+        assert_eq!(json["numbers"]["sample_rate_hz"], 250.0);
         for number in Parameter::ALL {
             let value = json["numbers"][number.name()].as_f64().expect("a number");
-            assert_eq!(value as f32, number.get(&Params::PAPER_GO1));
+            assert_eq!(value as f32, number.get(&AnyParams::PAPER_GO1));
         }
         assert_eq!(json["window"], json!({ "samples": 50 }));
         assert_eq!(json["gyro_timing"], "period_mean");
@@ -561,9 +564,8 @@ mod tests {
     fn differences_from_the_preset_name_both_values() {
         let mut params = Preset::Default.params(Format::Csv);
         assert_eq!(differences(&params, Preset::Default, Format::Csv), "");
-        params.sample_rate = 123.0;
-        params.decision.threshold = 0.6;
-        params.attitude.gyro_timing = GyroTiming::Delay(0.0015);
+        params.params.decision.threshold = 0.6;
+        params.params.attitude.gyro_timing = GyroTiming::Delay(0.0015);
         assert_eq!(
             differences(&params, Preset::Default, Format::Csv),
             "decision.threshold = 0.6 (0.5), attitude.gyro_timing = \"1.5ms\""

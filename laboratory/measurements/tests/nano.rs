@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::slice;
 use std::sync::OnceLock;
 
-use estimator_core::{ContactEstimator, Decision, Params};
+use estimator_core::{ContactEstimator, Decision, Gravity, Stream};
 use firmware::float;
 use host_tests::one_robot::{FEET, OneRobot};
 use lsm6dsox::imu::missing_sample;
@@ -17,7 +17,6 @@ use serde_json::Value as Json;
 use tempfile::TempDir;
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::node::{NmtCommand, NmtState};
-use wire::settings::WINDOW_CAPACITY;
 use wire::uart::{
     Answer, ConfigGet, ConfigSet, ContactMessage, Decoder, Message, NmtRequest, encode,
 };
@@ -297,9 +296,9 @@ fn nano_walks_over_usb_with_the_bits_of_the_host() {
         _ => None,
     });
     let samples: BTreeMap<_, _> = samples.collect();
-    let params = Params { sample_rate: 1.0 / TICK_S, ..Settings::default().params() };
-    let config = params.validate_for::<WINDOW_CAPACITY>().expect("the defaults");
-    let mut estimator = ContactEstimator::new(&config);
+    let stream = Stream::new(1.0 / TICK_S, Gravity::Included).expect("a rate");
+    let config = Settings::default().params().params.validate().expect("the defaults");
+    let mut estimator = ContactEstimator::new(&config, stream);
     let (mut compared, mut stable) = (0, 0);
     for contact in run.contacts() {
         let sample = samples.get(&contact.timestamp).copied();

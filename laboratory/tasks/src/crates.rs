@@ -32,10 +32,11 @@ const FIELDS: [&str; 6] = [
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// A program that uses an item of each package.
-const PROGRAM: &str = r#"use estimator_core::{ContactEstimator, ImuSample, Params};
+const PROGRAM: &str = r#"use estimator_core::{ContactEstimator, ImuSample, Params, Stream};
 
 fn main() -> Result<(), estimator_core::ParamsError> {
-    let mut estimator = ContactEstimator::new(&Params::DEFAULT.validate_for::<256>()?);
+    let config = Params::DEFAULT.validate()?;
+    let mut estimator = ContactEstimator::new(&config, Stream::KILOHERTZ);
     let estimate = estimator.update(&ImuSample::default(), None);
     assert!((0.0..=1.0).contains(&estimate.probabilities.stable));
     assert!(lsm6dsox::Config::FRESH_KILOHERTZ.noise().specific_force.is_some());

@@ -1,10 +1,11 @@
 //! 0x2000 to 0x20FF: the configuration of the foot.
 
+use estimator_core::any::AnyParams;
 use estimator_core::correction::AccelerometerCorrection;
 use estimator_core::mounting::SensorAxis;
 use estimator_core::mounting::handedness;
 use estimator_core::parameter::{self, Parameter, Row};
-use estimator_core::{Learning, Learnt, Params};
+use estimator_core::{Learning, Learnt, Params, Stream};
 
 use super::index;
 use super::object::{Concern, Entry, Object, Shape, Text};
@@ -23,13 +24,13 @@ pub const WINDOW_CAPACITY: usize = 256;
 
 /// Window: at least one sample, at most the estimator's capacity.
 const WINDOW: Row = {
-    const PERIOD: f32 = 1.0 / Params::DEFAULT.sample_rate;
+    const PERIOD: f32 = 1.0 / Stream::KILOHERTZ.sample_rate();
     Row { least: PERIOD, most: WINDOW_CAPACITY as f32 * PERIOD, ..parameter::WINDOW }
 };
 
 /// Estimation of the probability.
 const ESTIMATION: &[Entry] = &[
-    Entry::switch(1, "Method", Concern::Estimator, Params::DEFAULT.method as u8)
+    Entry::switch(1, "Method", Concern::Estimator, AnyParams::DEFAULT.method as u8)
         .key("method")
         .doc("source of the limits of stillness. 0 self-calibrating: the foot learns them while it walks; 1 half-widths: those of 0x2012"),
     Entry::switch(2, "Learning", Concern::Estimator, matches!(Params::DEFAULT.learning, Learning::On) as u8)

@@ -2,7 +2,7 @@
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
-use estimator_core::params::Method;
+use estimator_core::any::Method;
 use estimator_core::{Learning, Learnt, Timestamp, VelocitySigma};
 use heapless::Deque;
 

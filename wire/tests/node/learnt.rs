@@ -41,10 +41,10 @@ fn learnt_values_can_be_read_kept_and_forgotten() {
         assert_eq!(refused(&mut node, command, value), AbortCode::DeviceState);
     }
     node.command(NmtCommand::EnterPreOperational);
-    assert_eq!(node.settings().params().learnt, None);
+    assert_eq!(node.settings().params().params.learnt, None);
     let (result, events) = write(&mut node, command, KEEP);
     assert_eq!((result, events), (Ok(()), vec![Event::Calibration(Calibration::Keep)]));
-    assert_eq!(node.settings().params().learnt, Some(learnt()));
+    assert_eq!(node.settings().params().params.learnt, Some(learnt()));
     let (result, events) = write(&mut node, command, FORGET);
     assert_eq!((result, events), (Ok(()), vec![Event::Calibration(Calibration::Forget)]));
     assert_eq!(node.settings(), &Settings::default());
@@ -85,5 +85,5 @@ fn the_lock_refuses_calibration_commands() {
     for value in [KEEP, FORGET] {
         assert_eq!(refused(&mut node, command, value), AbortCode::Locked);
     }
-    assert_eq!(node.settings().params().learnt, None);
+    assert_eq!(node.settings().params().params.learnt, None);
 }

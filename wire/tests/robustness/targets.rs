@@ -1,7 +1,7 @@
 //! Fuzz targets, shared with the ordinary test `robustness`: any bytes go in, and
 //! the output keeps its invariants.
 
-use estimator_core::{ContactEstimate, Decision, Phase, Timestamp};
+use estimator_core::{ContactEstimate, Decision, Phase, Stream, Timestamp};
 use wire::node::NmtCommand;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, Rate, Status};
 use wire::uart::{Decoder, MAX_FRAME, Message, encode};
@@ -89,7 +89,7 @@ pub fn node(data: &[u8]) {
         assert!(sent <= 10);
     }
     // Whatever was written, the estimator accepts the settings.
-    assert!(node.settings().params().validate_for::<256>().is_ok());
+    assert!(node.settings().params().validate::<256>(Stream::KILOHERTZ).is_ok());
 }
 
 /// Stored settings of any bytes: the values applied are always valid together.
@@ -103,7 +103,7 @@ pub fn settings(data: &[u8]) {
         (address, value.unwrap_or(Value::U8(piece[1])))
     });
     let (settings, _) = Settings::set_all(stored);
-    assert!(settings.params().validate_for::<256>().is_ok());
+    assert!(settings.params().validate::<256>(Stream::KILOHERTZ).is_ok());
     for (address, value) in settings.iter() {
         let mut copy = settings.clone();
         assert_eq!(copy.set(address, value), Ok(()));

@@ -1,8 +1,9 @@
 //! Objects by name, and their values as text, in the notation of a configuration file where it has the setting.
 
 use estimator_core::Learning;
+use estimator_core::any::Method;
+use estimator_core::half_widths::WindowLength;
 use estimator_core::mounting::{MountingParams, SensorAxis};
-use estimator_core::params::{Method, WindowLength};
 use recordings::config::{LEARNINGS, METHODS, parse_window, window_text, word_of};
 use recordings::mounting::parse_axes;
 use recordings::number::shown;

@@ -287,7 +287,7 @@ fn reading_of_each(bag: &Bag, scans: &[Scan]) -> String {
 
 /// Returns the default load thresholds of the input format if they differ from those of the output, which is read as CSV.
 fn thresholds(format: Format) -> Option<LoadParams> {
-    let of = |format| Preset::default().params(format).load;
+    let of = |format| Preset::default().params(format).params.load;
     Some(of(format)).filter(|load| *load != of(Format::Csv))
 }
 

@@ -16,7 +16,7 @@
 //! 2. Their method `resolved`, or `playback`, adds the configuration file. The result, [`Resolved`], keeps preset, file
 //!    and options apart, because errors name the source of a setting.
 //! 3. [`Resolved::input_options`] gives the [`InputOptions`] to read a file, with the arguments about tables and bags.
-//!    [`Resolved::params_of`] gives the [`Params`] of a foot. In both, options override the file, and the file
+//!    [`Resolved::params_of`] gives the [`AnyParams`] of a foot. In both, options override the file, and the file
 //!    overrides the preset.
 
 use std::fs;
@@ -24,9 +24,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use estimator_core::Gravity;
+use estimator_core::any::AnyParams;
+use estimator_core::half_widths::WindowLength;
 use estimator_core::mounting::Mounting;
-use estimator_core::params::{LoadParams, WindowLength};
-use estimator_core::{Gravity, Params};
+use estimator_core::params::LoadParams;
 use feet::Playback;
 use feet::decode::KnownFeet;
 use feet::decode::known_feet::{Name, NamedFoot, NamedTwice, names_line};
@@ -112,7 +114,7 @@ impl RecordingArguments {
     }
 
     /// Returns the preset and the parameters that differ from it, in one line.
-    pub(crate) fn parameters_text(&self, params: &Params, format: Format) -> String {
+    pub(crate) fn parameters_text(&self, params: &AnyParams, format: Format) -> String {
         let preset = self.preset.name();
         match differences(params, self.preset, format).as_str() {
             "" => format!("all parameters are those of the preset {preset}"),

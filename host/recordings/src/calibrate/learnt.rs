@@ -5,8 +5,8 @@
 
 use std::fmt;
 
+use estimator_core::any::{AnyParams, Method};
 use estimator_core::internals::SETTLED_AFTER;
-use estimator_core::params::Method;
 use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Params, ParamsError};
 use serde::Serialize;
 
@@ -45,13 +45,13 @@ impl LearntCalibration {
     ///
     /// # Errors
     /// The method of `params` does not learn.
-    pub fn new(params: &Params) -> Result<Self, CalibrationError> {
+    pub fn new(params: &AnyParams) -> Result<Self, CalibrationError> {
         if params.method == Method::HalfWidths {
             return Err(CalibrationError::HalfWidths);
         }
         Ok(Self {
-            params: Params { learning: Learning::On, ..*params },
-            learnt: params.learnt,
+            params: Params { learning: Learning::On, ..params.params },
+            learnt: params.params.learnt,
             recordings: Vec::new(),
             samples: 0,
             unusable: 0,
@@ -68,7 +68,7 @@ impl LearntCalibration {
         after_each: impl FnMut(),
     ) -> Result<(), ParamsError> {
         let params = Params { learnt: self.learnt, ..self.params };
-        let (estimates, learnt) = estimates_and_learnt(recording, &params, after_each)?;
+        let (estimates, learnt) = estimates_and_learnt(recording, &params.into(), after_each)?;
         self.learnt = Some(learnt);
         self.samples += estimates.len();
         self.unusable += estimates.iter().filter(|e| !is_usable(e)).count();
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn the_papers_method_has_nothing_to_learn() {
-        let refused = LearntCalibration::new(&Params::PAPER).err();
+        let refused = LearntCalibration::new(&AnyParams::PAPER).err();
         assert_eq!(refused, Some(CalibrationError::HalfWidths));
     }
 }

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::{fmt, io};
 
+use estimator_core::any::{AnyParams, Method};
+use estimator_core::half_widths::WindowLength;
 use estimator_core::mounting::Mounting;
 use estimator_core::parameter::Parameter;
-use estimator_core::params::{GyroTiming, Method, WindowLength};
-use estimator_core::{Gravity, Learning, Learnt, LearntError, Params};
+use estimator_core::params::GyroTiming;
+use estimator_core::{Gravity, Learning, Learnt, LearntError};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use thiserror::Error;
 use toml::Spanned;
@@ -121,7 +123,7 @@ impl Overrides {
     }
 
     /// Applies the settings of a foot with these names to `params`, after those of all.
-    pub fn apply_foot(&self, names: &[&str], params: &mut Params) {
+    pub fn apply_foot(&self, names: &[&str], params: &mut AnyParams) {
         let mut feet = self.feet.iter();
         let own = feet.find(|(foot, _)| is_among(foot, names));
         if let Some((_, own)) = own {
@@ -130,7 +132,7 @@ impl Overrides {
     }
 
     /// Applies the settings for all feet to `params`.
-    pub fn apply(&self, params: &mut Params) {
+    pub fn apply(&self, params: &mut AnyParams) {
         self.all.apply(params);
     }
 }
@@ -138,6 +140,8 @@ impl Overrides {
 /// Settings for all feet, or for one. Values that are present override the preset.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
+    /// Rate of the samples, Hz.
+    pub sample_rate: Option<f32>,
     /// Whether samples contain gravity.
     pub gravity: Option<Gravity>,
     /// Mounting of the recording's sensor in the foot.
@@ -188,13 +192,12 @@ impl Settings {
     }
 
     /// Applies the settings to `params`.
-    pub fn apply(&self, params: &mut Params) {
-        set(&mut params.gravity, self.gravity);
+    pub fn apply(&self, params: &mut AnyParams) {
         set(&mut params.method, self.method);
-        set(&mut params.learning, self.learning);
-        set(&mut params.learnt, self.learnt.map(Some));
-        set(&mut params.window, self.window);
-        set(&mut params.attitude.gyro_timing, self.gyro_timing);
+        set(&mut params.params.learning, self.learning);
+        set(&mut params.params.learnt, self.learnt.map(Some));
+        set(&mut params.params.attitude.gyro_timing, self.gyro_timing);
+        set(&mut params.half_widths.window, self.window);
         for (parameter, value) in &self.numbers {
             parameter.set(params, *value);
         }
@@ -289,6 +292,10 @@ impl Reader {
 
     fn read_setting(&mut self, kind: &Kind, value: &Value<'_>, to: &mut Settings) {
         match kind {
+            Kind::SampleRate => {
+                let rate = self.deserialized(value, "a number").map(checked_sample_rate);
+                to.sample_rate = rate.and_then(|rate| self.value_or_error(value, rate));
+            }
             Kind::Gravity => to.gravity = self.word(value, parse_gravity),
             Kind::Axes => to.axes = self.word(value, parse_axes),
             Kind::Method => to.method = self.word(value, parse_method),
@@ -314,11 +321,6 @@ impl Reader {
     /// Reads one number, or numbers of the axes of a sensor: one for all, or a table of them.
     fn numbers(&mut self, value: &Value<'_>, parameters: &[Parameter]) -> Vec<(Parameter, f32)> {
         match parameters {
-            [Parameter::SampleRate] => {
-                let rate = self.deserialized(value, "a number").map(checked_sample_rate);
-                let rate = rate.and_then(|rate| self.value_or_error(value, rate));
-                rate.map(|rate| (Parameter::SampleRate, rate)).into_iter().collect()
-            }
             [number] => {
                 let read = self.deserialized(value, "a number");
                 read.map(|read| (*number, read)).into_iter().collect()
@@ -530,9 +532,9 @@ mod tests {
         for number in Parameter::ALL {
             let name = number.name();
             let overrides = Overrides::parse(&format!("{name} = 0.25\n"), "x.toml").expect(name);
-            let mut params = Params::DEFAULT;
+            let mut params = AnyParams::DEFAULT;
             overrides.apply(&mut params);
-            let mut expected = Params::DEFAULT;
+            let mut expected = AnyParams::DEFAULT;
             number.set(&mut expected, 0.25);
             assert_eq!(params, expected, "{name}");
         }

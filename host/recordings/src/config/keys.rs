@@ -1,10 +1,10 @@
 //! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot; and the file that
 //! lists all of them. Numbers come from the estimator's table of limits.
 
+use estimator_core::any::{AnyParams, Method};
 use estimator_core::mounting::Mounting;
 use estimator_core::parameter::{self, Parameter, Row};
-use estimator_core::params::Method;
-use estimator_core::{Axis, Learnt, Params, Vec3};
+use estimator_core::{Axis, Learnt, Stream, Vec3};
 use wire::dictionary::{self, Address};
 
 use crate::config::Preset;
@@ -28,6 +28,7 @@ pub struct Key {
 pub(super) enum Kind {
     /// A number, or one for each of a sensor's axes.
     Numbers(Vec<Parameter>),
+    SampleRate,
     Gravity,
     /// Mounting of the sensor in the foot.
     Axes,
@@ -47,7 +48,7 @@ pub(super) enum Kind {
 /// Beginning of the keys of one foot.
 pub(super) const OF_FOOT: &str = "feet.FL.";
 
-/// Returns all keys, in file order.
+/// Returns all keys, in file order. Those of half-widths are last.
 #[must_use]
 pub fn keys() -> Vec<Key> {
     let key = |path: &str, kind| Key { path: path.to_owned(), kind };
@@ -61,17 +62,16 @@ pub fn keys() -> Vec<Key> {
             _ => numbers.push(key(path, Kind::Numbers(vec![number]))),
         }
     }
-    // The sample rate comes first; numbers without a table precede those with one.
-    let rest = numbers.split_off(1);
-    let mut all = numbers;
-    all.extend([
+    let (of_half_widths, of_both): (Vec<Key>, Vec<Key>) =
+        numbers.into_iter().partition(|key| is_of_half_widths(&key.path));
+    let mut all = vec![
+        key(parameter::SAMPLE_RATE.name, Kind::SampleRate),
         key("gravity", Kind::Gravity),
         key("axes", Kind::Axes),
         key("method", Kind::Method),
         key("learning", Kind::Learning),
-        key(parameter::WINDOW.name, Kind::Window),
-    ]);
-    all.extend(rest);
+    ];
+    all.extend(of_both);
     all.push(key(parameter::GYRO_DELAY.name, Kind::GyroTiming));
     all.extend((0..).zip(Learnt::ROWS).map(|(index, row)| key(row.name, Kind::Learnt(index))));
     all.push(key("learnt.version", Kind::LearntVersion));
@@ -86,7 +86,15 @@ pub fn keys() -> Vec<Key> {
         name.starts_with("decision.") || name.starts_with("load.")
     });
     all.extend(numbers.map(|number| key(&of_foot(number.name()), Kind::Numbers(vec![number]))));
+    all.push(key(parameter::WINDOW.name, Kind::Window));
+    all.extend(of_half_widths);
     all
+}
+
+/// Returns whether a key belongs to the method with half-widths.
+fn is_of_half_widths(path: &str) -> bool {
+    let table = path.split('.').next().unwrap_or_default();
+    ["window", "bandwidth", "half_width"].contains(&table)
 }
 
 /// Returns the keys that a foot can have values of its own for, without the table of the foot.
@@ -114,9 +122,11 @@ impl Key {
                 "CRC-32 of the learnt numbers and their version; without it they are not checked"
             }
             Kind::Correction(key) => key.meaning,
-            Kind::Numbers(_) | Kind::Window | Kind::GyroTiming | Kind::Learnt(_) => {
-                self.row().map_or("", |row| row.about)
-            }
+            Kind::Numbers(_)
+            | Kind::SampleRate
+            | Kind::Window
+            | Kind::GyroTiming
+            | Kind::Learnt(_) => self.row().map_or("", |row| row.about),
         }
     }
 
@@ -124,6 +134,7 @@ impl Key {
     fn row(&self) -> Option<Row> {
         match &self.kind {
             Kind::Numbers(numbers) => numbers.first().map(|number| number.row()),
+            Kind::SampleRate => Some(parameter::SAMPLE_RATE),
             Kind::Window => Some(parameter::WINDOW),
             Kind::GyroTiming => Some(parameter::GYRO_DELAY),
             Kind::Learnt(index) => Learnt::ROWS.get(*index).copied(),
@@ -172,7 +183,9 @@ impl Key {
                 let axes: Vec<&str> = numbers.iter().map(|number| axis(*number)).collect();
                 format!("{least} to {most}; one number, or a table of {}", axes.join(", "))
             }
-            Kind::Numbers(_) | Kind::Learnt(_) | Kind::LearntCrc => format!("{least} to {most}"),
+            Kind::Numbers(_) | Kind::SampleRate | Kind::Learnt(_) | Kind::LearntCrc => {
+                format!("{least} to {most}")
+            }
             Kind::LearntVersion => Learnt::VERSION.to_string(),
             Kind::Gravity => of_words(GRAVITIES.map(|(word, _)| word)),
             Kind::Axes => {
@@ -188,9 +201,9 @@ impl Key {
         }
     }
 
-    /// Returns the value in `params`, as written in a file; an example if `params` have none.
+    /// Returns the value in `params` or of `stream`, as written in a file; an example if they have none.
     #[must_use]
-    pub fn value(&self, params: &Params) -> String {
+    pub fn value(&self, params: &AnyParams, stream: Stream) -> String {
         match &self.kind {
             Kind::Numbers(numbers) => {
                 let values: Vec<f32> = numbers.iter().map(|number| number.get(params)).collect();
@@ -207,12 +220,13 @@ impl Key {
                     }
                 }
             }
-            Kind::Gravity => quoted(word_of(&GRAVITIES, params.gravity)),
+            Kind::SampleRate => shown(stream.sample_rate()),
+            Kind::Gravity => quoted(word_of(&GRAVITIES, stream.gravity())),
             Kind::Axes => quoted(&axes_text(&Mounting::IDENTITY)),
             Kind::Method => quoted(word_of(&METHODS, params.method)),
-            Kind::Learning => quoted(word_of(&LEARNINGS, params.learning)),
-            Kind::Window => quoted(&window_text(params.window)),
-            Kind::GyroTiming => quoted(&gyro_timing_text(params.attitude.gyro_timing)),
+            Kind::Learning => quoted(word_of(&LEARNINGS, params.params.learning)),
+            Kind::Window => quoted(&window_text(params.half_widths.window)),
+            Kind::GyroTiming => quoted(&gyro_timing_text(params.params.attitude.gyro_timing)),
             Kind::Learnt(index) => {
                 let values = learnt_or_example(params).to_array();
                 values.get(*index).copied().map_or_else(String::new, shown)
@@ -245,8 +259,8 @@ impl Key {
 const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [-0.9, 2.4, -4.7, 4.6, 4.6];
 
 /// Returns the learnt numbers of `params`, or the example if they have none.
-fn learnt_or_example(params: &Params) -> Learnt {
-    params.learnt.unwrap_or(Learnt::from_array(LEARNT_EXAMPLE))
+fn learnt_or_example(params: &AnyParams) -> Learnt {
+    params.params.learnt.unwrap_or(Learnt::from_array(LEARNT_EXAMPLE))
 }
 
 /// Splits the name of a number of one axis into the key of all axes and the axis.
@@ -337,18 +351,18 @@ impl CorrectionKey {
 /// valid without the header of a table.
 #[must_use]
 pub fn example(preset: Preset) -> String {
-    let params = preset.params(Format::Csv);
+    let (params, stream) = (preset.params(Format::Csv), preset.stream(Format::Csv));
     let mut text = String::new();
     for key in keys() {
         text += &format!("\n# {}\n", key.meaning());
         text += &format!("# {}\n", facts(&key, &params));
-        text += &format!("#{} = {}\n", key.path, key.value(&params));
+        text += &format!("#{} = {}\n", key.path, key.value(&params, stream));
     }
     text
 }
 
 /// Returns unit, range, object addresses, and a note.
-fn facts(key: &Key, params: &Params) -> String {
+fn facts(key: &Key, params: &AnyParams) -> String {
     let shown_address = |address: &Address| format!("0x{:04X}:{}", address.index, address.subindex);
     let object = match &key.objects()[..] {
         [] => String::new(),
@@ -363,13 +377,13 @@ fn facts(key: &Key, params: &Params) -> String {
 }
 
 /// Returns a note on a key without effect for these parameters, or on its value; empty without one.
-fn note(key: &Key, params: &Params) -> &'static str {
+fn note(key: &Key, params: &AnyParams) -> &'static str {
+    if is_of_half_widths(&key.path) && params.method == Method::SelfCalibrating {
+        return "with method = \"half_widths\" only, else refused";
+    }
     let (table, _) = key.path.split_once('.').unwrap_or((&key.path, ""));
     match table {
         "learnt" => "an example, default: a cold start; a calibration writes all of [learnt]",
-        "bandwidth" | "half_width" | "window" if params.method == Method::SelfCalibrating => {
-            "with method = \"half_widths\" only, else refused"
-        }
         "sample_rate_hz" => "default: that of the recording's times",
         "gravity" => "default: that of the recording's format",
         "feet" => {
@@ -482,8 +496,8 @@ mod tests {
             let overrides = Overrides::parse(&set(&example(preset)).join("\n"), "x.toml").unwrap();
             let mut params = preset.params(Format::Csv);
             overrides.apply(&mut params);
-            assert!(params.validate_for::<256>().is_ok());
-            assert!(params.learnt.is_some());
+            assert_eq!(crate::estimate::check(&params, Stream::KILOHERTZ), Ok(()));
+            assert!(params.params.learnt.is_some());
         }
     }
 

@@ -55,10 +55,10 @@
 //! load = { on_threshold = 20.0, off_threshold = 14.0 }
 //! "#;
 //! let overrides = recordings::config::Overrides::parse(text, "robot.toml")?;
-//! let mut params = estimator_core::Params::DEFAULT;
+//! let mut params = estimator_core::any::AnyParams::DEFAULT;
 //! overrides.apply(&mut params);
-//! assert_eq!(params.learnt.unwrap().still, -0.9);
-//! params.validate_for::<256>()?;
+//! assert_eq!(params.params.learnt.unwrap().still, -0.9);
+//! params.params.validate()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -78,9 +78,9 @@
 //! angular_rate_rad_s = 0.04
 //! "#;
 //! let overrides = recordings::config::Overrides::parse(text, "robot.toml")?;
-//! let mut params = estimator_core::Params::DEFAULT;
+//! let mut params = estimator_core::any::AnyParams::DEFAULT;
 //! overrides.apply(&mut params);
-//! assert_eq!(params.half_width.az, 0.8);
+//! assert_eq!(params.half_widths.half_width.az, 0.8);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -102,15 +102,17 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Formatter};
 use std::str::FromStr;
 
+use estimator_core::any::AnyParams;
+use estimator_core::half_widths::{HalfWidthParams, WindowLength};
 use estimator_core::mounting::Mounting;
 use estimator_core::parameter::Parameter;
-use estimator_core::params::WindowLength;
-use estimator_core::{Gravity, Params, ParamsError, PerAxis};
+use estimator_core::{Gravity, Params, ParamsError, PerAxis, Stream};
 use lsm6dsox::{Config, Noise};
 
 use crate::display_in_plain_words;
-use crate::estimate::CAPACITY;
+use crate::estimate;
 use crate::hint::{Hint, InWords, Notice, Setting, Vocabulary};
+use crate::input::published::{ATLAS_SAMPLE_RATE, SAMPLE_RATE as GO1_SAMPLE_RATE};
 use crate::input::{
     BagOptions, ContactUse, Correction, Format, InputOptions, TableOptions, is_among,
 };
@@ -159,18 +161,18 @@ impl Resolved {
 
     /// Returns the parameters for recordings of a format.
     #[must_use]
-    pub fn params(&self, format: Format) -> Params {
+    pub fn params(&self, format: Format) -> AnyParams {
         let mut params = self.preset.params(format);
         self.overrides.apply(&mut params);
         if let Some(window) = self.window {
-            params.window = window;
+            params.half_widths.window = window;
         }
         params
     }
 
     /// Returns the parameters for a foot with these names in recordings of a format.
     #[must_use]
-    pub fn params_of(&self, names: &[&str], format: Format) -> Params {
+    pub fn params_of(&self, names: &[&str], format: Format) -> AnyParams {
         let mut params = self.params(format);
         self.overrides.apply_foot(names, &mut params);
         params
@@ -190,7 +192,7 @@ impl Resolved {
             axes.set(&mut correction, &mut foot_corrections);
         }
         InputOptions {
-            sample_rate: self.sample_rate.or(self.overrides.all.get(Parameter::SampleRate)),
+            sample_rate: self.sample_rate.or(self.overrides.all.sample_rate),
             gravity: self.gravity.or(self.overrides.all.gravity),
             correction,
             foot_corrections,
@@ -209,7 +211,7 @@ impl Resolved {
             overrides: &self.overrides,
             window: self.window,
             recording,
-            sample_rate: match (self.sample_rate, self.overrides.all.get(Parameter::SampleRate)) {
+            sample_rate: match (self.sample_rate, self.overrides.all.sample_rate) {
                 (Some(_), _) => RateOrigin::Option,
                 (None, Some(_)) => RateOrigin::Configuration,
                 (None, None) => RateOrigin::Recording,
@@ -243,7 +245,14 @@ impl Resolved {
         let origins = self.origins("");
         origins.check_effects(&params)?;
         let mut refusals = Vec::new();
-        while let Err(error) = params.validate_for::<CAPACITY>()
+        let mut stream = self.preset.stream(format);
+        if let Some(rate) = self.overrides.all.sample_rate {
+            match Stream::new(rate, stream.gravity()) {
+                Ok(as_configured) => stream = as_configured,
+                Err(error) => refusals.push(origins.explain(&error)),
+            }
+        }
+        while let Err(error) = estimate::check(&params, stream)
             && counts(&error)
         {
             refusals.push(origins.explain(&error));
@@ -337,20 +346,34 @@ impl Preset {
         }
     }
 
-    /// Returns the parameters for recordings of a format; the load trigger is in the unit of its load. Sample rate
-    /// and gravity are placeholders: they depend on the recording.
+    /// Returns the parameters for recordings of a format; the load trigger is in the unit of its load.
     #[must_use]
-    pub fn params(self, format: Format) -> Params {
-        let default_with_load_of = |paper: Params| Params { load: paper.load, ..default_params() };
+    pub fn params(self, format: Format) -> AnyParams {
+        let with_load_of = |params: AnyParams, other: AnyParams| AnyParams {
+            params: Params { load: other.params.load, ..params.params },
+            ..params
+        };
+        let (default, paper) = (default_params(), AnyParams::PAPER);
         match (self, format) {
-            (Self::Default, Format::PceAtlas) => default_with_load_of(Params::PAPER),
-            (Self::Default, Format::PceGo1) => default_with_load_of(Params::PAPER_GO1),
+            (Self::Default, Format::PceAtlas) => with_load_of(default, paper),
+            (Self::Default, Format::PceGo1) => with_load_of(default, AnyParams::PAPER_GO1),
             // A NAO weighs a third of the load from which the paper's ATLAS is loaded.
-            (Self::Paper, Format::Lcd) => Params { load: default_params().load, ..Params::PAPER },
-            (Self::Paper, Format::PceGo1) => Params::PAPER_GO1,
-            (Self::Default, _) => default_params(),
-            (Self::Paper, _) => Params::PAPER,
+            (Self::Paper, Format::Lcd) => with_load_of(paper, default),
+            (Self::Paper, Format::PceGo1) => AnyParams::PAPER_GO1,
+            (Self::Default, _) => default,
+            (Self::Paper, _) => paper,
         }
+    }
+
+    /// Returns the samples that the preset is meant for. Those of a recording may differ.
+    #[must_use]
+    pub fn stream(self, format: Format) -> Stream {
+        let paper = match (self, format) {
+            (Self::Default, _) => return Stream::KILOHERTZ,
+            (Self::Paper, Format::PceGo1) => Stream::new(GO1_SAMPLE_RATE, Gravity::Included),
+            (Self::Paper, _) => Stream::new(ATLAS_SAMPLE_RATE, Gravity::Removed),
+        };
+        paper.unwrap_or(Stream::KILOHERTZ)
     }
 
     /// Returns a notice if the paper's window, a count of samples, has another duration than at the paper's rate.
@@ -360,18 +383,18 @@ impl Preset {
     pub fn window_notice(
         self,
         format: Format,
-        params: &Params,
+        params: &AnyParams,
         recording: &str,
         sample_rate: f32,
     ) -> Option<Notice> {
         let preset = self.params(format);
-        let WindowLength::Samples(samples) = preset.window else {
+        let WindowLength::Samples(samples) = preset.half_widths.window else {
             return None;
         };
-        if params.window != preset.window || format == Format::PceGo1 {
+        if params.half_widths.window != preset.half_widths.window || format == Format::PceGo1 {
             return None;
         }
-        let [there, here] = [preset.sample_rate, sample_rate]
+        let [there, here] = [self.stream(format).sample_rate(), sample_rate]
             .map(|rate| 1.0e3 * f64::from(samples) / f64::from(rate));
         ((here / there - 1.0).abs() > SAME_DURATION).then(|| {
             let text = format!(
@@ -389,13 +412,17 @@ const SAME_DURATION: f64 = 0.05;
 /// Returns the default parameters of the estimator for the foot's sensor: its own defaults, with the bandwidths
 /// that follow from the noise of the sensor's setting.
 #[must_use]
-pub fn default_params() -> Params {
-    with_bandwidth_of(&Config::FRESH_KILOHERTZ.noise(), Params::DEFAULT)
+pub fn default_params() -> AnyParams {
+    let half_widths = HalfWidthParams::DEFAULT;
+    AnyParams {
+        half_widths: with_bandwidth_of(&Config::FRESH_KILOHERTZ.noise(), half_widths),
+        ..AnyParams::DEFAULT
+    }
 }
 
 /// Sets the bandwidths to a sensor's noise. Unknown noise leaves them unchanged.
-fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
-    Params {
+fn with_bandwidth_of(noise: &Noise, params: HalfWidthParams) -> HalfWidthParams {
+    HalfWidthParams {
         bandwidth: PerAxis::by_sensor(
             noise.specific_force.unwrap_or(params.bandwidth.ax),
             noise.angular_rate.unwrap_or(params.bandwidth.wx),

@@ -3,15 +3,16 @@
 use std::fmt::{self, Formatter};
 use std::ops::RangeInclusive;
 
+use estimator_core::any::{AnyParams, Method};
+use estimator_core::half_widths::WindowLength;
 use estimator_core::parameter::{self, Parameter};
-use estimator_core::params::{Method, WindowLength};
-use estimator_core::{Params, ParamsError};
+use estimator_core::{ParamsError, Stream};
 
 use crate::config::file::{Overrides, Position};
 use crate::config::keys::split_axis;
 use crate::config::value::{Notation, parameter_named};
 use crate::display_in_plain_words;
-use crate::estimate::CAPACITY;
+use crate::estimate::check;
 use crate::hint::{Hint, InWords, Setting, Vocabulary};
 use crate::input::TimeUnit;
 
@@ -169,12 +170,12 @@ impl Origins<'_> {
     ///
     /// # Errors
     /// The first option or key without effect, or out of range in the table of a foot.
-    pub fn check_effects(&self, params: &Params) -> Result<(), ParameterRefusal> {
+    pub fn check_effects(&self, params: &AnyParams) -> Result<(), ParameterRefusal> {
         for (foot, own) in &self.overrides.feet {
             let mut of_foot = *params;
             own.apply(&mut of_foot);
             if let Err(ParamsError::OutOfRange { field, value, min, max }) =
-                of_foot.validate_for::<CAPACITY>()
+                check(&of_foot, Stream::KILOHERTZ)
                 && own.determines(field)
             {
                 let key = Subject::Key(self.in_file(&format!("feet.{foot}.{field}")));
@@ -205,7 +206,7 @@ impl Origins<'_> {
             }
             ParamsError::OutOfRange { field, value, min, max } => {
                 let range = *min..=*max;
-                let (subject, hint) = if parameter_named(field) == Some(Parameter::SampleRate) {
+                let (subject, hint) = if *field == parameter::SAMPLE_RATE.name {
                     (self.rate(), self.unit_of_times(*value, &range))
                 } else if *field == parameter::WINDOW.name {
                     (self.window(), None)
@@ -232,7 +233,7 @@ impl Origins<'_> {
     fn rate(&self) -> Subject {
         match self.sample_rate {
             RateOrigin::Option => Subject::Option(Setting::SampleRate),
-            RateOrigin::Configuration => Subject::Key(self.in_file(Parameter::SampleRate.name())),
+            RateOrigin::Configuration => Subject::Key(self.in_file(parameter::SAMPLE_RATE.name)),
             RateOrigin::Recording => Subject::RateOf(self.recording.to_owned()),
         }
     }
@@ -301,18 +302,19 @@ fn out_of_range(
 mod tests {
     use super::*;
     use crate::hint::Bracketed;
+    use estimator_core::Gravity;
 
     /// Returns the overrides in a file, and the default preset with them.
-    fn applied(text: &str) -> (Overrides, Params) {
+    fn applied(text: &str) -> (Overrides, AnyParams) {
         let overrides = Overrides::parse(text, "c.toml").unwrap();
-        let mut params = Params::DEFAULT;
+        let mut params = AnyParams::DEFAULT;
         overrides.apply(&mut params);
         (overrides, params)
     }
 
     fn refusal(text: &str, window: Option<WindowLength>) -> String {
         let (overrides, mut params) = applied(text);
-        params.window = window.unwrap_or(params.window);
+        params.half_widths.window = window.unwrap_or(params.half_widths.window);
         let origins = Origins {
             file: Some("c.toml"),
             text: "",
@@ -321,7 +323,9 @@ mod tests {
             recording: "x.csv",
             sample_rate: RateOrigin::Configuration,
         };
-        let error = params.validate_for::<CAPACITY>().unwrap_err();
+        let rate = overrides.all.sample_rate.unwrap_or(1_000.0);
+        let stream = Stream::new(rate, Gravity::Included);
+        let error = stream.and_then(|stream| check(&params, stream)).unwrap_err();
         origins.explain(&error).in_words(&Bracketed)
     }
 

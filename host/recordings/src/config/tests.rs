@@ -3,14 +3,14 @@
 use crate::mounting::axes_text;
 
 use super::*;
-use estimator_core::params::{
-    AttitudeParams, DecisionParams, GyroTiming, LoadParams, Method, RestParams, WindowLength,
-};
+use estimator_core::any::Method;
+use estimator_core::half_widths::WindowLength;
+use estimator_core::params::{AttitudeParams, DecisionParams, GyroTiming, LoadParams, RestParams};
 use estimator_core::velocity::VelocityParams;
-use estimator_core::{Gravity, Learning, Learnt, Params, PerAxis};
+use estimator_core::{Learning, Learnt};
 
-fn applied(text: &str) -> Params {
-    let mut params = Params::DEFAULT;
+fn applied(text: &str) -> AnyParams {
+    let mut params = AnyParams::DEFAULT;
     Overrides::parse(text, "x.toml").unwrap().apply(&mut params);
     params
 }
@@ -21,12 +21,12 @@ fn message(text: &str) -> String {
 
 #[test]
 fn an_empty_file_changes_nothing() {
-    assert_eq!(applied(""), Params::DEFAULT);
+    assert_eq!(applied(""), AnyParams::DEFAULT);
 }
 
 #[test]
 fn every_key_reaches_its_parameter() {
-    let params = applied(
+    let overrides = Overrides::parse(
         "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
          method = 'half_widths'\nlearning = 'frozen'\n\
          [learnt]\nstill = 2.2\nmoving = 2.3\nspeed = 2.5\nstill_seconds = 31\nmoving_seconds = 32\n\
@@ -41,18 +41,18 @@ fn every_key_reaches_its_parameter() {
          [decision]\nthreshold = 0.6\non_delay_s = 0.1\noff_delay_s = 0.2\n\
          [load]\non_threshold = 20\noff_threshold = 10\n\
          [velocity]\nspeed_m_s = 0.3\nlever_m = 0.4\nfloor_m_s = 0.05\n",
+        "x.toml",
     );
+    let overrides = overrides.unwrap();
+    assert_eq!(overrides.all.sample_rate, Some(500.0));
+    assert_eq!(overrides.all.gravity, Some(Gravity::Removed));
+    let mut params = AnyParams::DEFAULT;
+    overrides.apply(&mut params);
     let expected = Params {
-        sample_rate: 500.0,
-        gravity: Gravity::Removed,
-        method: Method::HalfWidths,
         learning: Learning::Frozen,
         learnt: Some(Learnt::from_array([2.2, 2.3, 2.5, 31.0, 32.0])),
         // No key reaches these.
         constants: Params::DEFAULT.constants,
-        window: WindowLength::Samples(25),
-        bandwidth: PerAxis::by_sensor(1.0, 2.0),
-        half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
         attitude: AttitudeParams {
             gyro_timing: GyroTiming::Delay(0.009),
             motion_time_constant: 10.0,
@@ -71,7 +71,13 @@ fn every_key_reaches_its_parameter() {
         load: LoadParams { on_threshold: 20.0, off_threshold: 10.0 },
         velocity: VelocityParams { speed: 0.3, lever: 0.4, floor: 0.05 },
     };
-    assert_eq!(params, expected);
+    assert_eq!(params.params, expected);
+    let expected = HalfWidthParams {
+        window: WindowLength::Samples(25),
+        bandwidth: PerAxis::by_sensor(1.0, 2.0),
+        half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
+    };
+    assert_eq!((params.method, params.half_widths), (Method::HalfWidths, expected));
 }
 
 #[test]
@@ -118,7 +124,7 @@ fn left_handed_axes_error_suggests_a_flip() {
 #[test]
 fn unnamed_axis_keeps_its_value() {
     let params = applied("half_width.acceleration_m_s2 = { az = 0.8 }");
-    assert_eq!(params.half_width.to_array()[..3], [0.4, 0.4, 0.8]);
+    assert_eq!(params.half_widths.half_width.to_array()[..3], [0.4, 0.4, 0.8]);
 }
 
 #[test]
@@ -170,12 +176,13 @@ fn sample_rate_is_checked_like_the_option() {
 #[test]
 fn the_load_trigger_is_in_the_unit_of_the_formats_load() {
     for (format, with_its_load) in [
-        (Format::Csv, Params::DEFAULT),
-        (Format::PceAtlas, Params::PAPER),
-        (Format::Lcd, Params::DEFAULT),
-        (Format::PceGo1, Params::PAPER_GO1),
+        (Format::Csv, AnyParams::DEFAULT),
+        (Format::PceAtlas, AnyParams::PAPER),
+        (Format::Lcd, AnyParams::DEFAULT),
+        (Format::PceGo1, AnyParams::PAPER_GO1),
     ] {
-        let expected = Params { load: with_its_load.load, ..default_params() };
+        let mut expected = default_params();
+        expected.params.load = with_its_load.params.load;
         assert_eq!(Preset::Default.params(format), expected, "{format:?}");
     }
 }
@@ -184,8 +191,8 @@ fn the_load_trigger_is_in_the_unit_of_the_formats_load() {
 fn every_preset_is_valid_for_every_format() {
     for preset in [Preset::Default, Preset::Paper] {
         for format in Format::ALL {
-            let params = preset.params(format);
-            assert!(params.validate_for::<256>().is_ok(), "{preset:?}, {format:?}");
+            let checked = estimate::check(&preset.params(format), preset.stream(format));
+            assert_eq!(checked, Ok(()), "{preset:?}, {format:?}");
         }
     }
 }
@@ -196,10 +203,10 @@ fn numbers_of_a_foot_override_those_of_all() {
         "load.on_threshold = 40\n[feet.FL]\nload.on_threshold = 20\ndecision.threshold = 0.7\n";
     let overrides = Overrides::parse(text, "x.toml").unwrap();
     let of = |foot: &str| {
-        let mut params = Params::DEFAULT;
+        let mut params = AnyParams::DEFAULT;
         overrides.apply(&mut params);
         overrides.apply_foot(&[foot], &mut params);
-        (params.load.on_threshold, params.decision.threshold)
+        (params.params.load.on_threshold, params.params.decision.threshold)
     };
     assert_eq!(of("fl"), (20.0, 0.7));
     assert_eq!(of("fr"), (40.0, Params::DEFAULT.decision.threshold));
@@ -209,7 +216,7 @@ fn numbers_of_a_foot_override_those_of_all() {
 fn invalid_number_of_a_foot_is_refused_by_its_key() {
     let refusal = |text: &str| {
         let overrides = Overrides::parse(text, "x.toml").unwrap();
-        let mut params = Params::DEFAULT;
+        let mut params = AnyParams::DEFAULT;
         overrides.apply(&mut params);
         let origins = Origins {
             file: Some("x.toml"),
@@ -269,14 +276,14 @@ fn options_override_the_file_and_the_file_the_preset() {
     let [preset, file, options] = [&Resolved::default(), &file, &options].map(|resolved| {
         let input_options = input_options(resolved);
         (
-            resolved.params(Format::Csv).window,
+            resolved.params(Format::Csv).half_widths.window,
             input_options.sample_rate,
             input_options.gravity,
             axes_text(&input_options.correction.mounting),
             axes_text(&input_options.correction_of(&["FL"]).mounting),
         )
     });
-    let window = Preset::Default.params(Format::Csv).window;
+    let window = Preset::Default.params(Format::Csv).half_widths.window;
     let axes = |text: &str| text.to_owned();
     let [identity, of_all, own] = ["x,y,z", "x,-z,y", "-x,-y,z"].map(axes);
     let given = axes("y,-x,z");
@@ -323,8 +330,8 @@ fn axes_of_each_foot_are_read() {
 #[test]
 fn bandwidths_follow_the_noise_if_it_is_known() {
     let noise = Noise { specific_force: Some(0.5), angular_rate: None };
-    let params = with_bandwidth_of(&noise, Params::DEFAULT);
+    let params = with_bandwidth_of(&noise, HalfWidthParams::DEFAULT);
     assert_eq!((params.bandwidth.ax, params.bandwidth.az), (0.5, 0.5));
-    assert_eq!(params.bandwidth.wz, Params::DEFAULT.bandwidth.wz);
-    assert_eq!(params.half_width, Params::DEFAULT.half_width);
+    assert_eq!(params.bandwidth.wz, HalfWidthParams::DEFAULT.bandwidth.wz);
+    assert_eq!(params.half_width, HalfWidthParams::DEFAULT.half_width);
 }

@@ -1,7 +1,9 @@
 //! Values as text, in files and on the command line: words, lengths of windows, delays, rates, numbers with their unit.
 
+use estimator_core::any::Method;
+use estimator_core::half_widths::WindowLength;
 use estimator_core::parameter::{self, Parameter, Unit};
-use estimator_core::params::{GyroTiming, Method, WindowLength};
+use estimator_core::params::GyroTiming;
 use estimator_core::{Gravity, Learning};
 
 use crate::number::shown;
@@ -162,7 +164,12 @@ impl Notation {
         if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&name) {
             return Self::Milliseconds;
         }
-        Self::As(parameter_named(name).map_or(Unit::One, |parameter| parameter.row().unit))
+        let unit = match parameter_named(name) {
+            Some(parameter) => parameter.row().unit,
+            None if name == parameter::SAMPLE_RATE.name => parameter::SAMPLE_RATE.unit,
+            None => Unit::One,
+        };
+        Self::As(unit)
     }
 
     /// Formats the value of a field in this notation.

@@ -35,7 +35,7 @@
 //! Hence IMU row *k* takes the load of force row [`FORCE_ROWS_PER_IMU_ROW`] · k +
 //! [`FORCE_LEAD_ROWS`], good to about ±20 force rows (40 ms).
 
-use estimator_core::{Axis, Load, Params, Saturation, Validity};
+use estimator_core::{Axis, Gravity, Load, Saturation, Validity};
 
 use crate::input::Format;
 use crate::input::error::{InputError, Problem};
@@ -46,7 +46,7 @@ use crate::input::table::reader::{Cells, Row, Table};
 use crate::samples::{Label, RecordedSample, Recording, finite_load, imu_sample, steady_time};
 
 /// Rate of the ATLAS recordings, Hz.
-pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
+pub const ATLAS_SAMPLE_RATE: f32 = 1_000.0;
 
 /// Rate of the recordings of `lcd`, Hz.
 pub const LCD_SAMPLE_RATE: f32 = 100.0;
@@ -91,7 +91,7 @@ pub(super) fn read_simulated(
     let recording = Recording {
         name: table.recording_name.clone(),
         sample_rate,
-        gravity: input_options.gravity.unwrap_or(Params::PAPER.gravity),
+        gravity: input_options.gravity.unwrap_or(Gravity::Removed),
         load_title: "vertical force (N)".to_owned(),
         samples,
     };
@@ -99,7 +99,7 @@ pub(super) fn read_simulated(
 }
 
 /// Nominal rate of the GO1 recordings' IMU columns, Hz.
-pub const SAMPLE_RATE: f32 = Params::PAPER_GO1.sample_rate;
+pub const SAMPLE_RATE: f32 = 250.0;
 
 /// Rows of the GO1's force log per row of its IMU log, measured: see the module documentation.
 pub const FORCE_ROWS_PER_IMU_ROW: f64 = 1.9;
@@ -156,7 +156,7 @@ pub(super) fn read_go1(
     let recording = Recording {
         name: table.recording_name.clone(),
         sample_rate,
-        gravity: input_options.gravity.unwrap_or(Params::PAPER_GO1.gravity),
+        gravity: input_options.gravity.unwrap_or(Gravity::Included),
         load_title: "foot force (raw)".to_owned(),
         samples,
     };

@@ -5,7 +5,8 @@
 
 use std::collections::VecDeque;
 
-use estimator_core::{ContactEstimate, ContactEstimator, ParamsError, Validity};
+use estimator_core::any::AnyEstimator;
+use estimator_core::{ContactEstimate, ParamsError, Stream, Validity};
 use lsm6dsox::imu::{Conversion, missing_sample};
 use lsm6dsox::{Config, FrozenDetector, RawSample};
 use wire::pdo::{P8, P16};
@@ -78,7 +79,7 @@ const FRAMES_LAG: usize = 1000;
 pub struct ParityCheck {
     parity: Parity,
     conversion: Conversion,
-    estimator: ContactEstimator<WINDOW_CAPACITY>,
+    estimator: AnyEstimator<WINDOW_CAPACITY>,
     /// After a start the board flags samples until each axis has changed.
     changes: FrozenDetector,
     /// Offset of the board's clock behind virtual time, µs, once known.
@@ -98,11 +99,11 @@ impl ParityCheck {
     /// # Errors
     /// Never with default parameters.
     pub fn new() -> Result<Self, ParamsError> {
-        let config = Settings::default().params().validate_for()?;
+        let config = Settings::default().params().validate(Stream::KILOHERTZ)?;
         Ok(Self {
             parity: Parity::default(),
             conversion: Conversion::new(&Config::FRESH_KILOHERTZ),
-            estimator: ContactEstimator::new(&config),
+            estimator: AnyEstimator::new(&config),
             changes: FrozenDetector::new(),
             offset: None,
             bursts: VecDeque::new(),

@@ -32,7 +32,7 @@ const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
 /// `ContactEstimator::update`, as the compiler names it.
-const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
+const ESTIMATOR: &str = "ContactEstimator6update";
 
 /// Options of a run.
 #[derive(Clone, Debug, Default)]

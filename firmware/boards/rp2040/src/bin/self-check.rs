@@ -7,7 +7,8 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use critical_section::RawRestoreState;
-use estimator_core::{Params, ParamsError, self_check};
+use estimator_core::any::AnyParams;
+use estimator_core::{ParamsError, Stream, self_check};
 // The vector table.
 use rp_pac as _;
 
@@ -26,7 +27,7 @@ unsafe impl critical_section::Impl for Alone {
 
 #[entry]
 fn main() -> ! {
-    let outcome = check("default", &Params::DEFAULT).and_then(|()| check("paper", &Params::PAPER));
+    let outcome = self_check::PRESETS.iter().try_for_each(|preset| check(preset));
     match outcome {
         Ok(()) => debug::exit(debug::EXIT_SUCCESS),
         Err(error) => {
@@ -39,8 +40,8 @@ fn main() -> ! {
     }
 }
 
-fn check(preset: &str, params: &Params) -> Result<(), ParamsError> {
-    self_check::run(params, |samples, digest| {
+fn check((preset, params, stream): &(&str, AnyParams, Stream)) -> Result<(), ParamsError> {
+    self_check::run(params, *stream, |samples, digest| {
         hprintln!("{} {} {:016x}", preset, samples, digest);
     })
 }

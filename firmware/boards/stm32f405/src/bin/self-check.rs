@@ -6,13 +6,14 @@
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
-use estimator_core::{Params, ParamsError, self_check};
+use estimator_core::any::AnyParams;
+use estimator_core::{ParamsError, Stream, self_check};
 // The vector table.
 use stm32_metapac as _;
 
 #[entry]
 fn main() -> ! {
-    let outcome = check("default", &Params::DEFAULT).and_then(|()| check("paper", &Params::PAPER));
+    let outcome = self_check::PRESETS.iter().try_for_each(|preset| check(preset));
     match outcome {
         Ok(()) => debug::exit(debug::EXIT_SUCCESS),
         Err(error) => {
@@ -25,8 +26,8 @@ fn main() -> ! {
     }
 }
 
-fn check(preset: &str, params: &Params) -> Result<(), ParamsError> {
-    self_check::run(params, |samples, digest| {
+fn check((preset, params, stream): &(&str, AnyParams, Stream)) -> Result<(), ParamsError> {
+    self_check::run(params, *stream, |samples, digest| {
         hprintln!("{} {} {:016x}", preset, samples, digest);
     })
 }

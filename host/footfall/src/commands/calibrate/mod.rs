@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
-use estimator_core::Params;
+use estimator_core::any::AnyParams;
 use recordings::calibrate::CalibrationError;
 use recordings::calibrate::learnt::{LearntCalibration, LearntFoot};
 use recordings::calibrate::robot_file::RobotFile;
@@ -259,8 +259,12 @@ impl CalibrateArguments {
                 loaded.recording.sample_rate,
                 self.recording.parameters_text(&params, format)
             ));
-            let findings =
-                check(&loaded.recording, &loaded.recording.name, input_options, Some(params.load));
+            let findings = check(
+                &loaded.recording,
+                &loaded.recording.name,
+                input_options,
+                Some(params.params.load),
+            );
             load = load.or_else(|| findings.iter().find_map(crossed_thresholds));
             inputs.insert(file.clone(), self.report(&input, foot, &findings)?);
             rest.add(plausible::gravity_at_rest(&loaded.recording));
@@ -271,7 +275,7 @@ impl CalibrateArguments {
         }
         // Without a recording, the empty calibration reports that nothing was learnt.
         let calibration =
-            calibration.map_or_else(|| LearntCalibration::new(&Params::default()), Ok)?;
+            calibration.map_or_else(|| LearntCalibration::new(&AnyParams::DEFAULT), Ok)?;
         let learnt = calibration.finish()?;
         if let Some(degrees) = rest.disagreement() {
             warn(format!(

@@ -17,7 +17,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use estimator_core::params::WindowLength;
+use estimator_core::half_widths::WindowLength;
 use recordings::config::{Resolved, parse_seconds, parse_window};
 use recordings::events::HEADER;
 use recordings::jobs;

@@ -4,7 +4,8 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use estimator_core::{ContactEstimate, Params};
+use estimator_core::ContactEstimate;
+use estimator_core::any::AnyParams;
 use indicatif::ProgressBar;
 use recordings::config::{GRAVITIES, word_of};
 use recordings::events::ContactEvent;
@@ -52,7 +53,7 @@ struct RecordingFile {
     name: String,
     format: Format,
     /// Parameters of a foot without settings of its own.
-    params: Params,
+    params: AnyParams,
 }
 
 /// Foot of a recording before it is estimated.
@@ -184,11 +185,7 @@ impl Replay {
         ));
         results.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
             preset: self.arguments.recording.preset.name(),
-            parameters: ParametersReport::of(&Params {
-                sample_rate: about.sample_rate,
-                gravity: about.gravity,
-                ..params
-            }),
+            parameters: ParametersReport::of(&params, about.sample_rate, about.gravity),
             correction: (&about.correction).into(),
             learnt: results.learnt.into(),
         });

@@ -425,7 +425,7 @@ mod tests {
     use std::collections::BTreeMap;
     use std::fmt::Write as _;
 
-    use estimator_core::Params;
+    use estimator_core::any::AnyParams;
     use recordings::input::{InputOptions, Opened};
     use recordings::replay::Span;
 
@@ -459,7 +459,7 @@ mod tests {
                 name: name.to_owned(),
                 place: None,
                 stored: stored.remove(0),
-                params: Params::default(),
+                params: AnyParams::DEFAULT,
                 span: Span::default(),
                 events: Vec::new(),
             }

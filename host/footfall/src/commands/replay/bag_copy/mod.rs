@@ -7,7 +7,7 @@ mod merger;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use estimator_core::Params;
+use estimator_core::any::AnyParams;
 use recordings::events::ContactEvent;
 use recordings::input::Stored;
 use recordings::replay::Span;
@@ -98,7 +98,7 @@ pub(super) struct CopiedFoot {
     /// Its samples.
     pub(super) stored: Stored,
     /// Parameters of its estimate.
-    pub(super) params: Params,
+    pub(super) params: AnyParams,
     /// Part of the recording whose contacts are written.
     pub(super) span: Span,
     /// Events in that part.
