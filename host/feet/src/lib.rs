@@ -18,6 +18,7 @@
 //!
 //! | item | module |
 //! |---|---|
+//! | an IMU whose samples arrive one by one and are estimated here; their times | [`live_imu`]; `sample_times` |
 //! | feet on USB | [`usb`] |
 //! | requests to one foot over its line | [`foot`] |
 //! | remedies for what feet report, and for errors, which each program expresses in its own words | [`remedy`] |
@@ -28,7 +29,9 @@ pub mod foot;
 pub mod foot_clock;
 pub mod link;
 pub mod live_foot;
+pub mod live_imu;
 pub mod remedy;
+mod sample_times;
 pub mod session;
 pub mod source;
 pub mod usb;
@@ -36,6 +39,7 @@ pub mod usb;
 pub use feed::Feed;
 pub use link::{Arrival, LineSource, Link, LinkError, Sending};
 pub use live_foot::{LiveFoot, NewestSecond};
+pub use live_imu::{LiveImu, LiveSample};
 pub use remedy::FootHint;
 pub use session::{Session, Update};
 pub use source::{Playback, Source};

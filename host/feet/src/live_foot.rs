@@ -112,9 +112,16 @@ impl LiveFoot {
         let of_health = self.health.map(|health| health.flags | of_contact);
         row.flags = row.flags.or(of_health);
         self.missing = self.missing.saturating_add_signed(row.missing);
-        self.second.take(row.timestamp, row.segment, at);
+        if row.velocity_sigma.is_some() {
+            // Estimated on a host: its rate may be that of any sensor.
+            self.second.take_of_host(row.timestamp, row.segment, at);
+        } else {
+            self.second.take(row.timestamp, row.segment, at);
+        }
         self.stamp = match (row.turn, row.common) {
             (ClockTurn::NotYet, _) => self.clock.received(at),
+            // Consumers match contacts with the samples by this time.
+            (ClockTurn::Known, Some((time, CommonClock::Header))) => time,
             (ClockTurn::Known, Some((time, CommonClock::Sync))) => {
                 self.clock.synchronised(row.timestamp, at, time)
             }
@@ -265,6 +272,12 @@ impl NewestSecond {
         {
             self.several_us = Some(received);
         }
+    }
+
+    /// Adds a contact that was estimated on a host, whose rate may be higher than that of a board.
+    pub fn take_of_host(&mut self, made: Timestamp, segment: u32, received: Timestamp) {
+        self.take(made, segment, received);
+        self.several_us = None;
     }
 
     /// Resets rate and jitter after a start of the foot.

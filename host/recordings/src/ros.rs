@@ -17,6 +17,18 @@ pub struct Time {
     pub nanosec: u32,
 }
 
+impl Time {
+    /// Returns the time this many ns later, or earlier if they are negative.
+    #[must_use]
+    pub fn plus_ns(self, ns: i16) -> Self {
+        let total = i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec) + i64::from(ns);
+        Self {
+            sec: i32::try_from(total.div_euclid(1_000_000_000)).unwrap_or(i32::MAX),
+            nanosec: total.rem_euclid(1_000_000_000) as u32,
+        }
+    }
+}
+
 impl From<Timestamp> for Time {
     fn from(time: Timestamp) -> Self {
         let micros = time.as_micros();

@@ -3,10 +3,12 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use estimator_core::{Decision, Flag, Flags, ImuSample, PerAxis, Quaternion, Timestamp, Vec3};
+use estimator_core::{
+    ContactEstimate, Decision, Flag, Flags, ImuSample, PerAxis, Quaternion, Timestamp, Vec3,
+};
 use recordings::space::components;
-use wire::NodeId;
 use wire::pdo::Status;
+use wire::{Faults, NodeId};
 
 /// Header of the table of decoded rows. Columns shared with `samples.csv` have the same names, units and
 /// meaning; a cell is blank if no value was sent with the sample.
@@ -39,6 +41,8 @@ recordings::named! {
         Sync = "sync",
         /// The log's clock at reception of the frame.
         Received = "received",
+        /// The clock of the headers of messages, by which the time of a sample is known.
+        Header = "header",
     }
 }
 
@@ -66,6 +70,8 @@ pub struct ContactRow {
     pub received: Option<Timestamp>,
     /// Time on the common clock of all feet, and its source.
     pub common: Option<(Timestamp, CommonClock)>,
+    /// Time of the header of a message less the common time in µs, ns.
+    pub rest_ns: i16,
     /// CAN interface that received the frame.
     pub interface: Option<Arc<str>>,
     /// Name of the foot, if any.
@@ -108,6 +114,27 @@ pub struct ContactRow {
 }
 
 impl ContactRow {
+    /// Creates the row of an estimate that was computed here.
+    #[must_use]
+    pub fn of_estimate(estimate: &ContactEstimate) -> Self {
+        let (decision, phase, flags) = (estimate.decision, estimate.phase, estimate.flags);
+        Self {
+            timestamp: estimate.timestamp,
+            stable: estimate.probabilities.stable,
+            tangential: estimate.probabilities.tangential,
+            vertical: estimate.probabilities.vertical,
+            axes: Some(estimate.probabilities.axes),
+            orientation: Some(estimate.orientation),
+            acceleration: Some(estimate.linear_acceleration.0),
+            rate: Some(estimate.angular_rate.0),
+            bias: Some(estimate.gyro_bias.0),
+            velocity_sigma: Some(estimate.velocity_sigma.0),
+            status: Status::new(decision, phase, flags, Faults::NONE),
+            flags: Some(flags.bits()),
+            ..Self::default()
+        }
+    }
+
     /// Names in the column `flags`.
     #[must_use]
     pub fn flag_names(&self) -> Vec<&'static str> {
@@ -200,6 +227,7 @@ mod tests {
             missing: 0,
             received: Some(Timestamp::from_micros(7_000_001)),
             common: Some((Timestamp::from_micros(6_900_001), CommonClock::Sync)),
+            rest_ns: 0,
             interface: Some("can1".into()),
             foot: Some("FL".into()),
             node: NodeId::new(17),

@@ -16,8 +16,8 @@ use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 use super::name::Named;
 use super::request::{FootRequest, RequestError};
 use super::scan::{self, SCAN, upload};
-use crate::decode::live::{FootMessage, LiveDecoder, MessageBody};
-use crate::link::{LISTEN, LineClock, Link, LinkError, Sending};
+use crate::decode::live::{FootKey, FootMessage, LiveDecoder, MessageBody};
+use crate::link::{LISTEN, LineClock, Link, LinkError, Sending, SharedLine};
 
 /// Response timeout; a foot responds in the tick that receives the request.
 const ANSWER: Duration = Duration::from_millis(500);
@@ -120,6 +120,30 @@ impl Client {
             starts: BTreeMap::new(),
             booted: Vec::new(),
         })
+    }
+
+    /// Creates a client for each foot of a line: of a bus, or of the serial lines of simulated feet; or that of `node` alone.
+    /// The clients use the line in turn.
+    ///
+    /// # Errors
+    /// There is no foot, or the line does not work.
+    pub fn each(
+        mut link: Box<dyn Link>,
+        node: Option<NodeId>,
+    ) -> Result<Vec<Self>, RequestError> {
+        if node.is_some() {
+            return Ok(vec![Self::new(link, node)?]);
+        }
+        let found = scan::feet(link.as_mut(), &mut LiveDecoder::default(), SCAN)?;
+        if found.len() < 2 {
+            return Ok(vec![Self::new(link, None)?]);
+        }
+        let line = SharedLine::new(link);
+        let client = |key: FootKey| match key.node.and_then(NodeId::new) {
+            Some(node) => Self::new(Box::new(line.clone()), Some(node)),
+            None => Self::new(Box::new(line.of_port(key.line)), None),
+        };
+        found.into_iter().map(client).collect()
     }
 
     /// Node id of the foot, if it is connected over CAN.

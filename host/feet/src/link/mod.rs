@@ -7,6 +7,7 @@
 //! | serial port of both, or the line of a board in lock step | `port` |
 //! | playback of a log or a recording | [`file`](mod@file) |
 //! | clock of a line, and pace of a playback | [`clock`] |
+//! | line of several feet that are asked in turn | `shared` |
 
 #[cfg(target_os = "linux")]
 mod can;
@@ -14,6 +15,7 @@ pub mod clock;
 pub mod file;
 mod port;
 pub mod serial;
+mod shared;
 
 use std::fmt;
 use std::io;
@@ -31,6 +33,7 @@ use crate::remedy::FootHint;
 use crate::source::{Source, Speed};
 pub use clock::LineClock;
 pub use file::RecordingError;
+pub(crate) use shared::SharedLine;
 use serial::{SerialLine, SlcanAdapter};
 
 /// Source of a line, which can be opened more than once. Its text is that of the command line.
@@ -171,15 +174,29 @@ pub enum Arrival {
     Remark(Remark),
 }
 
-/// Remark about a recording of an IMU that is played.
+/// Remark about a recording of an IMU that is played, or about samples that arrive.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Remark {
     /// How the recording was read.
     Read(Notice),
     /// The accelerations of this foot have no gravity.
     NoGravity(Arc<str>),
-    /// A property of this foot's recording is implausible, such as the unit of its accelerations.
+    /// A property of this foot's samples is implausible, such as the unit of its accelerations.
     Implausible(Arc<str>, Finding),
+    /// The samples of this foot come at this rate, Hz.
+    Rate(Arc<str>, f32),
+    /// The samples of this foot come at another rate than before, Hz.
+    OtherRate(Arc<str>, f32),
+    /// The stamps of this foot jitter, and are smoothed.
+    Smoothed(Arc<str>),
+    /// Samples of this foot came out of order, or without a stamp.
+    OutOfOrder(Arc<str>),
+    /// The clock of the stamps of this foot was set back.
+    SetBack(Arc<str>),
+    /// A fact about a line, for people to read.
+    Detail(String),
+    /// A problem of a line, for people to read.
+    Problem(String),
 }
 
 recordings::display_in_plain_words!(Remark);
@@ -197,6 +214,26 @@ impl InWords for Remark {
                 write!(f, "{foot}: ")?;
                 finding.write_in(words, f)
             }
+            Self::Rate(foot, rate) => write!(f, "{foot}: {rate} Hz"),
+            Self::OtherRate(foot, rate) => write!(
+                f,
+                "{foot}: samples now come at {rate:.0} Hz: its estimate begins again, with what it has learnt"
+            ),
+            Self::Smoothed(foot) => write!(
+                f,
+                "{foot}: the stamps of its samples jitter, as where a computer reads the sensor, and are smoothed; gaps are \
+                 kept"
+            ),
+            Self::OutOfOrder(foot) => write!(
+                f,
+                "{foot}: a sample was left out, because its stamp is not after that of the sample before, or is missing; \
+                 further ones are left out without a message"
+            ),
+            Self::SetBack(foot) => write!(
+                f,
+                "{foot}: the clock of its stamps was set back: its estimate begins again, with what it has learnt"
+            ),
+            Self::Detail(text) | Self::Problem(text) => f.write_str(text),
         }
     }
 }
@@ -274,6 +311,9 @@ pub enum LinkError {
     /// A file does not accept data.
     #[error("{0} is a file: nothing can be sent to it")]
     ReadOnly(String),
+    /// A source outside this crate cannot be used.
+    #[error(transparent)]
+    Other(Box<dyn std::error::Error + Send + Sync>),
     /// `SocketCAN` is unavailable on this system.
     #[error(
         "can:{0}: SocketCAN is available only on Linux; an slcan adapter works on every system"

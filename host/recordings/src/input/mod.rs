@@ -40,6 +40,7 @@ use tempfile::{NamedTempFile, TempPath};
 
 use crate::compressed::{decompressed, without_ending};
 use crate::file_kind::{self, FileKind};
+use crate::hint::Notice;
 use crate::utf16::in_utf8;
 use error::OptionsFor;
 #[cfg(feature = "parquet")]
@@ -54,7 +55,7 @@ pub use options::{
     is_among, matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
-pub use stored::{About, Loaded, RecordedEstimate, Repairs, SampleClock, Stored};
+pub use stored::{About, Loaded, OLDEST_LOAD_US, StreamedSample, RecordedEstimate, Repairs, SampleClock, Stored};
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {
@@ -180,6 +181,37 @@ impl Opened {
             return Err(InputError::of_file(file, Problem::SeveralFeet(feet)));
         }
         feet.pop().ok_or_else(|| InputError::empty(&file))
+    }
+
+    /// Returns whether [`Self::stream`] reads the file: it is a table with a header, whose times are in order or refused.
+    #[must_use]
+    pub fn can_stream(&self, input_options: &InputOptions) -> bool {
+        matches!(self.source, Readable::Table(_))
+            && self.format == Format::Csv
+            && input_options.table.times == Times::Keep
+    }
+
+    /// Reads a table while it is written: passes each sample on as soon as its row is complete, and returns the notices
+    /// about the table at its end.
+    ///
+    /// # Errors
+    /// The errors of [`Self::store_all`], or that of `each`.
+    pub fn stream(
+        self,
+        input_options: &InputOptions,
+        each: &mut dyn FnMut(StreamedSample) -> Result<(), InputError>,
+    ) -> Result<Vec<Notice>, InputError> {
+        self.check_options(input_options)?;
+        match self.source {
+            Readable::Table(mut table) => {
+                table.set_decimal(input_options.table.decimal);
+                csv::stream(*table, input_options, each)
+            }
+            Readable::Container(Container { file, format, .. }) => {
+                let given = OptionsFor::Tables;
+                Err(InputError::of_file(file, Problem::Options { format, given }))
+            }
+        }
     }
 
     /// Checks that the options apply to this kind of file.

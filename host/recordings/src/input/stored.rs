@@ -273,9 +273,34 @@ pub(super) struct Rows {
     /// Times of the clock, µs, if they need not be in order.
     unordered_us: Vec<i64>,
     pub(super) repairs: Repairs,
+    /// Newest row of a stream, whose rows are not kept; `None` after it was taken.
+    newest: Option<RecordedSample>,
+    is_stream: bool,
+    /// Whether there was a row.
+    has_rows: bool,
+}
+
+/// Sample of a stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StreamedSample {
+    /// Sample with its time since the first one; if the stream has no times, at time 0. It is not corrected.
+    pub sample: RecordedSample,
+    /// Time of the stream's clock at the first sample, µs; `None` if the stream has no times.
+    pub start_us: Option<i64>,
 }
 
 impl Rows {
+    /// Rows of a stream: each is taken before the next, and they are not kept.
+    pub(super) fn of_stream() -> Self {
+        Self { is_stream: true, ..Self::default() }
+    }
+
+    /// Takes the newest row of a stream.
+    pub(super) fn take_newest(&mut self) -> Option<StreamedSample> {
+        let sample = self.newest.take()?;
+        Some(StreamedSample { sample, start_us: self.clock.map(|clock| clock.start_us) })
+    }
+
     pub(super) fn new(times: Times) -> Self {
         Self { times, ..Self::default() }
     }
@@ -301,6 +326,11 @@ impl Rows {
             };
             sample.imu.timestamp = stored;
         }
+        self.has_rows = true;
+        if self.is_stream {
+            self.newest = Some(sample);
+            return Ok(());
+        }
         self.spool.push(&sample).map_err(Refused::Spool)
     }
 
@@ -315,7 +345,7 @@ impl Rows {
     /// The time is not after that of the previous row.
     fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, Refused> {
         let clock = self.clock.get_or_insert(Clock::at(now_us));
-        if !self.spool.is_empty() {
+        if self.has_rows {
             let previous_us = clock.newest_us;
             if now_us <= previous_us {
                 return Err(Refused::Time { previous_us });
@@ -610,7 +640,7 @@ pub struct RecordedEstimate {
 
 /// Age up to which a load with its own stream is valid, µs: half of the shortest stance of a walking robot. It must
 /// arrive at 10 Hz or more.
-pub(super) const OLDEST_LOAD_US: u64 = 100_000;
+pub const OLDEST_LOAD_US: u64 = 100_000;
 
 /// Iterator over recorded contacts, each with the newest sample at its time.
 struct RecordedEstimates<'a> {

@@ -200,16 +200,8 @@ impl<'a> RowSender<'a> {
         for sample in stored.samples()? {
             let sample = sample?;
             let estimate = estimator.update(&sample);
-            let row = ContactRow {
-                axes: Some(estimate.probabilities.axes),
-                orientation: Some(estimate.orientation),
-                acceleration: Some(estimate.linear_acceleration.0),
-                rate: Some(estimate.angular_rate.0),
-                bias: Some(estimate.gyro_bias.0),
-                velocity_sigma: Some(estimate.velocity_sigma.0),
-                load: self.load(sample.load),
-                ..row_of(&estimate)
-            };
+            let load = self.load(sample.load);
+            let row = ContactRow { load, ..ContactRow::of_estimate(&estimate) };
             self.row(row, sample.imu)?;
         }
         Ok(())

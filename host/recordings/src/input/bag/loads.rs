@@ -200,7 +200,7 @@ impl Visitor for LoadReader<'_> {
 const WRENCH_STAMPED: &str = "geometry_msgs/msg/WrenchStamped";
 
 /// Place of the load in a message.
-struct LoadPlace {
+pub(super) struct LoadPlace {
     definition: Definition,
     /// A number, or the three axes of a force, whose magnitude is the load.
     values: Vec<FieldPath>,
@@ -211,9 +211,9 @@ struct LoadPlace {
 }
 
 /// The load of a message.
-struct DecodedLoad {
+pub(super) struct DecodedLoad {
     /// In the unit of the message.
-    value: f64,
+    pub(super) value: f64,
     /// `None` without a stamp.
     stamp_us: Option<i64>,
 }
@@ -316,7 +316,7 @@ impl LoadSeries {
 
 impl LoadPlace {
     /// Place of the load in the messages of a channel.
-    fn of(channel: &Channel, field: Option<&str>) -> Result<Self, LoadProblem> {
+    pub(super) fn of(channel: &Channel, field: Option<&str>) -> Result<Self, LoadProblem> {
         let message = channel.message.as_str();
         let known = match message {
             "std_msgs/msg/Float32" | "std_msgs/msg/Float64" => Some(KnownLoad::Number),
@@ -359,7 +359,8 @@ impl LoadPlace {
         Ok(Self { definition, values, stamp, is_force })
     }
 
-    fn decode(&self, payload: &[u8]) -> Result<DecodedLoad, MessageProblem> {
+    /// Load of a message.
+    pub(super) fn decode(&self, payload: &[u8]) -> Result<DecodedLoad, MessageProblem> {
         let paths = self.values.iter().chain(self.stamp.iter().flatten());
         let numbers = self.definition.values(payload, &paths.collect::<Vec<_>>())?;
         let (values, stamp) = numbers.split_at(self.values.len());

@@ -12,6 +12,7 @@
 //! | samples of the feet: the second reading | `reader`, a `feed` for each IMU |
 //! | contacts of feet, from topics beside that of the samples | `contact_feed` |
 //! | copies of all messages | `copy` |
+//! | messages that arrive one by one | [`live`] |
 //!
 //! A bag is read once. It is read twice if loads are selected, since they may be stored after the samples that they
 //! belong to, and three times if `{foot}` in the topic of the loads stands for the names of the feet. The memory required
@@ -22,6 +23,7 @@ mod copy;
 mod definition;
 mod feed;
 mod fields;
+pub mod live;
 mod loads;
 mod mcap;
 mod messages;

@@ -23,7 +23,7 @@ use crate::hint::{Hint, Notice};
 use crate::input::error::{InputError, MAX_TIME_S, Problem};
 use crate::input::options::{InputOptions, TimeUnit, is_ours};
 use crate::input::rate::{PLAUSIBLE_RATES, unit_of_step};
-use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored};
+use crate::input::stored::{About, OLDEST_LOAD_US, Refused, Rows, Stored, StreamedSample};
 use crate::input::table::header::{
     Blanks, Layout, NANOSECONDS, OTHER_SEPARATORS, shortened, suggestion,
 };
@@ -45,6 +45,39 @@ pub(in crate::input) fn read(
     let file = table.file.clone();
     let mut intake = Intake::new(&file, input_options, layout)?;
     intake.notices.extend(table.preamble_notice());
+    take_rows(&mut table, &mut intake, &mut |_| Ok(()))?;
+    intake.finish(table.recording_name)
+}
+
+/// Passes each sample of a table on as soon as its row is complete; returns the notices about the table.
+///
+/// # Errors
+/// The first error found, with file, line and column, or that of `each`.
+pub(in crate::input) fn stream(
+    mut table: Table,
+    input_options: &InputOptions,
+    each: &mut dyn FnMut(StreamedSample) -> Result<(), InputError>,
+) -> Result<Vec<Notice>, InputError> {
+    let Some(layout) = Layout::of(&mut table, &input_options.table)? else {
+        return Err(InputError::empty(&table.file));
+    };
+    let file = table.file.clone();
+    let mut intake = Intake::new(&file, input_options, layout)?;
+    intake.rows = Rows::of_stream();
+    intake.notices.extend(table.preamble_notice());
+    take_rows(&mut table, &mut intake, &mut |intake| {
+        intake.rows.take_newest().map_or(Ok(()), &mut *each)
+    })?;
+    Ok(intake.all_notices().into_iter().map(Notice::from).collect())
+}
+
+/// Processes all rows of a table, and calls `after_each` after each.
+fn take_rows(
+    table: &mut Table,
+    intake: &mut Intake<'_>,
+    after_each: &mut dyn FnMut(&mut Intake<'_>) -> Result<(), InputError>,
+) -> Result<(), InputError> {
+    let file = table.file.clone();
     loop {
         let row = match table.next_row() {
             Ok(Some(row)) => row,
@@ -59,7 +92,7 @@ pub(in crate::input) fn read(
         };
         let taken = row.expect_columns(intake.width()).and_then(|()| intake.take(&row));
         match taken {
-            Ok(()) => {}
+            Ok(()) => after_each(intake)?,
             Err(error) if error.may_be_a_cut(row.len()) && table.is_cut_off() => {
                 let place = row.place;
                 intake
@@ -69,7 +102,7 @@ pub(in crate::input) fn read(
             Err(error) => return Err(error),
         }
     }
-    intake.finish(table.recording_name)
+    Ok(())
 }
 
 /// Title of a column `force`.
@@ -184,10 +217,10 @@ impl<'a> Intake<'a> {
         micros.map(Some)
     }
 
-    /// Returns the recording.
-    pub(super) fn finish(self, name: String) -> Result<Stored, InputError> {
-        let mut notices = self.notices;
-        notices.extend(self.layout.notice);
+    /// Takes the notices about the table and its columns.
+    fn all_notices(&mut self) -> Vec<String> {
+        let mut notices = std::mem::take(&mut self.notices);
+        notices.extend(self.layout.notice.take());
         if self.layout.names_ignored {
             notices.extend(self.columns.notice(self.file));
         }
@@ -203,6 +236,12 @@ impl<'a> Intake<'a> {
                 OLDEST_LOAD_US / 1000
             ));
         }
+        notices
+    }
+
+    /// Returns the recording.
+    pub(super) fn finish(mut self, name: String) -> Result<Stored, InputError> {
+        let notices = self.all_notices();
         let about = About {
             name,
             gravity: Gravity::Included,
