@@ -109,6 +109,12 @@ impl<const CAPACITY: usize> AnyEstimator<CAPACITY> {
         self.pipeline().attitude.force_at_rest()
     }
 
+    /// Length of the mean specific force, m/s², if no foot can have it; see [`ContactEstimator::implausible_force`].
+    #[must_use]
+    pub fn implausible_force(&self) -> Option<f32> {
+        self.pipeline().attitude.implausible_force()
+    }
+
     const fn pipeline(&self) -> &Pipeline {
         match self {
             Self::SelfCalibrating(estimator) => estimator.pipeline(),

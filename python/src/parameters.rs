@@ -9,7 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
 use recordings::hint::Notice;
-use recordings::input::{BagOptions, ContactUse, Format, InputOptions, TableOptions};
+use recordings::input::{BagOptions, ContactUse, Format, InputOptions, TableOptions, Units};
 
 use crate::result::Failure;
 use crate::words::{Origin, in_words_of};
@@ -40,6 +40,8 @@ pub(crate) struct SettingsArguments {
     axes: Option<String>,
     /// Format of the recording in the form of `--format`.
     format: Option<String>,
+    /// Units of samples in the form of `--units`.
+    units: Option<String>,
 }
 
 impl SettingsArguments {
@@ -70,7 +72,9 @@ impl SettingsArguments {
             axes,
             ..of_file.unwrap_or_default()
         };
-        let (table, bag) = (TableOptions::default(), BagOptions::default());
+        let units = self.units.as_deref().map(str::parse::<Units>).transpose();
+        let units = units.map_err(named("units"))?.unwrap_or_default();
+        let (table, bag) = (TableOptions { units, ..TableOptions::default() }, BagOptions::default());
         Ok(Settings {
             input_options: resolved.input_options(table, bag, ContactUse::Ignored),
             resolved,

@@ -125,7 +125,8 @@ impl Estimator {
         (self.state.passed_us, self.state.since_passed) = (passed_us, since_passed + 1);
         let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
         let correction = &self.settings.input_options.correction;
-        let measured = imu_sample(timestamp, readings(acc, gyr), validity);
+        let readings = self.settings.input_options.table.to_si(readings(acc, gyr));
+        let measured = imu_sample(timestamp, readings, validity);
         let sample = RecordedSample {
             imu: correction.corrected(measured),
             load: load.and_then(finite_load),
@@ -136,8 +137,16 @@ impl Estimator {
         Ok(EstimateRow::of(&estimate, now_us))
     }
 
-    /// Returns events that are complete and were not returned before; all remaining ones if the stream has ended.
+    /// Mean size of the force in the last half second, m/s², if no foot can have it.
+    fn implausible_force(&self) -> Option<f32> {
+        self.state.estimator.implausible_force()
+    }
+
+    /// Returns events that were not returned before, touch-downs at once; all remaining ones if the stream has ended.
     fn events(&mut self, ended: bool) -> Vec<EventRow> {
+        if !ended {
+            self.state.events.release();
+        }
         let start_us = self.state.start_us.unwrap_or(0);
         let mut found: Vec<ContactEvent> = std::iter::from_fn(|| self.state.events.pop()).collect();
         if ended {

@@ -244,6 +244,31 @@ def test_sample_without_a_time_is_one_period_after_the_last() -> None:
     assert found == [0.0, 0.001, 10.0, 10.001, 10.002, 10.5, 10.501]
 
 
+def test_stream_in_other_units_has_the_bits_of_si_units(walk: footfall.Recording) -> None:
+    si, other = footfall.Estimator(rate=1000.0), footfall.Estimator(rate=1000.0, units="mg,dps")
+    g, degree = 9.80665, np.radians(1.0)
+    for k in range(3000):
+        mg, dps = walk.acc[k] / g * 1000.0, walk.gyr[k] / degree
+        expected = si.update(np.float32(mg / 1000.0 * g), np.float32(dps * degree))
+        assert other.update(mg, dps).p_stable == pytest.approx(expected.p_stable, abs=1e-3)
+    with pytest.raises(ValueError, match="units: "):
+        footfall.Estimator(rate=1000.0, units="stone,rpm")
+
+
+def test_stream_in_g_without_a_unit_warns_once() -> None:
+    foot = footfall.Estimator(rate=100.0)
+    with pytest.warns(RuntimeWarning, match="acc is 1 m/s² on average.*units=") as warnings:
+        for _ in range(300):
+            foot.update((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    assert len(warnings) == 1
+    with pytest.raises(ValueError, match="which no foot has"):
+        foot.check_unit()
+    right = footfall.Estimator(rate=100.0, units="g,dps")
+    for _ in range(300):
+        right.update((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    right.check_unit()
+
+
 @pytest.mark.parametrize("gait, shortest", [("walk", 2.701), ("trot", 2.08), ("run", 2.1)])
 def test_a_robot_does_not_walk_shorter_than_its_gait_allows(gait: str, shortest: float) -> None:
     message = rf"^rests\[0\] is 1, but at least {shortest} is expected of a robot in the gait {gait}$"

@@ -46,6 +46,13 @@ impl Estimator {
         self.0.gyro_bias()
     }
 
+    /// Mean size of the force in the last half second, m/s², if no foot can have it, because it is in another unit; `None`
+    /// if it is plausible, or not known yet.
+    #[must_use]
+    pub fn implausible_force(&self) -> Option<f32> {
+        self.0.implausible_force()
+    }
+
     /// Returns the parameters learnt from all samples.
     #[must_use]
     pub fn learnt(&self) -> Learnt {

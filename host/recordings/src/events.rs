@@ -194,6 +194,15 @@ impl Events {
         self.known.pop_front()
     }
 
+    /// Releases the events that are held back, so that a touch-down is known at once: its duration is then unknown, and its
+    /// peak is that so far. The lift-off has both.
+    pub fn release(&mut self) {
+        if let Some(touch_down) = self.waiting.first_mut() {
+            touch_down.peak = self.stance.peak;
+        }
+        self.known.extend(self.waiting.drain(..));
+    }
+
     /// Ends the recording and returns the remaining events.
     pub fn finish(mut self) -> impl Iterator<Item = ContactEvent> {
         if let State::Unstable(unstable) = self.state {

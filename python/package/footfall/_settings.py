@@ -28,6 +28,7 @@ class SettingsDict(TypedDict):
     rate: float | None
     axes: str | None
     format: str | None
+    units: str | None
 
 
 class RecordingDict(TypedDict):
@@ -83,6 +84,7 @@ def settings(
     rate: float | None,
     axes: str | None,
     format: str | None = None,
+    units: str | None = None,
 ) -> SettingsDict:
     """Collects the arguments; the Rust part checks them."""
     return {
@@ -92,6 +94,7 @@ def settings(
         "rate": None if rate is None else float(rate),
         "axes": axes,
         "format": format,
+        "units": units,
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import NamedTuple, NoReturn
 
@@ -53,6 +54,9 @@ class Estimator:
     format : str, optional
         The format of the recording that the samples come from, :attr:`footfall.Recording.format`: the
         thresholds of the load depend on it. Without it they are in N.
+    units : str, optional
+        Units of the samples, such as ``"g,dps"``; by default m/s² and rad/s. With other units that no foot can have, a
+        warning comes after a second: see :meth:`check_unit`.
 
     A copy continues from the same state with the same bits. An estimator cannot be pickled: keep the samples, or
     :attr:`learnt` for a warm start.
@@ -78,10 +82,13 @@ class Estimator:
         gravity: Gravity | None = None,
         axes: str | None = None,
         format: str | None = None,
+        units: str | None = None,
     ) -> None:
         self._settings = settings(
-            preset, config, gravity=gravity, rate=rate, axes=axes, format=format
+            preset, config, gravity=gravity, rate=rate, axes=axes, format=format, units=units
         )
+        self._samples = 0
+        self._is_unit_checked = False
         self._estimator = _footfall.Estimator(self._settings)
 
     def __copy__(self) -> Estimator:
@@ -106,10 +113,35 @@ class Estimator:
     def events(self, ended: bool = False) -> tuple[Event, ...]:
         """Returns touch-downs, lift-offs and slips since the last call, as in :meth:`footfall.Result.events`.
 
-        An event is complete when its stance is: events since the last touch-down are held back until the foot has left
-        the ground, or the stream has `ended`.
+        A touch-down comes with the sample that decides it, without a duration and with the greatest probability so far.
+        Its lift-off has both. With `ended` the remaining events of the stream are returned.
         """
         return tuple(Event(*event) for event in self._estimator.events(ended))  # type: ignore[arg-type]
+
+    def check_unit(self) -> None:
+        """Checks that the forces of the last half second can be those of a foot, in m/s² after `units`.
+
+        :meth:`update` calls it after the first second, and warns.
+
+        Raises
+        ------
+        ValueError
+            They cannot be, because they are in another unit or of another full scale.
+        """
+        force = self._estimator.implausible_force()
+        if force is not None:
+            raise ValueError(
+                f"acc is {force:.3g} m/s² on average, which no foot has: give the unit, as in units=\"g,dps\", or"
+                " multiply counts by their value"
+            )
+
+    def _warn_of_unit(self) -> None:
+        try:
+            self.check_unit()
+        except ValueError as error:
+            warnings.warn(str(error), RuntimeWarning, stacklevel=3)
+        # A plausible force shows the unit for good, and one warning is enough.
+        self._is_unit_checked = True
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("an Estimator has no pickle: keep its samples, or .learnt for a warm start")
@@ -148,6 +180,9 @@ class Estimator:
         )
         t, (stable, tangential, vertical), axes, quaternion, linear, sigma_v, status = row
         state, decision, flags = status
+        self._samples += 1
+        if not self._is_unit_checked and self._samples >= self._settings["rate"]:
+            self._warn_of_unit()
         return Estimate(
             t,
             stable,
