@@ -8,6 +8,45 @@ use footfall::plot;
 use recordings::estimate::estimates_of;
 use recordings::input::{self, Format, InputOptions};
 
+#[cfg(unix)]
+#[test]
+fn row_of_a_stream_is_printed_before_the_next_line_comes() {
+    use std::io::{BufRead, BufReader, Write};
+    use std::process::Stdio;
+
+    let bench = Bench::with("walk.csv", standing());
+    bench.stdout("replay walk.csv --output out.csv");
+    let (input, expected) = (standing(), read(&bench.path("out.csv")));
+    for (arguments, held) in [("--sample-rate 1000", 20), ("", 1000)] {
+        let mut command = bench.command(&format!("replay - --output - {arguments}"));
+        let mut child = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the program that was just built");
+        let mut to = child.stdin.take().expect("a pipe");
+        let mut rows = BufReader::new(child.stdout.take().expect("a pipe")).lines();
+        let mut lines = input.lines();
+        let mut printed = Vec::new();
+        // The first rows show the format, and without a rate those of a second are needed.
+        for line in lines.by_ref().take(1 + held) {
+            writeln!(to, "{line}").expect("it is read");
+        }
+        if held < 1000 {
+            printed.extend(rows.by_ref().take(1 + held));
+            for line in lines {
+                writeln!(to, "{line}").expect("it is read");
+                printed.push(rows.next().expect("its row"));
+            }
+        }
+        drop(to);
+        printed.extend(rows);
+        let printed: Vec<String> = printed.into_iter().map(|row| row.expect("text")).collect();
+        assert!(child.wait().expect("it ends").success());
+        assert_eq!(printed, expected.lines().collect::<Vec<_>>(), "{arguments}");
+    }
+}
+
 #[test]
 fn replay_writes_header_and_one_row_per_sample() {
     let bench = Bench::with("walk.csv", standing());

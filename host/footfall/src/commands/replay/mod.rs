@@ -5,12 +5,14 @@
 //! |---|---|
 //! | the options; the request `Replay`, merged from them and checked before anything is computed; the writing of results | this one |
 //! | a recording: its reading, its notices, the estimates of its feet | `recording` |
+//! | a recording that is written while it is read | `stream` |
 //! | pictures | `pictures` |
 //! | copy of bags | `bag_copy` |
 
 mod bag_copy;
 mod pictures;
 mod recording;
+mod stream;
 
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
@@ -99,6 +101,9 @@ pub struct ReplayArguments {
 impl ReplayArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let replay = self.merged()?;
+        if replay.stream()? {
+            return Ok(());
+        }
         let recordings = replay.recordings()?;
         replay.check_names(&recordings)?;
         let feet = replay.report(recordings)?;

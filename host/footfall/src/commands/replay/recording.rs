@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 use recordings::config::{GRAVITIES, word_of};
 use recordings::events::ContactEvent;
 use recordings::hint::Notice;
-use recordings::input::{About, ContactUse, Content, Format, Stored, without_effect};
+use recordings::input::{About, ContactUse, Content, Format, Opened, Stored, without_effect};
 use recordings::jobs;
 use recordings::replay::{Layout, Observer, ReplayError, Replayed, RequestedResults, replay};
 use recordings::samples::RecordedSample;
@@ -66,8 +66,18 @@ struct StoredFoot {
 impl Replay {
     /// Reads a recording and estimates all its feet.
     pub(super) fn recording(&self, input: &Path) -> Result<ReplayedRecording, Error> {
+        let format = self.arguments.recording.reading.format;
+        self.opened(input, files::open_recording(input, format, &self.bars)?)
+    }
+
+    /// Reads a recording that was opened, and estimates all its feet.
+    pub(super) fn opened(
+        &self,
+        input: &Path,
+        opened: Opened,
+    ) -> Result<ReplayedRecording, Error> {
         let started = Instant::now();
-        let (file, feet) = self.read(input)?;
+        let (file, feet) = self.read(input, opened)?;
         let read = Instant::now();
         self.resolved.origins(&file.name).check_effects(&file.params)?;
         let notices = self.notices(&file, &feet);
@@ -77,10 +87,13 @@ impl Replay {
     }
 
     /// Reads the feet of a recording.
-    fn read(&self, input: &Path) -> Result<(RecordingFile, Vec<StoredFoot>), Error> {
+    fn read(
+        &self,
+        input: &Path,
+        opened: Opened,
+    ) -> Result<(RecordingFile, Vec<StoredFoot>), Error> {
         let arguments = &self.arguments;
         let reading = &arguments.recording.reading;
-        let opened = files::open_recording(input, reading.format, &self.bars)?;
         let format = opened.format();
         if let Some(Output::Copy(copy)) = &self.output
             && format.content() != Content::Messages

@@ -1,0 +1,243 @@
+//! Replay of a stream: the row of a sample is printed as soon as the sample has arrived on standard input.
+//!
+//! The rate is that of `--sample-rate`, or of the times in the first second, whose rows come at once. The samples are checked
+//! while they come, and findings are reported at the end. A file that is redirected to standard input is read as a whole.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use estimator_core::any::AnyParams;
+use estimator_core::{Gravity, Timestamp};
+use recordings::estimate::Estimator;
+use recordings::input::{
+    ContactUse, Correction, InputError, InputOptions, Opened, Place, Problem, StreamedSample,
+    TimesSoFar,
+};
+use recordings::output::{HEADER, RowNames, write_row};
+use recordings::plausible::Check;
+use recordings::samples::{RecordedSample, steady_time};
+
+use super::{Output, Replay};
+use crate::commands::options::with_mounting;
+use crate::error::{Error, in_words};
+use crate::files::{OutputError, STANDARD, open_recording, unless_closed};
+use crate::messages::warn;
+
+/// Span of times in which the rate is found, µs.
+const FIRST_US: u64 = 1_000_000;
+
+/// Smallest number of samples in which the rate is found.
+const LEAST_SAMPLES: usize = 10;
+
+impl Replay {
+    /// Replays standard input as a stream, if it is one and nothing is wanted but a table of the estimates on standard
+    /// output. Returns whether it has.
+    ///
+    /// # Errors
+    /// The input cannot be read, a parameter is out of range, or standard output cannot be written.
+    pub(super) fn stream(&self) -> Result<bool, Error> {
+        let arguments = &self.arguments;
+        let is_to_stdout =
+            matches!(&self.output, Some(Output::Table(path)) if path == Path::new(STANDARD));
+        let [input] = &arguments.inputs[..] else { return Ok(false) };
+        if input != Path::new(STANDARD)
+            || !is_to_stdout
+            || arguments.events.is_some()
+            || arguments.plot.is_some()
+            || !is_pipe()
+        {
+            return Ok(false);
+        }
+        let reading = &arguments.recording.reading;
+        let opened = open_recording(input, reading.format, &self.bars)?;
+        let input_options = reading.input_options(&self.resolved, ContactUse::Ignored);
+        // Settings of single feet are checked against the names in whole recordings.
+        let has_feet = !self.resolved.overrides.feet.is_empty()
+            || !input_options.foot_corrections.is_empty();
+        if has_feet || !opened.can_stream(&input_options) {
+            let recordings = vec![self.opened(input, opened)?];
+            self.check_names(&recordings)?;
+            let feet = self.report(recordings)?;
+            return self.write(feet).map(|()| true);
+        }
+        self.stream_rows(opened, &input_options)?;
+        Ok(true)
+    }
+
+    fn stream_rows(&self, opened: Opened, input_options: &InputOptions) -> Result<(), Error> {
+        let file = STANDARD;
+        let params = self.resolved.params(opened.format());
+        let origins = self.resolved.origins(file);
+        origins.check_effects(&params)?;
+        let gravity = input_options.gravity.unwrap_or(Gravity::Included);
+        let mut rows = RowStream {
+            replay: self,
+            params,
+            gravity,
+            correction: input_options.correction,
+            given_rate: input_options.sample_rate,
+            times: TimesSoFar::default(),
+            held: Vec::new(),
+            running: None,
+            count: 0,
+            start_us: 0,
+            failed: None,
+        };
+        let written = rows.write_header();
+        written.map_err(OutputError::unwritable(Path::new(STANDARD)))?;
+        let notices = opened.stream(input_options, &mut |streamed| rows.take(streamed));
+        let notices = match (notices, rows.failed.take()) {
+            // The reader of the output has gone, as `head` does, or a parameter is wrong.
+            (_, Some(StreamEnd::Closed)) => return Ok(()),
+            (_, Some(StreamEnd::Failed(error))) => return Err(*error),
+            (notices, None) => notices?,
+        };
+        rows.finish()?;
+        notices.iter().map(in_words).for_each(warn);
+        let Some(running) = rows.running else { return Ok(()) };
+        let findings = with_mounting(running.check.findings(), &input_options.correction.mounting);
+        self.arguments.recording.reading.report(file, &findings)
+    }
+}
+
+/// Returns whether standard input is a pipe or a terminal, which may be written to while it is read.
+fn is_pipe() -> bool {
+    let about = std::fs::metadata("/dev/stdin");
+    about.is_ok_and(|about| !about.is_file())
+}
+
+/// Writer of the rows of a stream.
+struct RowStream<'a> {
+    replay: &'a Replay,
+    params: AnyParams,
+    gravity: Gravity,
+    correction: Correction,
+    given_rate: Option<f32>,
+    times: TimesSoFar,
+    /// Samples until the rate is known.
+    held: Vec<RecordedSample>,
+    running: Option<Running>,
+    /// Number of samples so far.
+    count: usize,
+    start_us: i64,
+    failed: Option<StreamEnd>,
+}
+
+struct Running {
+    estimator: Estimator,
+    check: Check,
+    rate: f32,
+}
+
+/// Reason why a stream ends before its input.
+enum StreamEnd {
+    /// The reader of the output has closed it.
+    Closed,
+    Failed(Box<Error>),
+}
+
+impl RowStream<'_> {
+    fn write_header(&self) -> io::Result<()> {
+        let mut to = io::stdout().lock();
+        let written = RowNames::Absent.write_header(HEADER, &mut to).and_then(|()| to.flush());
+        unless_closed(written)
+    }
+
+    /// Processes a sample. An error of the output is kept in `failed`, and ends the stream.
+    fn take(&mut self, streamed: StreamedSample) -> Result<(), InputError> {
+        self.start_us = streamed.start_us.unwrap_or(0);
+        let mut sample = streamed.sample;
+        let has_times = streamed.start_us.is_some();
+        if has_times {
+            let us = i64::try_from(sample.imu.timestamp.as_micros()).unwrap_or(i64::MAX);
+            self.times.add(us);
+        } else if let Some(rate) = self.given_rate {
+            sample.imu.timestamp = steady_time(self.count, rate);
+        }
+        self.count += 1;
+        sample.imu = self.correction.corrected(sample.imu);
+        if self.running.is_some() {
+            return self.end_if_failed(|rows| rows.write(&[sample]));
+        }
+        self.held.push(sample);
+        // Without times, a missing rate is an error.
+        let is_known = self.given_rate.is_some()
+            || !has_times
+            || self.held.len() >= LEAST_SAMPLES
+                && sample.imu.timestamp >= Timestamp::from_micros(FIRST_US);
+        if is_known { self.end_if_failed(Self::start) } else { Ok(()) }
+    }
+
+    fn end_if_failed(
+        &mut self,
+        step: impl FnOnce(&mut Self) -> Result<(), StreamEnd>,
+    ) -> Result<(), InputError> {
+        match step(self) {
+            Ok(()) => Ok(()),
+            Err(end) => {
+                self.failed = Some(end);
+                // It is not shown: `failed` has the reason.
+                let problem = Problem::Unreadable(io::ErrorKind::BrokenPipe.into());
+                Err(InputError { file: STANDARD.to_owned(), place: Place::File, problem })
+            }
+        }
+    }
+
+    /// Starts the estimator, and writes the rows of the samples so far.
+    fn start(&mut self) -> Result<(), StreamEnd> {
+        let failed = |error: Error| StreamEnd::Failed(Box::new(error));
+        let rate = self.times.rate(self.given_rate).map_err(|error| failed(error.into()))?;
+        let estimator = Estimator::new(rate, self.gravity, &self.params).map_err(|error| {
+            failed(self.replay.resolved.origins(STANDARD).explain(&error).into())
+        })?;
+        let check = Check::new(rate, self.gravity).with_thresholds(self.params.params.load);
+        self.running = Some(Running { estimator, check, rate });
+        let held = std::mem::take(&mut self.held);
+        self.write(&held)
+    }
+
+    /// Writes the rows of samples, which the reader has at once.
+    fn write(&mut self, samples: &[RecordedSample]) -> Result<(), StreamEnd> {
+        let Some(Running { estimator, check, .. }) = &mut self.running else { return Ok(()) };
+        let span = self.replay.span;
+        let mut to = io::stdout().lock();
+        let mut text = Vec::new();
+        for sample in samples {
+            if span.is_before(sample.imu.timestamp) {
+                to.write_all(&text).and_then(|()| to.flush()).map_err(output_end)?;
+                return Err(StreamEnd::Closed);
+            }
+            let estimate = estimator.update(sample);
+            check.add(sample);
+            if span.contains(estimate.timestamp) {
+                write_row(None, &estimate, self.start_us, &mut text).map_err(output_end)?;
+            }
+        }
+        to.write_all(&text).and_then(|()| to.flush()).map_err(output_end)
+    }
+
+    /// Writes the rows of a stream that was shorter than the time in which the rate is found.
+    fn finish(&mut self) -> Result<(), Error> {
+        if self.running.is_none() {
+            match self.start() {
+                Ok(()) | Err(StreamEnd::Closed) => {}
+                Err(StreamEnd::Failed(error)) => return Err(*error),
+            }
+        }
+        let rate = self.running.as_ref().map(|running| running.rate);
+        let preset = self.replay.resolved.preset;
+        let notice = rate.and_then(|rate| {
+            preset.window_notice(recordings::input::Format::Csv, &self.params, STANDARD, rate)
+        });
+        notice.iter().map(in_words).for_each(warn);
+        Ok(())
+    }
+}
+
+/// Returns the end of a stream whose row cannot be written.
+fn output_end(error: io::Error) -> StreamEnd {
+    if error.kind() == io::ErrorKind::BrokenPipe {
+        return StreamEnd::Closed;
+    }
+    StreamEnd::Failed(Box::new(OutputError::unwritable(Path::new(STANDARD))(error).into()))
+}
