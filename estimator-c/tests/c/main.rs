@@ -109,6 +109,97 @@ fn programs_of_the_document_compile_as_c_and_cpp() {
     }
 }
 
+/// Declarations of the parts of ROS 2 that the program of a document uses: a topic whose samples are given at once.
+const ROS: [(&str, &str); 3] = [
+    (
+        "rclcpp/rclcpp.hpp",
+        r#"
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+namespace builtin { struct Time { int32_t sec; uint32_t nanosec; }; }
+namespace rclcpp {
+struct SensorDataQoS {};
+struct Time {
+    builtin::Time time;
+    explicit Time(const builtin::Time &of) : time(of) {}
+    int64_t nanoseconds() const { return time.sec * 1000000000ll + time.nanosec; }
+};
+template <class M> struct Publisher {
+    void publish(const M &message) { std::printf("%.9g\n", message.data); }
+};
+struct Node {
+    std::function<void()> run;
+    explicit Node(const char *) {}
+    template <class M> std::shared_ptr<Publisher<M>> create_publisher(const char *, int) {
+        return std::make_shared<Publisher<M>>();
+    }
+    template <class M, class F> int create_subscription(const char *, SensorDataQoS, F callback) {
+        run = [callback] {
+            for (uint32_t k = 0; k < 2000; ++k) {
+                M imu{};
+                imu.header.stamp = {static_cast<int32_t>(7 + k / 400), k % 400 * 2500000};
+                imu.linear_acceleration.z = 9.81;
+                callback(imu);
+            }
+        };
+        return 0;
+    }
+};
+inline void init(int, char **) {}
+inline void spin(const std::shared_ptr<Node> &node) { node->run(); }
+inline void shutdown() {}
+}
+"#,
+    ),
+    (
+        "sensor_msgs/msg/imu.hpp",
+        r#"
+#pragma once
+#include <rclcpp/rclcpp.hpp>
+namespace sensor_msgs { namespace msg {
+struct Vector3 { double x, y, z; };
+struct Header { builtin::Time stamp; };
+struct Imu { Header header; Vector3 angular_velocity, linear_acceleration; };
+} }
+"#,
+    ),
+    (
+        "std_msgs/msg/float64.hpp",
+        "#pragma once\nnamespace std_msgs { namespace msg { struct Float64 { double data; }; } }\n",
+    ),
+];
+
+#[test]
+fn node_of_the_document_publishes_p_of_each_sample() {
+    let document = folder().join("../docs/guide/own-imus.md");
+    let text = fs::read_to_string(document).expect("the document");
+    let program = text.split("```cpp\n").nth(1).and_then(|rest| rest.split("```").next());
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let path = temporary.path().join("node.cpp");
+    fs::write(&path, program.expect("a program")).expect("a file");
+    for (name, content) in ROS {
+        let header = temporary.path().join(name);
+        fs::create_dir_all(header.parent().expect("a folder")).expect("a folder");
+        fs::write(header, content).expect("a file");
+    }
+    if !installed(CPP[0], "g++") {
+        return;
+    }
+    let program = temporary.path().join("node");
+    let include = format!("-I{}", temporary.path().display());
+    // The node keeps its subscription by a name that nothing else uses.
+    let compiler = [&CPP[..], &[include.as_str(), "-Wno-unused-variable"]].concat();
+    compile(&compiler, &path, &library(), &program);
+    let shown = run(&mut Command::new(program));
+    let shown = String::from_utf8(shown.stdout).expect("text");
+    let probabilities: Vec<f64> = shown.lines().map(|line| line.parse().expect("P")).collect();
+    assert_eq!(probabilities.len(), 2000);
+    assert!(probabilities[1999] > 0.9, "{:?}", &probabilities[1990..]);
+}
+
 /// A C program's line for the size of a struct or the offset of a field, and the same in Rust.
 macro_rules! layout {
     ($($name:literal = $type:ty { $($field:ident),* })*) => {

@@ -5,8 +5,12 @@
 //! of them or none, so it is used only on systems without signals.
 
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use recordings::whole_file::remove_unfinished_and_exit;
+
+use crate::messages::warn;
 
 /// Exit code of a program ended by Ctrl-C, as used by shells.
 pub const INTERRUPTED: i32 = 130;
@@ -18,8 +22,11 @@ pub fn tidy_up_when_interrupted() {
     let _ = listen();
 }
 
+/// Time for an orderly end. A device that does not respond, or a reader that has stopped, may block it.
+const GRACE: Duration = Duration::from_secs(5);
+
 /// Makes the first interruption request an orderly end, reported by [`is_interrupted`]. The next interruption exits
-/// at once.
+/// at once, as does the program if it has not ended after [`GRACE`].
 pub fn finish_when_interrupted() {
     INTERRUPTION.store(FINISHES, Ordering::Relaxed);
 }
@@ -43,6 +50,15 @@ fn interrupt() {
     if request.is_err() {
         remove_unfinished_and_exit(INTERRUPTED);
     }
+    // The thread ends with the program.
+    thread::spawn(|| {
+        thread::sleep(GRACE);
+        warn(format!(
+            "the device or the reader of the output has blocked the end for {} s, so the program ends without it",
+            GRACE.as_secs()
+        ));
+        remove_unfinished_and_exit(INTERRUPTED);
+    });
 }
 
 #[cfg(not(unix))]

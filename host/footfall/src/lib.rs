@@ -10,6 +10,7 @@
 //! | learning a foot in advance, or finding sensor errors | [`recordings::calibrate`] |
 //! | scoring the estimates | [`recordings::scoring`] |
 //! | syntax of a source of streaming feet | [`source`] |
+//! | syntax of topics of ROS 2 as sources | [`topic_source`] |
 //! | receiving streaming feet, and decoding their output | [`feet`] |
 //! | streaming feet: reports, and messages of ROS 2 | [`stream`], [`mod@ros`] |
 //! | simulating a walk, and the output of a foot | [`gait`], [`simulated_robot::walk`] |
@@ -32,6 +33,7 @@ pub mod report;
 pub mod ros;
 pub mod source;
 pub mod stream;
+pub mod topic_source;
 
 pub use error::Error;
 pub use source::{Source, SourceArgument};

@@ -6,6 +6,7 @@
 //! | `usb:FR`, `usb:E66164084332A925` | the foot on USB with this name or serial number |
 //! | `uart:/dev/ttyACM*` | all ports of this pattern |
 //! | `demo`, `demo:feet=4,speed=10` | simulated feet; keys are [`Demo`]'s |
+//! | `ros2:FL=/lf_foot/imu`, `ros2:/*/imu` | topics of ROS 2, see [`topic_source`](crate::topic_source) |
 //! | anything else | a line or a file, see [`feet::source`] |
 
 use std::collections::BTreeSet;
@@ -21,6 +22,9 @@ use feet::{LineSource, Link, LinkError, Playback};
 use recordings::input::matches_pattern;
 use simulated_robot::{Demo, DemoError};
 use thiserror::Error;
+
+use crate::feature::{Feature, NotBuilt};
+use crate::topic_source::{FootLoad, ROS2, RosDomain, TopicFeet};
 
 /// Kinds of sources beside lines, before the colon.
 const DEMO: &str = "demo";
@@ -51,6 +55,8 @@ pub enum Source {
     Line(feet::Source),
     /// Simulated feet.
     Demo(Demo),
+    /// Topics of ROS 2.
+    Topics(TopicFeet),
 }
 
 /// Error in the text of a source.
@@ -58,12 +64,20 @@ pub enum Source {
 pub enum SourceTextError {
     /// The kind of source is unknown.
     #[error(
-        "{0:?} is not a source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+        "{0:?} is not a source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], ros2:[FOOT=]TOPIC, file:PATH[@SPEED] and demo[:feet=4]"
     )]
     Unknown(String),
     /// Several sources are written as one.
     #[error("{0:?} are several sources: separate them by spaces")]
     Several(String),
+    /// The text of a topic is invalid.
+    #[error("{:?}: {reason}", format!("{ROS2}:{text}"))]
+    Topic {
+        /// The text after the kind.
+        text: String,
+        /// Reason, with the expected form.
+        reason: &'static str,
+    },
     /// The text of a line or a file is invalid.
     #[error(transparent)]
     Line(SourceError),
@@ -105,6 +119,9 @@ pub enum FindError {
     /// One foot is needed.
     #[error("{0} are several sources: name one")]
     Several(String),
+    /// The feature of the source is not built.
+    #[error(transparent)]
+    NotBuilt(#[from] NotBuilt),
 }
 
 fn names(ports: &[UsbPort]) -> String {
@@ -128,6 +145,10 @@ impl FromStr for SourceArgument {
         }
         match kind {
             DEMO => Ok(Self::One(Source::Demo(rest.parse()?))),
+            ROS2 => {
+                let feet = vec![rest.parse()?];
+                Ok(Self::One(Source::Topics(TopicFeet { feet, ..TopicFeet::default() })))
+            }
             USB if rest.is_empty() => Ok(Self::Usb),
             USB => Ok(Self::OneOnUsb(rest.to_owned())),
             _ => match text.parse() {
@@ -169,7 +190,12 @@ impl SourceArgument {
     /// There is none, or the foot on USB is not there.
     pub fn find(&self) -> Result<Vec<Source>, FindError> {
         match self {
-            Self::One(source) => Ok(vec![source.clone()]),
+            Self::One(source) => {
+                if matches!(source, Source::Topics(_)) {
+                    Feature::Ros2.needed_for(source)?;
+                }
+                Ok(vec![source.clone()])
+            }
             Self::Ports { pattern, baud } => match ports(pattern) {
                 ports if ports.is_empty() => Err(FindError::NoPort(pattern.clone())),
                 ports => Ok(ports.into_iter().map(|port| uart(port, *baud)).collect()),
@@ -207,6 +233,16 @@ pub fn find_all(sources: &[SourceArgument]) -> Result<Vec<Source>, FindError> {
     let mut ports = BTreeSet::new();
     for source in sources {
         for source in source.find()? {
+            // Topics are one line, because they share a participant of DDS.
+            if let Source::Topics(TopicFeet { feet, .. }) = &source
+                && let Some(Source::Topics(all)) =
+                    found.iter_mut().find(|other| matches!(other, Source::Topics(_)))
+            {
+                let new = feet.iter().filter(|foot| !all.feet.contains(foot));
+                let new: Vec<_> = new.cloned().collect();
+                all.feet.extend(new);
+                continue;
+            }
             let is_new = match &source {
                 // A port has several names.
                 Source::Line(feet::Source::Uart { port, .. }) => {
@@ -284,6 +320,7 @@ impl fmt::Display for Source {
         match self {
             Self::Line(line) => line.fmt(f),
             Self::Demo(demo) => demo.fmt(f),
+            Self::Topics(topics) => topics.fmt(f),
         }
     }
 }
@@ -294,7 +331,7 @@ impl Source {
     pub fn file(&self) -> Option<&Path> {
         match self {
             Self::Line(line) => line.file(),
-            Self::Demo(_) => None,
+            Self::Demo(_) | Self::Topics(_) => None,
         }
     }
 
@@ -306,16 +343,37 @@ impl Source {
                 Some(port)
             }
             Self::Line(feet::Source::Can { interface }) => Some(interface),
-            Self::Line(feet::Source::File { .. }) | Self::Demo(_) => None,
+            Self::Line(feet::Source::File { .. }) | Self::Demo(_) | Self::Topics(_) => None,
         }
     }
 
-    /// Sets how a recording of an IMU is read and estimated. Other sources do not change.
+    /// Returns whether the feet of the source are estimated here, from the samples of their IMUs.
+    #[must_use]
+    pub fn is_estimated_here(&self) -> bool {
+        matches!(self, Self::Topics(_)) || self.file().is_some()
+    }
+
+    /// Sets how the samples of an IMU, recorded or live, are read and estimated. Other sources do not change.
     #[must_use]
     pub fn played_with(self, playback: Playback) -> Self {
         match self {
             Self::Line(line) => Self::Line(line.played_with(playback)),
+            Self::Topics(topics) => {
+                Self::Topics(TopicFeet { playback: Box::new(playback), ..topics })
+            }
             demo @ Self::Demo(_) => demo,
+        }
+    }
+
+    /// Sets the domain of topics, and the topics of their loads. Other sources do not change.
+    #[must_use]
+    pub fn with_topics(self, domain: &RosDomain, loads: &[FootLoad]) -> Self {
+        match self {
+            Self::Topics(topics) => {
+                let (domain, loads) = (domain.clone(), loads.to_vec());
+                Self::Topics(TopicFeet { domain, loads, ..topics })
+            }
+            other => other,
         }
     }
 
@@ -325,6 +383,7 @@ impl Source {
         match self {
             Self::Line(line) => Self::Line(line.at_speed(speed)),
             Self::Demo(demo) => Self::Demo(demo.at_speed(speed)),
+            topics @ Self::Topics(_) => topics,
         }
     }
 
@@ -332,6 +391,7 @@ impl Source {
         match self {
             Self::Line(line) => line,
             Self::Demo(demo) => demo,
+            Self::Topics(topics) => topics,
         }
     }
 }
@@ -370,7 +430,7 @@ mod tests {
     fn unknown_source_error_lists_all_kinds() {
         assert_eq!(
             error("/dev/ttyACM0"),
-            "\"/dev/ttyACM0\" is not a source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+            "\"/dev/ttyACM0\" is not a source; sources are usb, usb:FR, uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], ros2:[FOOT=]TOPIC, file:PATH[@SPEED] and demo[:feet=4]"
         );
         let demo = SourceArgument::One(Source::Demo(Demo::default()));
         assert_eq!("demo".parse(), Ok(demo));

@@ -23,7 +23,7 @@ use wire::NodeId;
 use crate::Source;
 use crate::error::{Error, in_words};
 use crate::interruption::is_interrupted;
-use crate::messages::warn;
+use crate::messages::{detail, warn};
 
 /// Time without arrivals after which [`Sink::idle`] is called.
 const QUIET: Duration = Duration::from_millis(200);
@@ -170,6 +170,9 @@ impl Stream {
                 Update::Message(foot, _) => self.warn_of_shared_id(foot),
                 Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
                 Update::Line(FeedEvent::Ended(error)) => return Ok(Some(error)),
+                Update::Line(FeedEvent::Remark(remark)) if is_detail(&remark) => {
+                    detail(in_words(&remark));
+                }
                 Update::Line(event) => {
                     self.unheard.remove_waiting(&event);
                     line_event_text(&event).into_iter().for_each(warn);
@@ -472,6 +475,12 @@ pub fn line_event_text(event: &FeedEvent) -> Option<String> {
         FeedEvent::Remark(remark) => Some(remark_text(remark)),
         FeedEvent::Opened | FeedEvent::Arrived(_) | FeedEvent::Ended(_) => None,
     }
+}
+
+/// Returns whether a remark is of a usual fact, which needs no warning.
+#[must_use]
+pub const fn is_detail(remark: &Remark) -> bool {
+    matches!(remark, Remark::Detail(_) | Remark::Rate(..))
 }
 
 /// Returns a remark about a recording that is played, in words. Commands that play accept the options that a finding

@@ -240,7 +240,7 @@ fn calibration_of_a_foot_keeps_those_of_others() {
 #[cfg(feature = "bags")]
 fn warning_about_axes_names_its_foot() {
     let bench = Bench::new();
-    bench.stdout("record demo:feet=2,line=uart,seconds=12 -o walk.mcap");
+    bench.stdout("record demo:feet=2,line=uart,seconds=12,speed=max -o walk.mcap");
     let lying = "--topic all --axes L=x,-z,y";
     for command in [
         format!("replay walk.mcap --estimate-again {lying}"),

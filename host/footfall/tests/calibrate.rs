@@ -21,6 +21,23 @@ fn learnt(bench: &Bench, file: &str) -> Learnt {
 }
 
 #[test]
+fn all_feet_of_a_line_are_calibrated_from_one_walk() {
+    for line in ["can", "uart"] {
+        let bench = Bench::new();
+        let source = format!("demo:feet=4,line={line},speed=max");
+        let report = bench.json(&format!("calibrate {source} --write --output robot.toml"));
+        assert_eq!(report["written"], true, "{line}: {report}");
+        let feet = report["feet"].as_object().expect("feet");
+        let names: Vec<&str> = feet.keys().map(String::as_str).collect();
+        assert_eq!(names, ["FL", "FR", "RL", "RR"], "{line}");
+        let file = read(&bench.path("robot.toml"));
+        for name in names {
+            assert_has(&file, &format!("[feet.{name}"));
+        }
+    }
+}
+
+#[test]
 fn configuration_on_stdout_is_alone_there() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     bench.stdout("calibrate walk.csv --output robot.toml");

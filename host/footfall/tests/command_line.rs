@@ -144,6 +144,18 @@ fn signals_ignored_at_start_stay_ignored() {
 }
 
 #[test]
+fn manual_has_a_page_for_each_command() {
+    let bench = Bench::new();
+    let page = bench.stdout("man");
+    assert!(page.contains(".TH footfall 1"), "{page}");
+    bench.stdout("man man1");
+    for command in ["", "-replay", "-foot-set", "-ros2"] {
+        let page = read(&bench.path(&format!("man1/footfall{command}.1")));
+        assert!(page.contains(".SH NAME"), "{command}");
+    }
+}
+
+#[test]
 fn configuration_errors_give_the_place_of_each() {
     let bench = Bench::new();
     let check = |content: &str| {

@@ -30,7 +30,7 @@ fn atlas() -> String {
 /// Returns recordings of each kind, with the options to read them.
 fn sources(bench: &Bench) -> Vec<(&'static str, &'static str)> {
     bench.stdout("demo --output demo");
-    bench.stdout("record demo:feet=2,line=uart,seconds=4 -o feet.mcap");
+    bench.stdout("record demo:feet=2,line=uart,seconds=4,speed=max -o feet.mcap");
     fs::write(bench.path("atlas.txt"), atlas()).expect("a file");
     let indexed = "stamp;imu_acc_x;imu_acc_y;imu_acc_z;imu_gyro_x;imu_gyro_y;imu_gyro_z\n"
         .to_owned()

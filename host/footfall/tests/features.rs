@@ -4,7 +4,7 @@ use crate::common::Bench;
 use footfall::feature::Feature;
 
 /// Commands by the feature they need.
-const NEEDS: [(Feature, &str); 10] = [
+const NEEDS: [(Feature, &str); 12] = [
     (Feature::Bags, "replay walk.mcap"),
     (Feature::Bags, "replay walk.db3"),
     (Feature::Bags, "replay walk.bag"),
@@ -15,6 +15,8 @@ const NEEDS: [(Feature, &str); 10] = [
     (Feature::Parquet, "replay walk.csv --output new.parquet"),
     (Feature::Parquet, "convert walk.csv new.parquet"),
     (Feature::Ros2, "ros2 demo:feet=1 --compat champ"),
+    (Feature::Ros2, "monitor ros2:FL=/lf_foot/imu"),
+    (Feature::Ros2, "calibrate ros2:/*/imu"),
 ];
 
 #[test]

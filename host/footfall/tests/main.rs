@@ -38,5 +38,7 @@ mod replay_refusals;
 mod ros2;
 mod several;
 mod tables;
+#[cfg(feature = "ros2")]
+mod topics;
 #[cfg(feature = "foxglove")]
 mod view;

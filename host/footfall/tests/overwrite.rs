@@ -25,7 +25,7 @@ const WRITERS: &str = "
     demo --output . => plot.svg
     demo --output . => can.log
     demo --output . => uart.bin
-    record demo:seconds=1 -o => there.mcap
+    record demo:seconds=1,speed=max -o => there.mcap
     foot uart:/dev/null export => there.txt
 ";
 

@@ -18,7 +18,7 @@ pub fn count(report: &str, topic: &str) -> u64 {
 #[test]
 fn recording_of_four_feet_is_complete_and_replayable() {
     let bench = Bench::new();
-    let output = bench.run("record demo:feet=4,line=uart,seconds=10 -o walk.mcap");
+    let output = bench.run("record demo:feet=4,line=uart,seconds=10,speed=max -o walk.mcap");
     let report = text(&output.stdout);
     assert_eq!((text(&output.stderr).as_str(), output.status.code()), ("", Some(0)));
     for foot in ["FL", "FR", "RL", "RR"] {
@@ -45,7 +45,7 @@ fn recording_without_a_message_keeps_the_file_it_would_replace() {
     bench.refuses(&format!("{command} walk.mcap"), "nothing was recorded");
     assert_eq!(read(&bench.path("walk.mcap")), "precious");
     bench.refuses(&format!("{command} new.mcap"), "nothing was recorded");
-    bench.stdout("record demo:seconds=1 --overwrite -o walk.mcap");
+    bench.stdout("record demo:seconds=1,speed=max --overwrite -o walk.mcap");
     assert!(fs::read(bench.path("walk.mcap")).expect("a file").starts_with(b"\x89MCAP"));
     assert_eq!(bench.files(), ["walk.mcap"]);
 }
@@ -61,18 +61,18 @@ fn seconds_of_a_recording_are_those_of_its_data() {
 #[test]
 fn forces_and_stances_of_all_feet_are_recorded() {
     let bench = Bench::new();
-    let four = "record demo:feet=4,seconds=3 --compat wrench,all-stand --wrench-force 40";
+    let four = "record demo:feet=4,seconds=3,speed=max --compat wrench,all-stand --wrench-force 40";
     let report = bench.stdout(&format!("{four} -o four.mcap"));
     for foot in ["FL", "FR", "RL", "RR"] {
         let wrenches = count(&report, &format!("/footfall/{foot}/wrench"));
         assert!(wrenches > 2800, "{foot}: {wrenches}");
     }
     assert!(count(&report, "/footfall/all_stand") > 2800, "{report}");
-    let report = bench.stdout("record demo:feet=2,seconds=3 --compat biped,wrench -o two.mcap");
+    let report = bench.stdout("record demo:feet=2,seconds=3,speed=max --compat biped,wrench -o two.mcap");
     assert!(count(&report, "/footfall/phase") > 2000, "{report}");
     assert!(count(&report, "/footfall/L/wrench") > 2800, "{report}");
     bench.refuses(
-        "record demo:feet=2,seconds=3 --compat biped,champ -o mixed.mcap",
+        "record demo:feet=2,seconds=3,speed=max --compat biped,champ -o mixed.mcap",
         "--compat biped is of two feet, and champ of four: give one of them",
     );
     bench.refuses(
@@ -122,7 +122,7 @@ fn recordings_made_apart_merge_into_one_robot() {
     let bench = Bench::new();
     for (file, names) in [("front", "L=FL,R=FR"), ("rear", "L=RL,R=RR")] {
         bench.stdout(&format!(
-            "record demo:feet=2,line=uart,seconds=2 --names {names} -o {file}.mcap"
+            "record demo:feet=2,line=uart,seconds=2,speed=max --names {names} -o {file}.mcap"
         ));
     }
     let report = bench.stdout("convert front.mcap rear.mcap -o robot.mcap --topic all");
@@ -228,6 +228,31 @@ fn interrupted_and_killed_recordings_are_readable() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn interruption_ends_a_command_whose_device_never_responds() {
+    let bench = Bench::new();
+    let path = bench.path("board.sock");
+    let device = std::os::unix::net::UnixListener::bind(&path).expect("a socket");
+    let source = format!("uart:{}", path.display());
+    for command in ["record SOURCE -o walk.mcap", "calibrate SOURCE", "monitor SOURCE"] {
+        let mut child = bench.start(&command.replace("SOURCE", &source), None);
+        // The device takes the connection, and says nothing.
+        let _line = device.accept().expect("the program connects");
+        assert!(kill("TERM", &child));
+        let code = child.wait().expect("it ends").code();
+        assert_eq!(code, Some(130), "{command}");
+    }
+}
+
+#[test]
+fn simulated_feet_are_recorded_in_real_time() {
+    let bench = Bench::new();
+    let began = std::time::Instant::now();
+    bench.stdout("record demo:feet=1,seconds=2 -o walk.mcap");
+    assert!(began.elapsed() >= Duration::from_secs(2), "{:?}", began.elapsed());
+}
+
 /// Returns three seconds of output of two boards with the id of FL, in the format of `candump -L`.
 fn log_of_two_boards_with_one_id() -> String {
     let source = "feet=2,speed=max,seconds=3".parse::<simulated_robot::Demo>();
@@ -315,7 +340,7 @@ fn existing_file_is_replaced_on_request_by_a_valid_source_alone() {
         assert_eq!(bench.files(), ["walk.mcap"]);
         assert_eq!(read(&bench.path("walk.mcap")), "precious");
     }
-    bench.stdout("record demo:seconds=1 -o walk.mcap --overwrite");
+    bench.stdout("record demo:seconds=1,speed=max -o walk.mcap --overwrite");
     let bytes = fs::read(bench.path("walk.mcap")).expect("a file");
     assert!(bytes.starts_with(b"\x89MCAP0"));
 }
@@ -325,8 +350,8 @@ fn existing_file_is_replaced_on_request_by_a_valid_source_alone() {
 fn pipe_and_device_are_written_in_place_and_a_terminal_is_not() {
     let bench = Bench::new();
     for line in [
-        "mkfifo pipe && { timeout 60 cat pipe > walk.mcap & } && \"$0\" record demo:seconds=2 -o pipe; wait",
-        "\"$0\" record demo:seconds=2 -o /dev/stdout | cat > walk.mcap",
+        "mkfifo pipe && { timeout 60 cat pipe > walk.mcap & } && \"$0\" record demo:seconds=2,speed=max -o pipe; wait",
+        "\"$0\" record demo:seconds=2,speed=max -o /dev/stdout | cat > walk.mcap",
     ] {
         let output = bench.shell("sh", line).expect("a shell");
         let (said, error) = (text(&output.stdout), text(&output.stderr));
@@ -334,11 +359,11 @@ fn pipe_and_device_are_written_in_place_and_a_terminal_is_not() {
         assert_has(&error, "wrote ");
         assert_has(&bench.stdout("replay walk.mcap"), "walk: 2000 samples");
     }
-    let output = bench.run("record demo:seconds=1 -o /dev/null");
+    let output = bench.run("record demo:seconds=1,speed=max -o /dev/null");
     assert!(output.status.success(), "{output:?}");
     // A new pseudo-terminal.
     bench.refuses(
-        "record demo:seconds=1 -o /dev/ptmx",
+        "record demo:seconds=1,speed=max -o /dev/ptmx",
         "footfall: /dev/ptmx is a terminal or a serial port, and a recording is binary: name a file, or a pipe",
     );
 }
@@ -457,7 +482,7 @@ fn feet_of_a_bag_are_calibrated_each_by_itself() {
 fn copy_of_a_bag_wants_a_place_for_each_foot() {
     let bench = Bench::new();
     let names = "--names 0x15=FL,0x16=R";
-    bench.stdout(&format!("record demo:feet=2,line=uart,seconds=3 {names} -o walk.mcap"));
+    bench.stdout(&format!("record demo:feet=2,line=uart,seconds=3,speed=max {names} -o walk.mcap"));
     // Copy without the contacts of the recording.
     bench.stdout("convert walk.mcap imu.mcap --topic all");
     let copy = "replay imu.mcap --topic all --output copy.mcap";

@@ -176,7 +176,7 @@ fn option_of_the_estimate_is_remarked_as_without_effect() {
 #[test]
 fn recording_of_a_foot_on_can_replays_at_its_rate() {
     let bench = Bench::new();
-    bench.stdout("record demo:feet=2,seconds=6 -o walk.mcap");
+    bench.stdout("record demo:feet=2,seconds=6,speed=max -o walk.mcap");
     let samples = |options: &str| {
         let output = bench.run(&format!("replay walk.mcap --topic all --json{options}"));
         assert!(output.status.success(), "{output:?}");
@@ -226,7 +226,7 @@ fn playback_repeats_recorded_contacts() {
 fn recordings_of_feet_are_recorded_again_alike() {
     for line in ["can", "uart"] {
         let bench = Bench::new();
-        bench.stdout(&format!("record demo:feet=2,seconds=6,line={line} -o walk.mcap"));
+        bench.stdout(&format!("record demo:feet=2,seconds=6,speed=max,line={line} -o walk.mcap"));
         bench.stdout("record file:walk.mcap --topic all -o again.mcap");
         let rows = |bag: &str| {
             bench.stdout(&format!("replay {bag} --topic all --output rows.csv --overwrite"));

@@ -20,7 +20,7 @@ use ros2_client::{
 use crate::common::{Bench, assert_has, text};
 use crate::packages::{self, Packages};
 
-const REQUIREMENTS: &str = include_str!("python/ros2.txt");
+pub const REQUIREMENTS: &str = include_str!("python/ros2.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/ros2.py");
 
 /// `CycloneDDS` on the loopback interface only, without multicast: test machines may lack other interfaces or the
@@ -33,7 +33,12 @@ const LOOPBACK: &str = "<CycloneDDS><Domain><General>\
 
 /// Runs the script, which fails the test if it fails. No message may be rejected or missing, so it prints no error.
 fn run_script(packages: &Packages, arguments: &[&str]) {
-    let mut command = packages.command(SCRIPT);
+    run(packages, SCRIPT, arguments);
+}
+
+/// Runs a script beside `CycloneDDS`, which fails the test if it fails or prints an error.
+pub fn run(packages: &Packages, script: &str, arguments: &[&str]) {
+    let mut command = packages.command(script);
     let output = command.args(arguments).env("CYCLONEDDS_URI", LOOPBACK).output();
     let output = output.expect("Python runs");
     let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
@@ -69,7 +74,7 @@ fn cyclonedds_receives_every_message_of_four_feet() {
     let slow_feet = "demo:feet=4,seconds=7,speed=0.5";
     for (compat, reliability) in [("champ", "reliable"), ("pronto", "best-effort")] {
         let bench = Bench::new();
-        bench.run(&format!("record {feet} -o walk.mcap"));
+        bench.run(&format!("record {feet},speed=max -o walk.mcap"));
         let walk = bench.path("walk.mcap");
         let domain = Domain::take();
         let id = domain.id.to_string();
@@ -216,14 +221,14 @@ fn parameters_are_listed_and_read_only() {
 const DOMAINS: u32 = 100;
 
 /// A domain that no other test of this machine uses until this is dropped.
-struct Domain {
-    id: u16,
+pub struct Domain {
+    pub id: u16,
     _lock: File,
 }
 
 impl Domain {
     /// Takes a domain that is free.
-    fn take() -> Self {
+    pub fn take() -> Self {
         let folder = env::temp_dir().join("footfall-dds-domains");
         fs::create_dir_all(&folder).expect("a folder");
         let ids = (0..DOMAINS).map(|turn| 1 + (process::id() + turn) % DOMAINS);

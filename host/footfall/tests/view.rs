@@ -27,7 +27,7 @@ fn client(arguments: &[&str]) -> Option<String> {
 fn third_party_client_receives_every_recorded_message() {
     let bench = Bench::new();
     let demo = "demo:feet=4,seed=7,seconds=6";
-    bench.stdout(&format!("record {demo} -o walk.mcap"));
+    bench.stdout(&format!("record {demo},speed=max -o walk.mcap"));
     let recording = bench.path("walk.mcap").display().to_string();
     let Some(counts) = client(&["compare", PROGRAM, demo, &recording]) else {
         return;
@@ -48,6 +48,88 @@ fn third_party_client_receives_every_recorded_message() {
 fn stalled_client_delays_no_other() {
     // Without an end, at full speed.
     client(&["slow", PROGRAM, "demo:feet=4,speed=max"]);
+}
+
+/// A running `footfall view` of a simulated foot, with its port and what it prints.
+struct Viewed {
+    process: std::process::Child,
+    said: std::io::Lines<std::io::BufReader<std::process::ChildStderr>>,
+    port: u16,
+}
+
+impl Viewed {
+    fn start(arguments: &str) -> Self {
+        use std::io::BufRead;
+        let bench = Bench::new();
+        let mut command = bench.command(&format!("view demo --port 0 {arguments}"));
+        let mut process = command.stderr(std::process::Stdio::piped()).spawn().expect("it starts");
+        let stderr = process.stderr.take().expect("a pipe");
+        let mut said = std::io::BufReader::new(stderr).lines();
+        let first = said.next().expect("a line").expect("text");
+        let port = first.rsplit(':').next().and_then(|port| port.parse().ok());
+        Self { process, said, port: port.unwrap_or_else(|| panic!("{first}")) }
+    }
+
+    fn connect(&self) -> std::net::TcpStream {
+        std::net::TcpStream::connect(("127.0.0.1", self.port)).expect("a connection")
+    }
+
+    /// Returns the status line of a handshake of a page of this origin.
+    fn handshake(&self, origin: &str) -> String {
+        use std::io::{BufRead, Write};
+        let mut stream = self.connect();
+        let request = format!(
+            "GET / HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+             Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+             Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n{origin}\r\n",
+            self.port
+        );
+        stream.write_all(request.as_bytes()).expect("it is sent");
+        let mut status = String::new();
+        std::io::BufReader::new(stream).read_line(&mut status).expect("an answer");
+        status
+    }
+}
+
+impl Drop for Viewed {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[test]
+fn pages_of_other_origins_are_refused() {
+    let mut viewed = Viewed::start("--allow-origin https://lab.example");
+    for (origin, status) in [
+        ("", "101"),
+        ("Origin: https://app.foxglove.dev\r\n", "101"),
+        ("Origin: https://lab.example\r\n", "101"),
+        ("Origin: https://evil.example\r\n", "403"),
+    ] {
+        let answer = viewed.handshake(origin);
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{origin}: {answer}");
+    }
+    let warning = viewed.said.find_map(|line| line.ok().filter(|line| line.contains("evil")));
+    assert!(warning.is_some_and(|line| line.contains("--allow-origin https://evil.example")));
+}
+
+#[test]
+fn clients_are_limited_and_silent_ones_are_dropped() {
+    use std::io::Read;
+    let viewed = Viewed::start("");
+    // None of them begins a handshake.
+    let mut silent: Vec<_> = (0..40).map(|_| viewed.connect()).collect();
+    let answers = silent.iter_mut().map(|stream| {
+        let mut answer = String::new();
+        // A connection that is refused may be reset, which is an answer, too.
+        let _ = stream.read_to_string(&mut answer);
+        answer
+    });
+    let refused = answers.filter(|answer| answer.starts_with("HTTP/1.1 503 ")).count();
+    // The reads above have ended, so the server has dropped the others, and there is room again.
+    assert!((20..=24).contains(&refused), "{refused}");
+    assert!(viewed.handshake("").starts_with("HTTP/1.1 101 "));
 }
 
 #[test]

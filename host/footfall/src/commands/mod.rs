@@ -15,7 +15,7 @@
 //! | `config` | [`config`] |
 //! | `explain` | [`explain`] |
 //! | `foot` | [`foot`] |
-//! | `completions` | this one |
+//! | `completions`, `man` | this one |
 //! | options that commands share | [`options`] |
 //! | streaming feet, for `monitor`, `record`, `view` and `ros2` | [`stream`](crate::stream) |
 
@@ -35,10 +35,13 @@ pub mod replay;
 pub mod ros2;
 pub mod view;
 
+use std::path::PathBuf;
+
 use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
 use crate::error::Error;
+use crate::files::{OutputError, create_directory};
 use crate::messages::{Verbosity, set_verbosity};
 use crate::report::print_text;
 
@@ -64,6 +67,12 @@ Examples:
   footfall completions bash > ~/.local/share/bash-completion/completions/footfall
   footfall completions zsh > \"${fpath[1]}/_footfall\"
   footfall completions fish > ~/.config/fish/completions/footfall.fish";
+
+/// Examples of `footfall man`.
+pub const MAN_EXAMPLES: &str = "\
+Examples:
+  footfall man ~/.local/share/man/man1
+  man footfall";
 
 /// Estimates the probability of stable contact of a robot's foot, from the IMU on it
 #[derive(Debug, Parser)]
@@ -132,6 +141,9 @@ pub enum Command {
     /// Print a completion script for a shell
     #[command(after_help = COMPLETIONS_EXAMPLES)]
     Completions(CompletionsArguments),
+    /// Print the manual page, or write those of all commands to a folder
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArguments),
 }
 
 impl Arguments {
@@ -162,6 +174,7 @@ impl Arguments {
             Command::Accept(arguments) => arguments.run(),
             Command::Explain(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
+            Command::Man(arguments) => arguments.run(),
         }
     }
 }
@@ -179,6 +192,29 @@ impl CompletionsArguments {
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut Arguments::command(), "footfall", &mut script);
         print_text(&String::from_utf8_lossy(&script)).map_err(Error::Print)
+    }
+}
+
+/// Arguments of `footfall man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// Folder for the pages of all commands, such as `footfall-replay.1`; created if it does not exist
+    #[arg(value_name = "DIR")]
+    pub folder: Option<PathBuf>,
+}
+
+impl ManArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let command = Arguments::command();
+        let Some(folder) = &self.folder else {
+            let mut page = Vec::new();
+            // Writing to memory does not fail.
+            let _ = clap_mangen::Man::new(command).render(&mut page);
+            return print_text(&String::from_utf8_lossy(&page)).map_err(Error::Print);
+        };
+        create_directory(folder)?;
+        let written = clap_mangen::generate_to(command, folder);
+        Ok(written.map_err(OutputError::unwritable(folder))?)
     }
 }
 

@@ -6,7 +6,8 @@
 //! | reading of recordings: format, mounting, tables, bags | [`ReadingArguments`] and the types in it | the same, and `convert` |
 //! | sources of streaming feet, and nodes that are feet | [`ListenArguments`] | `monitor`, `record`, `ros2` |
 //! | nodes that are feet, alone | [`FeetArguments`] | the same, `view` and `decode` |
-//! | reading and estimate of a recording that is played as a source | [`PlayedArguments`] | `monitor`, `record`, `ros2`, `view` |
+//! | reading and estimate of a recording that is played as a source, or of samples on topics | [`PlayedArguments`] | `monitor`, `record`, `ros2`, `view` |
+//! | loads of feet on topics, and the domain of the topics | [`TopicArguments`] | the same, and `calibrate` |
 //! | replacing of files | [`OverwriteArguments`] | those that write a file |
 //! | frames of messages, and messages of other programs | [`PublishedArguments`] | those that publish |
 //!
@@ -20,6 +21,7 @@
 //!    overrides the preset.
 
 use std::fs;
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -55,6 +57,7 @@ use crate::ros::compat::WRENCH_FORCE;
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
 use crate::ros::{AllFeet, Bridge};
 use crate::source::{SourceArgument, find_all, text_of};
+use crate::topic_source::{FootLoad, RosDomain, parse_domain};
 
 /// Heading of the options for reading the input.
 pub const INPUT: &str = "Input";
@@ -414,6 +417,7 @@ macro_rules! help_of_sources {
 /// Help text on the syntax of several sources.
 pub(crate) const HELP_OF_SOURCES: &str = help_of_sources!(
     "Sources of the feet, which are one robot: usb for all feet on USB, usb:FR or usb:SERIAL for one of them",
+    "ros2:FL=/lf_foot/imu or ros2:/*/imu for topics of IMUs",
     "file:can.log[@SPEED]"
 );
 
@@ -438,6 +442,66 @@ pub struct ListenArguments {
     /// How a played recording of an IMU is read.
     #[command(flatten)]
     pub played: PlayedArguments,
+    /// Loads on topics, and their domain.
+    #[command(flatten)]
+    pub topics: TopicArguments,
+}
+
+/// Loads of feet on topics of ROS 2, and the domain of the topics.
+#[derive(Clone, Debug, Default, Args)]
+pub struct TopicArguments {
+    /// Topics of the loads.
+    #[arg(
+        long = "load",
+        value_name = "FOOT=TOPIC[:FIELD]",
+        help_heading = INPUT,
+        help = "Load of a foot on a topic, with ros2:TOPIC as the source: Float32, Float64, one of their MultiArrays, \
+                Wrench or WrenchStamped, or a number in any message, such as FL=/lowstate:foot_force[1]; once for each \
+                foot, or once with {foot} in place of its name"
+    )]
+    pub loads: Vec<FootLoad>,
+    /// Domain of DDS, 0 to 232.
+    #[arg(
+        long,
+        value_name = "ID",
+        value_parser = parse_domain,
+        help = "DDS domain, 0 to 232; by default that of the variable ROS_DOMAIN_ID, or 0"
+    )]
+    pub domain_id: Option<u16>,
+    /// The addresses of the interfaces that are used.
+    #[arg(
+        long,
+        value_name = "ADDRESS",
+        help = "Use only the interface with this address, such as 127.0.0.1; may be repeated. \
+                ROS_LOCALHOST_ONLY=1 and ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST mean 127.0.0.1"
+    )]
+    pub network: Vec<IpAddr>,
+}
+
+impl TopicArguments {
+    /// Returns the domain.
+    ///
+    /// # Errors
+    /// The variable of ROS has no domain.
+    pub(crate) fn domain(&self) -> Result<RosDomain, Error> {
+        RosDomain::or_environment(self.domain_id, self.network.clone())
+    }
+
+    /// Applies these options to the topics among the sources.
+    ///
+    /// # Errors
+    /// A load is given, and no source is a topic; or the variable of ROS has no domain.
+    pub(crate) fn apply(&self, sources: Vec<Source>) -> Result<Vec<Source>, Error> {
+        if !sources.iter().any(|source| matches!(source, Source::Topics(_))) {
+            return match self.loads.first() {
+                Some(_) => Err(Error::LoadOfNoTopic(text_of(&sources))),
+                None => Ok(sources),
+            };
+        }
+        let domain = self.domain()?;
+        let applied = sources.into_iter().map(|source| source.with_topics(&domain, &self.loads));
+        Ok(applied.collect())
+    }
 }
 
 impl ListenArguments {
@@ -447,7 +511,8 @@ impl ListenArguments {
     /// A source has no line, names of feet contradict each other, or options for reading a file are given for another
     /// source.
     pub(crate) fn sources_and_feet(self) -> Result<(Vec<Source>, KnownFeet), Error> {
-        self.feet.of_sources(&self.sources, &self.played)
+        let (sources, feet) = self.feet.of_sources(&self.sources, &self.played)?;
+        Ok((self.topics.apply(sources)?, feet))
     }
 }
 
@@ -546,10 +611,11 @@ impl PlayedArguments {
     /// an error.
     pub(crate) fn find_sources(&self, sources: &[SourceArgument]) -> Result<Vec<Source>, Error> {
         let playback = self.playback()?;
-        if playback != Playback::default() && sources.iter().all(|source| source.file().is_none()) {
+        let found = find_all(sources)?;
+        if playback != Playback::default() && !found.iter().any(Source::is_estimated_here) {
             return Err(Error::NotPlayed(text_of(sources)));
         }
-        let found = find_all(sources)?.into_iter();
+        let found = found.into_iter();
         Ok(found.map(|source| source.played_with(playback.clone())).collect())
     }
 

@@ -10,6 +10,7 @@ use crate::files::{self, Target};
 use crate::stream::parse_duration;
 #[cfg(feature = "bags")]
 use {
+    crate::Source,
     crate::files::{Existing, OutputError},
     crate::interruption::finish_when_interrupted,
     crate::messages::{aside, warn},
@@ -60,11 +61,13 @@ impl RecordArguments {
         let path = self.output.as_path();
         finish_when_interrupted();
         let (sources, feet) = self.listen.sources_and_feet()?;
-        // A recorded source is read at full speed, unless a time is given: then as many seconds of data are recorded.
-        let sources = match self.seconds {
-            None => sources.into_iter().map(|source| source.at_speed(Speed::Max)).collect(),
-            Some(_) => sources,
-        };
+        // A file is read at full speed, unless a time is given: then as many seconds of data are recorded. Simulated feet walk
+        // without end, so they are recorded in real time like others.
+        let is_file = |source: &Source| source.file().is_some() && self.seconds.is_none();
+        let sources = sources.into_iter().map(|source| {
+            if is_file(&source) { source.at_speed(Speed::Max) } else { source }
+        });
+        let sources = sources.collect();
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(sources, feet, self.published.bridge()?)?;
         let mut recording = McapRecording::create(path, self.overwrite.existing())?;

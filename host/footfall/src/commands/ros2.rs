@@ -1,8 +1,6 @@
 //! `footfall ros2`: publishes streaming feet as a ROS 2 node.
 
-use std::env;
 use std::fmt::Write;
-use std::net::{IpAddr, Ipv4Addr};
 
 use clap::Args;
 
@@ -15,6 +13,8 @@ use crate::ros::Published;
 use crate::ros::node::{FootNode, FootNodeOptions, Reliability};
 use crate::source::text_of;
 use crate::stream::{Sink, Stream, deadline, unless_ended};
+use crate::topic_source::RosDomain;
+use crate::Source;
 
 /// Arguments of `footfall ros2`.
 #[derive(Debug, Args)]
@@ -38,73 +38,18 @@ pub struct Ros2Arguments {
     /// Name of the node
     #[arg(long, value_name = "NAME", default_value = "footfall")]
     pub node_name: String,
-    /// Domain of DDS, 0 to 232.
-    #[arg(
-        long,
-        value_name = "ID",
-        value_parser = parse_domain,
-        help = "DDS domain, 0 to 232; by default that of the variable ROS_DOMAIN_ID, or 0"
-    )]
-    pub domain_id: Option<u16>,
-    /// The addresses of the interfaces that are used.
-    #[arg(
-        long,
-        value_name = "ADDRESS",
-        help = "Use only the interface with this address, such as 127.0.0.1; may be repeated. \
-                ROS_LOCALHOST_ONLY=1 and ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST mean 127.0.0.1"
-    )]
-    pub network: Vec<IpAddr>,
     /// Stop after this time, or on Ctrl-C
     #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_duration)]
     pub seconds: Option<f64>,
 }
 
-/// Highest domain: higher ones would use ports above 65535.
-const LAST_DOMAIN: u16 = 232;
-
-/// Parses a domain. Scripts set `ROS_DOMAIN_ID` to an empty text for the default.
-fn parse_domain(text: &str) -> Result<u16, String> {
-    if text.is_empty() {
-        return Ok(0);
-    }
-    match text.parse() {
-        Ok(domain @ 0..=LAST_DOMAIN) => Ok(domain),
-        _ => Err(format!("{text} is not in 0..={LAST_DOMAIN}")),
-    }
-}
-
-/// Returns the domain: the one given, else that of the ROS variable.
-///
-/// # Errors
-/// The variable has no domain.
-fn domain(given: Option<u16>) -> Result<u16, Error> {
-    let name = "ROS_DOMAIN_ID";
-    match (given, env::var_os(name)) {
-        (Some(domain), _) => Ok(domain),
-        (None, None) => Ok(0),
-        (None, Some(text)) => {
-            parse_domain(&text.to_string_lossy()).map_err(|reason| Error::Variable { name, reason })
-        }
-    }
-}
-
-/// Returns the interfaces to use: those given, else those in the ROS variables.
-fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
-    let is = |variable, value| env::var(variable).is_ok_and(|text| text == value);
-    let stays_here =
-        is("ROS_LOCALHOST_ONLY", "1") || is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
-    if named.is_empty() && stays_here {
-        return vec![Ipv4Addr::LOCALHOST.into()];
-    }
-    named
-}
-
 impl Ros2Arguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let bridge = self.published.bridge()?;
+        let mut bridge = self.published.bridge()?;
+        let RosDomain { id: domain_id, networks } = self.listen.topics.domain()?;
         let options = FootNodeOptions {
-            domain_id: domain(self.domain_id)?,
-            networks: networks(self.network),
+            domain_id,
+            networks,
             namespace: self.namespace,
             name: self.node_name,
             reliability: self.reliability,
@@ -115,6 +60,10 @@ impl Ros2Arguments {
         };
         finish_when_interrupted();
         let (sources, feet) = self.listen.sources_and_feet()?;
+        if sources.iter().all(|source| matches!(source, Source::Topics(_))) {
+            // The samples are on topics already.
+            bridge = bridge.without_imu();
+        }
         let mut stream = Stream::open(sources, feet, bridge)?;
         let mut node = FootNode::new(options)?;
         let end = deadline(stream.clock(), self.seconds);
@@ -139,13 +88,17 @@ impl Sink for FootNode {
     }
 }
 
-/// Warns once about another node of the same name, and once about one that publishes the same topic.
+/// Warns once about another node of the same name, once about one that publishes the same topic, and once for each policy
+/// about subscribers that ask for more than is offered.
 fn warn_of_others(node: &mut FootNode) {
     if node.has_new_namesake() {
         warn(format!(
             "another node in the domain is named {}, too: give this one a name of its own with --node-name or --namespace",
             node.name()
         ));
+    }
+    if let Some(mismatch) = node.new_mismatch() {
+        warn(mismatch);
     }
     if let Some(topic) = node.new_rival_topic() {
         warn(format!(

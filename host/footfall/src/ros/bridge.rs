@@ -12,6 +12,9 @@
 //! Stamps are the times of the samples on the receiver's clock: by numbered SYNCs if the foot has reported
 //! one, otherwise by the least delay of the last seconds ([`FootClock`](feet::foot_clock::FootClock)).
 //!
+//! Feet whose IMUs are topics of ROS 2 get no second topic of their samples where a node publishes their contacts. Implausible
+//! samples, such as those of a wrong unit, are warnings in diagnostics.
+//!
 //! A foot without a contact for half a second is silent: its probability is 0, and diagnostics report it.
 //! Contacts of several boards with the same id ([`NewestSecond`](feet::NewestSecond)) carry no information:
 //! they are invalid, their probability is 0, no IMU is published, and diagnostics report the cause.
@@ -26,12 +29,15 @@ use estimator_core::{
 };
 use feet::decode::ContactRow;
 use feet::decode::live::{FootMessage, MessageBody};
+use feet::feed::FeedEvent;
+use feet::link::Remark;
 use feet::session::SEVERAL_BOARDS;
 use feet::{LiveFoot, Session, Update};
 use recordings::samples::phase_code;
 use wire::uart::RawMessage;
 use wire::{Counter, Fault, Faults};
 
+use crate::error::in_words;
 use crate::ros::compat::{AllFeet, Body};
 use crate::ros::message::{
     ABSENT, DiagnosticArray, DiagnosticStatus, Imu, KeyValue, Level, RosContact, RosMessage,
@@ -74,6 +80,10 @@ pub struct Bridge {
     feet: BTreeMap<usize, FootMessages>,
     /// Combined messages of all feet for other programs.
     all_feet: Option<AllFeet>,
+    /// Implausible properties of the samples of feet, by their names.
+    findings: BTreeMap<String, Vec<String>>,
+    /// Whether samples are published.
+    has_imu: bool,
 }
 
 impl Bridge {
@@ -81,7 +91,14 @@ impl Bridge {
     /// `all_feet` makes messages of all feet for other programs.
     #[must_use]
     pub fn new(frame: &str, all_feet: Option<AllFeet>) -> Self {
-        Self { frame: frame.to_owned(), feet: BTreeMap::new(), all_feet }
+        let frame = frame.to_owned();
+        Self { frame, feet: BTreeMap::new(), all_feet, findings: BTreeMap::new(), has_imu: true }
+    }
+
+    /// Publishes no samples of the IMUs, because other topics have them.
+    #[must_use]
+    pub fn without_imu(self) -> Self {
+        Self { has_imu: false, ..self }
     }
 
     /// Returns the body whose feet the combined messages describe.
@@ -114,7 +131,17 @@ impl Bridge {
                 (heard.at, contact)
             }
             Update::Quiet(now) => (*now, None),
-            Update::Line(_) => return published,
+            Update::Line(event) => {
+                if let FeedEvent::Remark(Remark::Implausible(foot, finding)) = event {
+                    let finding = in_words(finding);
+                    let mut feet = self.feet.values_mut();
+                    if let Some(known) = feet.find(|known| *known.name == **foot) {
+                        known.findings.push(finding.clone());
+                    }
+                    self.findings.entry(foot.to_string()).or_default().push(finding);
+                }
+                return published;
+            }
         };
         if let Some(all_feet) = &mut self.all_feet {
             published.extend(match contact {
@@ -134,7 +161,10 @@ impl Bridge {
         FootMessage { at, body, .. }: &FootMessage,
         published: &mut Vec<Published>,
     ) -> Option<RosContact> {
-        let made = || FootMessages::new(state, &self.frame);
+        let made = || FootMessages {
+            findings: self.findings.get(&*state.name_or(NODE)).cloned().unwrap_or_default(),
+            ..FootMessages::new(state, &self.frame)
+        };
         let foot = self.feet.entry(index).or_insert_with(made);
         if foot.node != state.key.node {
             // A foot on a serial line has the name of the line until its id is known.
@@ -160,7 +190,7 @@ impl Bridge {
             MessageBody::Load(newtons) => publish(&foot.topics.load, RosMessage::number(*newtons)),
             _ => {}
         }
-        if let Some(imu) = imu {
+        if let Some(imu) = imu.filter(|_| self.has_imu) {
             publish(&foot.topics.imu, RosMessage::Imu(Box::new(imu)));
         }
         published.extend(foot.diagnostics(state, *at));
@@ -197,8 +227,8 @@ impl Bridge {
     }
 }
 
-/// Condition of a foot whose change is reported in diagnostics at once: faults, silence, several boards.
-type Condition = (Faults, bool, bool);
+/// Condition of a foot whose change is reported in diagnostics at once: faults, silence, several boards, number of findings.
+type Condition = (Faults, bool, bool, usize);
 
 /// Messages of a streaming foot.
 #[derive(Debug)]
@@ -214,6 +244,8 @@ struct FootMessages {
     /// Newest orientation and rate, with their times on the foot's clock.
     orientation: Option<(Orientation, Timestamp)>,
     rate: Option<(Vec3, Timestamp)>,
+    /// Implausible properties of its samples.
+    findings: Vec<String>,
 }
 
 impl FootMessages {
@@ -227,6 +259,7 @@ impl FootMessages {
             diagnosed: None,
             orientation: None,
             rate: None,
+            findings: Vec::new(),
         }
     }
 
@@ -236,8 +269,10 @@ impl FootMessages {
         let stamp = foot.stamp;
         let health = foot.health.unwrap_or_default();
         let axes = row.axes.map(PerAxis::to_array);
+        let mut header = self.topics.header(stamp);
+        header.stamp = header.stamp.plus_ns(row.rest_ns);
         let contact = RosContact {
-            header: self.topics.header(stamp),
+            header,
             foot: self.name.clone(),
             node: row.node.map_or(0, wire::NodeId::get),
             p_stable: row.stable,
@@ -346,7 +381,7 @@ impl FootMessages {
     /// Returns the diagnostics if they are due at `at`: the condition has changed, or a second has passed.
     fn diagnostics(&mut self, foot: &LiveFoot, at: Timestamp) -> Option<Published> {
         let is_shared = foot.is_of_several_boards();
-        let condition = (foot.faults, self.is_silent, is_shared);
+        let condition = (foot.faults, self.is_silent, is_shared, self.findings.len());
         let since_us = |before: Timestamp| at.as_micros().saturating_sub(before.as_micros());
         if let Some((before, reported)) = self.diagnosed
             && reported == condition
@@ -359,7 +394,7 @@ impl FootMessages {
             Level::Stale
         } else if is_shared || foot.faults.void_estimate() {
             Level::Error
-        } else if foot.faults.is_empty() {
+        } else if foot.faults.is_empty() && self.findings.is_empty() {
             Level::Ok
         } else {
             Level::Warn
@@ -367,8 +402,9 @@ impl FootMessages {
         let silent = self.is_silent.then_some(SILENT);
         let shared = is_shared.then_some(SEVERAL_BOARDS);
         let faults = foot.faults.iter().map(Fault::name);
-        let names = silent.into_iter().chain(shared).chain(faults);
-        let message = match &names.collect::<Vec<_>>()[..] {
+        let mut names: Vec<&str> = silent.into_iter().chain(shared).chain(faults).collect();
+        names.extend(self.findings.iter().map(String::as_str));
+        let message = match &names[..] {
             [] => "no fault".to_owned(),
             names => names.join(", "),
         };

@@ -9,15 +9,23 @@
 //! | contacts of all feet in one message of other programs | [`compat`] |
 //! | recording of messages: MCAP | `mcap_file`, with the feature `bags` |
 //! | node that publishes the messages | `node`, with the feature `ros2` |
+//! | topics of IMUs as a line of feet; definitions of an installation of ROS | `subscriber`, `definitions`, the same |
+//! | the states of a Unitree robot with other forces | `low_state`, the same |
 
 pub mod bridge;
 pub mod compat;
+#[cfg(feature = "ros2")]
+mod definitions;
+#[cfg(feature = "ros2")]
+mod low_state;
 #[cfg(feature = "bags")]
 pub mod mcap_file;
 pub mod message;
 #[cfg(feature = "ros2")]
 pub mod node;
 pub mod recording;
+#[cfg(feature = "ros2")]
+pub mod subscriber;
 pub mod topics;
 
 pub use bridge::Bridge;

@@ -18,10 +18,12 @@ use ros2_client::{
     Context, MessageTypeName, Name, Node, NodeEvent, NodeName, NodeOptions, ParameterValue,
     Publisher, WriteError,
 };
-use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity};
+use rustdds::{DomainParticipant, DomainParticipantBuilder, QosPolicies, RTPSEntity};
 use thiserror::Error;
 
 use crate::ros::Compat;
+use crate::ros::compat::LOW_STATE_TOPIC;
+use crate::ros::low_state::LowStateMerger;
 use crate::ros::message::{Definition, RosMessage};
 use crate::ros::topics::{DIAGNOSTICS, Published};
 
@@ -92,14 +94,19 @@ impl FootNodeOptions {
             DIAGNOSTICS => (Reliability::Reliable, DIAGNOSTICS_DEPTH),
             _ => (self.reliability, self.depth),
         };
-        let qos = QosProfile::default()
-            .durability(Durability::Volatile)
-            .history(History::KeepLast { depth });
+        let qos = Self::profile(depth);
         match reliability {
             // A subscriber that does not read must not delay messages to others.
             Reliability::Reliable => qos.reliability_reliable(WhenFull::Fail),
             Reliability::BestEffort => qos.reliability_best_effort(),
         }
+    }
+
+    /// Quality of service with this depth, without a reliability.
+    fn profile(depth: usize) -> QosProfile {
+        QosProfile::default()
+            .durability(Durability::Volatile)
+            .history(History::KeepLast { depth })
     }
 
     /// Namespace with a leading and without a trailing slash, except for `/`. A relative name would be prefixed
@@ -195,6 +202,17 @@ fn first_absent(networks: &[IpAddr]) -> Option<(IpAddr, io::Error)> {
     })
 }
 
+/// Checks that interfaces of this machine have these addresses.
+///
+/// # Errors
+/// The first address that none has.
+pub(super) fn check_networks(networks: &[IpAddr]) -> Result<(), NodeError> {
+    match first_absent(networks) {
+        Some((address, source)) => Err(NodeError::Network { address, source }),
+        None => Ok(()),
+    }
+}
+
 /// A node that publishes.
 pub struct FootNode {
     options: FootNodeOptions,
@@ -207,10 +225,18 @@ pub struct FootNode {
     participant: DomainParticipant,
     /// When publishers of the same topics are looked for again; `None` once one was found.
     next_look: Option<Instant>,
+    /// When subscribers are looked for again that ask for more than is offered.
+    next_mismatch_look: Instant,
+    /// Reported policies that such subscribers ask for.
+    mismatches: BTreeSet<String>,
+    /// Merger of the states of a Unitree robot, if they are wanted.
+    merger: Option<LowStateMerger>,
 }
 
 struct Topic {
     publisher: Publisher<RosMessage>,
+    /// Quality of service that it offers.
+    qos: QosPolicies,
     sent: Sent,
 }
 
@@ -227,9 +253,7 @@ impl FootNode {
         let name = Name::new("/", &options.name)
             .and_then(|_| NodeName::new(&options.absolute_namespace(), &options.name))
             .map_err(|_| bad_name("node", &options.name))?;
-        if let Some((address, source)) = first_absent(&options.networks) {
-            return Err(NodeError::Network { address, source });
-        }
+        check_networks(&options.networks)?;
         let mut participant = DomainParticipantBuilder::new(options.domain_id);
         if !options.networks.is_empty() {
             participant = participant.with_only_networks(options.networks.iter().copied());
@@ -264,7 +288,15 @@ impl FootNode {
             let _ = block_on(spinner.spin());
         });
         let spinner = spinner.map_err(|error| create(&error))?;
+        let merger = if options.compat.contains(&Compat::Unitree) {
+            Some(merger(&options, &participant).map_err(|error| create(&error))?)
+        } else {
+            None
+        };
         Ok(Self {
+            merger,
+            next_mismatch_look: Instant::now() + LOOK_EACH,
+            mismatches: BTreeSet::new(),
             options,
             topics: BTreeMap::new(),
             node,
@@ -310,15 +342,58 @@ impl FootNode {
         rival
     }
 
+    /// Returns once for each policy a sentence about a subscriber that asks for more than this node offers, and so gets
+    /// nothing.
+    pub fn new_mismatch(&mut self) -> Option<String> {
+        let now = Instant::now();
+        if now < self.next_mismatch_look {
+            return None;
+        }
+        self.next_mismatch_look = now + LOOK_EACH;
+        let offered: BTreeMap<String, QosPolicies> = self
+            .topics
+            .iter()
+            .filter_map(|(topic, published)| {
+                let name = self.options.topic(topic)?.to_string();
+                Some((name, published.qos.clone()))
+            })
+            .collect();
+        for reader in self.participant.discovered_readers() {
+            let requested = &reader.subscription_topic_data;
+            let Some(name) = requested.topic_name().strip_prefix("rt") else { continue };
+            let Some(offered) = offered.get(name) else { continue };
+            let Some(policy) = offered.compliance_failure_wrt(&requested.qos()) else { continue };
+            let policy = format!("{policy:?}").to_lowercase();
+            if !self.mismatches.insert(policy.clone()) {
+                continue;
+            }
+            let (asks, offers, remedy) = match policy.as_str() {
+                "reliability" => ("reliable", "best_effort", "start this node with --reliability reliable"),
+                "durability" => ("transient_local", "volatile", "subscribe with durability volatile"),
+                _ => ("more", "the default of ROS", "subscribe with the default of ROS"),
+            };
+            return Some(format!(
+                "a subscriber of {name} gets nothing, because it asks for {policy} {asks}, and {offers} is offered: {remedy}"
+            ));
+        }
+        None
+    }
+
     /// Publishes a message without blocking; a message that does not fit into the queue is counted.
     ///
     /// # Errors
     /// The topic is new and cannot be created.
     pub fn publish(&mut self, published: Published) -> Result<(), NodeError> {
+        if let (RosMessage::Unitree(state), Some(merger)) = (&published.message, &self.merger)
+            && merger.set(state.foot_force)
+        {
+            return Ok(());
+        }
         if !self.topics.contains_key(&published.topic) {
             let publisher = self.publisher(&published)?;
-            let sent = Sent::default();
-            self.topics.insert(Arc::clone(&published.topic), Topic { publisher, sent });
+            let qos = self.options.qos(&published).into();
+            let topic = Topic { publisher, qos, sent: Sent::default() };
+            self.topics.insert(Arc::clone(&published.topic), topic);
         }
         let Some(topic) = self.topics.get_mut(&published.topic) else {
             return Ok(());
@@ -359,11 +434,26 @@ impl FootNode {
         if is_reliable && !self.topics.is_empty() {
             thread::sleep(LAST_REQUESTS);
         }
+        drop(self.merger);
         drop(self.topics);
         drop(self.node);
         // The thread ends with the node; a panic in it is ignored.
         let _ = self.spinner.join();
     }
+}
+
+/// Begins to look for the states of a Unitree robot.
+fn merger(
+    options: &FootNodeOptions,
+    participant: &DomainParticipant,
+) -> io::Result<LowStateMerger> {
+    let topic = options.topic(LOW_STATE_TOPIC).map(|name| name.to_string());
+    let dds_topic = format!("rt{}", topic.unwrap_or_default());
+    let qos = match options.reliability {
+        Reliability::Reliable => FootNodeOptions::profile(options.depth).reliability_reliable(WhenFull::Fail),
+        Reliability::BestEffort => FootNodeOptions::profile(options.depth).reliability_best_effort(),
+    };
+    LowStateMerger::start(participant.clone(), dds_topic, qos.into())
 }
 
 /// Returns whether two different participants have nodes of the same namespace and name.

@@ -17,20 +17,30 @@ import sys
 import time
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from dataclasses import dataclass
 from pathlib import Path
 
 from catkin_pkg.package import parse_package
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint16, uint32
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from dds_types import (
+    Contact,
+    ContactsStamped,
+    DiagnosticArray,
+    Float64,
+    Imu,
+    NodeEntitiesInfo,
+    Gid,
+    ParticipantEntitiesInfo,
+    QuadrupedStance,
+    TwistWithCovarianceStamped,
+)
 
 PACKAGE = Path(__file__).parents[4] / "ros2/footfall_msgs"
 FEET = ["FL", "FR", "RL", "RR"]
@@ -54,144 +64,6 @@ LEAST = {
     "imu": 180,
     "load": 180,
 }
-
-
-# The types, written from their definitions without footfall's own encoding.
-@dataclass
-class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    sec: int32
-    nanosec: uint32
-
-
-@dataclass
-class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    stamp: Time
-    frame_id: str
-
-
-@dataclass
-class Contact(IdlStruct, typename="footfall_msgs::msg::dds_::Contact_"):
-    header: Header
-    foot: str
-    node: uint8
-    p_stable: float32
-    p_tangential: float32
-    p_vertical: float32
-    p_axes: array[float32, 6]
-    decision: bool
-    state: uint8
-    valid: bool
-    flags: uint8
-    sequence: uint16
-
-
-@dataclass
-class Float64(IdlStruct, typename="std_msgs::msg::dds_::Float64_"):
-    data: float64
-
-
-@dataclass
-class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
-    x: float64
-    y: float64
-    z: float64
-    w: float64
-
-
-@dataclass
-class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector3
-    angular: Vector3
-
-
-@dataclass
-class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
-    twist: Twist
-    covariance: array[float64, 36]
-
-
-@dataclass
-class TwistWithCovarianceStamped(
-    IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovarianceStamped_"
-):
-    header: Header
-    twist: TwistWithCovariance
-
-
-@dataclass
-class Imu(IdlStruct, typename="sensor_msgs::msg::dds_::Imu_"):
-    header: Header
-    orientation: Quaternion
-    orientation_covariance: array[float64, 9]
-    angular_velocity: Vector3
-    angular_velocity_covariance: array[float64, 9]
-    linear_acceleration: Vector3
-    linear_acceleration_covariance: array[float64, 9]
-
-
-@dataclass
-class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
-    key: str
-    value: str
-
-
-@dataclass
-class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticStatus_"):
-    level: uint8
-    name: str
-    message: str
-    hardware_id: str
-    values: sequence[KeyValue]
-
-
-@dataclass
-class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticArray_"):
-    header: Header
-    status: sequence[DiagnosticStatus]
-
-
-@dataclass
-class ContactsStamped(IdlStruct, typename="champ_msgs::msg::dds_::ContactsStamped_"):
-    header: Header
-    contacts: sequence[bool]
-
-
-@dataclass
-class QuadrupedStance(IdlStruct, typename="pronto_msgs::msg::dds_::QuadrupedStance_"):
-    header: Header
-    lf: float32
-    rf: float32
-    lh: float32
-    rh: float32
-
-
-# Discovery message about nodes, since ROS 2 Iron.
-@dataclass
-class Gid(IdlStruct, typename="rmw_dds_common::msg::dds_::Gid_"):
-    data: array[uint8, 16]
-
-
-@dataclass
-class NodeEntitiesInfo(IdlStruct, typename="rmw_dds_common::msg::dds_::NodeEntitiesInfo_"):
-    node_namespace: str
-    node_name: str
-    reader_gid_seq: sequence[Gid]
-    writer_gid_seq: sequence[Gid]
-
-
-@dataclass
-class ParticipantEntitiesInfo(
-    IdlStruct, typename="rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
-):
-    gid: Gid
-    node_entities_info_seq: sequence[NodeEntitiesInfo]
 
 
 WHOSE = {

@@ -54,6 +54,8 @@ pub(super) fn sources(inputs: &[PathBuf]) -> Result<Option<Vec<Source>>, Error> 
 struct Walking {
     client: Client,
     name: &'static str,
+    /// Index of its source.
+    source: usize,
     /// Mounting of its sensor before the calibration.
     given: Mounting,
     axes: FoundAxes,
@@ -118,12 +120,14 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, sources: &[Source]) -> R
 /// A foot does not respond, or two boards have one name: the result of one would replace that of the other.
 fn open(arguments: &CalibrateArguments, sources: &[Source]) -> Result<Vec<Walking>, Error> {
     let mut feet: Vec<Walking> = Vec::new();
-    for source in sources {
+    for (index, source) in sources.iter().enumerate() {
         let link = source.open_for_requests()?;
-        let mut client = Client::new(link, arguments.node).map_err(FootError::from)?;
-        let name = settings::position(&mut client).map_err(FootError::from)?.name();
-        let given = calibration::mounting(&mut client).map_err(FootError::from)?;
-        feet.push(Walking { client, name, given, axes: FoundAxes::Unknown });
+        for mut client in Client::each(link, arguments.node).map_err(FootError::from)? {
+            let name = settings::position(&mut client).map_err(FootError::from)?.name();
+            let given = calibration::mounting(&mut client).map_err(FootError::from)?;
+            let axes = FoundAxes::Unknown;
+            feet.push(Walking { client, name, source: index, given, axes });
+        }
     }
     check_names(&feet, sources)?;
     Ok(feet)
@@ -138,7 +142,8 @@ fn check_names(feet: &[Walking], sources: &[Source]) -> Result<(), SameName> {
         {
             let unused =
                 Foot::ALL.map(Foot::name).into_iter().find(|name| has_name(name).is_none());
-            let board = |foot: usize| (&sources[foot], feet[foot].client.node());
+            let board =
+                |foot: usize| (&sources[feet[foot].source], feet[foot].client.node());
             let boards = [board(first), board(second)];
             return Err(SameName::of_asked(foot.name, boards, unused.unwrap_or("R")));
         }

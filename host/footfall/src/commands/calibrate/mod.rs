@@ -1,6 +1,7 @@
 //! `footfall calibrate`.
 
 mod live;
+mod topics;
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
@@ -23,9 +24,10 @@ use serde::Serialize;
 use wire::NodeId;
 
 use super::options::{
-    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, check, given_options,
-    parse_node,
+    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, TopicArguments, check,
+    given_options, parse_node,
 };
+use crate::Source;
 use crate::error::{CommandLine, Error, in_words};
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, detail, warn};
@@ -48,7 +50,8 @@ const SECONDS: u16 = 120;
 pub struct CalibrateArguments {
     /// Recordings of one walking foot; or, with --rests, of one sensor lying still on each of its six sides.
     /// Labels and load are not used. Several feet of a bag (--topic all) are calibrated separately, each with
-    /// a table [feet.NAME] in the output. Or feet as they walk: usb, usb:FR, uart:PORT, can:INTERFACE or demo
+    /// a table [feet.NAME] in the output. Or feet as they walk: usb, usb:FR, uart:PORT, can:INTERFACE, ros2:TOPIC
+    /// or demo
     #[arg(required = true, value_name = "FILE|SOURCE")]
     pub inputs: Vec<PathBuf>,
     /// Find the bias and scale of the accelerometer and the bias of the gyroscope instead
@@ -66,6 +69,9 @@ pub struct CalibrateArguments {
     /// Whether it replaces a file, such as that of --config.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
+    /// Loads on topics, and their domain.
+    #[command(flatten)]
+    pub topics: TopicArguments,
     /// Write the learnt values and the axes of walking feet to the feet without asking
     #[arg(long, help_heading = OUTPUT)]
     pub write: bool,
@@ -90,6 +96,21 @@ struct Input {
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         if let Some(sources) = live::sources(&self.inputs)? {
+            let is_topic = |source: &Source| matches!(source, Source::Topics(_));
+            if sources.iter().all(is_topic) {
+                let of_others = given_options([
+                    ("--rests", self.rests),
+                    ("--foot", self.foot.is_some()),
+                    ("--write", self.write),
+                    ("--node", self.node.is_some()),
+                ]);
+                check_unused("topics", &of_others)?;
+                return topics::calibrate(self, sources);
+            }
+            if let Some(topics) = sources.iter().find(|source| is_topic(source)) {
+                return Err(Error::TopicsAndFeet(topics.to_string()));
+            }
+            let sources = self.topics.apply(sources)?;
             let own = given_options([("--rests", self.rests), ("--foot", self.foot.is_some())]);
             let of_recordings = [own, self.recording.given_for_reading()].concat();
             check_unused("walking feet", &of_recordings)?;
@@ -98,6 +119,9 @@ impl CalibrateArguments {
         let of_feet = given_options([
             ("--write", self.write),
             ("--seconds", self.seconds != SECONDS),
+            ("--load", !self.topics.loads.is_empty()),
+            ("--domain-id", self.topics.domain_id.is_some()),
+            ("--network", !self.topics.network.is_empty()),
             ("--node", self.node.is_some()),
         ]);
         check_unused("recordings", &of_feet)?;
@@ -205,6 +229,16 @@ impl CalibrateArguments {
                 inputs.entry(foot).or_default().push(Input { file: file.clone(), format, loaded });
             }
         }
+        self.learn_each(resolved, &input_options, inputs)
+    }
+
+    /// Calibrates each foot by its recordings.
+    fn learn_each(
+        &self,
+        resolved: &Resolved,
+        input_options: &InputOptions,
+        inputs: BTreeMap<String, Vec<Input>>,
+    ) -> Result<(), Error> {
         let names: Vec<&str> = inputs.keys().map(String::as_str).collect();
         resolved.check_axes(&names)?;
         resolved.unused_feet(&names).into_iter().for_each(warn);

@@ -5,7 +5,7 @@ pub mod server;
 
 use clap::{Args, ValueEnum};
 
-use super::options::{FeetArguments, HELP_OF_SOURCES, PlayedArguments, PublishedArguments};
+use super::options::{FeetArguments, HELP_OF_SOURCES, PlayedArguments, PublishedArguments, TopicArguments};
 use crate::SourceArgument;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
@@ -34,6 +34,9 @@ pub struct ViewArguments {
     /// How a played recording of an IMU is read.
     #[command(flatten)]
     pub played: PlayedArguments,
+    /// Loads on topics, and their domain.
+    #[command(flatten)]
+    pub topics: TopicArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
@@ -44,6 +47,10 @@ pub struct ViewArguments {
     /// Port to listen on; 0 takes any free one
     #[arg(long, default_value_t = 8765)]
     pub port: u16,
+    /// Let pages of this origin connect, such as https://viewer.example; may be repeated. Pages of Foxglove and of this
+    /// machine, and programs, always may
+    #[arg(long, value_name = "ORIGIN")]
+    pub allow_origin: Vec<String>,
     /// Stop after this time, or on Ctrl-C. The end of a played file does not stop it
     #[arg(long, value_name = "SECONDS", value_parser = parse_duration)]
     pub seconds: Option<f64>,
@@ -81,11 +88,13 @@ impl ViewArguments {
         if let Some(viewer) = self.layout {
             return print_text(viewer.layout()).map_err(Error::Print);
         }
-        let found = self.feet.of_sources(&self.sources, &self.played)?;
+        let (sources, feet) = self.feet.of_sources(&self.sources, &self.played)?;
+        let found = (self.topics.apply(sources)?, feet);
         #[cfg(feature = "foxglove")]
         return server::serve(
             found,
             (&self.host, self.port),
+            self.allow_origin,
             self.published.bridge()?,
             self.seconds,
         );

@@ -1,0 +1,496 @@
+"""Publishes IMUs of feet with CycloneDDS, as drivers do, and subscribes to what `footfall ros2` makes of them.
+
+Usage:
+    live.py estimates FOOTFALL RELIABILITY SAMPLES.csv ESTIMATES.csv ROS2-ARGUMENT...
+        publishes the samples on four topics, and compares each contact with the estimate of a replay, by the time of its
+        sample
+    live.py pattern FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        expects four feet named by their topics, two of them with loads, and not the trunk
+    live.py restart FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        kills the publisher, and starts another
+    live.py mismatch FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        expects that a subscriber is named that asks for more than is offered, and a topic without a publisher
+    live.py merge FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        publishes the state of a Go2, and expects it back with other forces
+    live.py units FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        publishes accelerations in g, and expects that diagnostics name the unit
+    live.py publish DOMAIN RELIABILITY SAMPLES.csv RATE
+        publishes the samples on four topics without end
+    live.py latency FOOTFALL RATE SECONDS SAMPLES.csv RESULT.json ROS2-ARGUMENT...
+        measures the time from a sample to its contact, lost samples, and the load of a core
+"""
+
+import csv
+import faulthandler
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import defaultdict
+
+from cyclonedds.core import Policy, Qos, ReadCondition, SampleState, InstanceState, ViewState, WaitSet
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from dds_types import (
+    BmsState,
+    Contact,
+    ContactDetection,
+    DiagnosticArray,
+    Float64MultiArray,
+    Header,
+    Imu,
+    ImuState,
+    LowState,
+    MotorState,
+    Quaternion,
+    Time,
+    Vector3,
+)
+
+# The topics of a lab, and the names of their feet.
+TOPICS = {"FL": "/lf_foot/imu", "FR": "/rf_foot/imu", "RL": "/lh_foot/imu", "RR": "/rh_foot/imu"}
+FORCES = "/foot_forces"
+# The order of Unitree.
+RIGHT_FIRST = ["FR", "FL", "RR", "RL"]
+
+# Time in which topics are found, ns.
+DISCOVERY_NS = 3_000_000_000
+
+# A script that takes longer hangs. It then ends, and prints the place where it hangs.
+HANGS_S = 900.0
+
+BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(10))
+RELIABLE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile, Policy.History.KeepAll)
+RELIABILITIES = {"best_effort": BEST_EFFORT, "reliable": RELIABLE}
+
+
+def domain_of(arguments):
+    return int(arguments[arguments.index("--domain-id") + 1])
+
+
+def samples_of(path):
+    """Times in ns and readings of a table."""
+    with open(path, encoding="utf-8") as file:
+        return [
+            (round(float(row["t"]) * 1e9), [float(row[axis]) for axis in ("ax", "ay", "az", "wx", "wy", "wz")],
+             float(row["force"]))
+            for row in csv.DictReader(file)
+        ]
+
+
+def stamp(nanoseconds):
+    return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+
+
+def nanoseconds(time):
+    return time.sec * 1_000_000_000 + time.nanosec
+
+
+def message(frame):
+    """A message of an IMU without an orientation."""
+    zeros = [0.0] * 9
+    return Imu(
+        header=Header(stamp=stamp(0), frame_id=frame),
+        orientation=Quaternion(0.0, 0.0, 0.0, 1.0),
+        orientation_covariance=[-1.0] + [0.0] * 8,
+        angular_velocity=Vector3(0.0, 0.0, 0.0),
+        angular_velocity_covariance=zeros,
+        linear_acceleration=Vector3(0.0, 0.0, 0.0),
+        linear_acceleration_covariance=zeros,
+    )
+
+
+class Robot:
+    """The drivers of a robot with an IMU on each foot."""
+
+    def __init__(self, domain, reliability):
+        self.participant = DomainParticipant(domain)
+        qos = RELIABILITIES[reliability]
+        self.writers = {
+            foot: DataWriter(self.participant, Topic(self.participant, f"rt{topic}", Imu), qos=qos)
+            for foot, topic in TOPICS.items()
+        }
+        self.forces = DataWriter(
+            self.participant, Topic(self.participant, f"rt{FORCES}", Float64MultiArray), qos=qos
+        )
+        self.messages = {foot: message(f"{foot}_foot") for foot in TOPICS}
+
+    def wait_for_subscriber(self, program):
+        while not all(writer.get_matched_subscriptions() for writer in self.writers.values()):
+            assert program.poll() is None, program.communicate()
+            time.sleep(0.02)
+
+    def publish(self, stamp_ns, readings, force, scale=1.0):
+        """A sample of each foot; `force` is that of all of them."""
+        layout = Float64MultiArray.Layout(dim=[], data_offset=0)
+        self.forces.write(Float64MultiArray(layout=layout, data=[force] * len(TOPICS)))
+        ax, ay, az, wx, wy, wz = readings
+        for foot, writer in self.writers.items():
+            imu = self.messages[foot]
+            imu.header.stamp = stamp(stamp_ns)
+            imu.linear_acceleration = Vector3(scale * ax, scale * ay, scale * az)
+            imu.angular_velocity = Vector3(wx, wy, wz)
+            writer.write(imu)
+
+    def play(self, samples, scale=1.0):
+        """Publishes samples at their times, from now on; returns the stamp of the first less its time."""
+        # The estimator counts whole µs, which are rounded; the contacts keep the ns.
+        begun, begun_ns = time.monotonic(), time.time_ns() // 1000 * 1000 + 499
+        first = samples[0][0]
+        for at, readings, force in samples:
+            wait = begun + (at - first) / 1e9 - time.monotonic()
+            if wait > 0:
+                time.sleep(wait)
+            self.publish(begun_ns + at - first, readings, force, scale)
+        return begun_ns - first
+
+
+def contact_readers(participant, names=TOPICS):
+    return {
+        foot: DataReader(participant, Topic(participant, f"rt/footfall/{foot}/contact", Contact), qos=RELIABLE)
+        for foot in names
+    }
+
+
+def taken(reader, kind):
+    return [sample for sample in reader.take(100_000) if isinstance(sample, kind)]
+
+
+def started(footfall, arguments, log=subprocess.PIPE):
+    return subprocess.Popen(
+        [footfall, "ros2", *arguments], stdout=subprocess.DEVNULL, stderr=log, text=True
+    )
+
+
+def ended(program):
+    """Ends a program by the signal that a service manager sends; returns what it has said."""
+    program.terminate()
+    _, errors = program.communicate()
+    assert program.returncode == 0, (program.returncode, errors)
+    return errors
+
+
+def check_estimates(footfall, reliability, samples, estimates, *arguments):
+    samples = samples_of(samples)
+    with open(estimates, encoding="utf-8") as file:
+        expected = list(csv.DictReader(file))
+    robot = Robot(domain_of(arguments), reliability)
+    participant = DomainParticipant(domain_of(arguments))
+    readers = contact_readers(participant)
+    muse = Topic(participant, "rt/footfall/contact_detection", ContactDetection)
+    muse = DataReader(participant, muse, qos=RELIABLE)
+    program = started(footfall, arguments)
+    robot.wait_for_subscriber(program)
+    contacts = defaultdict(list)
+    stop = threading.Event()
+
+    def collect():
+        while not stop.is_set():
+            for foot, reader in readers.items():
+                contacts[foot].extend(taken(reader, Contact))
+            time.sleep(0.02)
+
+    collector = threading.Thread(target=collect)
+    collector.start()
+    offset = robot.play(samples)
+    time.sleep(1.0)
+    stop.set()
+    collector.join()
+    stances = taken(muse, ContactDetection)
+    errors = ended(program)
+    for foot, sent in contacts.items():
+        by_stamp = {nanoseconds(contact.header.stamp): contact for contact in sent}
+        places = [place for place, (at, *_) in enumerate(samples) if at + offset in by_stamp]
+        assert len(by_stamp) == len(places), f"{foot}: contacts of no sample"
+        # The contacts of the first half second come at once, while the subscriber finds their topics.
+        found = samples[0][0] + DISCOVERY_NS
+        received = set(places)
+        missing = [
+            place for place, (at, *_) in enumerate(samples) if at >= found and place not in received
+        ]
+        if reliability == "reliable":
+            assert not missing, f"{foot}: contacts {missing} of {len(samples)} are missing\n{errors}"
+        assert len(places) > len(samples) // 2, f"{foot}: {len(places)} contacts\n{errors}"
+        if missing:
+            continue
+        for place in places:
+            contact = by_stamp[samples[place][0] + offset]
+            for ours, theirs in (("p_stable", "p_stable"), ("p_tangential", "p_tangential")):
+                one, other = getattr(contact, ours), float(expected[place][theirs])
+                assert abs(one - other) < 2e-7, f"{foot}, sample {place}: {ours} is {one}, and {other} in a replay"
+    assert len(contacts) == len(TOPICS), list(contacts)
+    assert any(stance.stance_lf for stance in stances) and not all(stance.stance_lf for stance in stances)
+    assert "warning" not in errors and "footfall:" not in errors, errors
+
+
+def check_restart(footfall, samples, *arguments):
+    domain = domain_of(arguments)
+    participant = DomainParticipant(domain)
+    readers = contact_readers(participant)
+    program = started(footfall, arguments)
+
+    def publisher():
+        script = [sys.executable, __file__, "publish", str(domain), "best_effort", samples, "200"]
+        return subprocess.Popen(script)
+
+    def wait_for_contacts():
+        begun, counts = time.time_ns(), dict.fromkeys(TOPICS, 0)
+        while min(counts.values()) < 100:
+            time.sleep(0.05)
+            for foot, reader in readers.items():
+                new = [c for c in taken(reader, Contact) if nanoseconds(c.header.stamp) > begun]
+                counts[foot] += len(new)
+
+    first = publisher()
+    wait_for_contacts()
+    first.send_signal(signal.SIGKILL)
+    first.wait()
+    time.sleep(1.0)
+    second = publisher()
+    wait_for_contacts()
+    second.kill()
+    second.wait()
+    errors = ended(program)
+    assert "two publishers" not in errors, errors
+
+
+def check_mismatch(footfall, samples, *arguments):
+    participant = DomainParticipant(domain_of(arguments))
+    samples = samples_of(samples)
+    robot = Robot(domain_of(arguments), "best_effort")
+    # It asks that lost messages are sent again.
+    readers = contact_readers(participant, ["FL"])
+    program = started(footfall, [*arguments, "--reliability", "best-effort", "ros2:XX=/nowhere/imu"])
+    robot.wait_for_subscriber(program)
+    robot.play(samples)
+    errors = ended(program)
+    assert "/footfall/FL/contact" in errors and "reliability" in errors, errors
+    assert "no publisher of /nowhere/imu was found" in errors and "/lf_foot/imu" in errors, errors
+    assert not any(taken(reader, Contact) for reader in readers.values())
+
+
+def check_units(footfall, samples, *arguments):
+    participant = DomainParticipant(domain_of(arguments))
+    samples = samples_of(samples)
+    robot = Robot(domain_of(arguments), "best_effort")
+    reader = DataReader(participant, Topic(participant, "rt/diagnostics", DiagnosticArray), qos=RELIABLE)
+    program = started(footfall, arguments)
+    robot.wait_for_subscriber(program)
+    robot.play(samples, scale=1 / 9.80665)
+    time.sleep(0.5)
+    statuses = [status for array in taken(reader, DiagnosticArray) for status in array.status]
+    errors = ended(program)
+    assert errors.count("--units g") == len(TOPICS), errors
+    worst = {status.name: status for status in statuses if "looks like g" in status.message}
+    assert set(worst) == {f"footfall: {foot}" for foot in TOPICS}, statuses
+    # A warning.
+    assert {status.level for status in worst.values()} == {1}, worst
+
+
+def check_pattern(footfall, samples, *arguments):
+    """The feet of a pattern are named by their topics, and one of them has a load."""
+    names = ["lf_foot", "rf_foot", "lh_foot", "rh_foot"]
+    participant = DomainParticipant(domain_of(arguments))
+    samples = samples_of(samples)
+    robot = Robot(domain_of(arguments), "best_effort")
+    trunk = DataWriter(robot.participant, Topic(robot.participant, "rt/trunk/imu", Imu), qos=BEST_EFFORT)
+    readers = contact_readers(participant, names + ["trunk"])
+    loads = ["--load", f"lf_foot={FORCES}:data[1]", "--load", f"RH_foot={FORCES}:data[3]"]
+    program = started(footfall, ["-v", *arguments, *loads])
+    robot.wait_for_subscriber(program)
+    trunk.write(message("trunk"))
+    robot.play(samples)
+    time.sleep(0.5)
+    contacts = {foot: taken(reader, Contact) for foot, reader in readers.items()}
+    errors = ended(program)
+    assert not contacts.pop("trunk") and "/trunk/imu is left out" in errors, errors
+    counts = {foot: len(of_foot) for foot, of_foot in contacts.items()}
+    assert min(counts.values()) > len(samples) // 2, (counts, errors)
+    # Without a load, the phase is unknown: 0.
+    known = {foot: sum(contact.state != 0 for contact in of_foot) for foot, of_foot in contacts.items()}
+    assert known["lf_foot"] > 0.8 * counts["lf_foot"] and known["rh_foot"] > 0.8 * counts["rh_foot"], known
+    assert known["rf_foot"] == known["lh_foot"] == 0, known
+
+
+def low_state(tick):
+    motor = MotorState(
+        mode=1, q=0.0, dq=0.0, ddq=0.0, tau_est=0.0, q_raw=0.0, dq_raw=0.0, ddq_raw=0.0, temperature=30, lost=0,
+        reserve=[0, 0],
+    )
+    motors = [MotorState(**{**vars(motor), "q": 0.01 * place + 1e-4 * tick}) for place in range(20)]
+    return LowState(
+        head=[0xFE, 0xEF], level_flag=0xFF, frame_reserve=0, sn=[1, 2], version=[3, 4], bandwidth=5,
+        imu_state=ImuState(
+            quaternion=[1.0, 0.0, 0.0, 0.0], gyroscope=[0.0] * 3, accelerometer=[0.0, 0.0, 9.8], rpy=[0.0] * 3,
+            temperature=40,
+        ),
+        motor_state=motors,
+        bms_state=BmsState(
+            version_high=1, version_low=2, status=3, soc=90, current=-1000, cycle=7, bq_ntc=[20, 21],
+            mcu_ntc=[22, 23], cell_vol=[4000] * 15,
+        ),
+        foot_force=[7, 8, 9, 10], foot_force_est=[11, 12, 13, 14], tick=tick, wireless_remote=[0] * 40,
+        bit_flag=1, adc_reel=2.0, temperature_ntc1=33, temperature_ntc2=34, power_v=28.0, power_a=1.5,
+        fan_frequency=[1, 2, 3, 4], reserve=0, crc=0xDEADBEEF,
+    )
+
+
+def check_merge(footfall, samples, *arguments):
+    participant = DomainParticipant(domain_of(arguments))
+    samples = samples_of(samples)
+    robot = Robot(domain_of(arguments), "best_effort")
+    states = DataWriter(participant, Topic(participant, "rt/lowstate", LowState), qos=RELIABLE)
+    merged = Topic(participant, "rt/footfall/lowstate", LowState)
+    reader = DataReader(participant, merged, qos=RELIABLE)
+    program = started(footfall, arguments)
+    robot.wait_for_subscriber(program)
+    while not states.get_matched_subscriptions() or not reader.get_matched_publications():
+        time.sleep(0.02)
+    stop = threading.Event()
+
+    def publish():
+        tick = 0
+        while not stop.is_set():
+            tick += 1
+            states.write(low_state(tick))
+            time.sleep(0.01)
+
+    publisher = threading.Thread(target=publish)
+    publisher.start()
+    robot.play(samples)
+    stop.set()
+    publisher.join()
+    time.sleep(0.5)
+    received = taken(reader, LowState)
+    ended(program)
+    assert len(received) > 200, len(received)
+    ticks = [state.tick for state in received]
+    assert ticks == sorted(set(ticks)), "each state once"
+    for state in received:
+        sent = low_state(state.tick)
+        assert [motor.q for motor in state.motor_state] == [
+            MotorState.deserialize(motor.serialize()).q for motor in sent.motor_state
+        ]
+        assert set(state.foot_force) <= {0, 100} and state.foot_force == state.foot_force_est, state.foot_force
+        assert (state.power_v, state.crc, list(state.fan_frequency)) == (28.0, 0xDEADBEEF, [1, 2, 3, 4])
+    assert {max(state.foot_force) for state in received} == {0, 100}
+
+
+def publish(domain, reliability, path, rate):
+    samples = samples_of(path)
+    robot = Robot(int(domain), reliability)
+    period = 1.0 / float(rate)
+    begun, begun_ns = time.monotonic(), time.time_ns()
+    for k in range(10**12):
+        wait = begun + k * period - time.monotonic()
+        if wait > 0:
+            time.sleep(wait)
+        _, readings, force = samples[k % len(samples)]
+        robot.publish(begun_ns + round(k * period * 1e9), readings, force)
+
+
+def quantile(values, share):
+    return sorted(values)[min(int(share * len(values)), len(values) - 1)]
+
+
+def measure(footfall, rate, seconds, samples, result, *arguments):
+    """The IMUs are published by another process. A sample is stamped as it is published. Both the sample and its contact
+    are received here; the difference of their times of reception is what footfall adds."""
+    domain = domain_of(arguments)
+    participant = DomainParticipant(domain)
+    seconds = float(seconds)
+    readers = {}
+    for foot, topic in TOPICS.items():
+        readers["imu", foot] = DataReader(participant, Topic(participant, f"rt{topic}", Imu), qos=RELIABLE)
+    for foot, reader in contact_readers(participant).items():
+        readers["contact", foot] = reader
+    any_sample = SampleState.Any | ViewState.Any | InstanceState.Any
+    waitset = WaitSet(participant)
+    conditions = {}
+    for key, reader in readers.items():
+        conditions[key] = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
+        waitset.attach(conditions[key])
+    del any_sample
+    program = started(footfall, arguments)
+    script = [sys.executable, __file__, "publish", str(domain), "reliable", samples, rate]
+    publisher = subprocess.Popen(script)
+    at = {kind: {foot: {} for foot in TOPICS} for kind in ("imu", "contact")}
+    # The first seconds find the topics and the rate.
+    begin = time.monotonic() + 5.0
+    end = begin + seconds
+    before = None
+    while time.monotonic() < end:
+        waitset.wait(duration(milliseconds=100))
+        now = time.time_ns()
+        for (kind, foot), reader in readers.items():
+            for sample in reader.take(1000):
+                if hasattr(sample, "header"):
+                    at[kind][foot][nanoseconds(sample.header.stamp)] = now
+        if before is None and time.monotonic() > begin:
+            before, since = cpu_seconds(program.pid), time.monotonic()
+            at = {kind: {foot: {} for foot in TOPICS} for kind in ("imu", "contact")}
+    share = (cpu_seconds(program.pid) - before) / (time.monotonic() - since)
+    publisher.kill()
+    publisher.wait()
+    time.sleep(0.5)
+    for (kind, foot), reader in readers.items():
+        if kind == "contact":
+            for sample in reader.take(100_000):
+                if hasattr(sample, "header"):
+                    at[kind][foot].setdefault(nanoseconds(sample.header.stamp), None)
+    errors = ended(program)
+    latencies, lost, sent = [], 0, 0
+    for foot in TOPICS:
+        contacts = at["contact"][foot]
+        # The last samples may be received after the end.
+        imus = sorted(at["imu"][foot].items())[: -int(float(rate) // 2)]
+        for stamp_ns, received in imus:
+            sent += 1
+            contact = contacts.get(stamp_ns)
+            if stamp_ns not in contacts:
+                lost += 1
+            elif contact is not None:
+                latencies.append((contact - received) / 1e6)
+    assert latencies, ({kind: list(map(len, feet.values())) for kind, feet in at.items()}, errors)
+    figures = {
+        "rate_hz": float(rate),
+        "seconds": seconds,
+        "samples": sent,
+        "lost": lost,
+        "p50_ms": round(quantile(latencies, 0.5), 3),
+        "p99_ms": round(quantile(latencies, 0.99), 3),
+        "cpu_share": round(share, 3),
+    }
+    with open(result, "w", encoding="utf-8") as file:
+        json.dump(figures, file, indent=1)
+    print(figures, errors)
+
+
+def cpu_seconds(pid):
+    """Time that a process has used a core, s."""
+    with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
+        fields = file.read().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+if __name__ == "__main__":
+    if sys.argv[1] != "publish":
+        faulthandler.dump_traceback_later(HANGS_S, exit=True)
+    CHECKS = {
+        "estimates": check_estimates,
+        "restart": check_restart,
+        "pattern": check_pattern,
+        "mismatch": check_mismatch,
+        "merge": check_merge,
+        "units": check_units,
+        "publish": publish,
+        "latency": measure,
+    }
+    CHECKS[sys.argv[1]](*sys.argv[2:])
