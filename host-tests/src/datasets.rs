@@ -2,14 +2,13 @@
 //!
 //! Third-party recordings are not part of this repository. They are expected in the folder that the environment
 //! variable `FOOTFALL_DATASETS` names, else in `../shared/datasets` beside the repository. If a file is absent,
-//! the test that needs it reports this and how to get the file, and passes, or fails if [`unmet`] requires every
-//! check.
+//! the test that needs it reports this and how to get the file, and passes, or fails if recordings are required ([`no_recording`]).
 
 use std::env;
 use std::path::PathBuf;
 
 use crate::committed::workspace;
-use crate::requirements::unmet;
+use crate::requirements::no_recording;
 
 /// Path of a recorded file, such as `pce/ATLAS_01ground.csv`, or `None` if it is absent.
 ///
@@ -21,7 +20,7 @@ pub fn recorded(file: &str) -> Option<PathBuf> {
     if path.is_file() {
         return Some(path);
     }
-    unmet(&format!(
+    no_recording(&format!(
         "{} is not there; {}, then name the folder above it in FOOTFALL_DATASETS",
         path.display(),
         how_to_get(file)

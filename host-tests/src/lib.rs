@@ -6,6 +6,7 @@ pub mod changed;
 pub mod committed;
 pub mod datasets;
 pub mod drawing;
+pub mod labelled;
 pub mod one_robot;
 pub mod oracle;
 pub mod qemu;

@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use crate::labelled;
 use estimator_core::{ContactEstimator, Learnt, Params, Stream, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
+use host_tests::labelled;
 use host_tests::sets::Labelled;
 use labelled::{averaged, rmse};
 use recordings::calibrate::sensor::{RestsError, SensorCalibration};

@@ -1,12 +1,12 @@
 //! Events of simulated walks against the truth.
 
-use crate::labelled;
 use estimator_core::Timestamp;
 use estimator_core::any::AnyParams;
 use gait::slips::{SENSOR, profiles};
 use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
 use host_tests::changed::stood;
 use host_tests::datasets::recorded;
+use host_tests::labelled;
 use host_tests::sets::Set;
 use labelled::of_sets;
 use recordings::config::{Preset, default_params};

@@ -1,11 +1,11 @@
 //! The authors' recordings of a real GO1 with gravity: whether the filter keeps upright on a foot, and whether the
 //! probability distinguishes grease from ground.
 
-use crate::labelled;
 use estimator_core::any::AnyParams;
 use estimator_core::{ContactEstimate, Load, Params};
 use host_tests::changed::stood;
 use host_tests::datasets::recorded;
+use host_tests::labelled;
 use host_tests::sets::Set;
 use labelled::of_sets;
 use recordings::estimate::{estimates_and_learnt, estimates_of};

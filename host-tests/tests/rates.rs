@@ -6,11 +6,10 @@
 
 use std::sync::{LazyLock, OnceLock};
 
-use crate::labelled;
 use estimator_core::any::AnyParams;
+use host_tests::labelled::{of_sets, pooled};
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
-use labelled::{of_sets, pooled};
 use recordings::samples::Recording;
 
 /// Sample rates that all sets are judged at, Hz; 1000 Hz is the product's.

@@ -3,7 +3,6 @@
 
 use std::f32::consts::TAU;
 
-use crate::labelled;
 use estimator_core::Vec3;
 use estimator_core::any::AnyParams;
 use gait::{Plan, SensorParams, record};
@@ -11,6 +10,7 @@ use host_tests::changed::{
     Chance, after, changed, jittering, losing_bursts, losing_single, stood, with_force_bias,
     with_gaps, with_rate_bias,
 };
+use host_tests::labelled;
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
 use labelled::{averaged, of_sets, pooled, rmse, rmse_from};

@@ -1,7 +1,7 @@
 """Measures the time that trees of recordings take, and writes the result that docs/guide/fleet.md shows.
 
     pip install './python[fleet]' --config-settings build-args='--features all'
-    cd python && python -m benchmarks.fleet [--print]
+    cd laboratory && python -m benchmarks.fleet [--print]
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Measures how many samples a second the package estimates, and writes the result that README.md shows.
 
     pip install './python[benchmarks]'
-    cd python && python -m benchmarks.throughput [--print]
+    cd laboratory && python -m benchmarks.throughput [--print]
 
 A million samples of a simulated walk go through `footfall.estimate` in one call, and on two threads at
 once. Beside it stands the paper's method as its authors compute it: for each sample, each axis and the

@@ -1,6 +1,6 @@
 """Searches the constants of the default estimate, without each robot in turn.
 
-`python -m research.choose [evaluations]`, in the folder `python`. Printed for each robot: its RMSE with constants that
+`python -m research.choose [evaluations]`, in the folder `laboratory`. Printed for each robot: its RMSE with constants that
 were chosen on all others. A robot is one family, whatever the folder; several of its recordings count as one.
 """
 

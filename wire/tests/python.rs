@@ -25,7 +25,7 @@ const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Does the same as in host-tests if something is missing.
 fn unmet(missing: &str) {
-    let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
+    let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value != "0");
     assert!(!required, "{missing}");
     let _ = writeln!(io::stderr(), "not checked: {missing}");
 }

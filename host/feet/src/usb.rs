@@ -282,7 +282,8 @@ fn sends_as_foot(port: &str) -> bool {
     let Ok(mut line) = SerialLine::open(port, DEFAULT_BAUD) else {
         return true;
     };
-    scan::feet(&mut line, &mut LiveDecoder::default(), scan::SCAN).is_ok_and(|feet| !feet.is_empty())
+    scan::feet(&mut line, &mut LiveDecoder::default(), scan::SCAN)
+        .is_ok_and(|feet| !feet.is_empty())
 }
 
 /// Serial number of the board on USB at a port; `None` for another port.
@@ -340,7 +341,8 @@ fn named_ports(folder: &Path) -> Vec<UsbPort> {
 /// have named a board that was just plugged in.
 #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "Linux has both"))]
 fn joined(named: Vec<UsbPort>, described: Vec<UsbPort>) -> Vec<UsbPort> {
-    let place = |found: &UsbPort| fs::canonicalize(&found.port).unwrap_or(found.port.clone().into());
+    let place =
+        |found: &UsbPort| fs::canonicalize(&found.port).unwrap_or(found.port.clone().into());
     let places: Vec<PathBuf> = named.iter().map(place).collect();
     let unnamed = described.into_iter().filter(|found| !places.contains(&place(found)));
     let mut feet: Vec<UsbPort> = named.iter().cloned().chain(unnamed).collect();
@@ -489,9 +491,8 @@ mod tests {
         fs::create_dir_all(&drive).expect("a folder");
         fs::write(drive.join(ABOUT), "").expect("a file");
         let refused = || Err(io::Error::from(io::ErrorKind::BrokenPipe));
-        let finished = |copied| {
-            finish(&port.display().to_string(), drive.clone(), copied, Duration::ZERO)
-        };
+        let finished =
+            |copied| finish(&port.display().to_string(), drive.clone(), copied, Duration::ZERO);
         fs::write(&port, "").expect("a file");
         assert!(finished(Ok(())).is_ok());
         assert!(matches!(finished(refused()), Err(CopyError::NotCopied(..))), "a drive");

@@ -11,27 +11,14 @@ use crate::firmware::TARGET;
 /// Tool: a program, and the packages of Debian that have it.
 pub type Tool = (&'static str, &'static [&'static str]);
 
-/// An emulated Cortex-M4F, compilers of C and C++, can-utils, and cmake for the emulator of the virtual board.
-const FOR_TESTS: [Tool; 5] = [
-    ("qemu-system-arm", &["qemu-system-arm"]),
-    ("cc", &["gcc"]),
-    ("c++", &["g++"]),
-    ("log2asc", &["can-utils"]),
-    ("cmake", &["cmake"]),
-];
-
-/// Installs the Rust target of the firmware, and the Debian packages with the tools of the tests and `more`.
+/// Installs the Rust target of the firmware, and the Debian packages with these tools and libclang.
 ///
 /// # Errors
 /// A package is missing that this system cannot install.
-pub fn run(more: &[Tool]) -> Result<()> {
+pub fn run(tools: &[Tool]) -> Result<()> {
     install_target()?;
-    let tools = FOR_TESTS.iter().chain(more);
-    let missing = tools.filter(|(program, _)| !is_installed(program));
+    let missing = tools.iter().filter(|(program, _)| !is_installed(program));
     let mut missing: Vec<&str> = missing.flat_map(|(_, packages)| *packages).copied().collect();
-    if Step::program("python3").with(["-c", "import ensurepip, venv"]).output().is_err() {
-        missing.extend(["python3", "python3-venv"]);
-    }
     if !has_libclang() {
         missing.push("libclang-dev");
     }

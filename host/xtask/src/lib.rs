@@ -2,7 +2,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`test`], [`quick`] | the product's tests, and a check of what differs; with [`packages`], [`python`] |
+//! | [`test`], [`quick`] | the product's tests, and a check of what differs; with [`packages`] |
 //! | [`install`] | tools that this machine lacks |
 //! | [`firmware`], [`hex`], [`image`], [`uf2`] | programs of the boards, and their files |
 //! | [`library`] | the estimator for programs in C |
@@ -15,7 +15,6 @@ pub mod image;
 pub mod install;
 pub mod library;
 pub mod packages;
-pub mod python;
 pub mod quick;
 pub mod test;
 pub mod uf2;

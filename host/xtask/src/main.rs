@@ -91,7 +91,7 @@ fn run(task: Task) -> Result<()> {
     match task {
         Task::Quick { since } => quick::run(&since),
         Task::Test => test::run(),
-        Task::Install => install::run(&[]),
+        Task::Install => install::run(&test::TOOLS),
         Task::Pictures => Step::cargo(&["test", "--locked", "--package", "host-tests"])
             .with(["--test", "host", "--", "pictures::", "demo::"])
             .env("FOOTFALL_UPDATE", "1")

@@ -1,46 +1,57 @@
-//! The product's tests: every behaviour once, and the flashed programs on the virtual board.
+//! The product's tests, and one boot of the flashed program.
 
 use std::thread;
 
 use anyhow::Result;
 
-use crate::command::{Step, root};
+use crate::command::Step;
+use crate::firmware::{self, Board};
 use crate::install::{self, Tool};
-use crate::{firmware, python};
 
 /// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of shared
-/// dependencies are those of all packages together.
-pub const PACKAGES: [&str; 3] = ["--workspace", "--exclude", "foot-stm32f405"];
+/// dependencies are those of all packages together. An installed package tests that of Python.
+pub const PACKAGES: [&str; 5] =
+    ["--workspace", "--exclude", "foot-stm32f405", "--exclude", "footfall-python"];
 
-/// Workspace of the virtual board.
-const LABORATORY: [&str; 2] = ["--manifest-path", "laboratory/Cargo.toml"];
+/// Workspace of the emulated board.
+pub const LABORATORY: [&str; 2] = ["--manifest-path", "laboratory/Cargo.toml"];
 
-/// What the virtual board's emulator is compiled with, beside libclang.
-const FOR_THE_BOARD: [Tool; 1] = [("cmake", &["cmake"])];
+/// The board whose program is booted.
+const BOARD: &str = "reference";
 
-/// Tests every behaviour once. Installs what the tests need, compiles them, and runs them.
+/// Compilers of C and C++, and what the emulator is compiled with, beside libclang.
+pub const TOOLS: [Tool; 3] = [("cc", &["gcc"]), ("c++", &["g++"]), ("cmake", &["cmake"])];
+
+/// Tests every package, and boots the program of a board. Installs what the tests need first.
 ///
 /// # Errors
 /// A test fails, or a tool cannot be installed.
 pub fn run() -> Result<()> {
-    install::run(&FOR_THE_BOARD)?;
-    // Linking a program of a board keeps one core busy, so the tests are compiled beside it.
+    install::run(&TOOLS)?;
+    // Linking the program of a board keeps one core busy, so the tests are compiled beside it.
     side_by_side(
         || {
-            python::install_core()?;
-            firmware::build_all()
+            let board = Board::named(BOARD)?;
+            firmware::build(&board, &[])?;
+            firmware::build_bootloader(&board, &[]).map(drop)
         },
-        // The libraries too, for that of Python.
         || {
-            Step::cargo(&["build", "--locked", "--lib", "--tests"]).with(PACKAGES).run()?;
-            Step::cargo(&["build", "--locked", "--tests"]).with(LABORATORY).run()
+            Step::cargo(&["build", "--locked", "--tests"]).with(PACKAGES).run()?;
+            boot().with(["--no-run"]).run()
         },
     )?;
-    side_by_side(python::core, || Step::cargo(&["test", "--locked"]).with(PACKAGES).run())?;
-    Step::cargo(&["test", "--locked"])
-        .with(LABORATORY)
-        .env("FOOTFALL_PROGRAM", root().join("target/debug/footfall"))
-        .run()
+    Step::cargo(&["test", "--locked"]).with(PACKAGES).run()?;
+    boot().run()
+}
+
+/// Boots the program of a board on the emulated board: a walk with the bits of the host, a fault, an update.
+fn boot() -> Step {
+    Step::cargo(&["test", "--locked"]).with(LABORATORY).with([
+        "--package",
+        "virtual-board",
+        "--test",
+        "boot",
+    ])
 }
 
 /// Runs two tasks at the same time. The first error is that of the second task, which takes longer.

@@ -124,7 +124,9 @@ fn check_gaps(pages: &BTreeMap<u32, [u8; PAGE]>) -> Result<()> {
     let mut addresses = pages.keys();
     let Some(&first) = addresses.next() else { bail!("the program has no pages") };
     if !first.is_multiple_of(SECTOR) {
-        bail!("the program begins at {first:#x}, which is not the start of a sector of {SECTOR} bytes");
+        bail!(
+            "the program begins at {first:#x}, which is not the start of a sector of {SECTOR} bytes"
+        );
     }
     for (expected, address) in (first..).step_by(PAGE).skip(1).zip(addresses) {
         if *address != expected {
@@ -167,7 +169,8 @@ mod tests {
         assert_eq!(check(&[0x1000_0000, 0x1000_0100]), Ok(()));
         let gap = "the program has a gap from 0x10000100 to 0x10000200";
         assert_eq!(check(&[0x1000_0000, 0x1000_0200]), Err(gap.to_owned()));
-        let start = "the program begins at 0x10000100, which is not the start of a sector of 4096 bytes";
+        let start =
+            "the program begins at 0x10000100, which is not the start of a sector of 4096 bytes";
         assert_eq!(check(&[0x1000_0100]), Err(start.to_owned()));
         assert_eq!(check(&[]), Err("the program has no pages".to_owned()));
     }

@@ -752,10 +752,13 @@ fn fleet(result: &Stored) -> Result<String> {
 }
 
 fn gate(result: &Stored) -> Result<String> {
-    let mut table = Table::new(&["command", "minutes", "CPU minutes", "packages compiled"]);
+    let mut table = Table::new(&["command", "commit", "minutes", "CPU minutes", "packages compiled"]);
     for row in result.rows() {
+        // A result of one commit has it beside its figures.
+        let commit = row.text("commit").or_else(|_| result.text("commit"))?;
         table.row([
             format!("`{}`", row.text("command")?),
+            commit.to_owned(),
             fixed(&row, "minutes", 1)?,
             fixed(&row, "cpu_minutes", 1)?,
             count(&row, "packages_compiled")?,

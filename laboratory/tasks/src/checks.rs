@@ -8,22 +8,22 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use xtask::command::{Step, cpu_s_of_children, remove_folder, root};
 use xtask::firmware::{self, Board};
-use xtask::test::PACKAGES;
+use xtask::test::{LABORATORY, PACKAGES};
 use xtask::{hex, uf2};
 
 use crate::{book, crates, install, panics, python, release, socketcan};
 
+/// Programs of tests that cargo runs only by their names: they take minutes, or read what programs of others write.
+const MORE_TESTS: [&str; 4] = ["--test", "thorough", "--test", "python"];
+
 /// Packages with all features.
 const ALL_FEATURES: [&str; 2] = ["--features", "host-tests/full"];
-
-/// The workspace of the laboratory.
-pub const LABORATORY: [&str; 2] = ["--manifest-path", "laboratory/Cargo.toml"];
 
 /// Turns each warning of clippy into an error.
 const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
 /// Makes a missing recording or tool a failure, unless the environment decides. The gate and the full checks set it. On
-/// a machine without the third-party recordings, set it to 0: the tests then report what is missing, and pass.
+/// a machine without the third-party recordings, set it to `tools`: the tests then report missing recordings, and pass.
 const REQUIRE_EVERYTHING: &str = "FOOTFALL_REQUIRE_EVERYTHING";
 
 /// Wall time since the start, in the headings of the parts.
@@ -47,7 +47,7 @@ fn require_everything(step: Step) -> Step {
     step.env(REQUIRE_EVERYTHING, value)
 }
 
-/// Runs the gate: format; the tests with nothing left unchecked; lints, documentation, the budgets of the boards' programs,
+/// Runs the gate: format; all tests but those that take hours, with nothing left unchecked; lints, documentation, the budgets of the boards' programs,
 /// the README's first command, and the installed Python package.
 ///
 /// # Errors
@@ -62,12 +62,20 @@ pub fn gate() -> Result<()> {
     let cpu_s_before = cpu_s_of_children()?;
     let begin = Instant::now();
     require_everything(Step::program(".ci/test")).run()?;
-    results::print_older()?;
     let (wall_s, cpu_s) = (begin.elapsed().as_secs_f64(), cpu_s_of_children()? - cpu_s_before);
     println!(".ci/test: {wall_s:.1} s, CPU {cpu_s:.1} s");
 
+    clock.heading("more tests");
+    more_tests()?;
+    results::print_older()?;
+
     clock.heading("lints");
-    Step::cargo(&["clippy", "--locked", "--all-targets"]).with(PACKAGES).with(DENY).run()?;
+    // With the package of Python, which the tests leave out.
+    Step::cargo(&["clippy", "--locked", "--all-targets"])
+        .with(["--workspace", "--exclude", "foot-stm32f405"])
+        .with(DENY)
+        .run()?;
+    Step::cargo(&["clippy", "--locked"]).with(PACKAGES).with(MORE_TESTS).with(DENY).run()?;
     Step::cargo(&["clippy", "--locked", "--all-targets"]).with(LABORATORY).with(DENY).run()?;
     firmware::lint()?;
     Step::cargo(&["clippy", "--locked", "--profile", "firmware", "--target", firmware::TARGET])
@@ -111,9 +119,25 @@ pub fn gate() -> Result<()> {
     Ok(())
 }
 
+/// Tests of the product that take longer, or read what programs of others write, and those of the laboratory. The tests
+/// have built the first ones' dependencies.
+fn more_tests() -> Result<()> {
+    install::for_gate()?;
+    firmware::build_all()?;
+    require_everything(Step::cargo(&["test", "--locked"]))
+        .with(PACKAGES)
+        .with(MORE_TESTS)
+        .run()?;
+    require_everything(Step::cargo(&["test", "--locked"]))
+        .with(LABORATORY)
+        // Tests of the virtual board run the program against boards.
+        .env("FOOTFALL_PROGRAM", root().join("target/debug/footfall"))
+        .run()
+}
+
 /// Builds the documentation of all packages with `features`, without a warning.
 fn document(features: &[&str]) -> Result<()> {
-    Step::cargo(&["doc", "--locked", "--no-deps", "--exclude", "footfall-python"])
+    Step::cargo(&["doc", "--locked", "--no-deps"])
         .with(PACKAGES)
         .with(features)
         .env("RUSTDOCFLAGS", "-D warnings")
@@ -276,6 +300,11 @@ fn hosts() -> Result<()> {
         .with(PACKAGES)
         .with(["--exclude", "footfall-program"])
         .with(["--exclude", "host-tests"])
+        .with(["--", "--ignored"])
+        .run()?;
+    Step::cargo(&["test", "--locked", "--no-fail-fast", "--package", "host-tests"])
+        .with(["--package", "footfall-wire"])
+        .with(MORE_TESTS)
         .with(["--", "--ignored"])
         .run()
 }

@@ -10,6 +10,7 @@
 mod book;
 mod checks;
 mod crates;
+mod environment;
 mod install;
 mod measure;
 mod panics;
@@ -57,8 +58,12 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
-    /// Measures the gate in a fresh clone, and writes its figures.
-    Measure,
+    /// Measures the checks and the first command in a fresh clone, and writes their figures.
+    Measure {
+        /// Another commit, whose tests and first command are measured in the same run.
+        #[arg(long, value_name = "COMMIT")]
+        beside: Option<String>,
+    },
     /// Renders the documents as a book with search, in `target/book`, and checks its links.
     Book,
     /// Lists the places of a program that can panic by its code, and fails where its `panics.txt` lacks one.
@@ -106,7 +111,7 @@ fn run(task: Task) -> Result<()> {
             }
             results::print_older()
         }
-        Task::Measure => measure::run(),
+        Task::Measure { beside } => measure::run(beside.as_deref()),
         Task::Book => {
             println!("{}", book::run()?.display());
             Ok(())

@@ -1,8 +1,9 @@
 //! Lists the places of a program that can still panic, and fails if `panics.txt` of its package lacks one.
 //!
 //! It finds each branch to a panicking function of the core library in the machine code. Debug information then names the
-//! function whose source contains the branch, even if it was inlined. `panics.txt` lists these functions, each under the reason
-//! why the panic is not reached. `nm` and `addr2line` are GNU's.
+//! function whose source contains the branch, even if it was inlined, and the line. `panics.txt` lists these functions, each
+//! under the reason why the panic is not reached, with the number of its lines that can panic if they are several: one more
+//! needs a reason, too. `nm` and `addr2line` are GNU's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -42,19 +43,18 @@ const BORROWED_OR_ENDED: &str = "borrowed or ended";
 pub fn run(elf: &Path, print: bool) -> Result<()> {
     let found = places(elf).with_context(|| elf.display().to_string())?;
     if print {
-        found.iter().for_each(|place| println!("{place}"));
+        found.iter().for_each(|(place, lines)| println!("{}", entry(place, lines.len())));
         return Ok(());
     }
     let is_bootloader =
         elf.file_name().is_some_and(|name| name.display().to_string().starts_with("bootloader"));
     let list = if is_bootloader { "bootloader/panics.txt" } else { "firmware/panics.txt" };
     let text = fs::read_to_string(root().join(list)).context(list)?;
-    let listed = text.lines().filter(|line| line.starts_with("  "));
-    let listed: BTreeSet<String> = listed.map(|line| line.trim().to_owned()).collect();
-    for gone in listed.difference(&found) {
+    let listed = listed(&text);
+    for gone in listed.keys().filter(|place| !found.contains_key(**place)) {
         println!("not in the program any more: {gone}");
     }
-    let new: Vec<&String> = found.difference(&listed).collect();
+    let new = unlisted(&found, &listed);
     for place in &new {
         eprintln!("can panic and is not in {list}: {place}");
     }
@@ -65,8 +65,39 @@ pub fn run(elf: &Path, print: bool) -> Result<()> {
     Ok(())
 }
 
+/// Lines of source at which each place can panic.
+type Places = BTreeMap<String, BTreeSet<String>>;
+
+/// Entry of the list for a place that can panic at this number of lines.
+fn entry(place: &str, lines: usize) -> String {
+    if lines > 1 { format!("{place} ×{lines}") } else { place.to_owned() }
+}
+
+/// Places of a list, with the number of lines at which each can panic.
+fn listed(text: &str) -> BTreeMap<&str, usize> {
+    let entries = text.lines().filter(|line| line.starts_with("  ")).map(str::trim);
+    let counted = entries.map(|entry| match entry.rsplit_once(" ×") {
+        Some((place, lines)) => (place, lines.parse().unwrap_or(0)),
+        None => (entry, 1),
+    });
+    counted.collect()
+}
+
+/// Places that a list lacks, or lists with fewer lines.
+fn unlisted(found: &Places, listed: &BTreeMap<&str, usize>) -> Vec<String> {
+    let is_new = |(place, lines): &(&String, &BTreeSet<String>)| {
+        listed.get(place.as_str()).is_none_or(|listed| lines.len() > *listed)
+    };
+    let new = found.iter().filter(is_new);
+    new.map(|(place, lines)| {
+        let lines_of: Vec<&str> = lines.iter().map(String::as_str).collect();
+        format!("{}: {}", entry(place, lines.len()), lines_of.join(", "))
+    })
+    .collect()
+}
+
 /// Places that branch to a function that panics: crate, function and meaning.
-fn places(elf: &Path) -> Result<BTreeSet<String>> {
+fn places(elf: &Path) -> Result<Places> {
     let name = elf.display().to_string();
     let symbols = Step::program("nm").with([&name]).output()?;
     let bytes = fs::read(elf)?;
@@ -77,9 +108,11 @@ fn places(elf: &Path) -> Result<BTreeSet<String>> {
     let trace = Step::program("addr2line").with(["-aCfi", "-e", &name]).with(addresses).output()?;
     let traced = frames(&trace);
     ensure!(traced.len() == calls.len(), "{} of {} addresses traced", traced.len(), calls.len());
-    let mut places = BTreeSet::new();
+    let mut places = Places::new();
     for ((_, meaning), frames) in calls.into_iter().zip(traced) {
-        places.extend(place(meaning, &frames));
+        if let Some((place, line)) = place(meaning, &frames) {
+            places.entry(place).or_default().insert(line);
+        }
     }
     Ok(places)
 }
@@ -155,8 +188,8 @@ fn frames(trace: &str) -> Vec<Vec<Frame<'_>>> {
     all
 }
 
-/// Crate, function and meaning of a branch; `None` for one within the functions that panic.
-fn place(meaning: &str, frames: &[Frame<'_>]) -> Option<String> {
+/// Crate, function and meaning of a branch, and its line of source; `None` for one within the functions that panic.
+fn place(meaning: &str, frames: &[Frame<'_>]) -> Option<(String, String)> {
     let (innermost, _) = frames.first()?;
     let is_of_panics = ["_fail", "_failed", "_fail_inner", "_failed_inner"]
         .iter()
@@ -178,10 +211,14 @@ fn place(meaning: &str, frames: &[Frame<'_>]) -> Option<String> {
         |owner: &str, file: &str| owner == "critical-section" || file.contains("blocking_mutex");
     let outside = frames.iter().find_map(|(name, file)| {
         let owner = owner(file).filter(|owner| !is_lock(owner, file))?;
-        Some((owner, *name))
+        Some((owner, *name, *file))
     });
-    let (owner, name) = outside.unwrap_or(("core", frames.last()?.0));
-    Some(format!("{owner} {} {meaning}", function(name)))
+    let (name, file) = *frames.last()?;
+    let (owner, name, file) = outside.unwrap_or(("core", name, file));
+    // A discriminator may follow the line.
+    let line = file.split(" (").next().unwrap_or(file);
+    let line = line.rsplit_once('/').map_or(line, |(_, line)| line);
+    Some((format!("{owner} {} {meaning}", function(name)), line.to_owned()))
 }
 
 /// Crate of a source file; `None` for the core library.
@@ -292,6 +329,29 @@ mod tests {
         let code = [0x00, 0xF0, 0x76, 0xF8, 0x00, 0xBF, 0xFF, 0xF7, 0xF3, 0xBF];
         let found = branches(0x0800_0010, &code, &entries);
         assert_eq!(found, [(0x0800_0010, "index"), (0x0800_0016, "slice")]);
+    }
+
+    #[test]
+    fn second_panic_of_a_listed_function_is_not_listed() {
+        let lines = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
+        let found = |of: &[&str]| Places::from([("wire encode index".to_owned(), lines(of))]);
+        let once = listed("Why.\n  wire encode index\n");
+        assert!(unlisted(&found(&["a.rs:7"]), &once).is_empty());
+        let new = unlisted(&found(&["a.rs:7", "a.rs:9"]), &once);
+        assert_eq!(new, ["wire encode index ×2: a.rs:7, a.rs:9"]);
+        let twice = listed("  wire encode index ×2\n");
+        assert!(unlisted(&found(&["a.rs:7", "a.rs:9"]), &twice).is_empty());
+        assert_eq!(unlisted(&found(&["a.rs:7"]), &BTreeMap::new()).len(), 1);
+    }
+
+    #[test]
+    fn frame_names_the_line_of_the_first_source_outside_the_core_library() {
+        let frames = [
+            ("core::slice::index", "/rustc/ab/library/core/src/slice/index.rs:3"),
+            ("wire::sdo::Sdo::read", "/footfall/wire/src/sdo.rs:41 (discriminator 2)"),
+        ];
+        let expected = ("wire Sdo::read index".to_owned(), "sdo.rs:41".to_owned());
+        assert_eq!(place("index", &frames), Some(expected));
     }
 
     #[test]

@@ -6,7 +6,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use xtask::command::{Step, remove_folder, root};
-use xtask::python::{CORE, Environment};
+
+use crate::environment::Environment;
+
+/// Files of tests that need only numpy.
+const CORE: [&str; 3] = ["test_bits.py", "test_results.py", "test_select.py"];
 
 /// Tests the package as the first command of its README installs it, without features. Cargo builds it in `target`, which
 /// may have packages of another build.
@@ -83,7 +87,7 @@ pub fn full() -> Result<()> {
 pub fn research() -> Result<()> {
     let datasets = env::var_os("FOOTFALL_DATASETS").map(PathBuf::from);
     let datasets = datasets.unwrap_or_else(|| root().join("../shared/datasets"));
-    let is_required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_none_or(|value| value != "0");
+    let is_required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_none_or(|value| value == "1");
     if !is_required && !datasets.is_dir() {
         println!("no recordings: FOOTFALL_DATASETS names their folder");
         return Ok(());

@@ -6,7 +6,7 @@ use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState, NmtCommand};
 use wire::{AbortCode, Address, DataType, Event, Node, Settings, Value};
 
-use crate::master::{node, read, refused, write};
+use super::master::{node, read, refused, write};
 
 /// Learnt values of a foot that has walked for a while.
 fn learnt() -> Learnt {

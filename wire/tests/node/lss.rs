@@ -6,7 +6,7 @@ use wire::dictionary::{self, Concern, index};
 use wire::node::{NmtCommand, NmtState};
 use wire::{AbortCode, Address, BootCause, Event, Fault, Node, Outcome, Settings, Value};
 
-use crate::master::{ID, node, send, tick};
+use super::master::{ID, node, send, tick};
 
 #[test]
 fn lss_assigns_the_node_id() {

@@ -12,7 +12,7 @@ use wire::{
     AbortCode, Address, Counter, Counters, DataType, Event, Fault, Foot, Outcome, Stage, Value,
 };
 
-use crate::master::{ID, accepted, node, peer_value, read, refused, send, write};
+use super::master::{ID, accepted, node, peer_value, read, refused, send, write};
 
 #[test]
 fn readable_objects_are_read_by_the_peer_and_others_refused() {

@@ -11,7 +11,7 @@ use wire::node::NmtCommand;
 use wire::pdo::{Contact, Health, Load, PDOS};
 use wire::{AbortCode, Address, Counter, Counters, Event, Fault, Node, Outcome, Pdo, Value};
 
-use crate::master::{
+use super::master::{
     ID, accepted, emergencies, node, peer_address, read, refused, send, tick, write,
 };
 

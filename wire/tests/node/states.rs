@@ -7,7 +7,7 @@ use wire::dictionary::index;
 use wire::node::{NmtCommand, NmtState};
 use wire::{Address, BootCause, CanFrame, Event, Node, Outcome, Pdo, Settings, Value};
 
-use crate::master::{ID, NOW, accepted, node, send, tick};
+use super::master::{ID, NOW, accepted, node, send, tick};
 
 #[test]
 fn with_autostart_the_node_boots_and_streams() {

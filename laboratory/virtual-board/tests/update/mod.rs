@@ -9,9 +9,9 @@ mod protection;
 mod robot;
 mod settings;
 
-use self::master::{CLEAR, Master, OLD, START, changed_image, new_image, number_of, sdo};
+use self::master::{Master, changed_image, number_of};
 use crate::common::product;
-use bootloader::image::{Header, Refusal};
+use bootloader::image::Refusal;
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::chip::Crystal;
 use virtual_board::emulator::corner::Corner;
@@ -124,42 +124,4 @@ fn bootloader_leaves_the_flash_alone_at_a_low_supply() {
     assert_eq!(master.status(), Some(Refusal::FlashFailed));
     master.board.inject(Injection::Supply(3_300));
     master.load(&image);
-}
-
-#[test]
-fn foot_is_updated_over_can() {
-    let Some(elf) = product() else { return };
-    let mut master = Master::of(&elf);
-    master.run(1_000);
-    assert_eq!(master.version(), OLD);
-    // Settings survive.
-    master.pause();
-    let scale = 77.0_f32.to_bits();
-    let set = sdo(0x23, index::LOAD_INPUT, 2, scale);
-    assert_eq!(master.ask(&set)[0], 0x60);
-    master.store();
-    assert_eq!(master.number_at(index::PROGRAM_ID, 2), 0);
-    let before = master.number(index::PROGRAM_ID);
-    master.stop();
-    let image = new_image(&elf);
-    let begin = master.board.now();
-    // Zephyr's script and Lely's master clear without a pause.
-    master.load(&image);
-    // Lely's master compares it before the start.
-    let sent = Header::decode(image.first_chunk().expect("a header")).expect("a header");
-    assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
-    assert_eq!(master.control(START)[0], 0x60);
-    master.updated();
-    let seconds = (master.board.now() - begin) / virtual_board::emulator::time::PER_SECOND;
-    assert!(seconds < 30, "{seconds} s");
-    assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
-    assert_eq!(master.number_at(index::PROGRAM_ID, 2), before);
-    assert_eq!(master.number_at(index::LOAD_INPUT, 2), scale);
-    // An image with a bit that was changed.
-    master.stop();
-    assert_eq!(master.control(CLEAR)[0], 0x60);
-    let mut changed = image;
-    changed[5_000] ^= 1;
-    master.send(&changed);
-    assert_eq!(master.status(), Some(Refusal::WrongHash));
 }

@@ -5,7 +5,7 @@ use recordings::estimate::estimates_of;
 use recordings::samples::Recording;
 use recordings::scoring::{Scored, brier_score};
 
-use host_tests::sets::{Labelled, Set};
+use crate::sets::{Labelled, Set};
 
 /// The recordings of [`Set::AVERAGED`] with their sets, in order; `None` if one is absent.
 ///

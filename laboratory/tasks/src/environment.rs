@@ -1,14 +1,10 @@
-//! Tests of the Python package.
+//! A virtual environment of Python.
 
-use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-use crate::command::{Step, remove_folder, root};
-
-/// Files of tests that need only numpy.
-pub const CORE: [&str; 3] = ["test_bits.py", "test_results.py", "test_select.py"];
+use xtask::command::{Step, remove_folder, root};
 
 /// A virtual environment of Python.
 pub struct Environment {
@@ -62,40 +58,4 @@ impl Environment {
             .env("FOOTFALL_PROGRAM", root().join("target/debug/footfall"))
             .with_path(&self.folder.join("bin"))
     }
-}
-
-/// Installs the packages that [`core()`] needs.
-///
-/// # Errors
-/// A package cannot be installed.
-pub fn install_core() -> Result<()> {
-    Environment::open("core")?.install(["numpy>=1.24", "pytest>=8"])
-}
-
-/// Tests the package next to the library that the other tests compiled, after [`install_core`]. Its bits are those of the host.
-///
-/// # Errors
-/// A test fails.
-pub fn core() -> Result<()> {
-    let environment = Environment::open("core")?;
-    let packages = root().join("target/python/core-package");
-    let package = packages.join("footfall");
-    remove_folder(&packages)?;
-    fs::create_dir_all(&package)?;
-    for entry in fs::read_dir(root().join("python/package/footfall"))? {
-        let entry = entry?;
-        if entry.file_type()?.is_file() {
-            fs::copy(entry.path(), package.join(entry.file_name()))?;
-        }
-    }
-    let library = root().join("target/debug/lib_footfall.so");
-    fs::copy(&library, package.join("_footfall.abi3.so"))
-        .with_context(|| library.display().to_string())?;
-    environment
-        .python()
-        .env("PYTHONPATH", &packages)
-        .at(&root().join("python/tests"))
-        .with(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", "--rootdir", "."])
-        .with(CORE)
-        .run()
 }
