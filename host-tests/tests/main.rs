@@ -1,4 +1,4 @@
-//! Checks from outside, in one program: recordings, the oracle, documents. Tests of the foot's program on a host are in
+//! Checks from outside, in one program: recordings, the oracle, generated files. Tests of the foot's program on a host are in
 //! `foot/main.rs`, those of the estimate's behaviour in `thorough.rs`.
 //!
 //! The feature `full` adds the tests that only `.ci/full` runs: bags and browsers.
@@ -19,7 +19,6 @@ mod consumers;
 mod convert;
 mod decode;
 mod demo;
-mod documents;
 mod faults;
 mod for_programs;
 mod go1;

@@ -74,7 +74,8 @@ impl SettingsArguments {
         };
         let units = self.units.as_deref().map(str::parse::<Units>).transpose();
         let units = units.map_err(named("units"))?.unwrap_or_default();
-        let (table, bag) = (TableOptions { units, ..TableOptions::default() }, BagOptions::default());
+        let (table, bag) =
+            (TableOptions { units, ..TableOptions::default() }, BagOptions::default());
         Ok(Settings {
             input_options: resolved.input_options(table, bag, ContactUse::Ignored),
             resolved,

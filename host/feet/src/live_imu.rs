@@ -360,7 +360,10 @@ mod tests {
 
     /// Rows and remarks of a foot that lies still, whose samples have these stamps; `None` for none. Samples are received
     /// 1 ms after they were taken.
-    fn live(stamps: impl IntoIterator<Item = Option<i64>>, scale: f64) -> (Vec<ContactRow>, Vec<String>) {
+    fn live(
+        stamps: impl IntoIterator<Item = Option<i64>>,
+        scale: f64,
+    ) -> (Vec<ContactRow>, Vec<String>) {
         let mut imu = LiveImu::new("FL".into(), "/fl/imu".into(), &Playback::default()).unwrap();
         let mut arrivals = VecDeque::new();
         for (k, stamp_us) in (0_u64..).zip(stamps) {
@@ -369,7 +372,10 @@ mod tests {
             let noise = 0.01 * ((k * 7919 % 100) as f64 / 50.0 - 1.0);
             let up = scale * (f64::from(STANDARD_GRAVITY) + noise);
             let readings = [noise, -noise, up, 0.1 * noise, 0.2 * noise, -0.1 * noise];
-            imu.take(LiveSample { stamp_us, stamp_rest_ns: 0, received, readings, load: None }, &mut arrivals);
+            imu.take(
+                LiveSample { stamp_us, stamp_rest_ns: 0, received, readings, load: None },
+                &mut arrivals,
+            );
         }
         let (mut rows, mut remarks) = (Vec::new(), Vec::new());
         for (_, arrival) in arrivals {

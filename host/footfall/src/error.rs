@@ -179,10 +179,14 @@ pub enum Error {
     )]
     NotPlayed(String),
     /// Topics and feet are to be calibrated together.
-    #[error("{0} and feet with a program of their own are calibrated one after the other: the former is estimated here")]
+    #[error(
+        "{0} and feet with a program of their own are calibrated one after the other: the former is estimated here"
+    )]
     TopicsAndFeet(String),
     /// Loads on topics are given for other sources.
-    #[error("{0} has no topics of ROS 2, for which --load names the loads of feet: use ros2:FOOT=TOPIC")]
+    #[error(
+        "{0} has no topics of ROS 2, for which --load names the loads of feet: use ros2:FOOT=TOPIC"
+    )]
     LoadOfNoTopic(String),
     /// Forms of messages are of different numbers of feet.
     #[error(transparent)]

@@ -125,7 +125,9 @@ impl FromStr for FootTopic {
             return Err(invalid("write a topic after it, such as ros2:FL=/lf_foot/imu"));
         }
         if topic.contains('*') && (name.is_some() || !part.is_empty()) {
-            return Err(invalid("a pattern names its feet by their topics, and takes whole messages"));
+            return Err(invalid(
+                "a pattern names its feet by their topics, and takes whole messages",
+            ));
         }
         if let Some(name) = name {
             Name::new(name).map_err(|_| {

@@ -68,7 +68,8 @@ fn forces_and_stances_of_all_feet_are_recorded() {
         assert!(wrenches > 2800, "{foot}: {wrenches}");
     }
     assert!(count(&report, "/footfall/all_stand") > 2800, "{report}");
-    let report = bench.stdout("record demo:feet=2,seconds=3,speed=max --compat biped,wrench -o two.mcap");
+    let report =
+        bench.stdout("record demo:feet=2,seconds=3,speed=max --compat biped,wrench -o two.mcap");
     assert!(count(&report, "/footfall/phase") > 2000, "{report}");
     assert!(count(&report, "/footfall/L/wrench") > 2800, "{report}");
     bench.refuses(

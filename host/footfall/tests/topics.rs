@@ -39,12 +39,7 @@ fn check(arguments: &[&str], of_ros2: &str) {
     let [check, rest @ ..] = arguments else { panic!("a check") };
     let of_ros2: Vec<&str> = of_ros2.split(' ').collect();
     let network = ["--network", "127.0.0.1", "--domain-id", &id];
-    let arguments = [
-        &[*check, env!("CARGO_BIN_EXE_footfall")][..],
-        rest,
-        &of_ros2,
-        &network,
-    ];
+    let arguments = [&[*check, env!("CARGO_BIN_EXE_footfall")][..], rest, &of_ros2, &network];
     run(&packages, SCRIPT, &arguments.concat());
 }
 

@@ -6,6 +6,7 @@
 //! | [`install`] | tools that this machine lacks |
 //! | [`firmware`], [`hex`], [`image`], [`uf2`] | programs of the boards, and their files |
 //! | [`library`] | the estimator for programs in C |
+//! | [`links`] | links of documents |
 //! | [`command`] | programs that are run |
 
 pub mod command;
@@ -14,6 +15,7 @@ pub mod hex;
 pub mod image;
 pub mod install;
 pub mod library;
+pub mod links;
 pub mod packages;
 pub mod quick;
 pub mod test;

@@ -15,6 +15,7 @@ use zip::{CompressionMethod, ZipWriter};
 
 use crate::command::{Step, remove_folder, root};
 use crate::firmware;
+use crate::links::with_targets;
 
 /// Library of the archive: a target of the compiler, and its folders in `src`.
 #[derive(Clone, Copy)]
@@ -188,23 +189,12 @@ fn fill(folder: &Path, libraries: &[Library<'_>]) -> Result<()> {
 
 /// Returns the page with links to files of the archive. A link that leads outside is replaced by its text.
 fn with_links_inside(page: &str) -> String {
-    let mut kept = String::new();
-    let mut rest = page;
-    while let Some((before, after)) = rest.split_once("](") {
-        let (target, after) = after.split_once(')').unwrap_or((after, ""));
+    with_targets(page, |target| {
         let mut files = FILES.iter().map(|(file, inside)| (format!("../../{file}"), *inside));
-        let inside = files.find(|(file, _)| file == target).map(|(_, inside)| inside);
+        let inside = files.find(|(file, _)| file == target).map(|(_, inside)| inside.to_owned());
         let is_kept = target.starts_with("http") || target.starts_with('#');
-        if let Some(target) = inside.or(is_kept.then_some(target)) {
-            kept += &format!("{before}]({target})");
-        } else {
-            let (before, text) = before.rsplit_once('[').unwrap_or((before, ""));
-            kept += before;
-            kept += text;
-        }
-        rest = after;
-    }
-    kept + rest
+        inside.or_else(|| is_kept.then(|| target.to_owned()))
+    })
 }
 
 /// Builds a library: one object, which exports only the functions of the header. Returns the name of its file, and its

@@ -10,6 +10,7 @@ use std::path::{Component, Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use xtask::command::{Step, remove_folder, root};
+use xtask::links::{links, with_targets};
 
 /// Name of the renderer on crates.io, and its version.
 const MDBOOK: [&str; 2] = ["mdbook", "0.5.4"];
@@ -45,13 +46,13 @@ pub fn run() -> Result<PathBuf> {
     let summary = read(SUMMARY)?;
     let pages: HashSet<String> = pages(&summary).collect();
     for page in &pages {
-        let text = rewrite(&read(page)?, page, |target| resolve(target, page, &pages));
+        let text = with_targets(&read(page)?, |target| Some(resolve(target, page, &pages)));
         write(&source.join("src").join(page), text.as_bytes())?;
     }
     for picture in pictures()? {
         write(&source.join("src").join(&picture), &fs::read(root().join(&picture))?)?;
     }
-    let moved = rewrite(&summary, SUMMARY, |target| join(SUMMARY, target));
+    let moved = with_targets(&summary, |target| Some(join(SUMMARY, target)));
     write(&source.join("src/SUMMARY.md"), moved.as_bytes())?;
     write(&source.join("book.toml"), CONFIGURATION.as_bytes())?;
 
@@ -76,11 +77,7 @@ fn install() -> Result<PathBuf> {
 
 /// Documents of the summary, relative to the root.
 fn pages(summary: &str) -> impl Iterator<Item = String> + '_ {
-    let lines = summary.lines().filter(|line| line.contains("]("));
-    lines.filter_map(|line| {
-        let target = line.split_once("](")?.1.split_once(')')?.0;
-        Some(join(SUMMARY, target))
-    })
+    links(summary).map(|link| join(SUMMARY, link.target))
 }
 
 /// Pictures that documents can show, relative to the root.
@@ -117,26 +114,6 @@ fn resolve(target: &str, page: &str, pages: &HashSet<String>) -> String {
         return target.to_owned();
     }
     format!("{FILES}{}", join(page, target))
-}
-
-/// Replaces the targets of the links in a document. Blocks of code stay as they are.
-fn rewrite(text: &str, page: &str, target: impl Fn(&str) -> String) -> String {
-    let mut rewritten = String::with_capacity(text.len());
-    let mut is_code = false;
-    for line in text.split_inclusive('\n') {
-        is_code ^= line.trim_start().starts_with("```");
-        let mut rest = line;
-        while let Some((before, after)) = rest.split_once("](").filter(|_| !is_code) {
-            let Some((old, after)) = after.split_once(')') else {
-                break;
-            };
-            rewritten.extend([before, "](", &target(old), ")"]);
-            rest = after;
-        }
-        rewritten += rest;
-    }
-    debug_assert!(!is_code, "{page}: a block of code has no end");
-    rewritten
 }
 
 /// Checks that each link of the book leads to a file of it, and to a place on that page.
@@ -210,7 +187,7 @@ mod tests {
     fn rewritten(text: &str) -> String {
         let pages = HashSet::from(["README.md".to_owned(), "docs/guide/live.md".to_owned()]);
         let page = "docs/guide/live.md";
-        rewrite(text, page, |target| resolve(target, page, &pages))
+        with_targets(text, |target| Some(resolve(target, page, &pages)))
     }
 
     #[test]
@@ -224,12 +201,6 @@ mod tests {
         let text = "[a](../../wire/src/lib.rs#L1), [b](../../wire)\n";
         let expected = format!("[a]({FILES}wire/src/lib.rs#L1), [b]({FILES}wire)\n");
         assert_eq!(rewritten(text), expected);
-    }
-
-    #[test]
-    fn blocks_of_code_stay() {
-        let text = "```c\nf[0](x);\n```\n";
-        assert_eq!(rewritten(text), text);
     }
 
     #[test]

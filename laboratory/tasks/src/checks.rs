@@ -124,10 +124,7 @@ pub fn gate() -> Result<()> {
 fn more_tests() -> Result<()> {
     install::for_gate()?;
     firmware::build_all()?;
-    require_everything(Step::cargo(&["test", "--locked"]))
-        .with(PACKAGES)
-        .with(MORE_TESTS)
-        .run()?;
+    require_everything(Step::cargo(&["test", "--locked"])).with(PACKAGES).with(MORE_TESTS).run()?;
     require_everything(Step::cargo(&["test", "--locked"]))
         .with(LABORATORY)
         // Tests of the virtual board run the program against boards.

@@ -111,7 +111,8 @@ impl Clone {
     /// Runs a command in the clone, and returns its cost and its output.
     fn measure(&self, command: &str) -> Result<(Cost, String)> {
         let datasets = env::var_os("FOOTFALL_DATASETS").map(PathBuf::from);
-        let datasets = datasets.map_or_else(|| root().join("../shared/datasets").canonicalize(), Ok);
+        let datasets =
+            datasets.map_or_else(|| root().join("../shared/datasets").canonicalize(), Ok);
         let log = root().join("target/measured.log");
         let mut words = command.split(' ');
         let program = words.next().context("a command has a name")?;

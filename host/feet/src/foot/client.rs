@@ -127,10 +127,7 @@ impl Client {
     ///
     /// # Errors
     /// There is no foot, or the line does not work.
-    pub fn each(
-        mut link: Box<dyn Link>,
-        node: Option<NodeId>,
-    ) -> Result<Vec<Self>, RequestError> {
+    pub fn each(mut link: Box<dyn Link>, node: Option<NodeId>) -> Result<Vec<Self>, RequestError> {
         if node.is_some() {
             return Ok(vec![Self::new(link, node)?]);
         }

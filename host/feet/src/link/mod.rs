@@ -33,8 +33,8 @@ use crate::remedy::FootHint;
 use crate::source::{Source, Speed};
 pub use clock::LineClock;
 pub use file::RecordingError;
-pub(crate) use shared::SharedLine;
 use serial::{SerialLine, SlcanAdapter};
+pub(crate) use shared::SharedLine;
 
 /// Source of a line, which can be opened more than once. Its text is that of the command line.
 pub trait LineSource: fmt::Display + Send {

@@ -64,9 +64,9 @@ impl RecordArguments {
         // A file is read at full speed, unless a time is given: then as many seconds of data are recorded. Simulated feet walk
         // without end, so they are recorded in real time like others.
         let is_file = |source: &Source| source.file().is_some() && self.seconds.is_none();
-        let sources = sources.into_iter().map(|source| {
-            if is_file(&source) { source.at_speed(Speed::Max) } else { source }
-        });
+        let sources = sources
+            .into_iter()
+            .map(|source| if is_file(&source) { source.at_speed(Speed::Max) } else { source });
         let sources = sources.collect();
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(sources, feet, self.published.bridge()?)?;

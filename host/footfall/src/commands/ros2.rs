@@ -5,6 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 
 use super::options::{ListenArguments, PublishedArguments};
+use crate::Source;
 use crate::error::Error;
 use crate::interruption::finish_when_interrupted;
 use crate::messages::warn;
@@ -14,7 +15,6 @@ use crate::ros::node::{FootNode, FootNodeOptions, Reliability};
 use crate::source::text_of;
 use crate::stream::{Sink, Stream, deadline, unless_ended};
 use crate::topic_source::RosDomain;
-use crate::Source;
 
 /// Arguments of `footfall ros2`.
 #[derive(Debug, Args)]

@@ -73,7 +73,9 @@ mod tests {
     fn definition_has_all_types_in_it_once() {
         let text_of = |name: &str| {
             let text = match name {
-                "a_msgs/msg/Feet" => "std_msgs/Header header\nFoot[4] feet # all\nb_msgs/msg/Force sum\nfloat64 x",
+                "a_msgs/msg/Feet" => {
+                    "std_msgs/Header header\nFoot[4] feet # all\nb_msgs/msg/Force sum\nfloat64 x"
+                }
                 "a_msgs/Foot" => "b_msgs/Force[<=2] force\nint8 UP=1\nstring<=5 name",
                 "b_msgs/Force" => "float64 z",
                 _ => return None,
@@ -82,8 +84,7 @@ mod tests {
         };
         let schema = definition("a_msgs/msg/Feet", &text_of).expect("a definition");
         let text = String::from_utf8(schema.text).expect("text");
-        let names: Vec<&str> =
-            text.lines().filter_map(|line| line.strip_prefix("MSG: ")).collect();
+        let names: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("MSG: ")).collect();
         assert_eq!(names, ["a_msgs/Foot", "b_msgs/Force"]);
         assert_eq!(definition("c_msgs/msg/Other", &text_of), None);
     }

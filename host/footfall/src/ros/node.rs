@@ -104,9 +104,7 @@ impl FootNodeOptions {
 
     /// Quality of service with this depth, without a reliability.
     fn profile(depth: usize) -> QosProfile {
-        QosProfile::default()
-            .durability(Durability::Volatile)
-            .history(History::KeepLast { depth })
+        QosProfile::default().durability(Durability::Volatile).history(History::KeepLast { depth })
     }
 
     /// Namespace with a leading and without a trailing slash, except for `/`. A relative name would be prefixed
@@ -368,8 +366,12 @@ impl FootNode {
                 continue;
             }
             let (asks, offers, remedy) = match policy.as_str() {
-                "reliability" => ("reliable", "best_effort", "start this node with --reliability reliable"),
-                "durability" => ("transient_local", "volatile", "subscribe with durability volatile"),
+                "reliability" => {
+                    ("reliable", "best_effort", "start this node with --reliability reliable")
+                }
+                "durability" => {
+                    ("transient_local", "volatile", "subscribe with durability volatile")
+                }
                 _ => ("more", "the default of ROS", "subscribe with the default of ROS"),
             };
             return Some(format!(
@@ -450,8 +452,12 @@ fn merger(
     let topic = options.topic(LOW_STATE_TOPIC).map(|name| name.to_string());
     let dds_topic = format!("rt{}", topic.unwrap_or_default());
     let qos = match options.reliability {
-        Reliability::Reliable => FootNodeOptions::profile(options.depth).reliability_reliable(WhenFull::Fail),
-        Reliability::BestEffort => FootNodeOptions::profile(options.depth).reliability_best_effort(),
+        Reliability::Reliable => {
+            FootNodeOptions::profile(options.depth).reliability_reliable(WhenFull::Fail)
+        }
+        Reliability::BestEffort => {
+            FootNodeOptions::profile(options.depth).reliability_best_effort()
+        }
     };
     LowStateMerger::start(participant.clone(), dds_topic, qos.into())
 }

@@ -373,8 +373,7 @@ impl TopicLine {
                 found.iter().filter(|publisher| publisher.topic == *topic).collect();
             let Some(first) = of_topic.first() else { continue };
             let is_reliable = of_topic.iter().all(|publisher| publisher.is_reliable);
-            let other =
-                of_topic.iter().find(|publisher| publisher.message != first.message);
+            let other = of_topic.iter().find(|publisher| publisher.message != first.message);
             match self.topics.iter().position(|subscribed| subscribed.name == *topic) {
                 None => self.subscribe(first, is_reliable)?,
                 Some(index) if self.topics[index].found.is_reliable && !is_reliable => {
@@ -488,8 +487,7 @@ impl TopicLine {
 
     /// Reports topics without a publisher, with those that there are.
     fn report_absent(&mut self, wanted: &BTreeSet<String>, found: &[Publisher]) {
-        let is_found =
-            |topic: &&String| found.iter().any(|publisher| publisher.topic == **topic);
+        let is_found = |topic: &&String| found.iter().any(|publisher| publisher.topic == **topic);
         let mut absent: Vec<&str> =
             wanted.iter().filter(|topic| !is_found(topic)).map(String::as_str).collect();
         let patterns = self.wanted.feet.iter().filter(|foot| foot.is_pattern());
@@ -632,8 +630,7 @@ impl TopicImu {
             "{} has the frames {first} and {other}: each is a foot, named by its frame",
             self.foot.topic
         );
-        let remark =
-            if self.foot.is_named { Remark::Problem(text) } else { Remark::Detail(text) };
+        let remark = if self.foot.is_named { Remark::Problem(text) } else { Remark::Detail(text) };
         pending.push_back((now(), Arrival::Remark(remark)));
         let name: Arc<str> = first.trim_matches('/').into();
         if let Ok(imu) = imu.renamed(name, &wanted.playback) {
@@ -707,6 +704,9 @@ impl Link for TopicLine {
     }
 
     fn send(&mut self, _: &Sending) -> Result<(), LinkError> {
-        Err(LinkError::wrong_kind(self.wanted.to_string(), "nothing: feet on topics take no requests"))
+        Err(LinkError::wrong_kind(
+            self.wanted.to_string(),
+            "nothing: feet on topics take no requests",
+        ))
     }
 }

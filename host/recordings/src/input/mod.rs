@@ -55,7 +55,9 @@ pub use options::{
     is_among, matches_pattern, without_effect,
 };
 pub use rate::{TimesSoFar, rate_of_times, unit_of_step};
-pub use stored::{About, Loaded, OLDEST_LOAD_US, StreamedSample, RecordedEstimate, Repairs, SampleClock, Stored};
+pub use stored::{
+    About, Loaded, OLDEST_LOAD_US, RecordedEstimate, Repairs, SampleClock, Stored, StreamedSample,
+};
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {

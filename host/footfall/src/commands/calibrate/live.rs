@@ -142,8 +142,7 @@ fn check_names(feet: &[Walking], sources: &[Source]) -> Result<(), SameName> {
         {
             let unused =
                 Foot::ALL.map(Foot::name).into_iter().find(|name| has_name(name).is_none());
-            let board =
-                |foot: usize| (&sources[feet[foot].source], feet[foot].client.node());
+            let board = |foot: usize| (&sources[feet[foot].source], feet[foot].client.node());
             let boards = [board(first), board(second)];
             return Err(SameName::of_asked(foot.name, boards, unused.unwrap_or("R")));
         }

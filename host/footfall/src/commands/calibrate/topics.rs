@@ -35,22 +35,17 @@ struct Collected {
 }
 
 /// Calibrates the feet of these topics.
-pub(super) fn calibrate(
-    arguments: &CalibrateArguments,
-    sources: Vec<Source>,
-) -> Result<(), Error> {
+pub(super) fn calibrate(arguments: &CalibrateArguments, sources: Vec<Source>) -> Result<(), Error> {
     arguments.check_output(&[])?;
     let resolved = arguments.recording.resolved(None)?;
-    let input_options =
-        arguments.recording.reading.input_options(&resolved, ContactUse::Ignored);
+    let input_options = arguments.recording.reading.input_options(&resolved, ContactUse::Ignored);
     let playback = Playback {
         input_options: input_options.clone(),
         settings: resolved.clone(),
         estimator_options: Vec::new(),
     };
     let sources = arguments.topics.apply(sources)?.into_iter();
-    let sources: Vec<Source> =
-        sources.map(|source| source.played_with(playback.clone())).collect();
+    let sources: Vec<Source> = sources.map(|source| source.played_with(playback.clone())).collect();
     let text = text_of(&sources);
     finish_when_interrupted();
     aside("let the robot stand still for some seconds, and then walk");

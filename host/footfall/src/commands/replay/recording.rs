@@ -71,11 +71,7 @@ impl Replay {
     }
 
     /// Reads a recording that was opened, and estimates all its feet.
-    pub(super) fn opened(
-        &self,
-        input: &Path,
-        opened: Opened,
-    ) -> Result<ReplayedRecording, Error> {
+    pub(super) fn opened(&self, input: &Path, opened: Opened) -> Result<ReplayedRecording, Error> {
         let started = Instant::now();
         let (file, feet) = self.read(input, opened)?;
         let read = Instant::now();

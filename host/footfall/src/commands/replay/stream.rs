@@ -52,8 +52,8 @@ impl Replay {
         let opened = open_recording(input, reading.format, &self.bars)?;
         let input_options = reading.input_options(&self.resolved, ContactUse::Ignored);
         // Settings of single feet are checked against the names in whole recordings.
-        let has_feet = !self.resolved.overrides.feet.is_empty()
-            || !input_options.foot_corrections.is_empty();
+        let has_feet =
+            !self.resolved.overrides.feet.is_empty() || !input_options.foot_corrections.is_empty();
         if has_feet || !opened.can_stream(&input_options) {
             let recordings = vec![self.opened(input, opened)?];
             self.check_names(&recordings)?;

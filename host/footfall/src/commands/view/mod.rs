@@ -5,7 +5,9 @@ pub mod server;
 
 use clap::{Args, ValueEnum};
 
-use super::options::{FeetArguments, HELP_OF_SOURCES, PlayedArguments, PublishedArguments, TopicArguments};
+use super::options::{
+    FeetArguments, HELP_OF_SOURCES, PlayedArguments, PublishedArguments, TopicArguments,
+};
 use crate::SourceArgument;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]

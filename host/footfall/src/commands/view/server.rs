@@ -388,13 +388,14 @@ fn is_allowed(origin: &str, headers: &HeaderMap<HeaderValue>, allowed: &[String]
         return true;
     }
     let Some((scheme, host)) = origin.split_once("://") else { return false };
-    let name = host.strip_prefix('[').and_then(|host| host.split_once(']')).map_or_else(
-        || host.split(':').next().unwrap_or_default(),
-        |(address, _)| address,
-    );
-    let is_foxglove = scheme == "https" && (name == "foxglove.dev" || name.ends_with(".foxglove.dev"));
-    let is_here = name == "localhost"
-        || name.parse::<IpAddr>().is_ok_and(|address| address.is_loopback());
+    let name = host
+        .strip_prefix('[')
+        .and_then(|host| host.split_once(']'))
+        .map_or_else(|| host.split(':').next().unwrap_or_default(), |(address, _)| address);
+    let is_foxglove =
+        scheme == "https" && (name == "foxglove.dev" || name.ends_with(".foxglove.dev"));
+    let is_here =
+        name == "localhost" || name.parse::<IpAddr>().is_ok_and(|address| address.is_loopback());
     let own = headers.get("host").and_then(|host| host.to_str().ok());
     // A name that leads to this machine could be anyone's, an address could not.
     let is_own = own == Some(host) && name.parse::<IpAddr>().is_ok();

@@ -5,35 +5,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use host_tests::committed::workspace;
+use xtask::command::root;
+use xtask::links::{Link, links};
 
 /// All Markdown files of the repository. Ignored folders, such as a virtual environment, have documents of others.
 fn documents() -> Vec<PathBuf> {
     let list = ["ls-files", "--cached", "--others", "--exclude-standard", "--", "*.md"];
-    let output = Command::new("git").current_dir(workspace()).args(list).output();
+    let output = Command::new("git").current_dir(root()).args(list).output();
     let output = output.expect("git runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let files = String::from_utf8(output.stdout).expect("text");
-    let paths = files.lines().map(|file| workspace().join(file));
+    let paths = files.lines().map(|file| root().join(file));
     // The list also has files that were deleted without a commit.
     paths.filter(|path| path.exists()).collect()
-}
-
-/// A link of a document: `[text](target)`.
-struct Link<'a> {
-    text: &'a str,
-    target: &'a str,
-}
-
-fn links(text: &str) -> Vec<Link<'_>> {
-    let ends = text.match_indices("](");
-    let link = |(middle, _): (usize, &str)| {
-        let begin = text[..middle].rfind('[')?;
-        let rest = &text[middle + 2..];
-        let end = rest.find(')')?;
-        Some(Link { text: &text[begin + 1..middle], target: &rest[..end] })
-    };
-    ends.filter_map(link).collect()
 }
 
 /// Anchor of a heading: lower case, spaces as hyphens, without punctuation.
