@@ -126,8 +126,7 @@ const LONGEST_STEP: f32 = 0.03;
 /// Longest gap, s, across which the turn is guessed from the two samples on either side.
 ///
 /// A leg swings back, so the guess is a fair one: after a gap of 0.6 s it is wrong by 22° RMS on walking feet. If up
-/// had to be found again, P would be 0 for most of a second: with a gap of 0.7 s in every two seconds a TALOS, a NAO
-/// and a GO1 would have an RMSE of 0.39, 0.52 and 0.54 instead of 0.25, 0.32 and 0.27.
+/// had to be found again, P would be 0 for most of a second after each gap.
 const LONGEST_GUESS: f32 = 1.0;
 
 /// Longest time for which a foot keeps turning in a gap, s.
@@ -671,8 +670,8 @@ impl Correction {
 /// Length of gravity as the accelerometer reads it.
 ///
 /// At rest it is the length of the mean force. Before the first rest it is the mean force along up, since a foot that
-/// walks gains no speed on average. A NAO's accelerometer reads 8 % too little: without this, a walk that begins before
-/// any rest has an RMSE of 0.35 instead of 0.24.
+/// walks gains no speed on average. A NAO's accelerometer reads 8 % too little: without this, the stances of a walk
+/// that begins before any rest would be missed.
 #[derive(Clone, Copy, Debug)]
 struct GravityMagnitude {
     /// m/s².

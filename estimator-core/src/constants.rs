@@ -139,7 +139,7 @@ constants! {
     /// Default: 0.046. Without it a GO1, a NAO and a shoe lose their stances.
     slide_lever = 0.046, 0.0 to 10.0;
 
-    /// Largest mean acceleration at rest, m/s². Default: 0.2; with 0.16 the RMSE of a GO1 rises by 0.005.
+    /// Largest mean acceleration at rest, m/s². Default: 0.2; a lower limit misses rests of a GO1.
     rest_acceleration = 0.2, 0.0 to 100.0;
     /// Largest change of the mean acceleration within a stance at rest, m/s².
     ///
@@ -149,8 +149,8 @@ constants! {
     rest_rate = 0.05, 0.0 to 100.0;
     /// Largest change of the mean angular rate within a stance at rest, rad/s.
     ///
-    /// Default: 0.015. With 0.03 a boat is stable for 66 % of the time; with 0.01 the RMSE of walks that begin in their
-    /// middle rises by 0.005.
+    /// Default: 0.015. With 0.03 a boat is stable for 66 % of the time; a lower limit misses rests in walks that begin
+    /// in their middle.
     rest_rate_change = 0.015, 0.0 to 100.0;
     /// Fall of the logarithm of the acceleration from a swing to the stance after it that counts as a landing.
     ///

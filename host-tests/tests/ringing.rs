@@ -32,7 +32,7 @@ const DECAY: f64 = 0.015;
 /// Frequencies, Hz; 0 is without ringing. The part's converter runs at 6.7 kHz.
 const FREQUENCIES: [f64; 5] = [0.0, 500.0, 1000.0, 2000.0, 3000.0];
 
-/// Limit of the RMSE with ringing, for the foot's setting. The largest is 0.219, at 500 Hz.
+/// Limit of the RMSE with ringing, for the foot's setting.
 const RMSE: f64 = 0.222;
 
 /// A part on the walking foot, with ringing of this frequency after each impact.

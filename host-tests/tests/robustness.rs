@@ -18,7 +18,7 @@ use recordings::samples::Recording;
 
 const SEED: u64 = 1;
 
-/// Maximum increase of the RMSE by a minute of standing. It decreases by up to 0.05, since the foot is proven at once.
+/// Maximum increase of the RMSE by a minute of standing. It usually decreases, since the foot is proven at once.
 ///
 /// The simulated ATLAS of 7,000 samples has no noise: a stand leaves nothing in its speed, each of its steps something.
 fn standing_costs(recording: &str) -> f64 {
