@@ -158,6 +158,7 @@ impl ContactEstimator {
 mod tests {
     use super::*;
     use crate::constants::Constants;
+    use crate::estimate::Probabilities;
     use crate::flags::Flags;
     use crate::params::Params;
     use crate::phase::{Decision, Phase};
@@ -282,14 +283,13 @@ mod tests {
     }
 
     #[test]
-    fn doubtful_samples_lower_the_probability_and_raise_their_flag() {
+    fn doubtful_samples_have_probability_zero_and_their_flag() {
         for (validity, flag) in [
             (Validity::Saturated(Saturation::Both), Flag::Saturated),
             (Validity::Stale, Flag::Stale),
             (Validity::Invalid, Flag::InvalidSample),
         ] {
             let mut estimator = rested(GRAVITY_FREE, 600);
-            let mut previous = 1.0;
             // Each window of doubt leaves 1/e.
             let windows = (8.0e3 * Constants::DEFAULT.window) as u64;
             for ms in 600..600 + windows {
@@ -297,10 +297,11 @@ mod tests {
                 let estimate = estimator.update(&sample, None);
                 assert_eq!(but_settling(estimate.flags), [flag]);
                 assert_eq!(estimate.decision, Decision::NotStable);
-                assert!(estimate.probabilities.stable < previous, "{estimate:?}");
-                previous = estimate.probabilities.stable;
+                assert_eq!(estimate.probabilities, Probabilities::default());
             }
-            assert!(previous < 1.0e-3, "{previous}");
+            let after = estimator.update(&at_rest((600 + windows) * 1000), None);
+            // One valid sample of a window.
+            assert!((0.0..0.05).contains(&after.probabilities.stable), "{after:?}");
         }
     }
 

@@ -59,7 +59,8 @@ impl ContactEstimate {
     };
 }
 
-/// Probability that the foot is in stable contact, in total and by direction. Every value is a number in [0, 1].
+/// Probability that the foot is in stable contact, in total and by direction. Every value is a number in [0, 1], and 0
+/// where the sample is not valid or up is not known.
 ///
 /// The two methods judge directions differently:
 ///

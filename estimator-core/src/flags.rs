@@ -7,15 +7,15 @@ pub enum Flag {
     /// Fewer samples than the window's length have been used. The means cover the samples so far. Samples before up is
     /// known are not used, so that the flag stays with [`Self::AttitudeNotInitialised`].
     WindowNotFull,
-    /// The attitude filter has not found up yet, or has lost it in a gap, so gravity cannot be removed. With
-    /// half-widths every probability is 0; otherwise each sample counts as mass 0.
+    /// The attitude filter has not found up yet, or has lost it in a gap, so gravity cannot be removed. Every
+    /// probability is 0.
     AttitudeNotInitialised,
-    /// The newest sample is at the end of the sensor's range; it counts as mass 0.
+    /// The newest sample is at the end of the sensor's range: it counts as mass 0, and its probabilities are 0.
     Saturated,
-    /// The newest sample repeats an earlier one; it counts as mass 0.
+    /// The newest sample repeats an earlier one: it counts as mass 0, and its probabilities are 0.
     Stale,
     /// The newest sample is not finite, beyond any sensor's range, or not later than the one
-    /// before; it counts as mass 0.
+    /// before: it counts as mass 0, and its probabilities are 0.
     InvalidSample,
     /// At least one sample is missing before this one. With half-widths, missing samples count as mass 0. Otherwise a
     /// gap of up to half a window is bridged, with a probability no higher than before it; a longer gap reduces the

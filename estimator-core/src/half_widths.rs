@@ -258,11 +258,11 @@ mod tests {
     }
 
     #[test]
-    fn doubtful_samples_count_as_mass_zero() {
+    fn doubtful_samples_have_probability_zero_and_count_as_mass_zero() {
         let mut estimator = rested(60);
         let sample = ImuSample { validity: Validity::Stale, ..at_rest(60_000) };
-        let estimate = estimator.update(&sample, None);
-        let axis = estimate.probabilities.axes.ax;
+        assert_eq!(estimator.update(&sample, None).probabilities, Probabilities::default());
+        let axis = estimator.update(&at_rest(61_000), None).probabilities.axes.ax;
         assert!((axis - 49.0 / 50.0).abs() < 1.0e-6, "{axis}");
     }
 

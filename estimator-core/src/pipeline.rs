@@ -118,6 +118,11 @@ impl Pipeline {
         load: Option<Load>,
     ) -> ContactEstimate {
         let flags = reading.flags;
+        // The means still hold the samples before one that is not valid, whose own probability is 0.
+        let probabilities = match reading.motion {
+            Motion::Known(..) => probabilities,
+            Motion::NoAttitude | Motion::Unreliable => Probabilities::default(),
+        };
         let (linear_acceleration, angular_rate) = reading.measured.unwrap_or_default();
         if reading.measured.is_some() {
             let certain = if flags.are_doubt() { 0.0 } else { probabilities.stable };

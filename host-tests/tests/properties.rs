@@ -8,9 +8,9 @@ use estimator_core::parameter::Row;
 use estimator_core::params::{Constants, GyroTiming, LoadParams};
 use estimator_core::velocity::VelocityParams;
 use estimator_core::{
-    AngularRate, ContactEstimate, Decision, Gravity, ImuSample, Learning, Learnt,
-    LinearAcceleration, Load, Params, PerAxis, Saturation, SpecificForce, Stream, Timestamp,
-    Validity, Vec3, VelocitySigma,
+    AngularRate, ContactEstimate, Decision, Flag, Gravity, ImuSample, Learning, Learnt,
+    LinearAcceleration, Load, Params, PerAxis, Probabilities, Saturation, SpecificForce, Stream,
+    Timestamp, Validity, Vec3, VelocitySigma,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
@@ -163,6 +163,11 @@ fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
     }
     if estimate.flags.are_doubt() {
         prop_assert_eq!(estimate.decision, Decision::NotStable);
+    }
+    let is_unknown = |flag: &Flag| estimate.flags.contains(*flag);
+    let unknown = [Flag::AttitudeNotInitialised, Flag::Saturated, Flag::Stale, Flag::InvalidSample];
+    if unknown.iter().any(is_unknown) {
+        prop_assert_eq!(estimate.probabilities, Probabilities::default());
     }
     Ok(())
 }

@@ -3,8 +3,8 @@
 
 use std::f32::consts::TAU;
 
-use estimator_core::Vec3;
-use estimator_core::any::AnyParams;
+use estimator_core::any::{AnyParams, Method};
+use estimator_core::{Probabilities, Saturation, Validity, Vec3};
 use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
     Chance, after, changed, jittering, losing_bursts, losing_single, stood, with_force_bias,
@@ -14,7 +14,11 @@ use host_tests::labelled;
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
 use labelled::{averaged, of_sets, pooled, rmse, rmse_from};
+use recordings::estimate::estimates_of;
 use recordings::samples::Recording;
+use wire::Faults;
+use wire::pdo::{Contact, P16};
+use wire::uart::ContactMessage;
 
 const SEED: u64 = 1;
 
@@ -48,6 +52,38 @@ fn defects_of_samples_are_tolerated() {
         let all = |bias: f32| Vec3::new(sign * bias, sign * bias, sign * bias);
         assert_rmse(&with_rate_bias(&demo, all(2.0_f32.to_radians())), 0.28);
         assert_rmse(&with_force_bias(&demo, all(0.3)), 0.3);
+    }
+}
+
+#[test]
+fn invalid_samples_have_probability_zero_in_every_frame() {
+    let invalid =
+        [Validity::Stale, Validity::Invalid, Validity::Saturated(Saturation::Accelerometer)];
+    let mut count = 0;
+    let spoilt = changed(&demo(), |sample| {
+        count += 1;
+        if count % 21 == 0 {
+            sample.imu.validity = invalid[count / 21 % invalid.len()];
+        }
+    });
+    for method in [Method::SelfCalibrating, Method::HalfWidths] {
+        let params = AnyParams { method, ..AnyParams::DEFAULT };
+        let estimates = estimates_of(&spoilt, &params).expect("valid parameters");
+        let (mut in_stances, mut probable) = (0, false);
+        for (sample, estimate) in spoilt.samples.iter().zip(&estimates) {
+            if sample.imu.validity == Validity::Valid {
+                probable = estimate.probabilities.stable > 0.5;
+                continue;
+            }
+            in_stances += u32::from(probable);
+            assert_eq!(estimate.probabilities, Probabilities::default(), "{estimate:?}");
+            let message = ContactMessage::new(estimate, Faults::NONE);
+            assert_eq!((message.stable, message.status.is_valid()), (P16(0), false));
+            let frame = Contact::new(estimate, 0, Faults::NONE);
+            assert_eq!((frame.stable, frame.status.is_valid()), (P16(0), false));
+        }
+        // Where P was above ½ before.
+        assert!(in_stances > 100, "{method:?}: {in_stances}");
     }
 }
 
