@@ -118,7 +118,8 @@ enum {
     FOOTFALL_PHASE_STANCE = 1,
     FOOTFALL_PHASE_SLIP = 2,
     FOOTFALL_PHASE_SWING = 3,
-    FOOTFALL_PHASE_QUIET_SWING = 4
+    FOOTFALL_PHASE_QUIET_SWING = 4,
+    FOOTFALL_PHASE_LANDING = 5 /* from touch-down until stable, at most 150 ms */
 };
 
 /* Estimate after a sample, in the axes of the sample. */

@@ -262,6 +262,7 @@ impl From<&ContactEstimate> for CEstimate {
                 Phase::Slip => 2,
                 Phase::Swing => 3,
                 Phase::QuietSwing => 4,
+                Phase::Landing => 5,
             },
             flags: from.flags.bits(),
         }

@@ -7,6 +7,9 @@
 //! |---|---|---|
 //! | loaded | stance | slip |
 //! | not loaded | quiet swing | swing |
+//!
+//! A foot that has just touched down moves until its landing has rung out, and does not slip. From its touch-down until
+//! it is stable, but for [`LONGEST_LANDING_US`] at most, it lands.
 
 use crate::flags::{Flag, Flags};
 use crate::sample::Timestamp;
@@ -32,7 +35,7 @@ pub enum Decision {
     Stable,
 }
 
-/// Phase of the gait: the paper's four cases (section IV-B), or unknown.
+/// Phase of the gait: the paper's four cases (section IV-B), a landing, or unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase {
@@ -41,18 +44,20 @@ pub enum Phase {
     Unknown,
     /// Loaded and at rest: stable contact.
     Stance,
-    /// Loaded and moving: unstable contact.
+    /// Loaded and moving, after it was stable or later than a landing lasts: unstable contact.
     Slip,
     /// Not loaded and moving.
     Swing,
     /// Not loaded and at rest, as at the top of a slow swing.
     QuietSwing,
+    /// Loaded and moving, since its touch-down: not yet at rest.
+    Landing,
 }
 
 impl Phase {
     /// All phases, [`Phase::Unknown`] first.
-    pub const ALL: [Self; 5] =
-        [Self::Unknown, Self::Stance, Self::Slip, Self::Swing, Self::QuietSwing];
+    pub const ALL: [Self; 6] =
+        [Self::Unknown, Self::Stance, Self::Slip, Self::Swing, Self::QuietSwing, Self::Landing];
 
     /// The phase's name as written in files: `stance`, `quiet_swing` and so on.
     #[must_use]
@@ -63,14 +68,20 @@ impl Phase {
             Self::Slip => "slip",
             Self::Swing => "swing",
             Self::QuietSwing => "quiet_swing",
+            Self::Landing => "landing",
         }
     }
 }
 
+/// Longest time from touch-down for which a foot that moves lands, µs.
+///
+/// Robots on firm ground are stable within 60 ms of their touch-down, nine times of ten, and a NAO within 120 ms at
+/// most. A GO1 that slides from its touch-down on grease does so for 190 to 440 ms.
+const LONGEST_LANDING_US: u64 = 150_000;
+
 /// State of the Schmitt trigger on the load signal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Loading {
-    #[default]
     Unloaded,
     Loaded,
 }
@@ -92,7 +103,10 @@ pub(crate) struct PhaseTracker {
     decision: Decision,
     /// Time of the first sample whose probability contradicts the decision; `None` while they agree.
     contradicted_since: Option<Timestamp>,
-    loading: Loading,
+    /// Whether the foot is loaded; `None` before the first load.
+    loading: Option<Loading>,
+    /// Time of the touch-down, until the foot is stable or lifted.
+    touch_down: Option<Timestamp>,
     deliberation: Deliberation,
 }
 
@@ -121,7 +135,8 @@ impl PhaseTracker {
             coefficients,
             decision: Decision::NotStable,
             contradicted_since: None,
-            loading: Loading::Unloaded,
+            loading: None,
+            touch_down: None,
             deliberation: Deliberation::Undecided,
         }
     }
@@ -140,7 +155,7 @@ impl PhaseTracker {
         load: Option<Load>,
     ) -> (Decision, Phase) {
         self.decide(now, stable_probability, flags);
-        (self.decision, self.phase(load))
+        (self.decision, self.phase(now, load))
     }
 
     fn decide(&mut self, now: Timestamp, stable_probability: f32, flags: Flags) {
@@ -171,20 +186,30 @@ impl PhaseTracker {
         }
     }
 
-    fn phase(&mut self, load: Option<Load>) -> Phase {
+    fn phase(&mut self, now: Timestamp, load: Option<Load>) -> Phase {
         let Some(Load(load)) = load.filter(|load| load.0.is_finite()) else {
             return Phase::Unknown;
         };
-        self.loading = match self.loading {
-            Loading::Unloaded if load >= self.coefficients.load_on => Loading::Loaded,
-            Loading::Loaded if load < self.coefficients.load_off => Loading::Unloaded,
-            unchanged => unchanged,
+        let before = self.loading;
+        let is_loaded = match before {
+            Some(Loading::Loaded) => load >= self.coefficients.load_off,
+            Some(Loading::Unloaded) | None => load >= self.coefficients.load_on,
+        };
+        let loading = if is_loaded { Loading::Loaded } else { Loading::Unloaded };
+        self.loading = Some(loading);
+        self.touch_down = match (before, loading, self.decision) {
+            (Some(Loading::Unloaded), Loading::Loaded, _) => Some(now),
+            (_, Loading::Loaded, Decision::NotStable) => self.touch_down,
+            (_, Loading::Loaded, Decision::Stable) | (_, Loading::Unloaded, _) => None,
         };
         if self.deliberation == Deliberation::Undecided {
             return Phase::Unknown;
         }
-        match (self.loading, self.decision) {
+        let since_touch_down = self.touch_down.and_then(|touch_down| now.micros_since(touch_down));
+        let lands = since_touch_down.is_some_and(|elapsed| elapsed < LONGEST_LANDING_US);
+        match (loading, self.decision) {
             (Loading::Loaded, Decision::Stable) => Phase::Stance,
+            (Loading::Loaded, Decision::NotStable) if lands => Phase::Landing,
             (Loading::Loaded, Decision::NotStable) => Phase::Slip,
             (Loading::Unloaded, Decision::NotStable) => Phase::Swing,
             (Loading::Unloaded, Decision::Stable) => Phase::QuietSwing,
@@ -294,8 +319,52 @@ mod tests {
                 tracker.update(Timestamp::default(), 0.1, Flags::NONE, Some(Load(load)));
             phase
         });
-        use Phase::{Slip, Swing};
-        assert_eq!(phases, [Swing, Slip, Slip, Slip, Swing, Swing]);
+        use Phase::{Landing, Swing};
+        assert_eq!(phases, [Swing, Landing, Landing, Landing, Swing, Swing]);
+    }
+
+    /// Phases of a foot with this probability and this load at each millisecond.
+    fn phases(of: impl Fn(u64) -> (f32, f32)) -> Vec<Phase> {
+        let mut tracker = tracker();
+        let phase = |ms| {
+            let (p, load) = of(ms);
+            let now = Timestamp::from_micros(ms * 1000);
+            tracker.update(now, p, Flags::NONE, Some(Load(load))).1
+        };
+        (0..600).map(phase).collect()
+    }
+
+    #[test]
+    fn foot_lands_from_touch_down_until_it_is_stable() {
+        let phases =
+            phases(|ms| (if ms < 140 { 0.1 } else { 0.9 }, if ms < 100 { 0.0 } else { 50.0 }));
+        assert!(phases[1..100].iter().all(|phase| *phase == Phase::Swing));
+        assert!(phases[100..160].iter().all(|phase| *phase == Phase::Landing));
+        assert!(phases[160..].iter().all(|phase| *phase == Phase::Stance));
+    }
+
+    #[test]
+    fn foot_that_slides_from_its_touch_down_lands_and_then_slips() {
+        let phases = phases(|ms| (0.1, if ms < 100 { 0.0 } else { 50.0 }));
+        assert!(phases[100..250].iter().all(|phase| *phase == Phase::Landing));
+        assert!(phases[250..].iter().all(|phase| *phase == Phase::Slip));
+    }
+
+    #[test]
+    fn foot_that_moves_after_it_was_stable_slips_at_once() {
+        let phases = phases(|ms| {
+            let rests = (100..140).contains(&ms);
+            (if rests { 0.9 } else { 0.1 }, if ms < 100 { 0.0 } else { 50.0 })
+        });
+        assert_eq!(phases[139], Phase::Stance);
+        // Behind the off-delay.
+        assert!(phases[143..].iter().all(|phase| *phase == Phase::Slip));
+    }
+
+    #[test]
+    fn foot_without_a_seen_touch_down_does_not_land() {
+        let phases = phases(|_| (0.1, 50.0));
+        assert!(phases.iter().all(|phase| *phase != Phase::Landing));
     }
 
     #[test]

@@ -202,7 +202,8 @@ fn assert_shows(document: &str, feet: &[Foot]) {
 }
 
 fn assert_states(panel: &Attributes, foot: &Foot) {
-    for phase in [Phase::Swing, Phase::QuietSwing, Phase::Slip, Phase::Unknown] {
+    let shaded = [Phase::Swing, Phase::QuietSwing, Phase::Landing, Phase::Slip, Phase::Unknown];
+    for phase in shaded {
         // Without a load the phase is always unknown, and nothing is shaded.
         let expected = if foot.loads().is_empty() {
             0.0

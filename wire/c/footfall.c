@@ -64,6 +64,8 @@ const char *footfall_state_name(enum footfall_state state)
         return "swing";
     case FOOTFALL_STATE_QUIET_SWING:
         return "quiet_swing";
+    case FOOTFALL_STATE_LANDING:
+        return "landing";
     }
     return "unknown";
 }
@@ -76,6 +78,7 @@ static bool is_state(uint32_t code)
     case 2u:
     case 3u:
     case 4u:
+    case 5u:
         return true;
     default:
         return false;

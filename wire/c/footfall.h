@@ -58,7 +58,8 @@ enum footfall_state {
     FOOTFALL_STATE_STANCE = 1,
     FOOTFALL_STATE_SLIP = 2,
     FOOTFALL_STATE_SWING = 3,
-    FOOTFALL_STATE_QUIET_SWING = 4
+    FOOTFALL_STATE_QUIET_SWING = 4,
+    FOOTFALL_STATE_LANDING = 5
 };
 
 /* Returns its name; "unknown" for any other number. */

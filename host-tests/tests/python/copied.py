@@ -18,7 +18,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 OURS = "/footfall/"
-STATES = ["unknown", "stance", "slip", "swing", "quiet_swing"]
+STATES = ["unknown", "stance", "slip", "swing", "quiet_swing", "landing"]
 EVENTS = ["", "touch_down", "lift_off", "slip_start", "slip_end", "unstable_start", "unstable_end"]
 MESSAGES = Path(__file__).parents[3] / "ros2/footfall_msgs/msg"
 

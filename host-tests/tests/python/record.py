@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 TOPIC = "/footfall/FL/contact"
-STATES = ["unknown", "stance", "slip", "swing", "quiet_swing"]
+STATES = ["unknown", "stance", "slip", "swing", "quiet_swing", "landing"]
 AXES = ["p_ax", "p_ay", "p_az", "p_wx", "p_wy", "p_wz"]
 
 

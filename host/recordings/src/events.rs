@@ -23,8 +23,7 @@
 //! θ moves a sensor by `LEVER_M` · θ if it is [`LEVER_M`] away from the point about which the foot turns. The shoe of
 //! a person who stands and sways moves by tenths of a millimetre that way.
 //!
-//! A slip starts from stable contact. A landing counts as [`Phase::Slip`] until the foot is still, and is therefore not
-//! a slip. A foot may be loaded for [`SHORTEST_SWING_US`] without being stable at any time, for example if it slides
+//! A slip starts from stable contact, and a landing is none. A foot may be loaded for [`SHORTEST_SWING_US`] without being stable at any time, for example if it slides
 //! from its landing until its lift-off. Then it has neither touch-down nor slip, but a start and an end of an unstable
 //! stance. Without a load such a stance cannot be distinguished from a swing. A foot that stands at the start of its
 //! recording has no touch-down. A foot that sticks and slips may have several events in one slide,
@@ -45,7 +44,6 @@
 //!
 //! [`Phase::Swing`]: estimator_core::Phase::Swing
 //! [`Phase::QuietSwing`]: estimator_core::Phase::QuietSwing
-//! [`Phase::Slip`]: estimator_core::Phase::Slip
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -464,7 +462,7 @@ impl Unstable {
         let was_on_ground = self.left_ground().is_none();
         match estimate.phase {
             Phase::Unknown => {}
-            Phase::Stance | Phase::Slip => self.has_load = true,
+            Phase::Stance | Phase::Slip | Phase::Landing => self.has_load = true,
             Phase::Swing | Phase::QuietSwing => {
                 self.has_load = true;
                 self.unloaded.get_or_insert(now);
@@ -562,12 +560,14 @@ impl Loaded {
             // The decision is "stable" in a quiet swing.
             (Phase::Stance | Phase::QuietSwing | Phase::Unknown, _) => Self::Otherwise,
             // Without data the foot may have been stable.
-            (Phase::Slip, _) if is_motion_unknown(estimate) => Self::Otherwise,
-            (Phase::Slip, Self::Unloaded) => Self::Since(now, estimate.probabilities.stable),
-            (Phase::Slip, Self::Since(start, peak)) => {
+            (Phase::Slip | Phase::Landing, _) if is_motion_unknown(estimate) => Self::Otherwise,
+            (Phase::Slip | Phase::Landing, Self::Unloaded) => {
+                Self::Since(now, estimate.probabilities.stable)
+            }
+            (Phase::Slip | Phase::Landing, Self::Since(start, peak)) => {
                 Self::Since(start, peak.max(estimate.probabilities.stable))
             }
-            (Phase::Slip, Self::Otherwise) => Self::Otherwise,
+            (Phase::Slip | Phase::Landing, Self::Otherwise) => Self::Otherwise,
         };
         let (Self::Unloaded, Self::Since(start, peak)) = (*self, before) else {
             return None;

@@ -135,7 +135,7 @@ mod tests {
             assert_eq!(usize::from(phase_code(phase)), place);
             assert_eq!(phase_of_code(phase_code(phase)), phase);
         }
-        assert_eq!(phase_of_code(5), Phase::Unknown);
+        assert_eq!(phase_of_code(6), Phase::Unknown);
         assert_eq!(phase_of_code(u8::MAX), Phase::Unknown);
     }
 }

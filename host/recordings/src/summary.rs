@@ -235,10 +235,6 @@ impl Summary {
     }
 }
 
-/// Reason why samples in slip outnumber the samples of a slipping foot.
-const SLIP_NOTE: &str =
-    "         (a landing counts as slip until still for up to window + on-delay)";
-
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -253,9 +249,6 @@ impl fmt::Display for Summary {
             .map(|(name, share)| format!("{name} {:.1} %", 100.0 * share))
             .collect();
         write!(f, "state    {}", shares.join(", "))?;
-        if self.state_shares.get(Phase::Slip.name()) > Some(&0.0) {
-            write!(f, "\n{SLIP_NOTE}")?;
-        }
         if !self.flag_counts.is_empty() {
             let counts: Vec<_> =
                 self.flag_counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
@@ -510,16 +503,8 @@ mod tests {
             summary([None; 4]).to_string(),
             "walk: 4 samples, 0.300 s at 10 Hz\n\
          state    stance 50.0 %, slip 25.0 %, swing 25.0 %\n\
-         \x20        (a landing counts as slip until still for up to window + on-delay)\n\
          flags    saturated 1"
         );
-    }
-
-    #[test]
-    fn text_without_slip_omits_the_slip_note() {
-        let mut summary = summary([None; 4]);
-        summary.state_shares.insert(Phase::Slip.name(), 0.0);
-        assert!(!summary.to_string().contains("slip"));
     }
 
     #[test]

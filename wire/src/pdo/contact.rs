@@ -12,7 +12,7 @@ use crate::value::Value;
 ///
 /// | bits | field |
 /// |---|---|
-/// | 0 to 2 | phase: 0 unknown, 1 stance, 2 slip, 3 swing, 4 quiet swing |
+/// | 0 to 2 | phase: 0 unknown, 1 stance, 2 slip, 3 swing, 4 quiet swing, 5 landing; a reader takes 6 and 7 for unknown |
 /// | 3 | debounced decision: stable |
 /// | 4 | valid: no fault, and no flag other than a time gap or settling |
 /// | 5 | saturated |
@@ -194,6 +194,7 @@ const PHASES: &[(u8, &str)] = &[
     (2, Phase::Slip.name()),
     (3, Phase::Swing.name()),
     (4, Phase::QuietSwing.name()),
+    (5, Phase::Landing.name()),
 ];
 
 pub(super) const FIELDS: [Field; 6] = [

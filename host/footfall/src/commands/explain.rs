@@ -40,9 +40,14 @@ const fn meaning(state: Phase) -> &'static str {
             "there is no load signal, or the data are in doubt; P and the decision are still valid"
         }
         Phase::Stance => "the foot is loaded and at rest: stable contact",
-        Phase::Slip => "the foot is loaded and moves: unstable contact",
+        Phase::Slip => {
+            "the foot is loaded and moves, after it was stable or for longer than a landing: unstable contact"
+        }
         Phase::Swing => "the foot is not loaded and moves",
         Phase::QuietSwing => "the foot is not loaded and at rest, as at the top of a slow swing",
+        Phase::Landing => {
+            "the foot has touched down and is not yet at rest, for 150 ms at most; it does not slip"
+        }
     }
 }
 

@@ -309,7 +309,7 @@ struct FootLine<'a> {
     p_tangential: Option<f32>,
     /// Probability of no lifting, 0 to 1. With half-widths also of no tilting.
     p_vertical: Option<f32>,
-    /// Phase of the gait: stance, slip, swing, `quiet_swing` or unknown.
+    /// Phase of the gait: stance, slip, swing, `quiet_swing`, landing or unknown.
     state: Option<&'static str>,
     /// The debounced answer: 1 stable, 0 not.
     decision: Option<u8>,

@@ -1,7 +1,8 @@
 //! The paper's figure as an SVG: load on top, then tangential, vertical and total probability, then a row each for the
 //! decision, the labels and the events, over one time axis. The rows are those of the [`page`].
 //!
-//! The estimator state is shaded: swing grey, quiet swing blue, slip purple, unknown yellow; stance stays white.
+//! The estimator state is shaded: swing grey, quiet swing blue, landing green, slip purple, unknown yellow; stance stays
+//! white.
 //! Shading uses columns of three pixels, each showing the state of most of its samples. In a long walk, the few
 //! milliseconds of slip at every landing and lift-off would otherwise be drawn as hairlines wider than they last.
 //! Areas are therefore true; anything narrower than a column appears in the table only. Without any load the state
@@ -80,6 +81,7 @@ const SLIDE_COLOUR: RGBColor = RGBColor(204, 121, 167);
 const STEP_COLOUR: RGBColor = RGBColor(26, 26, 26);
 const SWING_SHADE: RGBColor = RGBColor(230, 230, 230);
 const QUIET_SWING_SHADE: RGBColor = RGBColor(196, 220, 238);
+const LANDING_SHADE: RGBColor = RGBColor(203, 232, 205);
 const SLIP_SHADE: RGBColor = RGBColor(221, 189, 232);
 const UNKNOWN_SHADE: RGBColor = RGBColor(252, 243, 190);
 /// Width of a shading column, pixels.
@@ -327,6 +329,7 @@ fn shades(series: &Series) -> Vec<ShadedIntervals> {
     let shades = [
         ("state: swing", SWING_SHADE, Phase::Swing),
         ("state: quiet swing", QUIET_SWING_SHADE, Phase::QuietSwing),
+        ("state: landing", LANDING_SHADE, Phase::Landing),
         ("state: slip", SLIP_SHADE, Phase::Slip),
         ("state: unknown", UNKNOWN_SHADE, Phase::Unknown),
     ];
@@ -597,6 +600,7 @@ mod tests {
         for (phase, name, colour) in [
             (Phase::Swing, "state: swing", SWING_SHADE),
             (Phase::QuietSwing, "state: quiet swing", QUIET_SWING_SHADE),
+            (Phase::Landing, "state: landing", LANDING_SHADE),
             (Phase::Slip, "state: slip", SLIP_SHADE),
             (Phase::Unknown, "state: unknown", UNKNOWN_SHADE),
         ] {

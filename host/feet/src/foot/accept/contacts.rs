@@ -186,7 +186,7 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> StepFigures {
     count(client, person, ("load", LOADS), |row| {
         contacts += 1;
         let is_loaded = match row.status.phase() {
-            Phase::Stance | Phase::Slip => Some(true),
+            Phase::Stance | Phase::Slip | Phase::Landing => Some(true),
             Phase::Swing | Phase::QuietSwing => Some(false),
             Phase::Unknown => None,
         };

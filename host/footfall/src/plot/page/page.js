@@ -11,7 +11,9 @@
     body.dataset.error = event.message;
   });
 
-  const STATES = { swing: "state: swing", quiet_swing: "state: quiet swing", slip: "state: slip", unknown: "state: unknown" };
+  const STATES = {
+    swing: "state: swing", quiet_swing: "state: quiet swing", landing: "state: landing", slip: "state: slip", unknown: "state: unknown",
+  };
   const FONT = "12px system-ui, sans-serif";
   const AXIS_WIDTH = 72;
 
