@@ -7,10 +7,12 @@ use std::fmt;
 
 use estimator_core::any::{AnyParams, Method};
 use estimator_core::internals::SETTLED_AFTER;
+use estimator_core::parameter::Parameter;
 use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Params, ParamsError};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::calibrate::CalibrationError;
+use crate::calibrate::lever::{Lever, LeverCalibration, LeverError};
 use crate::display_in_plain_words;
 use crate::estimate::estimates_and_learnt;
 use crate::hint::{Hint, InWords, Vocabulary};
@@ -26,6 +28,7 @@ const LEAST_FACTOR: f32 = 4.5;
 pub struct LearntCalibration {
     params: Params,
     learnt: Option<Learnt>,
+    lever: LeverCalibration,
     recordings: Vec<LearntFrom>,
     samples: usize,
     unusable: usize,
@@ -52,6 +55,7 @@ impl LearntCalibration {
         Ok(Self {
             params: Params { learning: Learning::On, ..params.params },
             learnt: params.params.learnt,
+            lever: LeverCalibration::default(),
             recordings: Vec::new(),
             samples: 0,
             unusable: 0,
@@ -70,6 +74,7 @@ impl LearntCalibration {
         let params = Params { learnt: self.learnt, ..self.params };
         let (estimates, learnt) = estimates_and_learnt(recording, &params.into(), after_each)?;
         self.learnt = Some(learnt);
+        self.lever.add(recording, &estimates);
         self.samples += estimates.len();
         self.unusable += estimates.iter().filter(|e| !is_usable(e)).count();
         self.recordings.push(LearntFrom {
@@ -109,6 +114,7 @@ impl LearntCalibration {
             object: learnt.to_array(),
             object_version: Learnt::VERSION,
             object_crc: learnt.crc(),
+            lever: self.lever.finish(),
             recordings: self.recordings,
             learnt,
         })
@@ -194,6 +200,9 @@ pub struct LearntFoot {
     pub object_version: u32,
     /// CRC of version and values: its sub-index 7.
     pub object_crc: u32,
+    /// Vector from the ground to the IMU, which `velocity.lever_m` follows from; null if the walk does not determine it.
+    #[serde(serialize_with = "if_found")]
+    pub lever: Result<Lever, LeverError>,
     /// Samples and steps that the values follow from.
     #[serde(skip)]
     pub learnt: Learnt,
@@ -208,6 +217,10 @@ pub struct Amplitudes {
     pub edge: f32,
     /// Typical of a foot in motion.
     pub in_motion: f32,
+}
+
+fn if_found<S: Serializer>(lever: &Result<Lever, LeverError>, to: S) -> Result<S::Ok, S::Error> {
+    lever.as_ref().ok().serialize(to)
 }
 
 impl fmt::Display for LearntFoot {
@@ -230,11 +243,19 @@ impl fmt::Display for LearntFoot {
             f,
             "acceleration at rest {at_rest:.3}, edge of stillness {edge:.3}, in motion {in_motion:.2} m/s²"
         )?;
+        match &self.lever {
+            Ok(lever) => writeln!(f, "{lever}")?,
+            Err(error) => writeln!(f, "lever not found: {error}")?,
+        }
         f.write_str("if the foot has a footfall board: set")?;
         for (row, value) in Learnt::ROWS.iter().zip(self.object) {
             write!(f, " {}={value}", row.name)?;
         }
-        write!(f, " learnt.version={} learnt.crc={}", self.object_version, self.object_crc)
+        write!(f, " learnt.version={} learnt.crc={}", self.object_version, self.object_crc)?;
+        match &self.lever {
+            Ok(lever) => write!(f, " {}={}", Parameter::VelocityLever.name(), lever.lever_m),
+            Err(_) => Ok(()),
+        }
     }
 }
 

@@ -3,11 +3,13 @@
 //! | result | from | module |
 //! |---|---|---|
 //! | stillness and motion of a foot: a warm start | a walk | [`learnt`] |
+//! | vector from the ground to the IMU, which `sigma_v` and the detection of rolling use | the stances of the same walk | [`lever`] |
 //! | accelerometer bias and scale, gyroscope bias | rests in different orientations | [`sensor`] |
 //! | mounting of the sensor in the foot | the same walk, where the foot stood still | [`mounting`](crate::mounting) |
 //! | configuration file with these values | | [`robot_file`] |
 
 pub mod learnt;
+pub mod lever;
 pub mod robot_file;
 pub mod sensor;
 

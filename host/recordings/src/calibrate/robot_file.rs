@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use estimator_core::Learnt;
 use estimator_core::mounting::Mounting;
+use estimator_core::parameter::Parameter;
 use toml::{Table, Value};
 
 use crate::calibrate::learnt::LearntFoot;
@@ -57,6 +58,10 @@ impl RobotFile {
             recordings.join(", ")
         ));
         self.set_learnt_values(&foot.learnt);
+        if let Ok(lever) = &foot.lever {
+            self.remarks.push(lever.to_string());
+            self.set(Parameter::VelocityLever.name(), lever.lever_m);
+        }
     }
 
     /// Sets the values that a foot has learnt by itself.

@@ -554,8 +554,8 @@ mod tests {
             ("gyroscope.bias = 1", "unknown field `bias`, expected one of `bias_rad_s`"),
             (
                 "feet.FL.window = 1",
-                "unknown field `window`, expected one of `axes`, `decision`, `load`, `learnt`, \
-             `accelerometer`, `gyroscope`",
+                "unknown field `window`, expected one of `axes`, `decision`, `load`, `velocity`, \
+             `learnt`, `accelerometer`, `gyroscope`",
             ),
             ("load = 3", "invalid type: integer `3`, expected the table load"),
             ("feet.FL = 3", "invalid type: integer `3`, expected a table of settings"),

@@ -83,7 +83,7 @@ pub fn keys() -> Vec<Key> {
     all.push(key(&of_foot("axes"), Kind::Axes));
     let numbers = Parameter::ALL.into_iter().filter(|number| {
         let name = number.name();
-        name.starts_with("decision.") || name.starts_with("load.")
+        ["decision.", "load.", "velocity."].iter().any(|table| name.starts_with(table))
     });
     all.extend(numbers.map(|number| key(&of_foot(number.name()), Kind::Numbers(vec![number]))));
     all.push(key(parameter::WINDOW.name, Kind::Window));
@@ -99,7 +99,8 @@ fn is_of_half_widths(path: &str) -> bool {
 
 /// Returns the keys that a foot can have values of its own for, without the table of the foot.
 pub(super) fn keys_of_a_foot() -> Vec<Key> {
-    const TABLES: [&str; 6] = ["axes", "learnt", "accelerometer", "gyroscope", "decision", "load"];
+    const TABLES: [&str; 7] =
+        ["axes", "learnt", "accelerometer", "gyroscope", "decision", "load", "velocity"];
     let mut all = keys();
     all.retain(|key| TABLES.contains(&key.path.split('.').next().unwrap_or_default()));
     all
@@ -387,7 +388,7 @@ fn note(key: &Key, params: &AnyParams) -> &'static str {
         "sample_rate_hz" => "default: that of the recording's times",
         "gravity" => "default: that of the recording's format",
         "feet" => {
-            "of the foot FL only; allowed are axes, decision, load, learnt, accelerometer and gyroscope"
+            "of the foot FL only; allowed are axes, decision, load, velocity, learnt, accelerometer and gyroscope"
         }
         _ => "",
     }

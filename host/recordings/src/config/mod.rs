@@ -50,7 +50,7 @@
 //! [gyroscope]                     # taken off the recording's readings
 //! bias_rad_s = { wx = 0.004, wy = -0.002, wz = 0.001 }
 //!
-//! [feet.FR]                       # of this foot: axes, learnt, accelerometer, gyroscope, decision and load
+//! [feet.FR]                       # of this foot: axes, learnt, accelerometer, gyroscope, decision, load, velocity
 //! axes = "-x,z,y"
 //! load = { on_threshold = 20.0, off_threshold = 14.0 }
 //! "#;
@@ -84,7 +84,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A calibration writes `[learnt]` and `axes`, or from rests `[accelerometer]` and `[gyroscope]`. On a foot
+//! A calibration writes `[learnt]`, `axes` and `velocity.lever_m`, or from rests `[accelerometer]` and `[gyroscope]`. On a foot
 //! the values of `[learnt]` are in object 0x2018, those of `[accelerometer]` in 0x2017, and `axes` in 0x2019. A foot
 //! learns its gyroscope bias without a setting. Sensor errors are given along the sensor's own axes and corrected
 //! before `axes` turns the readings. Half-widths and bandwidths are along the axes of the foot.
