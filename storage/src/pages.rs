@@ -24,8 +24,10 @@
 //! **Weak bits.** A power cut can leave bits that read differently from one time to the next, in the word that was
 //! being written, or all over a page that was being erased. An acknowledged item never depends on such a bit:
 //!
-//! - The start of an item is written even where it reads as written. So the page of an acknowledged item is firmly in
-//!   use, and the item never shares a word with the remains of another, even if they read as blank.
+//! - Before an item is written, the mark of its page is written again, and the remains of interrupted items before it
+//!   are set to zero. So the page is firmly in use, and what is found in it does not change.
+//! - An item begins two words behind the last start, even if the word between them reads as blank. So it never shares a
+//!   word with the remains of another.
 //! - Before a page is erased, the newest item of the other page is written again, because it may read as complete
 //!   although its last word was interrupted.
 //! - Then the items of the page are made invalid, so a half-erased page holds none that could count as the newest.
@@ -210,7 +212,8 @@ where
         let (base, end) = (self.base(page), self.base(page + 1) - WORD);
         let [first] = self.read(base)?;
         let [last] = self.read(end + WORD - 1)?;
-        let mut at = base + WORD;
+        // From the mark, which is the start of the first item.
+        let mut at = base;
         let mut found = Page {
             state: match (is_marked(first), is_marked(last)) {
                 (true, false) => PageState::Open,
@@ -318,7 +321,13 @@ where
         if let Some((i, page)) = open
             && page.free + room <= self.base(i + 1) - WORD
         {
-            return Ok(page.free);
+            let free = page.free;
+            let remains = page.newest.map_or(self.base(i), |item| item.end())..free;
+            self.mark(self.base(i))?;
+            for at in remains.step_by(WORD as usize) {
+                self.mark(at)?;
+            }
+            return Ok(free);
         }
         let full = best(&pages).and_then(|best| best.newest);
         let (next, is_ready) = match full {
@@ -338,8 +347,8 @@ where
             }
             self.erase(next)?;
         }
-        if full.is_some() {
-            let other = self.base(1 - next);
+        let other = self.base(1 - next);
+        if full.is_some() || !self.is_blank(other, other + Self::SIZE)? {
             self.mark(other)?;
             self.mark(other + Self::SIZE - WORD)?;
         }

@@ -268,8 +268,8 @@ fn a_decayed_newest_record_is_reported_and_the_previous_used() {
     let used = |flash: &Flash| flash.bytes.iter().rposition(|byte| *byte != 0xFF);
     let (from, to) = (used(&older), used(&newer));
     let (from, to) = (from.expect("used") + 1, to.expect("used"));
-    // After the header, before the padding of the last word.
-    for at in from + 8..to - 3 {
+    // After the start and the header, before the padding of the last word.
+    for at in from + 12..to - 3 {
         let mut flash = newer.clone();
         flash.bytes[at] ^= 0x04;
         assert_eq!(load(flash), (settings(1), Origin::Corrupted), "byte {at}");
