@@ -6,17 +6,21 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use estimator_core::parameter::{Parameter, Row};
 use estimator_core::velocity::{VelocityCoefficients, VelocityParams};
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, Phase, Timestamp, Validity, Vec3,
 };
+use host_tests::committed::assert_current;
 use wire::node::NmtState;
 use wire::pdo::{Contact, P16, Quantity, Rate};
 use wire::uart::{ContactMessage, HealthMessage, Message, RawMessage, encode};
 use wire::{Counters, Faults, Foot, Pdo, Stage};
 
 const PACKAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../ros2/footfall_hardware");
-const DECODER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../wire/c");
+/// The package's copy of the decoder, and its source.
+const DECODER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../ros2/footfall_hardware/decoder");
+const WIRE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../wire/c");
 
 /// State interfaces of each foot, in the order in which they are printed.
 const INTERFACES: usize = 4;
@@ -191,6 +195,32 @@ fn hardware_component_exports_the_feet_of_both_kinds_of_lines() {
     assert!(silent.into_iter().all(|foot| foot[..3] == DOUBTFUL[..3]), "{silent:?}");
     assert_near(swapped[1], UNKNOWN);
     assert_near(unplugged[0], DOUBTFUL);
+}
+
+#[test]
+fn package_has_the_decoder_of_the_wire() {
+    for file in ["footfall.c", "footfall.h"] {
+        let source = std::fs::read_to_string(Path::new(WIRE).join(file)).expect(file);
+        assert_current(&Path::new(DECODER).join(file), &source);
+    }
+}
+
+#[test]
+fn parameters_of_sigma_v_have_the_ranges_of_the_estimator() {
+    let component = std::fs::read_to_string(Path::new(PACKAGE).join("src/footfall_sensor.cpp"));
+    let component = component.expect("a source");
+    for (name, parameter) in [
+        ("velocity.speed", Parameter::VelocitySpeed),
+        ("velocity.lever", Parameter::VelocityLever),
+        ("velocity.floor", Parameter::VelocityFloor),
+    ] {
+        let Row { least, most, .. } = parameter.row();
+        let line = component.lines().find(|line| line.contains(&format!("\"{name}\"")));
+        let (_, arguments) = line.expect(name).rsplit_once("velocity_.").expect("its default");
+        let range = arguments.trim_end_matches(");").split(", ").skip(1);
+        let range: Vec<f32> = range.map(|limit| limit.parse().expect("a number")).collect();
+        assert_eq!(range, [least, most], "{name}");
+    }
 }
 
 #[test]

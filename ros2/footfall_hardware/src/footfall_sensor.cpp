@@ -100,9 +100,9 @@ CallbackReturn FootfallSensor::on_init(const hardware_interface::HardwareInfo & 
     can_interface_ = text_of(parameters, "can_interface");
     baud_ = static_cast<unsigned>(number_of(parameters, "baud", 1e6, 1.0, 1e7));
     silent_after_s_ = number_of(parameters, "silent_after", 0.05, 0.001, 10.0);
-    velocity_.speed = number_of(parameters, "velocity.speed", velocity_.speed, 0.0, 100.0);
+    velocity_.speed = number_of(parameters, "velocity.speed", velocity_.speed, 0.001, 10.0);
     velocity_.lever = number_of(parameters, "velocity.lever", velocity_.lever, 0.0, 10.0);
-    velocity_.floor = number_of(parameters, "velocity.floor", velocity_.floor, 0.0, 100.0);
+    velocity_.floor = number_of(parameters, "velocity.floor", velocity_.floor, 0.0001, 1.0);
     sensors_.clear();
     for (const auto & component : info.sensors) {
       if (!add(component)) {
