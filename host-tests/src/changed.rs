@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
-use recordings::samples::{RecordedSample, Recording};
+use samples::{RecordedSample, Recording};
 
 /// Bias of the gyroscope after a minute of drift, rad/s: 0.05 °/s/K over 40 K.
 const DRIFT: f32 = 2.0 * PI / 180.0;

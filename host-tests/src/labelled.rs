@@ -1,9 +1,9 @@
 //! The labelled sets of the mean over sets, and the scores of parameters on them.
 
 use estimator_core::any::AnyParams;
-use recordings::estimate::estimates_of;
-use recordings::samples::Recording;
-use recordings::scoring::{Scored, brier_score};
+use replay::scoring::{Scored, brier_score};
+use samples::Recording;
+use samples::estimate::estimates_of;
 
 use crate::sets::{Labelled, Set};
 

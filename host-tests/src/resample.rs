@@ -12,7 +12,7 @@
 use std::f64::consts::PI;
 
 use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
-use recordings::samples::{RecordedSample, Recording};
+use samples::{RecordedSample, Recording};
 
 /// Relative difference below which rates are treated as equal.
 const SAME_RATE: f64 = 0.01;
@@ -112,7 +112,7 @@ fn weighted<'a>(
 mod tests {
     use super::*;
     use estimator_core::Gravity;
-    use recordings::samples::Label;
+    use samples::Label;
 
     /// Two seconds at 1 kHz; the second half is stable.
     fn recording(ax: impl Fn(f64) -> f64) -> Recording {

@@ -5,15 +5,15 @@ use std::path::Path;
 use estimator_core::Gravity;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
-use recordings::input::{self, Format, InputOptions};
-use recordings::samples::Recording;
+use options::{Format, InputOptions, TableOptions, Times};
+use samples::Recording;
 
 use crate::datasets::{missing, recorded};
 
 /// Name of the file that marks the recordings in its folder as free of gravity.
 const GRAVITY_REMOVED: &str = "gravity_removed";
 
-recordings::named! {
+samples::named! {
     /// Recordings that are scored as one.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Set {
@@ -147,8 +147,11 @@ fn read(file: &str, path: &Path) -> Recording {
             Gravity::Included
         }
     });
-    let input_options = InputOptions { gravity, ..InputOptions::default() };
-    let loaded = input::read(path, format, &input_options).expect("a readable file");
+    // Figures compare estimates and not clocks, so no time is smoothed.
+    let times = if format == Format::Csv { Times::Keep } else { Times::default() };
+    let table = TableOptions { times, ..TableOptions::default() };
+    let input_options = InputOptions { gravity, table, ..InputOptions::default() };
+    let loaded = recordings::read(path, format, &input_options).expect("a readable file");
     loaded.recording
 }
 

@@ -11,9 +11,9 @@ use estimator_core::{ContactEstimate, Decision};
 use gait::label::SPEED_LIMIT;
 pub use gait::slips::profiles;
 use gait::{Activity, FootState, Simulation};
-use recordings::estimate::estimates_of;
-use recordings::samples::Label;
-use recordings::space::Vector;
+use samples::Label;
+use samples::estimate::estimates_of;
+use samples::space::Vector;
 
 /// Minimum duration of a rest under load that is to be found, s. A foot in stick-slip motion has shorter rests
 /// repeatedly.

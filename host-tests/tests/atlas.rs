@@ -6,10 +6,10 @@ use estimator_core::any::AnyParams;
 use estimator_core::half_widths::HalfWidthParams;
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
-use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, InputOptions};
-use recordings::samples::Recording;
-use recordings::scoring::{Metrics, Scored};
+use options::{Format, InputOptions};
+use replay::scoring::{Metrics, Scored};
+use samples::Recording;
+use samples::estimate::estimates_of;
 
 /// Maximum difference of a probability from the formula in f64.
 const PARITY: f64 = 5.0e-7;
@@ -25,8 +25,8 @@ const RMSE_TOLERANCE: f64 = 0.0005;
 /// Replays a file with the paper preset; `None` if the file is absent.
 fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
     let path = recorded(file)?;
-    let loaded =
-        input::read(&path, Format::PceAtlas, &InputOptions::default()).expect("a readable file");
+    let loaded = recordings::read(&path, Format::PceAtlas, &InputOptions::default())
+        .expect("a readable file");
     let estimates = estimates_of(&loaded.recording, &AnyParams::PAPER).expect("a preset");
     Some((loaded.recording, estimates))
 }

@@ -12,9 +12,9 @@ use gait::{Activity, SensorParams, Simulation, Track, simulate};
 use host_tests::changed::{
     jittering, losing_bursts, losing_single, with_force_bias, with_rate_bias,
 };
-use recordings::samples::Recording;
-use recordings::scoring::inclination_error_degrees;
-use recordings::space::{Rotation, Vector};
+use replay::scoring::inclination_error_degrees;
+use samples::Recording;
+use samples::space::{Rotation, Vector};
 
 use proptest::prelude::*;
 

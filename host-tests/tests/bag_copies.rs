@@ -9,7 +9,8 @@ use std::path::Path;
 use crate::packages;
 use clap::Parser;
 use footfall::commands::Arguments;
-use recordings::input::{InputOptions, Opened, Topics};
+use options::{InputOptions, Topics};
+use recordings::Opened;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/bag_copies.py");

@@ -6,11 +6,11 @@ use std::fs;
 use estimator_core::Params;
 use estimator_core::params::{AttitudeParams, GyroTiming};
 use host_tests::datasets::recorded;
-use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, InputOptions};
-use recordings::samples::Recording;
-use recordings::scoring::inclination_error_degrees;
-use recordings::space::{Rotation, Vector};
+use options::{Format, InputOptions};
+use replay::scoring::inclination_error_degrees;
+use samples::Recording;
+use samples::estimate::estimates_of;
+use samples::space::{Rotation, Vector};
 
 const TRIALS: [&str; 6] = [
     "02_undisturbed_slow_rotation_B",
@@ -44,8 +44,8 @@ fn truth(row: &str) -> Option<Rotation> {
 fn trials() -> Option<Vec<Trial>> {
     let trial = |name: &str| {
         let path = recorded(&format!("broad/{name}.csv"))?;
-        let loaded =
-            input::read(&path, Format::Csv, &InputOptions::default()).expect("a readable file");
+        let loaded = recordings::read(&path, Format::Csv, &InputOptions::default())
+            .expect("a readable file");
         let text = fs::read_to_string(&path).expect("a readable file");
         let truth: Vec<_> = text.lines().skip(1).map(truth).collect();
         assert_eq!(truth.len(), loaded.recording.samples.len());

@@ -3,15 +3,15 @@
 
 use std::ops::Range;
 
+use calibration::sensor::{RestsError, SensorCalibration};
 use estimator_core::{ContactEstimator, Learnt, Params, Stream, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::labelled;
 use host_tests::sets::Labelled;
 use labelled::{averaged, rmse};
-use recordings::calibrate::sensor::{RestsError, SensorCalibration};
-use recordings::samples::Recording;
-use recordings::space::Vector;
+use samples::Recording;
+use samples::space::Vector;
 
 /// An accelerometer without errors of its own.
 const CALIBRATED: SensorParams = SensorParams {

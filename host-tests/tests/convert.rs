@@ -8,12 +8,13 @@ use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Val
 use footfall::commands::convert::{Bag, ConvertFormat, ConvertedFoot, samples, write_table};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
+use options::{BagOptions, InputOptions};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
-use recordings::input::{BagOptions, InputOptions, Opened};
-use recordings::output::{write_recording, write_recording_header, write_recording_row};
-use recordings::replay::Span;
-use recordings::samples::{Label, RecordedSample, VALIDITIES};
+use recordings::Opened;
+use replay::Span;
+use samples::{Label, RecordedSample, VALIDITIES};
+use tables::output::{write_recording, write_recording_header, write_recording_row};
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");

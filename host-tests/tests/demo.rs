@@ -1,11 +1,11 @@
 //! The README's picture.
 
+use config::default_params;
 use footfall::plot;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, record};
 use host_tests::committed::{assert_current, workspace};
-use recordings::config::default_params;
-use recordings::estimate::estimates_of;
+use samples::estimate::estimates_of;
 
 #[test]
 fn the_picture_is_that_of_the_demo() {

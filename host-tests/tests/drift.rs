@@ -8,8 +8,8 @@ use estimator_core::any::AnyParams;
 use estimator_core::{AngularRate, ContactEstimator, Gravity, Params, Stream, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::{AXES, changed, stood, with_rate_drifts};
-use recordings::estimate::{Estimator, estimates_of};
-use recordings::samples::{Label, Recording};
+use samples::estimate::{Estimator, estimates_of};
+use samples::{Label, Recording};
 
 /// Maximum share of the stable samples lost by the drift.
 const LOST: f64 = 0.01;

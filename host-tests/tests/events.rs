@@ -1,5 +1,6 @@
 //! Events of simulated walks against the truth.
 
+use config::{Preset, default_params};
 use estimator_core::Timestamp;
 use estimator_core::any::AnyParams;
 use gait::slips::{SENSOR, profiles};
@@ -9,11 +10,10 @@ use host_tests::datasets::recorded;
 use host_tests::labelled;
 use host_tests::sets::Set;
 use labelled::of_sets;
-use recordings::config::{Preset, default_params};
-use recordings::estimate::Estimator;
-use recordings::events::{ContactEvent, EventKind, Events};
-use recordings::input::{self, Format, InputOptions};
-use recordings::samples::{Label, Recording};
+use options::{Format, InputOptions};
+use replay::events::{ContactEvent, EventKind, Events};
+use samples::estimate::Estimator;
+use samples::{Label, Recording};
 
 /// Delay from rest under load to the decision, s: window and on-delay.
 const DEBOUNCE: f64 = 0.06;
@@ -295,7 +295,8 @@ fn stances_that_slide_throughout_are_events_of_a_go1() {
             return;
         };
         let format = Format::PceGo1;
-        let loaded = input::read(&path, format, &InputOptions::default()).expect("a readable file");
+        let loaded =
+            recordings::read(&path, format, &InputOptions::default()).expect("a readable file");
         let stood = stood(&loaded.recording, 3.0, 1);
         let events = events_with(&Preset::Default.params(format), &stood);
         let stances = times(&events, EventKind::UnstableStart);

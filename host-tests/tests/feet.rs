@@ -5,7 +5,7 @@ use estimator_core::{Params, Stream, Validity};
 use gait::plan::PlannedStep;
 use gait::sensor::{AxisErrors, GRAVITY, Temperature};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
-use recordings::scoring::inclination_error_degrees;
+use replay::scoring::inclination_error_degrees;
 
 /// An accelerometer whose bias at 25 °C is calibrated, and which warms up by 30 °C: its bias and that of the
 /// gyroscope drift by up to the part's typical 0.1 mg and 0.01 °/s per °C.

@@ -8,10 +8,10 @@ use host_tests::datasets::recorded;
 use host_tests::labelled;
 use host_tests::sets::Set;
 use labelled::of_sets;
-use recordings::estimate::{estimates_and_learnt, estimates_of};
-use recordings::input::{self, Format, InputOptions};
-use recordings::plausible::{Finding, check};
-use recordings::samples::{RecordedSample, Recording};
+use options::{Format, InputOptions};
+use plausible::{Finding, check};
+use samples::estimate::{estimates_and_learnt, estimates_of};
+use samples::{RecordedSample, Recording};
 
 /// Minimum duration of a stance, s; shorter contacts are bounces.
 const SHORTEST_STANCE: f64 = 0.25;
@@ -35,7 +35,7 @@ fn peaks(recording: &Recording, params: &AnyParams) -> Vec<f32> {
 fn recording(file: &str) -> Option<Recording> {
     let path = recorded(file)?;
     let loaded =
-        input::read(&path, Format::PceGo1, &InputOptions::default()).expect("a readable file");
+        recordings::read(&path, Format::PceGo1, &InputOptions::default()).expect("a readable file");
     Some(loaded.recording)
 }
 
@@ -115,29 +115,6 @@ fn held_readings_are_found_on_the_go1_alone() {
         let findings = check(&file.recording);
         assert!(!findings.iter().any(is_held), "{}", file.recording.name);
     }
-}
-
-/// One axis with the wrong sign in both sensors makes a mirror image of each recording.
-#[test]
-fn mirrored_recordings_are_left_handed_and_no_others() {
-    let is_mirrored = |finding: &Finding| matches!(finding, Finding::LeftHanded { .. });
-    let Some(files) = of_sets(&Set::ALL) else { return };
-    let mut found = Vec::new();
-    for mut file in files {
-        let name = file.recording.name.clone();
-        let findings = check(&file.recording);
-        assert!(!findings.iter().any(is_mirrored), "{name}: {findings:?}");
-        for sample in &mut file.recording.samples {
-            let imu = &mut sample.imu;
-            imu.specific_force.0.x *= -1.0;
-            imu.angular_rate.0.x *= -1.0;
-        }
-        if check(&file.recording).iter().any(is_mirrored) {
-            found.push(file.set);
-        }
-    }
-    // Walks whose swings turn the foot, and end within the range of the sensor.
-    assert!(found.contains(&Set::Demo) && found.contains(&Set::Shoe), "{found:?}");
 }
 
 fn is_held(finding: &Finding) -> bool {

@@ -13,7 +13,7 @@ use estimator_core::{
 };
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::Chance;
-use recordings::samples::{Label, Recording};
+use samples::{Label, Recording};
 
 const GRAVITY: f64 = 9.806_65;
 

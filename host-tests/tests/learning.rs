@@ -12,8 +12,8 @@ use estimator_core::{
 };
 use gait::{Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::changed::{Chance, after, after_samples, changed};
-use recordings::estimate::estimates_and_learnt;
-use recordings::samples::{Label, Recording};
+use samples::estimate::estimates_and_learnt;
+use samples::{Label, Recording};
 
 /// Steps of the walk after which the estimate has to be right.
 const STEPS: usize = 10;

@@ -6,12 +6,12 @@ use estimator_core::mounting::{Mounting, MountingParams, SensorAxis};
 use estimator_core::{AngularRate, ContactEstimate, SpecificForce, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use host_tests::datasets::recorded;
-use recordings::estimate::estimates_of;
-use recordings::input::{self, Correction, Format, InputOptions};
-use recordings::mounting::{parse_axes, rotation, then};
-use recordings::output::write_recording;
-use recordings::samples::Recording;
-use recordings::space::Vector;
+use options::{Correction, Format, InputOptions};
+use samples::Recording;
+use samples::estimate::estimates_of;
+use samples::mounting::{parse_axes, rotation, then};
+use samples::space::Vector;
+use tables::output::write_recording;
 
 /// Half-widths judge axis by axis: a missing mounting shows at once.
 const HALF_WIDTHS: AnyParams = AnyParams { method: Method::HalfWidths, ..AnyParams::DEFAULT };
@@ -23,7 +23,7 @@ fn walk() -> Recording {
 
 fn go1() -> Option<Recording> {
     let path = recorded("pce/GO1_normal_surface.csv")?;
-    let loaded = input::read(&path, Format::PceGo1, &InputOptions::default());
+    let loaded = recordings::read(&path, Format::PceGo1, &InputOptions::default());
     Some(loaded.expect("a readable file").recording)
 }
 
@@ -72,7 +72,7 @@ fn estimates(
         correction: Correction { mounting, ..Correction::NONE },
         ..InputOptions::default()
     };
-    let loaded = input::read(&path, Format::Csv, &input_options).expect("a readable file");
+    let loaded = recordings::read(&path, Format::Csv, &input_options).expect("a readable file");
     estimates_of(&loaded.recording, params).expect("a preset")
 }
 

@@ -6,15 +6,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use config::default_params;
 use estimator_core::{ContactEstimate, Decision, Load, Phase};
 use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
-use recordings::config::default_params;
-use recordings::estimate::estimates_of;
-use recordings::events::{ContactEvent, EventKind, Events};
-use recordings::input::About;
-use recordings::samples::{Label, Recording};
+use replay::events::{ContactEvent, EventKind, Events};
+use samples::estimate::estimates_of;
+use samples::{Label, Recording};
+use stored::About;
 use tempfile::TempDir;
 
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];

@@ -1,12 +1,12 @@
 //! Pictures of the documents. `cargo xtask pictures` draws them again.
 
+use config::default_params;
 use estimator_core::{ContactEstimate, Flag, Validity};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, record};
 use host_tests::committed::{assert_current, workspace};
 use host_tests::drawing::{Panel, board_on_the_foot, flags, way_of_a_sample};
-use recordings::config::default_params;
-use recordings::estimate::estimates_of;
+use samples::estimate::estimates_of;
 
 /// Interval between two points of a curve, samples.
 const EVERY: usize = 5;

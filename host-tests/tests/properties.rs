@@ -14,8 +14,8 @@ use estimator_core::{
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
-use recordings::estimate::estimates_of;
-use recordings::samples::Recording;
+use samples::Recording;
+use samples::estimate::estimates_of;
 use std::sync::OnceLock;
 
 const CAPACITY: usize = 128;

@@ -10,7 +10,7 @@ use estimator_core::any::AnyParams;
 use host_tests::labelled::{of_sets, pooled};
 use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
-use recordings::samples::Recording;
+use samples::Recording;
 
 /// Sample rates that all sets are judged at, Hz; 1000 Hz is the product's.
 const HIGH_RATES: [f32; 4] = [390.0, 500.0, 1000.0, 1660.0];

@@ -3,17 +3,17 @@
 //!
 //! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test host recordings::` writes them again.
 
+use config::default_params;
 use estimator_core::{ContactEstimate, Flag, ImuSample, Phase, Timestamp};
 use footfall::files::{Existing, write_file};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Simulation, record, simulate};
 use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
-use recordings::config::default_params;
-use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, InputOptions};
-use recordings::output::{write_recording, write_row, write_samples};
-use recordings::samples::RecordedSample;
-use recordings::scoring::{Metrics, Scored};
+use options::{Format, InputOptions};
+use replay::scoring::{Metrics, Scored};
+use samples::RecordedSample;
+use samples::estimate::estimates_of;
+use tables::output::{write_recording, write_row, write_samples};
 
 const SECONDS: f64 = 5.0;
 const SEED: u64 = 1;
@@ -54,7 +54,7 @@ fn a_fresh_clone_distinguishes_stance_from_slip_and_swing() {
         let truth = simulation(ground).truth;
         let path = simulated(file);
         let loaded =
-            input::read(&path, Format::Csv, &InputOptions::default()).expect("a recording");
+            recordings::read(&path, Format::Csv, &InputOptions::default()).expect("a recording");
         let estimates = estimates_of(&loaded.recording, &default_params()).expect("the preset");
         let metrics = Metrics::of(&Scored::collect(&loaded.recording.samples, &estimates));
         let metrics = metrics.expect("labels");
@@ -91,7 +91,8 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
     let path = folder.path().join("samples.csv");
     write_file(&path, Existing::Replaced, |to| write_samples(&recording.samples, &live, to))
         .expect("a file");
-    let loaded = input::read(&path, Format::Csv, &InputOptions::default()).expect("a recording");
+    let loaded =
+        recordings::read(&path, Format::Csv, &InputOptions::default()).expect("a recording");
     assert_eq!(loaded.recording.sample_rate, recording.sample_rate);
     // A replay's clock starts with its first row.
     let first_us = recording.samples[0].imu.timestamp.as_micros();

@@ -4,16 +4,16 @@
 //! The simulated foot has springs of its own up to 80 Hz; a decaying sine at each impact is added to what its sensor
 //! feels.
 
+use config::default_params;
 use estimator_core::{ImuSample, Timestamp};
 use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, SensorParams, Track, simulate};
 use lsm6dsox::imu::{Conversion, missing_sample};
 use lsm6dsox::sim::{Part, SharedPart, SimSpi, Stimulus};
 use lsm6dsox::{Config, Lsm6dsox, Pin};
-use recordings::config::default_params;
-use recordings::estimate::estimates_of;
-use recordings::samples::Recording;
-use recordings::scoring::{Metrics, Scored};
+use replay::scoring::{Metrics, Scored};
+use samples::Recording;
+use samples::estimate::estimates_of;
 
 /// Duration of the walk, s.
 const SECONDS: f64 = 30.0;

@@ -10,16 +10,17 @@ use crate::packages;
 use clap::Parser;
 use estimator_core::any::AnyParams;
 use estimator_core::{ContactEstimate, Validity};
+use files::file_kind::FileKind;
 use footfall::commands::Arguments;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
-use recordings::estimate::Estimator;
-use recordings::file_kind::FileKind;
-use recordings::input::{BagOptions, Correction, Format, InputOptions, Opened, Topics};
-use recordings::mounting::parse_axes;
-use recordings::output::write_recording;
-use recordings::samples::RecordedSample;
+use options::{BagOptions, Correction, Format, InputOptions, Topics};
+use recordings::Opened;
+use samples::RecordedSample;
+use samples::estimate::Estimator;
+use samples::mounting::parse_axes;
+use tables::output::write_recording;
 use tempfile::TempDir;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
@@ -96,7 +97,7 @@ fn read(path: &Path, input_options: &InputOptions) -> Vec<Foot> {
     let named = path.display();
     let opened = Opened::new(path, None).unwrap_or_else(|error| panic!("{error}"));
     let feet = opened.store_all(input_options).unwrap_or_else(|error| panic!("{error}"));
-    let foot = |mut stored: recordings::input::Stored| {
+    let foot = |mut stored: stored::Stored| {
         let rate = stored.about.sample_rate;
         let mut estimator =
             Estimator::new(rate, stored.about.gravity, &AnyParams::DEFAULT).expect("valid");

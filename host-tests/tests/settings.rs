@@ -1,6 +1,7 @@
 //! Settings: the defaults are those of the sensor, and no setting that a member of the bus can write to a walking foot hides
 //! its swings.
 
+use config::default_params;
 use estimator_core::any::{AnyParams, Method};
 use estimator_core::half_widths::HalfWidthParams;
 use estimator_core::parameter::{Parameter, rows};
@@ -9,8 +10,7 @@ use feet::foot::Named;
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use lsm6dsox::Config;
-use recordings::config::default_params;
-use recordings::estimate::estimates_of;
+use samples::estimate::estimates_of;
 use wire::Address;
 use wire::dictionary::index;
 

@@ -3,11 +3,11 @@
 
 use std::convert::Infallible;
 
+use config::default_params;
 use gait::slips::SlipProfile;
 use gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::slips::{Score, profiles};
-use recordings::config::default_params;
-use recordings::jobs;
+use replay::jobs;
 
 /// Duration of each walk, s.
 const SECONDS: f64 = 14.0;

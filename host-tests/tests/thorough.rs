@@ -13,6 +13,7 @@ mod can_logs;
 mod drift;
 mod events;
 mod feet;
+mod findings;
 mod hanging;
 mod learning;
 mod mounting;

@@ -6,8 +6,8 @@ use estimator_core::{
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use recordings::estimate::Estimator;
-use recordings::samples::{RecordedSample, steady_time};
+use samples::estimate::Estimator;
+use samples::{RecordedSample, steady_time};
 
 use crate::parameters::value_error;
 

@@ -13,7 +13,7 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::output::seconds;
+use tables::output::seconds;
 use wire::NodeId;
 
 use crate::parameters::value_error;

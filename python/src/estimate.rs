@@ -1,18 +1,18 @@
 //! Estimate and calibration of whole recordings in arrays.
 
+use calibration::learnt::LearntCalibration;
+use calibration::robot_file::RobotFile;
 use estimator_core::{Timestamp, Validity};
 use numpy::PyReadonlyArray1;
 use numpy::ndarray::{Ix1, Ix2};
-use recordings::calibrate::learnt::LearntCalibration;
-use recordings::calibrate::robot_file::RobotFile;
 
+use options::Correction;
+use options::hint::Hint;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::hint::Hint;
-use recordings::input::{About, Correction, rate_of_times, unit_of_step};
-use recordings::samples::{
-    RecordedSample, Recording, VALIDITIES, finite_load, imu_sample, steady_time,
-};
+use samples::{RecordedSample, Recording, VALIDITIES, finite_load, imu_sample, steady_time};
+use stored::About;
+use stored::rate::{rate_of_times, unit_of_step};
 
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};

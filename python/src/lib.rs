@@ -50,7 +50,7 @@ mod _footfall {
 
     use estimator_core::{Axis, Flag, Phase};
     use pyo3::prelude::*;
-    use recordings::samples::VALIDITIES;
+    use samples::VALIDITIES;
 
     /// Adds the names that Python code needs, in the order of their codes.
     #[pymodule_init]

@@ -3,13 +3,13 @@
 
 use std::fmt::Display;
 
+use config::{ConfigFile, FootAxes, Preset, Resolved};
 use estimator_core::Gravity;
 use estimator_core::any::AnyParams;
+use options::hint::Notice;
+use options::{BagOptions, ContactUse, Format, InputOptions, TableOptions, Units};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
-use recordings::hint::Notice;
-use recordings::input::{BagOptions, ContactUse, Format, InputOptions, TableOptions, Units};
 
 use crate::result::Failure;
 use crate::words::{Origin, in_words_of};

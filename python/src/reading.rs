@@ -5,21 +5,21 @@ use std::io;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use config::{GRAVITIES, Resolved, word_of};
 use estimator_core::{Load, Validity};
 use numpy::IntoPyArray;
+use options::{BagOptions, ContactUse, Format, InputOptions, TableOptions, Topics};
 use pyo3::exceptions::{
     PyFileNotFoundError, PyImportError, PyIsADirectoryError, PyOSError, PyPermissionError,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::config::{GRAVITIES, Resolved, word_of};
-use recordings::input::{
-    About, BagOptions, ContactUse, Format, InputError, InputOptions, Opened, Problem, Stored,
-    TableOptions, Topics,
-};
-use recordings::output::seconds;
-use recordings::samples::{Label, RecordedSample, VALIDITIES};
-use recordings::space::components;
+use recordings::Opened;
+use samples::space::components;
+use samples::{Label, RecordedSample, VALIDITIES};
+use stored::error::{InputError, Problem};
+use stored::{About, Stored};
+use tables::output::seconds;
 
 use crate::arrays::table;
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};

@@ -7,17 +7,17 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, ParamsError, PerAxis, Phase, Quaternion, Vec3,
 };
 use numpy::{IntoPyArray, PyArray1};
+use plausible::{Check, Finding};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::estimate::Estimator;
-use recordings::events::{ContactEvent, Events};
-use recordings::input::{About, Stored};
-use recordings::output::seconds;
-use recordings::plausible::{Check, Finding};
-use recordings::replay::{Span, check_samples, findings_beside_contacts};
-use recordings::samples::{RecordedSample, phase_code};
-use recordings::space::components;
+use replay::events::{ContactEvent, Events};
+use replay::{Span, check_samples, findings_beside_contacts};
+use samples::estimate::Estimator;
+use samples::space::components;
+use samples::{RecordedSample, phase_code};
+use stored::{About, Stored};
+use tables::output::seconds;
 use thiserror::Error;
 
 use crate::arrays::table;

@@ -9,11 +9,12 @@ use gait::{
     Temperature,
 };
 use numpy::IntoPyArray;
+use options::Format;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::input::{About, Format};
-use recordings::samples::RecordedSample;
-use recordings::space::components;
+use samples::RecordedSample;
+use samples::space::components;
+use stored::About;
 
 use crate::arrays::table;
 use crate::parameters::value_error;

@@ -5,10 +5,10 @@ use estimator_core::{
 };
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use recordings::estimate;
-use recordings::events::{ContactEvent, Events};
-use recordings::samples::{RecordedSample, finite_load, imu_sample, steady_time};
-use recordings::space::components;
+use replay::events::{ContactEvent, Events};
+use samples::estimate;
+use samples::space::components;
+use samples::{RecordedSample, finite_load, imu_sample, steady_time};
 
 use crate::estimate::{micros, readings, validity_at};
 use crate::parameters::{Settings, SettingsArguments, value_error};

@@ -3,9 +3,9 @@
 
 use std::fmt::Display;
 
+use options::hint::{Hint, InWords, Setting, Vocabulary};
+use options::{AccelerationUnit, RateUnit};
 use pyo3::PyErr;
-use recordings::hint::{Hint, InWords, Setting, Vocabulary};
-use recordings::input::{AccelerationUnit, RateUnit};
 
 use crate::parameters::value_error;
 
@@ -60,6 +60,10 @@ impl Vocabulary for ArrayArguments {
                 "acc * 9.80665 is in m/s²".to_owned()
             }
             Hint::RateUnit(RateUnit::DegreesPerSecond) => "np.radians(gyr) is in rad/s".to_owned(),
+            Hint::RateUnit(RateUnit::RevolutionsPerMinute) => {
+                "gyr * np.pi / 30 is in rad/s".to_owned()
+            }
+            Hint::SplitFeet => "estimate each foot by itself".to_owned(),
             Hint::OtherUnit => "acc must be in m/s²: multiply counts by their value".to_owned(),
             Hint::TimesLookLike(unit) => {
                 format!("t looks like {}: t / {:.0e} is in s", unit.words(), unit.per_second())
@@ -89,6 +93,21 @@ fn exchanged(mapping: &str) -> String {
     };
     if source("ax").starts_with('w') {
         return "exchange acc and gyr".to_owned();
+    }
+    if !mapping.contains("ax=") && !mapping.contains("ay=") && !mapping.contains("az=") {
+        let axes = ["wx", "wy", "wz"].map(source);
+        let place = |axis: &String| match axis.trim_start_matches('-') {
+            "wx" => "0",
+            "wy" => "1",
+            _ => "2",
+        };
+        let sign = |axis: &String| if axis.starts_with('-') { "-1" } else { "1" };
+        let (places, signs) = (axes.each_ref().map(place), axes.each_ref().map(sign));
+        return format!(
+            "gyr[:, [{}]] * [{}] has the axes of acc",
+            places.join(", "),
+            signs.join(", ")
+        );
     }
     let places = ["ax", "ay", "az"].map(|axis| match source(axis).as_str() {
         "ax" => "0",

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
+use config::default_params;
 use estimator_c::types::VALIDITIES;
 use estimator_core::{ContactEstimate, Load};
 use host_tests::committed::workspace;
 use host_tests::datasets::simulated;
-use recordings::config::default_params;
-use recordings::estimate::estimates_and_learnt;
-use recordings::input::{self, Format, InputOptions};
-use recordings::samples::Recording;
+use options::{Format, InputOptions};
+use samples::Recording;
+use samples::estimate::estimates_and_learnt;
 
 pub const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 
@@ -48,8 +48,8 @@ pub static ARCHIVE: LazyLock<PathBuf> = LazyLock::new(|| {
 
 /// A walk as lines for the example, and its answer by the Rust estimator.
 pub fn walk(file: &str) -> (String, String) {
-    let loaded =
-        input::read(&simulated(file), Format::Csv, &InputOptions::default()).expect("a recording");
+    let loaded = recordings::read(&simulated(file), Format::Csv, &InputOptions::default())
+        .expect("a recording");
     let recording = loaded.recording;
     let (estimates, learnt) =
         estimates_and_learnt(&recording, &default_params(), || ()).expect("the preset");

@@ -7,13 +7,13 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
+use config::ParameterRefusal;
 use estimator_core::any::AnyParams;
 use estimator_core::{Gravity, Load, Timestamp, Validity};
-use recordings::config::ParameterRefusal;
-use recordings::estimate::Estimator;
-use recordings::input::{Correction, Format, TableOptions};
-use recordings::plausible::{Check, FindingKind};
-use recordings::samples::{RecordedSample, imu_sample};
+use options::{Correction, Format, TableOptions};
+use plausible::{Check, FindingKind};
+use samples::estimate::Estimator;
+use samples::{RecordedSample, imu_sample};
 
 use crate::decode::ContactRow;
 use crate::decode::row::CommonClock;

@@ -11,8 +11,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use recordings::config::Resolved;
-use recordings::input::{ContactUse, InputOptions};
+use config::Resolved;
+use options::{ContactUse, InputOptions};
 use thiserror::Error;
 
 /// Default rate of a foot's serial port, Bd.

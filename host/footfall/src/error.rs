@@ -4,6 +4,10 @@
 use std::fmt::Display;
 use std::io;
 
+#[cfg(feature = "bags")]
+use bags::ReplacementError;
+use calibration::CalibrationError;
+use config::{ConfigError, NoSuchFoot, ParameterRefusal};
 use estimator_core::{Axis, ParamsError};
 use feet::FootHint;
 use feet::decode::DecodeError;
@@ -15,13 +19,9 @@ use feet::foot::self_test::SelfTestError;
 use feet::foot::settings::SettingsError;
 use feet::link::{LinkError, RecordingError};
 use feet::remedy::Trouble;
-use recordings::calibrate::CalibrationError;
-use recordings::config::{ConfigError, NoSuchFoot, ParameterRefusal};
-use recordings::hint::{Hint, InWords, Setting, Vocabulary};
-#[cfg(feature = "bags")]
-use recordings::input::bag::ReplacementError;
-use recordings::input::{InputError, Problem};
-use recordings::replay::ReplayError;
+use options::hint::{Hint, InWords, Setting, Vocabulary};
+use replay::ReplayError;
+use stored::error::{InputError, Problem};
 use thiserror::Error;
 use wire::{Fault, NodeId};
 

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use thiserror::Error;
 
-recordings::named! {
+samples::named! {
     /// A part that is built with `--features NAME`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Feature {

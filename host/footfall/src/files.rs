@@ -4,9 +4,12 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use recordings::input::{Format, InputError, Opened, Place, Problem, recording_name};
-use recordings::replay::Layout;
-use recordings::whole_file::WholeFile;
+use files::whole_file::WholeFile;
+use options::Format;
+use recordings::Opened;
+use replay::Layout;
+use stored::container::recording_name;
+use stored::error::{InputError, Place, Problem};
 use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use recordings::whole_file::remove_unfinished_and_exit;
+use files::whole_file::remove_unfinished_and_exit;
 
 use crate::messages::warn;
 

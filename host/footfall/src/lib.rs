@@ -4,17 +4,17 @@
 //!
 //! | step | module or crate |
 //! |---|---|
-//! | options, and the parameters from preset, file and options | [`commands::options`], [`recordings::config`] |
-//! | reading a recording | [`recordings::input`], with a bar from [`progress`] |
-//! | running the estimator, sample by sample | [`recordings::replay`] |
-//! | learning a foot in advance, or finding sensor errors | [`recordings::calibrate`] |
-//! | scoring the estimates | [`recordings::scoring`] |
+//! | options, and the parameters from preset, file and options | [`commands::options`], [`config`] |
+//! | reading a recording | [`recordings`], with a bar from [`progress`] |
+//! | running the estimator, sample by sample | [`replay`] |
+//! | learning a foot in advance, or finding sensor errors | [`calibration`] |
+//! | scoring the estimates | [`replay::scoring`] |
 //! | syntax of a source of streaming feet | [`source`] |
 //! | syntax of topics of ROS 2 as sources | [`topic_source`] |
 //! | receiving streaming feet, and decoding their output | [`feet`] |
 //! | streaming feet: reports, and messages of ROS 2 | [`stream`], [`mod@ros`] |
 //! | simulating a walk, and the output of a foot | [`gait`], [`simulated_robot::walk`] |
-//! | tables, pictures and summaries | [`recordings::output`], [`plot`], [`recordings::summary`] |
+//! | tables, pictures and summaries | [`tables::output`], [`plot`], [`replay::summary`] |
 //! | summaries on standard output, as text or JSON | [`report`] |
 //! | checking and writing output files | [`files`] |
 //! | removing unfinished files on interruption | [`interruption`] |

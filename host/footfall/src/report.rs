@@ -8,9 +8,9 @@ use std::fmt::Display;
 use std::io;
 use std::path::PathBuf;
 
-use recordings::calibrate::learnt::LearntFoot;
-use recordings::calibrate::sensor::SensorCalibration;
-use recordings::summary::{Summaries, WithInputs};
+use calibration::learnt::LearntFoot;
+use calibration::sensor::SensorCalibration;
+use replay::summary::{Summaries, WithInputs};
 use serde::Serialize;
 
 use crate::files::to_stdout;

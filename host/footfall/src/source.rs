@@ -19,7 +19,7 @@ use feet::foot::{Client, RequestError, settings};
 use feet::source::{SourceError, Speed};
 use feet::usb::{self, UsbPort};
 use feet::{LineSource, Link, LinkError, Playback};
-use recordings::input::matches_pattern;
+use options::matches_pattern;
 use simulated_robot::{Demo, DemoError};
 use thiserror::Error;
 

@@ -17,7 +17,7 @@ use feet::feed::FeedEvent;
 use feet::link::{LineClock, Remark};
 use feet::session::{SEVERAL_BOARDS, SameFoot};
 use feet::{Feed, LineSource, LinkError, LiveFoot, Session, Update, usb};
-use recordings::hint::Hint;
+use options::hint::Hint;
 use wire::NodeId;
 
 use crate::Source;

@@ -18,7 +18,7 @@ use std::str::FromStr;
 
 use feet::decode::known_feet::Name;
 use feet::{LineSource, Link, LinkError, Playback};
-use recordings::input::LoadTopic;
+use options::LoadTopic;
 
 use crate::error::Error;
 use crate::source::SourceTextError;

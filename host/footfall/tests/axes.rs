@@ -4,8 +4,8 @@ use std::fs;
 
 use crate::common::{AXES, Bench, assert_has, cases, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
-use recordings::output::write_recording;
-use recordings::samples::Recording;
+use samples::Recording;
+use tables::output::write_recording;
 
 use estimator_core::{AngularRate, SpecificForce, Vec3};
 

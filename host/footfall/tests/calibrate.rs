@@ -4,13 +4,13 @@ use std::fs;
 
 use crate::common::feet::{csv, lying};
 use crate::common::{AXES, Bench, assert_has, cases, kill, read, text, wait_until};
+use config::Overrides;
 use estimator_core::any::AnyParams;
 use estimator_core::correction::AccelerometerCorrection;
 use estimator_core::{Learning, Learnt};
 use gait::GaitName;
-use recordings::config::Overrides;
-use recordings::estimate::estimates_and_learnt;
-use recordings::input::{self, Format, InputOptions};
+use options::{Format, InputOptions};
+use samples::estimate::estimates_and_learnt;
 
 /// Returns the learnt values of a configuration file.
 fn learnt(bench: &Bench, file: &str) -> Learnt {
@@ -78,7 +78,7 @@ fn learnt_values_are_reported_and_replayed() {
         let reported = json["object"][place].as_f64().expect("a number");
         assert_eq!(reported as f32, value);
     }
-    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
+    let loaded = recordings::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
     let recording = loaded.expect("a recording").recording;
     let (_, expected) =
         estimates_and_learnt(&recording, &AnyParams::DEFAULT, || ()).expect("the preset");

@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::common::{Bench, read, standing};
 use gait::{Plan, SensorParams, simulate};
-use recordings::output::write_recording;
+use tables::output::write_recording;
 
 /// Returns the demo walk as a table.
 fn walk() -> Vec<u8> {

@@ -5,8 +5,8 @@ use std::fs;
 use crate::common::{AXES, Bench, read, standing, text};
 use estimator_core::any::AnyParams;
 use footfall::plot;
-use recordings::estimate::estimates_of;
-use recordings::input::{self, Format, InputOptions};
+use options::{Format, InputOptions};
+use samples::estimate::estimates_of;
 
 #[cfg(unix)]
 #[test]
@@ -98,7 +98,7 @@ fn times_are_preserved_for_any_clock_origin() {
 fn figure_covers_the_whole_recording() {
     let bench = Bench::with("walk.csv", standing());
     bench.stdout("replay walk.csv --plot out.svg");
-    let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
+    let loaded = recordings::read(&bench.path("walk.csv"), Format::Csv, &InputOptions::default());
     let recording = loaded.expect("a recording").recording;
     let estimates = estimates_of(&recording, &AnyParams::DEFAULT).expect("the preset");
     let expected = plot::svg(&recording, &estimates).expect("a picture");

@@ -336,7 +336,8 @@ fn non_increasing_times_are_dropped_on_request() {
     assert_eq!(
         bench.error("replay x.csv --time-unit ms"),
         "footfall: x.csv, line 102, column 1 (t): time 99 ms does not come after 99 ms in the row \
-         before: sort the rows, leave such rows out with --times drop-bad, or smooth times that jitter with --times smooth\n"
+         before: sort the rows, leave such rows out with --times drop-bad, or smooth times that jitter with --times smooth; \
+         if rows of several feet have the same times, name the column of the foot: --map foot=COLUMN\n"
     );
     let (summary, stderr) = summary(&bench, "x.csv --time-unit ms --times drop-bad");
     assert_eq!(summary["samples"], 997);
@@ -401,4 +402,41 @@ fn fixed_unit_formats_reject_table_options() {
         "footfall: x.csv is read as pce-atlas, which has columns, units and times of its own: \
          --time-unit is for csv and parquet, --map, --units and --times for mcap, rosbag2 and rosbag1, too\n"
     );
+}
+
+#[test]
+fn table_of_two_feet_is_read_as_two_feet() {
+    let rows = table(&format!("t,{AXES},foot"), |sample| {
+        let row = |foot| format!("{},{},{foot}", seconds(sample), sample.axes.join(","));
+        format!("{}\n{}", row("FL"), row("FR"))
+    });
+    let bench = Bench::with("two.csv", rows);
+    let output = bench.run("replay two.csv --json");
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+    let feet = summary["recordings"].as_array().expect("feet");
+    let of = |foot: &serde_json::Value| (foot["foot"].clone(), foot["samples"].clone());
+    assert_eq!(
+        feet.iter().map(of).collect::<Vec<_>>(),
+        [("FL".into(), ROWS.into()), ("FR".into(), ROWS.into())]
+    );
+    let stderr = text(&output.stderr);
+    assert_has(&stderr, "two.csv: split into feet by column foot: FL, FR");
+}
+
+#[test]
+fn stamps_of_a_computer_are_smoothed_by_themselves() {
+    // Stamps in whole parts of 3 ms, of samples at 200 Hz.
+    let content = table(&format!("t,{AXES}"), |sample| {
+        let stamp = sample.micros / 1000 * 5 / 3 * 3;
+        format!("{}e-3,{}", stamp, sample.axes.join(","))
+    });
+    let bench = Bench::with("x.csv", content);
+    let (smooth, stderr) = summary(&bench, "x.csv");
+    assert_has(
+        &stderr,
+        "around a steady 200.0 Hz, and are smoothed: --times keep reads them as they are",
+    );
+    let (kept, stderr) = summary(&bench, "x.csv --times keep");
+    assert!(!stderr.contains("smoothed"), "{stderr}");
+    assert_eq!(smooth["samples"], kept["samples"]);
 }

@@ -8,7 +8,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 /// Value, first and second derivative with respect to time in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

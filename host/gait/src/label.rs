@@ -1,6 +1,6 @@
 //! Labels of stable contact, from the foot's own true velocity, not from forces.
 
-use recordings::samples::Label;
+use samples::Label;
 
 use crate::track::FootState;
 
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
     use crate::plan::Plan;
     use crate::track::{Activity, Track};
-    use recordings::space::Vector;
+    use samples::space::Vector;
 
     fn standing() -> FootState {
         Track::new(&Plan::demo(1)).at(0.5)

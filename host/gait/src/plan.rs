@@ -191,7 +191,7 @@ impl Iterator for StepSource {
     }
 }
 
-recordings::named! {
+samples::named! {
     /// Named gaits.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum GaitName {
@@ -230,7 +230,7 @@ impl GaitName {
     }
 }
 
-recordings::named! {
+samples::named! {
     /// Ground under the foot.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Ground {

@@ -10,7 +10,7 @@ use std::error::Error;
 use std::fmt;
 
 use estimator_core::ImuSample;
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 use wire::Foot;
 
 use crate::jet::{Jet, from_roll_pitch_yaw};

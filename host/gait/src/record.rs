@@ -7,7 +7,7 @@ use estimator_core::{Gravity, ImuSample, Load, Timestamp};
 use lsm6dsox::imu::{Conversion, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
 use lsm6dsox::{Config, Lsm6dsox, Pin, RawSample};
-use recordings::samples::{RecordedSample, Recording};
+use samples::{RecordedSample, Recording};
 
 use crate::label::labels;
 use crate::plan::Plan;
@@ -165,8 +165,8 @@ mod tests {
     use crate::plan::{GaitName, Ground, Rests, RobotParams};
     use crate::track::Activity;
     use estimator_core::{ContactEstimator, Params, Stream, Validity, Vec3};
-    use recordings::samples::{Label, VALIDITIES};
-    use recordings::space::{Vector, components};
+    use samples::space::{Vector, components};
+    use samples::{Label, VALIDITIES};
 
     fn demo(seed: u64) -> Simulation {
         simulate(&Plan::demo(seed), &SensorParams::LSM6DSOX, seed)

@@ -8,7 +8,7 @@
 
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 use crate::random::{RandomUse, SeededRandom};
 use crate::track::FootState;

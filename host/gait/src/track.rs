@@ -4,7 +4,7 @@
 //! `stride` joins to the stance before. A segment has three positions and three angles, each a base path plus terms,
 //! and the load during contact. All of them are closed forms, so that velocity and acceleration are exact at any moment.
 
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 use crate::jet::{Jet, from_roll_pitch_yaw};
 use crate::plan::{Plan, PlannedStep, Slip, Spring};

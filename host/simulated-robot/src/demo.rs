@@ -35,7 +35,7 @@ pub struct Demo {
     pub clock: DemoClock,
 }
 
-recordings::named! {
+samples::named! {
     /// Origin of the times of simulated feet.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum DemoClock {
@@ -46,7 +46,7 @@ recordings::named! {
     }
 }
 
-recordings::named! {
+samples::named! {
     /// Connection of simulated feet.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum DemoLine {

@@ -87,12 +87,12 @@ pub fn walk_with(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use config::default_params;
     use estimator_core::{Saturation, Validity};
     use feet::decode::report::BoardReport;
     use feet::decode::{KnownFeet, decode};
     use gait::{GaitName, Ground, Plan, SensorParams, simulate};
-    use recordings::config::default_params;
-    use recordings::estimate::estimates_of;
+    use samples::estimate::estimates_of;
     use wire::{Counter, Pdo};
 
     /// A foot that stands for one second.

@@ -9,9 +9,9 @@ use std::process::Command;
 
 use host_tests::datasets::recorded;
 use host_tests::sets::Set;
-use recordings::input::{self, Format, InputOptions};
-use recordings::samples::Recording;
+use options::{Format, InputOptions};
 use results::Measurement;
+use samples::Recording;
 use tempfile::TempDir;
 
 use support::{ARCHIVE, WARNINGS, assert_same_bits, folder, input_of, run, walk};
@@ -239,7 +239,7 @@ fn instructions_of_other_recordings_are_within_the_bound() {
         }
         for file in ["walkers/strides/16-1_rf.csv", "broad/24_disturbed_tapping_A.csv"] {
             if let Some(path) = recorded(file) {
-                let loaded = input::read(&path, Format::Csv, &InputOptions::default());
+                let loaded = recordings::read(&path, Format::Csv, &InputOptions::default());
                 check(file, &loaded.expect("a recording").recording);
             }
         }

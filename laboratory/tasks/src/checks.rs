@@ -282,11 +282,20 @@ fn features() -> Result<()> {
         .with(DENY)
         .run()?;
     uf2::lint()?;
-    let features = "footfall-program/all,host-tests/full,recordings/bags,recordings/parquet";
+    let features = "footfall-program/all,host-tests/full,replay/parquet,tables/parquet";
     Step::cargo(&["test", "--locked", "--no-fail-fast"])
         .with(FULL_TARGET)
         .with(["--package", "footfall-program"])
-        .with(["--package", "recordings", "--package", "host-tests"])
+        .with([
+            "--package",
+            "bags",
+            "--package",
+            "replay",
+            "--package",
+            "tables",
+            "--package",
+            "host-tests",
+        ])
         .with(["--features", features, "--", "--include-ignored"])
         .run()
 }

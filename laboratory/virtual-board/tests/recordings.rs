@@ -4,7 +4,7 @@
 use crate::common::digest::assert_reproduced_on;
 use crate::common::product;
 use host_tests::datasets::recorded;
-use recordings::input::Format;
+use options::Format;
 use results::{Measurement, rounded};
 use serde_json::Value;
 use virtual_board::emulator::board::{Board, BoardOptions};

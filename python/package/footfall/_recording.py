@@ -189,9 +189,9 @@ def read(
         Decimal mark of a table's numbers.
     time_unit : {"s", "ms", "us", "ns"}, optional
         Unit of the times, if the column's name does not give it and it is not s.
-    times : {"keep", "drop-bad", "smooth", "rate"}, optional
-        Treatment of times that do not increase: an error, omit those rows, space rows evenly between gaps, or space all
-        rows by the rate.
+    times : {"auto", "keep", "drop-bad", "smooth", "rate"}, optional
+        Treatment of times: smooth times that jitter without gaps, leave them as they are, omit rows that do not advance,
+        space rows evenly between gaps, or space all rows by the rate.
 
     Returns
     -------

@@ -17,8 +17,8 @@ use std::fmt;
 use std::io::{self, BufRead, Read};
 
 use estimator_core::Timestamp;
-use recordings::input::iso8601::micros_since_1970;
 use serde::Serialize;
+use stored::iso8601::micros_since_1970;
 use wire::CanFrame;
 
 /// A frame with its time of reception.
@@ -70,7 +70,7 @@ pub enum LogContent<'a> {
     Dropped(u64),
 }
 
-recordings::named! {
+samples::named! {
     /// Kinds of entries that no foot sends, with their names in reports.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Other {
@@ -96,7 +96,7 @@ pub enum LogTimes {
     Differences,
 }
 
-recordings::named! {
+samples::named! {
     /// A form of log.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]

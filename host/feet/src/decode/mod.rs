@@ -25,8 +25,8 @@ use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 
-use recordings::compressed::decompressed;
-use recordings::file_kind::{FileKind, no_log};
+use files::compressed::decompressed;
+use files::file_kind::{FileKind, no_log};
 use thiserror::Error;
 
 use crate::remedy::FootHint;

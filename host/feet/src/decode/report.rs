@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::row::ContactRow;
 use crate::decode::can_log::Form;
 
-recordings::named! {
+samples::named! {
     /// Line on which the foot has sent.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use estimator_core::{
     ContactEstimate, Decision, Flag, Flags, ImuSample, PerAxis, Quaternion, Timestamp, Vec3,
 };
-use recordings::space::components;
+use samples::space::components;
 use wire::pdo::Status;
 use wire::{Faults, NodeId};
 
@@ -24,7 +24,7 @@ use wire::{Faults, NodeId};
 /// | `node` | node id of the foot; on the serial line known from the first health message on | |
 /// | `segment` | number of restarts of the foot so far; each resets `t` and `sequence` | |
 /// | `sequence` | sequence number of the frame, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
-/// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in the rows of estimates (`recordings::output`) | |
+/// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in the rows of estimates (`tables::output`) | |
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | temperature of the sensor | °C |
 /// | `decision` | debounced decision: 1 stable, 0 not stable | 0 or 1 |
@@ -33,7 +33,7 @@ pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segmen
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
 
-recordings::named! {
+samples::named! {
     /// Source of the common time of all feet, with its name in tables and reports.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum CommonClock {

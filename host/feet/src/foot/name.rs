@@ -1,12 +1,12 @@
 //! Objects by name, and their values as text, in the notation of a configuration file where it has the setting.
 
+use config::{LEARNINGS, METHODS, parse_window, window_text, word_of};
 use estimator_core::Learning;
 use estimator_core::any::Method;
 use estimator_core::half_widths::WindowLength;
 use estimator_core::mounting::{MountingParams, SensorAxis};
-use recordings::config::{LEARNINGS, METHODS, parse_window, window_text, word_of};
-use recordings::mounting::parse_axes;
-use recordings::number::shown;
+use samples::mounting::parse_axes;
+use samples::number::shown;
 use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape, code_of_axes, index};
 use wire::{Address, DataType, NodeId, Value};
@@ -424,7 +424,7 @@ mod tests {
 
     #[test]
     fn every_setting_of_the_estimator_has_the_key_of_a_file() {
-        for key in recordings::config::keys() {
+        for key in config::keys() {
             for address in key.objects() {
                 let name = Named::at(address).expect("an object").name();
                 let path = key.path.trim_start_matches("feet.FL.");

@@ -87,7 +87,7 @@ pub enum LineError {
     Twice(String),
 }
 
-recordings::named! {
+samples::named! {
     /// Settings of a foot after a failure, described by its name.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Undone {

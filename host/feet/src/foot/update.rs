@@ -404,7 +404,7 @@ fn refusal(client: &mut Client) -> Result<Option<Refusal>, RequestError> {
     Ok(Refusal::from_flash_status(status))
 }
 
-recordings::named! {
+samples::named! {
     /// Program that a foot can run.
     #[derive(Clone, Copy, PartialEq, Eq)]
     enum Runs {

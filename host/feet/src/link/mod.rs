@@ -23,8 +23,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use estimator_core::Timestamp;
-use recordings::hint::{InWords, Notice, Vocabulary};
-use recordings::plausible::Finding;
+use options::hint::{InWords, Notice, Vocabulary};
+use plausible::Finding;
 use thiserror::Error;
 use wire::CanFrame;
 
@@ -199,7 +199,7 @@ pub enum Remark {
     Problem(String),
 }
 
-recordings::display_in_plain_words!(Remark);
+options::display_in_plain_words!(Remark);
 
 impl InWords for Remark {
     fn write_in(&self, words: &dyn Vocabulary, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use recordings::config::{Preset, Resolved, example};
-use recordings::input::Format;
+use config::{Preset, Resolved, example};
+use options::Format;
 
 use super::options::{preset_parser, read_config};
 use crate::error::Error;

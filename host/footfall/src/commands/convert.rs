@@ -9,21 +9,24 @@ use std::io::{self, Write};
 use std::iter::Peekable;
 use std::path::{Path, PathBuf};
 
+use ::options::{ContactUse, Format};
 use clap::{Args, ValueEnum};
+use config::{Preset, Resolved, parse_seconds};
 use estimator_core::Gravity;
 #[cfg(feature = "bags")]
 use estimator_core::Timestamp;
 use estimator_core::params::LoadParams;
 #[cfg(feature = "bags")]
 use mcap::write::NoSeek;
-use recordings::config::{Preset, Resolved, parse_seconds};
-use recordings::input::{ContactUse, Format, InputError, Stored, TimesSoFar};
-use recordings::output::{write_recording_header, write_recording_row};
+use plausible::{Check, Finding};
+use replay::Span;
+use samples::RecordedSample;
+use stored::Stored;
+use stored::error::InputError;
+use stored::rate::TimesSoFar;
+use tables::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
-use recordings::parquet_output::ParquetSamples;
-use recordings::plausible::{Check, Finding};
-use recordings::replay::Span;
-use recordings::samples::RecordedSample;
+use tables::parquet_output::ParquetSamples;
 
 use super::options::{self, INPUT, OUTPUT, OverwriteArguments, ReadingArguments, with_mounting};
 use crate::error::{Error, in_words};

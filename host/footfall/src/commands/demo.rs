@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
-use recordings::output::write_samples;
-use recordings::summary::{Summaries, Summary};
+use replay::summary::{Summaries, Summary};
 use simulated_robot::walk;
+use tables::output::write_samples;
 
 use super::options::{OUTPUT, OverwriteArguments};
 use crate::error::Error;

@@ -3,7 +3,7 @@
 use clap::Args;
 use estimator_core::Phase;
 use feet::remedy::Trouble;
-use recordings::plausible::FindingKind;
+use plausible::FindingKind;
 
 use crate::error::Error;
 use crate::report::print_text;

@@ -26,6 +26,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use config::{
+    ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
+    parse_sample_rate,
+};
 use estimator_core::Gravity;
 use estimator_core::any::AnyParams;
 use estimator_core::half_widths::WindowLength;
@@ -34,18 +38,15 @@ use estimator_core::params::LoadParams;
 use feet::Playback;
 use feet::decode::KnownFeet;
 use feet::decode::known_feet::{Name, NamedFoot, NamedTwice, names_line};
-use recordings::config::{
-    ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
-    parse_sample_rate,
-};
-use recordings::input::{
+use options::{
     BagOptions, ContactUse, Decimal, Format, InputOptions, LoadTopic, Mapping, Rename, Scale,
-    Stored, TableOptions, TimeUnit, Times, Topics, Units,
+    TableOptions, TimeUnit, Times, Topics, Units,
 };
-use recordings::plausible::{self, Finding};
-use recordings::replay::Span;
-use recordings::samples::Recording;
-use recordings::summary::differences;
+use plausible::{self, Finding};
+use replay::Span;
+use replay::summary::differences;
+use samples::Recording;
+use stored::Stored;
 use wire::NodeId;
 
 use crate::Source;
@@ -229,7 +230,7 @@ pub struct TableArguments {
                 t=stamp,ax=linear_acceleration.x; the names of ROS, PlotJuggler and Unitree are known"
     )]
     pub map: Option<Mapping>,
-    /// Units of the six axes if they are not m/s2,rad/s: g or mg, dps or mdps
+    /// Units of the six axes if they are not m/s2,rad/s: g, mg or mm/s2, dps, mdps or rpm
     #[arg(long, value_name = "g,dps", help_heading = INPUT)]
     pub units: Option<Units>,
     /// Factors that convert the readings of accelerometer and gyroscope to --units, such as 0.000122,0.07 for
@@ -242,8 +243,8 @@ pub struct TableArguments {
     /// Unit of the times, if the column's name does not give it and it is not s
     #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
     pub time_unit: Option<TimeUnit>,
-    /// Treatment of times that do not increase: keep (an error), drop-bad (omit those rows), smooth (space rows
-    /// evenly between gaps) or rate (space all rows by the sample rate)
+    /// Treatment of times: auto (smooth times that jitter without gaps), keep (as they are), drop-bad (omit rows that do
+    /// not advance), smooth (space rows evenly between gaps) or rate (space all rows by the sample rate)
     #[arg(long, value_parser = word_parser(Times::ALL.map(Times::name), str::parse::<Times>), hide_possible_values = true, help_heading = INPUT)]
     pub times: Option<Times>,
 }

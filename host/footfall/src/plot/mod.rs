@@ -26,8 +26,8 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use recordings::events::{ContactEvent, Events};
-use recordings::samples::{Label, RecordedSample, Recording};
+use replay::events::{ContactEvent, Events};
+use samples::{Label, RecordedSample, Recording};
 use series::{DECISION_TRACK, EVENT_TRACK, EventCollector, LABEL_TRACK, LineKind, Series, Trace};
 
 pub use series::{Collector, Width};
@@ -543,8 +543,8 @@ fn estimate_with(p: f32) -> ContactEstimate {
 mod tests {
     use super::*;
     use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
-    use recordings::events::EventKind;
-    use recordings::input::About;
+    use replay::events::EventKind;
+    use stored::About;
 
     fn picture(samples: u64, load: Option<Load>, label: Option<Label>) -> String {
         let phases = [Phase::Stance, Phase::Slip, Phase::Swing];

@@ -9,10 +9,10 @@ use std::io::{self, Write};
 use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Decision, Phase};
-use recordings::events::{ContactEvent, EventKind};
-use recordings::input::About;
-use recordings::samples::{Label, RecordedSample};
+use replay::events::{ContactEvent, EventKind};
+use samples::{Label, RecordedSample};
 use serde::Serialize;
+use stored::About;
 
 use super::series::{Collector, Line, LineKind, Width};
 use super::time_title;

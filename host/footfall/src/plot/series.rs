@@ -7,8 +7,8 @@
 use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Decision, Load, Phase};
-use recordings::events::{ContactEvent, EventKind};
-use recordings::samples::{Label, RecordedSample};
+use replay::events::{ContactEvent, EventKind};
+use samples::{Label, RecordedSample};
 
 /// Collects the series of one foot; memory depends on the width of the figure only.
 pub struct Collector {

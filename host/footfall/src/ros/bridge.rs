@@ -33,7 +33,7 @@ use feet::feed::FeedEvent;
 use feet::link::Remark;
 use feet::session::SEVERAL_BOARDS;
 use feet::{LiveFoot, Session, Update};
-use recordings::samples::phase_code;
+use samples::phase_code;
 use wire::uart::RawMessage;
 use wire::{Counter, Fault, Faults};
 

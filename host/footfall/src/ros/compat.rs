@@ -135,7 +135,7 @@ pub const WRENCH_FORCE: f64 = 100.0;
 /// Listening time after the first contact after which feet without one are named as absent, µs.
 const ABSENT_US: u64 = 1_000_000;
 
-recordings::named! {
+samples::named! {
     /// Program whose messages are created.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum Compat {

@@ -5,7 +5,7 @@ use std::env;
 use std::fs;
 use std::path::PathBuf;
 
-use recordings::input::bag::Schema;
+use bags::Schema;
 
 /// Largest number of types in the definition of one.
 const MOST_TYPES: usize = 256;

@@ -8,7 +8,7 @@ use std::task::Waker;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use recordings::input::bag::{Replacement, ReplacementError};
+use bags::{Replacement, ReplacementError};
 use rustdds::no_key::{DataWriter, SerializerAdapter};
 use rustdds::{DomainParticipant, QosPolicies, RepresentationIdentifier, TopicKind};
 

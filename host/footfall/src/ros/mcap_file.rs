@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Seek, Write};
 use std::sync::Arc;
 
+use bags::{Channel, MessageTimes, Schema};
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions, Writer};
-use recordings::input::bag::{Channel, MessageTimes, Schema};
 
 use crate::ros::message::Definition;
 use crate::ros::topics::Published;

@@ -6,10 +6,10 @@
 //! fields.
 
 use estimator_core::{Vec3, VelocitySigma};
-use recordings::space::components;
+use samples::space::components;
 use serde::Serialize;
 
-pub use recordings::ros::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
+pub use samples::ros::{Header, Imu, RosContact, Time, TwistWithCovarianceStamped};
 
 /// A message that is published, encoded as its content.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -383,7 +383,7 @@ int32 phase
 ";
 
 /// `unitree_go/msg/LowState` with the types in it.
-const LOW_STATE: &str = include_str!("../../../recordings/src/input/bag/definition/low_state.msg");
+const LOW_STATE: &str = include_str!("../../../bags/src/definition/low_state.msg");
 
 /// Adds the nested messages of fields, each once and followed by those in it.
 fn add_nested(fields: &str, to: &mut Vec<(&'static str, &'static str)>) {
@@ -401,7 +401,7 @@ fn add_nested(fields: &str, to: &mut Vec<(&'static str, &'static str)>) {
 mod tests {
     use super::*;
     use estimator_core::{Flag, Flags, Phase};
-    use recordings::events::EventKind;
+    use replay::events::EventKind;
 
     /// Value of a constant of a definition.
     fn constant(definition: &str, name: &str) -> Option<u8> {
@@ -413,7 +413,7 @@ mod tests {
     fn definition_contains_every_phase_and_flag() {
         for phase in Phase::ALL {
             let name = format!("STATE_{}", phase.name().to_uppercase());
-            let number = recordings::samples::phase_code(phase);
+            let number = samples::phase_code(phase);
             assert_eq!(constant(CONTACT, &name), Some(number), "{name}");
         }
         for flag in Flag::ALL {

@@ -36,7 +36,7 @@ const LAST_REQUESTS: Duration = Duration::from_millis(500);
 /// Time between looks for publishers of the same topics.
 const LOOK_EACH: Duration = Duration::from_secs(1);
 
-recordings::named! {
+samples::named! {
     /// Whether a message lost on the network is sent again, with its name in ROS. Subscribers that request reliable
     /// messages receive no others.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

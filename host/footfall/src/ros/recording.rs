@@ -17,8 +17,8 @@
 use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Load, Timestamp, Validity};
-use recordings::events::ContactEvent;
-use recordings::samples::{Label, RecordedSample, phase_code, validity_name};
+use replay::events::ContactEvent;
+use samples::{Label, RecordedSample, phase_code, validity_name};
 use wire::Faults;
 use wire::pdo::Status;
 

@@ -10,13 +10,13 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::task::{Wake, Waker};
 use std::time::{Duration, Instant};
 
+use bags::Channel;
+use bags::live::{ImuDecoder, LoadDecoder, TopicNames, name_topics};
 use estimator_core::{Load, Timestamp};
 use feet::link::{Remark, now};
 use feet::{Arrival, LinkError, LiveImu, LiveSample, Sending};
 use feet::{Link, link::Arrived};
-use recordings::input::bag::Channel;
-use recordings::input::bag::live::{ImuDecoder, LoadDecoder, TopicNames, name_topics};
-use recordings::input::{LoadTopic, OLDEST_LOAD_US, matches_pattern};
+use options::{LoadTopic, matches_pattern};
 use rustdds::discovery::DiscoveredWriterData;
 use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SimpleDataReader};
 use rustdds::policy::{Durability, History, Reliability};
@@ -24,6 +24,7 @@ use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, QosPolicyBuilder,
     RepresentationIdentifier, Subscriber, TopicKind,
 };
+use stored::OLDEST_LOAD_US;
 
 use crate::error::in_words;
 use crate::ros::definitions;

@@ -2,7 +2,7 @@
 
 use bootloader::image::{Board, Header, Kind, SHORTEST, Sources};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
-use recordings::output::write_recording;
+use tables::output::write_recording;
 
 use super::AXES;
 

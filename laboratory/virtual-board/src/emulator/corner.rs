@@ -4,7 +4,7 @@
 //! the fast corner takes half of the typical time. The same holds for the start of the oscillators. If no maximum is
 //! given, the slow corner takes twice the typical time.
 
-recordings::named! {
+samples::named! {
     /// Speed of the chip's internal operations and oscillators.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Corner {

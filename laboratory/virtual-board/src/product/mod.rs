@@ -22,7 +22,7 @@ pub mod traffic;
 
 use std::convert::Infallible;
 
-use recordings::jobs::{all_cores, run};
+use replay::jobs::{all_cores, run};
 
 /// Calls a function with each item, on all cores. Returns the results in the order of the items.
 pub fn on_all_cores<T: Sync, R: Send>(items: &[T], act: impl Fn(&T) -> R + Sync) -> Vec<R> {

@@ -6,8 +6,9 @@ use estimator_core::Gravity;
 use gait::sensor::{GRAVITY, felt_by};
 use gait::{GaitName, Ground, Plan, Track};
 use lsm6dsox::sim::{Interpolation, Motion, Recording, Stimulus};
-use recordings::input::{Format, InputOptions, Opened};
-use recordings::space::components;
+use options::{Format, InputOptions};
+use recordings::Opened;
+use samples::space::components;
 
 /// The temperature of the sensor, °C.
 pub const TEMPERATURE: f64 = 25.0;

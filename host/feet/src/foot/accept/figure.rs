@@ -60,7 +60,7 @@ pub struct Figure {
     pub detail: String,
 }
 
-recordings::named! {
+samples::named! {
     /// Judgement of a figure, with its name in reports.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Verdict {

@@ -57,7 +57,7 @@ impl AcceptError {
     }
 }
 
-recordings::named! {
+samples::named! {
     /// A step of the acceptance, in the order in which they are done.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum AcceptStep {

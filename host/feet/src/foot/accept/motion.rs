@@ -6,7 +6,7 @@ use std::time::Duration;
 use estimator_core::internals::SENSOR_NOISE;
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Quaternion, Timestamp, Vec3};
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 use wire::{Emergency, Faults};
 
 use crate::decode::ContactRow;

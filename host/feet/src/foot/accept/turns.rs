@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 use super::figure::{self, Figure};
 use super::motion::{FootMotion, Moment, watch};

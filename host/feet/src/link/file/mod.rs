@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use estimator_core::Timestamp;
-use recordings::compressed::decompressed;
+use files::compressed::decompressed;
 use wire::uart::{Decoder, Message};
 
 use super::clock::PlaybackPace;

@@ -9,14 +9,14 @@ use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use ::calibration::robot_file::RobotFile;
 use estimator_core::mounting::Mounting;
 use estimator_core::{Learnt, Vec3};
 use feet::LineSource;
 use feet::foot::accept::{self, Person};
 use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::{Client, calibration};
-use recordings::calibrate::robot_file::RobotFile;
-use recordings::mounting::{MountingReport, RestingUp, settings_of};
+use samples::mounting::{MountingReport, RestingUp, settings_of};
 use serde::{Serialize, Serializer};
 use wire::Foot;
 use wire::node::Calibration;

@@ -8,19 +8,22 @@ use std::fmt::{self, Display};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use ::options::{ContactUse, Correction, Format, InputOptions};
+use calibration::CalibrationError;
+use calibration::learnt::{LearntCalibration, LearntFoot};
+use calibration::robot_file::RobotFile;
+use calibration::sensor::SensorCalibration;
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
+use config::{ConfigError, Resolved};
 use estimator_core::any::AnyParams;
-use recordings::calibrate::CalibrationError;
-use recordings::calibrate::learnt::{LearntCalibration, LearntFoot};
-use recordings::calibrate::robot_file::RobotFile;
-use recordings::calibrate::sensor::SensorCalibration;
-use recordings::config::{ConfigError, Resolved};
-use recordings::input::{ContactUse, Correction, Format, InputError, InputOptions, Loaded, Opened};
-use recordings::mounting::{MountingReport, RestingUp};
-use recordings::plausible::{self, Finding};
-use recordings::summary::{InputReport, LoadThresholds, WithInputs};
+use plausible::{self, Finding};
+use recordings::Opened;
+use replay::summary::{InputReport, LoadThresholds, WithInputs};
+use samples::mounting::{MountingReport, RestingUp};
 use serde::Serialize;
+use stored::Loaded;
+use stored::error::InputError;
 use wire::NodeId;
 
 use super::options::{

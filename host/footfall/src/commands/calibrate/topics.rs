@@ -8,8 +8,9 @@ use estimator_core::{Flag, Flags, Gravity, Load};
 use feet::feed::FeedEvent;
 use feet::link::Remark;
 use feet::{Arrival, Playback};
-use recordings::input::{ContactUse, Format, Loaded, Repairs};
-use recordings::samples::{RecordedSample, Recording};
+use options::{ContactUse, Format};
+use samples::{RecordedSample, Recording};
+use stored::{Loaded, Repairs};
 
 use super::{CalibrateArguments, Input};
 use crate::commands::foot::check_interruption;

@@ -9,16 +9,16 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use ::calibration::robot_file::RobotFile;
 use bootloader::image::Refusal;
 use clap::{Args, Subcommand};
+use config::{ConfigFile, Resolved};
 use feet::decode::live::LiveDecoder;
 use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, SettingValues};
 use feet::foot::update::programs;
 use feet::foot::{Client, Named, RequestError, calibration, scan};
 use feet::{LineSource, Link, usb};
-use recordings::calibrate::robot_file::RobotFile;
-use recordings::config::{ConfigFile, Resolved};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;

@@ -19,13 +19,13 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use config::{Resolved, parse_seconds, parse_window};
 use estimator_core::half_widths::WindowLength;
-use recordings::config::{Resolved, parse_seconds, parse_window};
-use recordings::events::HEADER;
-use recordings::jobs;
-use recordings::output::RowNames;
-use recordings::replay::{Span, write_tables};
-use recordings::summary::Summaries;
+use replay::events::HEADER;
+use replay::jobs;
+use replay::summary::Summaries;
+use replay::{Span, write_tables};
+use tables::output::RowNames;
 
 use self::bag_copy::CopyArguments;
 #[cfg(feature = "bags")]

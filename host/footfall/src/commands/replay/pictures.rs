@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use estimator_core::ContactEstimate;
-use recordings::events::ContactEvent;
-use recordings::input::About;
-use recordings::replay::Span;
-use recordings::samples::RecordedSample;
+use replay::Span;
+use replay::events::ContactEvent;
+use samples::RecordedSample;
+use stored::About;
 
 use crate::files::{Drawing, Existing, OutputError, path_of_foot, unused_path, write_file};
 use crate::plot::page::{self, PageFoot};

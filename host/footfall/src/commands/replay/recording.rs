@@ -4,17 +4,19 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use ::options::hint::Notice;
+use ::options::{ContactUse, Content, Format, without_effect};
+use config::{GRAVITIES, word_of};
 use estimator_core::ContactEstimate;
 use estimator_core::any::AnyParams;
 use indicatif::ProgressBar;
-use recordings::config::{GRAVITIES, word_of};
-use recordings::events::ContactEvent;
-use recordings::hint::Notice;
-use recordings::input::{About, ContactUse, Content, Format, Opened, Stored, without_effect};
-use recordings::jobs;
-use recordings::replay::{Layout, Observer, ReplayError, Replayed, RequestedResults, replay};
-use recordings::samples::RecordedSample;
-use recordings::summary::{Estimation, InputReport, ParametersReport, Summary};
+use recordings::Opened;
+use replay::events::ContactEvent;
+use replay::jobs;
+use replay::summary::{Estimation, InputReport, ParametersReport, Summary};
+use replay::{Layout, Observer, ReplayError, Replayed, RequestedResults, replay};
+use samples::RecordedSample;
+use stored::{About, Stored};
 
 use super::bag_copy::CopiedFoot;
 use super::pictures::Picture;

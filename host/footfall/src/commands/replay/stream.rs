@@ -8,14 +8,15 @@ use std::path::Path;
 
 use estimator_core::any::AnyParams;
 use estimator_core::{Gravity, Timestamp};
-use recordings::estimate::Estimator;
-use recordings::input::{
-    ContactUse, Correction, InputError, InputOptions, Opened, Place, Problem, StreamedSample,
-    TimesSoFar,
-};
-use recordings::output::{HEADER, RowNames, write_row};
-use recordings::plausible::Check;
-use recordings::samples::{RecordedSample, steady_time};
+use options::{ContactUse, Correction, InputOptions};
+use plausible::Check;
+use recordings::Opened;
+use samples::estimate::Estimator;
+use samples::{RecordedSample, steady_time};
+use stored::StreamedSample;
+use stored::error::{InputError, Place, Problem};
+use stored::rate::TimesSoFar;
+use tables::output::{HEADER, RowNames, write_row};
 
 use super::{Output, Replay};
 use crate::commands::options::with_mounting;
@@ -227,7 +228,7 @@ impl RowStream<'_> {
         let rate = self.running.as_ref().map(|running| running.rate);
         let preset = self.replay.resolved.preset;
         let notice = rate.and_then(|rate| {
-            preset.window_notice(recordings::input::Format::Csv, &self.params, STANDARD, rate)
+            preset.window_notice(options::Format::Csv, &self.params, STANDARD, rate)
         });
         notice.iter().map(in_words).for_each(warn);
         Ok(())

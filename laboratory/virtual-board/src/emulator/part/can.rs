@@ -698,7 +698,8 @@ impl Can {
             peer.map(|frame| (frame, Sender::Peer)),
             flood.map(|frame| (frame, Sender::Flood)),
         ];
-        let Some((frame, sender)) = rivals.into_iter().flatten().min_by_key(|(frame, _)| frame.rank())
+        let Some((frame, sender)) =
+            rivals.into_iter().flatten().min_by_key(|(frame, _)| frame.rank())
         else {
             return;
         };

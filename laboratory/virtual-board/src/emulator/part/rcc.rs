@@ -4,7 +4,7 @@ use super::unknown;
 use crate::emulator::corner::Corner;
 use crate::emulator::time::{self, from_us};
 
-recordings::named! {
+samples::named! {
     /// Cause of a reset.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum ResetCause {

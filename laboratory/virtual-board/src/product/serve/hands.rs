@@ -1,7 +1,7 @@
 //! A person's hands, which turn a foot to one of its sides and tap its sole.
 
 use lsm6dsox::sim::Stimulus;
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 /// Hands around a foot. Without a command they leave it as it is.
 #[derive(Clone, Debug)]

@@ -7,14 +7,12 @@ use std::io::{self, Write};
 use std::iter::Peekable;
 use std::path::PathBuf;
 
+use bags::{Channel, CopyError, MessageTimes, Replacement, ReplacementError, copy_merged};
 use estimator_core::{ContactEstimate, Load, Timestamp};
 use mcap::write::NoSeek;
-use recordings::estimate::Estimator;
-use recordings::events::ContactEvent;
-use recordings::input::About;
-use recordings::input::bag::{
-    Channel, CopyError, MessageTimes, Replacement, ReplacementError, copy_merged,
-};
+use replay::events::ContactEvent;
+use samples::estimate::Estimator;
+use stored::About;
 
 use super::{CopiedFoot, CopyArguments};
 use crate::error::{Error, NoForcesCause};
@@ -426,8 +424,9 @@ mod tests {
     use std::fmt::Write as _;
 
     use estimator_core::any::AnyParams;
-    use recordings::input::{InputOptions, Opened};
-    use recordings::replay::Span;
+    use options::InputOptions;
+    use recordings::Opened;
+    use replay::Span;
 
     use super::*;
 

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use estimator_core::any::AnyParams;
-use recordings::events::ContactEvent;
-use recordings::input::Stored;
-use recordings::replay::Span;
+use replay::Span;
+use replay::events::ContactEvent;
+use stored::Stored;
 
 use super::Output;
 use crate::commands::options::{OUTPUT, compat_parser, parse_force};
