@@ -1,7 +1,7 @@
 //! Cost of the estimator and of its parts on a simulated walk.
 //!
 //! Without arguments: a table of throughputs, the fastest of several passes. With `--once NAME`: one pass of this case, for
-//! `host-tests/tests/instructions.rs`, which has valgrind count the instructions of [`pass`] alone.
+//! `laboratory/measurements/tests/instructions.rs`, which has valgrind count the instructions of [`pass`] alone.
 
 mod walk;
 

@@ -22,7 +22,7 @@ fn check(name: &str, expected: &str) {
     let committed = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         committed == expected,
-        "{name} is out of date: run FOOTFALL_UPDATE=1 cargo test -p footfall-wire --test files"
+        "{name} is out of date: run FOOTFALL_UPDATE=1 cargo test -p footfall-wire files::"
     );
 }
 

@@ -640,7 +640,7 @@ pub fn refuse_older() -> Result<()> {
     let older = older()?;
     if !older.is_empty() {
         bail!(
-            "measured on other programs:\n  {}\n`.ci/test` and `.ci/full` with FOOTFALL_UPDATE=1 in the environment measure them again",
+            "measured on other programs:\n  {}\n`.ci/run` and `.ci/full` with FOOTFALL_UPDATE=1 in the environment measure them again",
             older.join("\n  ")
         );
     }

@@ -11,7 +11,7 @@
 //!
 //! To add a number of the estimator, give it a row in [`estimator_core::parameter`] and an entry with
 //! `Entry::parameter` in `configuration`. To add another setting, give it an entry with `Entry::setting`, and
-//! read it in [`settings`](crate::settings). `FOOTFALL_UPDATE=1 cargo test -p footfall-wire --test files` writes
+//! read it in [`settings`](crate::settings). `FOOTFALL_UPDATE=1 cargo test -p footfall-wire files::` writes
 //! the files.
 
 mod communication;
