@@ -1,7 +1,8 @@
 """Searches the constants of the default estimate, without each robot in turn.
 
-`python -m research.choose [evaluations]`, in the folder `laboratory`. Printed for each robot: its RMSE with constants that
-were chosen on all others. A robot is one family, whatever the folder; several of its recordings count as one.
+`python -m research.choose [robot …]`, in the folder `laboratory`, writes `results/without-robot.json`: the RMSE of
+each robot with constants that were chosen on all others, and the scores of such constants on the sets of the means.
+A robot is one family, whatever the folder; several of its recordings count as one.
 """
 
 from __future__ import annotations
@@ -16,7 +17,10 @@ import numpy as np
 from footfall import _footfall
 
 from .resample import resample
-from .sets import Labelled, load
+from .results import Result, write
+from .score import Answers, Figures
+from .sets import AVERAGED, POOLS, Labelled, load
+from .sets import ROBOTS as REAL
 
 ROBOTS = {
     "ATLAS": ["ground", "3 steps", "slip", "ATLAS 7k", "ATLAS 500 Hz"],
@@ -108,16 +112,62 @@ def search(judged: list[Judged], evaluations: int) -> list[tuple[str, float]]:
     return constants(list(best))
 
 
-def main(evaluations: int = EVALUATIONS) -> None:
+def answers(judged: list[Judged], sets: list[str], changed: list[tuple[str, float]]) -> list[Answers]:
+    """Of recordings as they are."""
+    found = []
+    for file in (one.file for one in judged if one.set in sets):
+        recording = file.recording
+        p = _footfall.p_stable(recording.acc, recording.gyr, recording.rate, recording.gravity == "removed", changed)
+        found.append(Answers.of(file.label, p.astype(np.float64)))
+    return found
+
+
+def scores(judged: list[Judged], chosen: dict[str, list[tuple[str, float]]]) -> dict[str, float | None]:
+    """Means over sets, each with the constants that its robot had no part in; none where a robot is missing."""
+
+    def of(sets: list[str]) -> list[Answers] | None:
+        robots = [robot for name in sets for robot, names in ROBOTS.items() if name in names]
+        if not set(robots) <= chosen.keys():
+            return None
+        return [one for robot, name in zip(robots, sets, strict=True) for one in answers(judged, [name], chosen[robot])]
+
+    def mean(sets: list[str], figure: str, decimals: int) -> float | None:
+        found = [of([name]) for name in sets]
+        known = [Figures.of(one) for one in found if one is not None]
+        return round(getattr(Figures.mean(known), figure), decimals) if len(known) == len(sets) else None
+
+    def pooled(sets: list[str]) -> float | None:
+        found = of(sets)
+        return None if found is None else round(Figures.of(found).rmse, 4)
+
+    return {
+        "rmse": mean(AVERAGED, "rmse", 4),
+        "roc_auc": mean(AVERAGED, "roc_auc", 3),
+        "calibration_error": mean(AVERAGED, "calibration_error", 3),
+        "f1": mean(AVERAGED, "f1", 3),
+        "false_stable": mean(AVERAGED, "false_stable", 3),
+        "robots_rmse": mean(REAL, "rmse", 4),
+        "robots_roc_auc": mean(REAL, "roc_auc", 3),
+        "atlas_rmse": pooled(POOLS["ATLAS"]),
+        "lcd_rmse": pooled(POOLS["LCD"]),
+    }
+
+
+def main(robots: list[str]) -> None:
     judged = recordings()
     default = by_robot(judged, [])
-    print("robot       default   lost   without it   lost")
-    for robot, (rmse, lost) in default.items():
-        others = [one for one in judged if one.robot != robot]
-        found = search(others, evaluations)
-        alone = by_robot([one for one in judged if one.robot == robot], found)
-        print(f"{robot:10}  {rmse:.4f}  {lost:6.3f}   {alone[robot][0]:.4f}   {alone[robot][1]:8.3f}", flush=True)
+    chosen, rows = {}, []
+    for robot in robots or list(ROBOTS):
+        rmse, lost = default[robot]
+        chosen[robot] = search([one for one in judged if one.robot != robot], EVALUATIONS)
+        alone, lost_alone = by_robot([one for one in judged if one.robot == robot], chosen[robot])[robot]
+        row = {"rmse": rmse, "lost": lost, "without_rmse": alone, "without_lost": lost_alone}
+        rows.append({"robot": robot} | {key: round(value, 3) for key, value in row.items()})
+        print(rows[-1], flush=True)
+    what = f"RMSE and lost stances of robots with constants chosen on all others, by {EVALUATIONS} trials each."
+    command = " ".join(["python -m research.choose", *robots])
+    write([Result("without-robot", what, command, values=scores(judged, chosen), rows=rows)])
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(sys.argv[1:])

@@ -2,7 +2,8 @@
 
 With --check, compares them.
 
-`python -m research.evaluate [--check]`, in the folder `laboratory`. A figure beyond its bound is an error in both cases.
+`python -m research.evaluate [--check]`, in the folder `laboratory`. A figure beyond its bound is an error in both
+cases.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from typing import Any
 
 import footfall
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
 from . import attitude, bounds, methods, odometry
-from .methods import AUTHORS, DEFAULT, FUZZY, OTHERS, PAPER, RATES, SHOE, TRIGGER
+from .delays import Stances
+from .methods import AUTHORS, DEFAULT, FUZZY, HMM, OTHERS, PAPER, RATES, SHOE, TRIGGER
 from .results import Result, write
-from .score import Answers, Figures, bins
+from .score import Answers, Figures, bins, shares
 from .sets import AVERAGED, DATASETS, POOLS, ROBOTS, ROOT, SETS, Labelled, load
 
 BY_SET = {
@@ -29,6 +32,7 @@ BY_SET = {
     "authors' script": AUTHORS,
     "SHOE": SHOE,
     "SHOE, tuned on others": f"SHOE / GLRT, {OTHERS}",
+    "hidden Markov model": HMM,
     "force threshold": f"force threshold, {OTHERS}",
     "force trigger": TRIGGER,
     "fuzzy c-means": FUZZY,
@@ -127,6 +131,41 @@ def of_slips(evaluation: Evaluation) -> Result:
     return Result("false-slips", what, COMMAND, rows=[row(name) for name in ("shoe", "TALOS", "real NAO", "GO1")])
 
 
+DELAYS = ("TALOS", "real NAO", "GO1", "pushed NAO", "shoe", "demo")
+"""Sets whose labels begin and end with a contact. On ATLAS and LCD a stance ends when the foot slips."""
+
+
+def of_delays(evaluation: Evaluation) -> Result:
+    """Delays after changes of the label."""
+
+    def row(name: str, sets: Sequence[str]) -> dict[str, Any]:
+        stances, seconds, rates = Stances(), 0.0, []
+        for file in evaluation.files:
+            if file.set in sets:
+                recording = file.recording
+                result = footfall.estimate(recording.acc, recording.gyr, recording.t, gravity=recording.gravity)
+                p = result.p_stable.astype(np.float64)
+                stances.add(file.label == 1, p, result.decision, recording.rate)
+                seconds += float(recording.t[-1] - recording.t[0])
+                rates.append(recording.rate)
+        of_rates = {"least_rate_hz": round(min(rates), 1), "largest_rate_hz": round(max(rates), 1)}
+        return {"set": name, "duration_s": round(seconds), **of_rates, **stances.figures()}
+
+    rows = [row(name, [name]) for name in DELAYS] + [row("real robots", ROBOTS)]
+    what = "Delays from touch-down and lift-off by the label, and stances that are never reported stable."
+    return Result("delays", what, COMMAND, rows=rows)
+
+
+def of_reliability(evaluation: Evaluation) -> Result:
+    """How often a foot is labelled stable, by P."""
+    rows = []
+    for name, sets in {**POOLS, "real robots": ROBOTS}.items():
+        answers = Answers.together(evaluation.answers(DEFAULT, sets) or [])
+        rows.append({"sets": name} | shares(answers))
+    what = "Share of the samples that are labelled stable, in ten ranges of P, and their share of all samples."
+    return Result("reliability", what, COMMAND, rows=rows)
+
+
 def of_odometry(result: odometry.Odometry) -> Result:
     rows = [
         {"measurement": name, "mean_error_m": round(mean, 3), "largest_error_m": round(largest, 3), "nis": round(nis, 1)}
@@ -178,11 +217,14 @@ def of_peers(result: attitude.Attitude) -> Result:
 def reliability(evaluation: Evaluation) -> str:
     """How often P comes true: the share of stable samples over the probability, in bins."""
     mpl.rcParams |= {"svg.hashsalt": "footfall", "svg.fonttype": "none", "font.size": 11}
-    figure = Figure(figsize=(11, 5.5), layout="constrained")
-    for axes, (name, sets) in zip(figure.subplots(1, 2), POOLS.items(), strict=True):
+    figure = Figure(figsize=(15, 5.5), layout="constrained")
+    for axes, (name, sets) in zip(figure.subplots(1, 3), (POOLS | {"real robots": ROBOTS}).items(), strict=True):
         axes.plot([0, 1], [0, 1], color="black", linewidth=0.8)
         for method, colour in zip((DEFAULT, PAPER, FUZZY), COLOURS, strict=True):
-            answers = evaluation.answers(method, sets) or []
+            answers = evaluation.answers(method, sets)
+            if answers is None:
+                # The method needs a force.
+                continue
             of = Answers.together(answers)
             probability, stable, samples = bins(of.label, of.p)
             label = f"{method}: {Figures.of(answers).calibration_error:.3f}"
@@ -204,6 +246,8 @@ def results(evaluation: Evaluation, of_shoe: odometry.Odometry, up: attitude.Att
         of_sets(evaluation, "rmse-by-set", by_set, BY_SET),
         of_sets(evaluation, "rmse-by-rate", by_rate, BY_RATE),
         of_slips(evaluation),
+        of_delays(evaluation),
+        of_reliability(evaluation),
         of_odometry(of_shoe),
         of_attitude(up),
         of_peers(up),

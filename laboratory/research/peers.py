@@ -190,10 +190,13 @@ HMM_FLOOR = 0.17
 
 
 def hidden_markov(learnt_on: Labelled, file: Labelled) -> Array:
-    """Probability of the quieter of two hidden states, given the samples so far.
+    """Probability of the quieter of two hidden states, given the samples so far."""
+    return quiet_state(two_states(learnt_on), file)
 
-    Each state has a normal distribution of the logarithm of the amplitude. The distributions and the odds of a change
-    are learnt without labels, by expectation maximisation."""
+
+def two_states(learnt_on: Labelled) -> GaussianHMM:
+    """A quiet and a loud state, each with a normal distribution of the logarithm of the amplitude. The distributions and
+    the odds of a change are learnt without labels, by expectation maximisation."""
     amplitudes = log_amplitude(learnt_on)
     quiet, loud = np.quantile(amplitudes, [0.25, 0.75])
     model = GaussianHMM(2, "diag", init_params="", n_iter=30, random_state=1)
@@ -201,7 +204,11 @@ def hidden_markov(learnt_on: Labelled, file: Labelled) -> Array:
     model.transmat_ = np.array([[0.99, 0.01], [0.01, 0.99]])
     model.means_ = np.array([[quiet], [loud]])
     model.covars_ = np.full((2, 1), max(0.25 * (loud - quiet) ** 2, 0.01))
-    model.fit(amplitudes[:, None])
+    return model.fit(amplitudes[:, None])
+
+
+def quiet_state(model: GaussianHMM, file: Labelled) -> Array:
+    """Probability of the quieter state, given the samples so far."""
     means, variances = model.means_[:, 0], model.covars_[:, 0, 0]
     u = log_amplitude(file)[:, None]
     likelihoods = np.exp(-0.5 * (u - means) ** 2 / variances) / np.sqrt(variances)

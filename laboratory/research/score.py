@@ -76,3 +76,13 @@ def bins(label: npt.NDArray[np.int8], p: Array) -> tuple[Array, Array, npt.NDArr
     filled = samples > 0
     probability, stable = (np.bincount(place, of, minlength=BINS)[filled] / samples[filled] for of in (p, label))
     return probability, stable, samples[filled]
+
+
+def shares(of: Answers) -> dict[str, list[float | None]]:
+    """Share of stable samples in each of ten ranges of P, none where there are no samples, and share of all samples."""
+    place = np.minimum((of.p * BINS).astype(np.int64), BINS - 1)
+    samples, stable = np.bincount(place, minlength=BINS), np.bincount(place, of.label, minlength=BINS)
+    return {
+        "stable": [round(float(a / b), 2) if b else None for a, b in zip(stable, samples, strict=True)],
+        "samples": [round(float(b / len(place)), 3) for b in samples],
+    }

@@ -478,6 +478,16 @@ impl<'a> Figures<'a> {
         texts.with_context(|| format!("{} has no texts `{key}`", self.place))
     }
 
+    /// A list of numbers, each of which may be null.
+    ///
+    /// # Errors
+    /// There is none under this key.
+    pub fn numbers(&self, key: &str) -> Result<Vec<Option<f64>>> {
+        let numbers = self.json[key].as_array();
+        let numbers = numbers.with_context(|| format!("{} has no numbers `{key}`", self.place))?;
+        Ok(numbers.iter().map(Value::as_f64).collect())
+    }
+
     /// Figures below this key.
     ///
     /// # Errors
