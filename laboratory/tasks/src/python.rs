@@ -94,10 +94,12 @@ pub fn research() -> Result<()> {
     }
     let environment = Environment::create("research")?;
     environment.install(["./python", "--requirement", "laboratory/research/requirements.txt"])?;
+    environment.install(["--no-deps", "--requirement", "laboratory/research/bench/robots.txt"])?;
     for arguments in [
         &["-m", "mypy", "--strict", "--ignore-missing-imports", "research"][..],
         &["-m", "pytest", "--quiet", "research"],
         &["-m", "research.evaluate", "--check"],
+        &["-m", "research.bench", "--check"],
     ] {
         environment.python().at(&root().join("laboratory")).with(arguments).run()?;
     }
