@@ -63,7 +63,7 @@ constants! {
     /// Height of the edge of stillness, as a part of the way from stillness to motion:
     /// edge = still + part · (moving − still), all of them logarithms.
     ///
-    /// A lower edge loses stances, a higher one misses slips. Default: 0.66; with 0.6 stances of a GO1 are lost, with
+    /// The edge of the turn lies at the same part of its way. A lower edge loses stances, a higher one misses slips. Default: 0.66; with 0.6 stances of a GO1 are lost, with
     /// 0.68 slips are missed.
     part_of_the_way = 0.66, 0.0 to 1.0;
     /// Standard deviation h of the kernel, of the logarithm of the amplitude: mass = Φ((edge − u)/h).
@@ -100,12 +100,6 @@ constants! {
     /// Turns below it look the same. It lies above the bias of a gyroscope that has not rested yet (0.02). Default:
     /// 0.05.
     turn_noise = 0.05, 0.001 to 10.0;
-    /// Rate of turn in stances before any is observed, rad/s. Default: 0.3.
-    turn_still = 0.3, 0.001 to 100.0;
-    /// Rate of turn in swings before any is observed, rad/s. Default: 2.0.
-    turn_moving = 2.0, 0.001 to 100.0;
-    /// Height of the edge of the turn, as a part of the way from that of stances to that of swings. Default: 0.66.
-    turn_part = 0.66, 0.0 to 1.0;
     /// Weight of the turn relative to the acceleration, if both separate stances from swings equally well.
     ///
     /// With 0 only the acceleration decides. Default: 1.5; `docs/design/parts.md` has its gain and its cost.

@@ -61,6 +61,9 @@ impl ContactEstimator {
         if !self.model.is_full() {
             reading.flags = reading.flags.with(Flag::WindowNotFull);
         }
+        if self.model.stands() {
+            self.pipeline.learn_offset(&reading, probabilities.stable);
+        }
         self.pipeline.conclude(&reading, probabilities, load)
     }
 
@@ -213,14 +216,49 @@ mod tests {
         assert!(proven.is_some_and(|ms| (rest - 1..rest + 150).contains(&ms)), "{proven:?}");
     }
 
-    /// A foot that moves up and down for 100 ms each, by `force` m/s².
-    fn shaken(ms: u64, force: f32) -> ImuSample {
-        let z = if (ms / 100).is_multiple_of(2) { force } else { -force };
+    /// A foot that moves up and down for `half` ms each, by `force` m/s².
+    fn shaken(ms: u64, half: u64, force: f32) -> ImuSample {
+        let z = if (ms / half).is_multiple_of(2) { force } else { -force };
         ImuSample { specific_force: SpecificForce(Vec3::new(0.0, 0.0, z)), ..at_rest(ms * 1000) }
     }
 
     /// Too little for a swing, and too much for rest.
     const SWAY: f32 = 0.5;
+
+    /// Half a period in which a foot that sways rises by 6 cm, ms.
+    const SLOW: u64 = 500;
+
+    #[test]
+    fn foot_that_trembles_after_a_rest_still_stands() {
+        let mut estimator = rested(GRAVITY_FREE, 600);
+        for ms in 600..20_000 {
+            // It rises by 1 mm.
+            let estimate = estimator.update(&shaken(ms, 50, SWAY), None);
+            assert_eq!(estimate.decision, Decision::Stable, "{estimate:?}");
+        }
+    }
+
+    #[test]
+    fn foot_that_turns_after_a_rest_still_stands() {
+        let mut estimator = rested(GRAVITY_FREE, 600);
+        for ms in 600..20_000_u64 {
+            // A shank that leans to and fro over its foot never rests.
+            let rate = if (ms / 1_000).is_multiple_of(2) { 0.2 } else { -0.2 };
+            let angular_rate = AngularRate(Vec3::new(0.0, rate, 0.0));
+            let estimate =
+                estimator.update(&ImuSample { angular_rate, ..at_rest(ms * 1000) }, None);
+            assert_eq!(estimate.decision, Decision::Stable, "{estimate:?}");
+        }
+    }
+
+    #[test]
+    fn foot_that_turns_after_a_gap_is_not_proven_to_stand() {
+        let mut estimator = rested(GRAVITY_FREE, 600);
+        let angular_rate = AngularRate(Vec3::new(0.0, 0.2, 0.0));
+        let last = (700..4_000)
+            .map(|ms| estimator.update(&ImuSample { angular_rate, ..at_rest(ms * 1000) }, None));
+        assert!(last.last().is_some_and(|last| last.flags.contains(Flag::Unproven)));
+    }
 
     #[test]
     fn foot_that_hangs_after_a_rest_is_unproven_again() {
@@ -233,7 +271,7 @@ mod tests {
                     2_390..2_430 => Validity::Invalid,
                     _ => Validity::Valid,
                 };
-                let sample = ImuSample { validity, ..shaken(ms, SWAY) };
+                let sample = ImuSample { validity, ..shaken(ms, SLOW, SWAY) };
                 let estimate = estimator.update(&sample, None);
                 let p = estimate.probabilities.stable;
                 assert!(p <= 0.5 || !estimate.flags.contains(Flag::Unproven), "{estimate:?}");
@@ -260,9 +298,10 @@ mod tests {
     #[test]
     fn moving_foot_without_evidence_is_not_unproven() {
         let mut estimator = rested(GRAVITY_FREE, 600);
-        for ms in 600..10_000 {
-            let force = if ms < 3_000 { SWAY } else { 20.0 };
-            let estimate = estimator.update(&shaken(ms, force), Some(Load(100.0)));
+        // Later it has forgotten its stand.
+        for ms in 600..9_000 {
+            let (half, force) = if ms < 3_000 { (SLOW, SWAY) } else { (100, 20.0) };
+            let estimate = estimator.update(&shaken(ms, half, force), Some(Load(100.0)));
             if ms == 2_999 {
                 assert!(estimate.flags.contains(Flag::Unproven), "{estimate:?}");
                 assert_eq!(estimate.phase, Phase::Unknown);

@@ -63,6 +63,7 @@
 //! | six numbers in SI units, with their time and quality | `sample.rs` |
 //! | the whole estimator behind one `update` | `contact.rs` |
 //! | before stillness and after it: time, gravity, decision | `pipeline.rs` |
+//! | offset of the accelerometer, learnt in stances | `offset.rs` |
 //! | orientation, for the removal of gravity | `attitude.rs` |
 //! | rest detection: how still the IMU is, for the three steps that ask | `rest.rs` |
 //! | gyroscope bias, learnt at rest | `gyro_bias.rs` |
@@ -117,6 +118,7 @@ mod kde;
 mod learnt;
 mod math;
 pub mod mounting;
+mod offset;
 pub mod parameter;
 pub mod params;
 mod phase;

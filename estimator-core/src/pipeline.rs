@@ -5,9 +5,12 @@ use crate::attitude::{Alignment, AttitudeFilter};
 use crate::config::Config;
 use crate::estimate::{ContactEstimate, Probabilities};
 use crate::flags::{Flag, Flags};
+use crate::offset::ForceOffset;
 use crate::phase::{Load, PhaseTracker};
 use crate::roll::Roll;
-use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
+use crate::sample::{
+    AngularRate, ImuSample, LinearAcceleration, SpecificForce, Timestamp, Validity,
+};
 use crate::stream::{Gravity, Stream};
 use crate::vector::Vec3;
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
@@ -20,6 +23,7 @@ pub(crate) struct Pipeline {
     period_us: u64,
     /// Least time between two samples with one missing between them, µs.
     gap_us: u64,
+    force_offset: ForceOffset,
     pub(crate) attitude: AttitudeFilter,
     roll: Roll,
     phase: PhaseTracker,
@@ -70,6 +74,7 @@ impl Pipeline {
             gravity: stream.gravity(),
             period_us,
             gap_us: 2 * period_us - period_us / 4,
+            force_offset: ForceOffset::NONE,
             attitude: AttitudeFilter::new(config.attitude(stream)),
             roll: config.roll(stream),
             phase: PhaseTracker::new(config.phase()),
@@ -97,7 +102,8 @@ impl Pipeline {
         if missing > 0 {
             flags = flags.with(Flag::TimeGap);
         }
-        let measured = self.measured_motion(&ImuSample { validity, ..*sample });
+        let specific_force = SpecificForce(self.force_offset.removed_from(sample.specific_force.0));
+        let measured = self.measured_motion(&ImuSample { validity, specific_force, ..*sample });
         let motion = match (measured, validity) {
             (Some((acceleration, rate)), Validity::Valid) => Motion::Known(acceleration, rate),
             _ if self.alignment() == Alignment::Searching => {
@@ -107,6 +113,17 @@ impl Pipeline {
             _ => Motion::Unreliable,
         };
         Reading { timestamp: sample.timestamp, missing, motion, measured, flags }
+    }
+
+    /// Learns the offset of the accelerometer from a sample with this probability of stable contact. If gravity was
+    /// removed from the samples, there is nothing to learn.
+    pub(crate) fn learn_offset(&mut self, reading: &Reading, stable: f32) {
+        if let (Gravity::Included, Motion::Known(acceleration, _)) = (self.gravity, reading.motion)
+            && !reading.flags.are_doubt()
+        {
+            let seconds = self.period_us as f32 * 1.0e-6;
+            self.force_offset.learn(acceleration.0, seconds, stable);
+        }
     }
 
     /// Decides on a sample with these probabilities.

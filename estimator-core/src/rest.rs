@@ -191,6 +191,9 @@ impl LongRest {
     /// speed in that time. It is below the least after a free fall of 0.9 s.
     const MEAN: RangeInclusive<f32> = 1.5..=60.0;
 
+    /// Largest mean rate of a sensor that does not turn, rad/s: the zero-rate level of most gyroscopes.
+    const LARGEST_ZERO_RATE: f32 = 6.0 * DEGREE;
+
     /// Distance of a force from the short mean that contradicts it, m/s².
     const CONTRADICTING: f32 = 0.5 * STANDARD_GRAVITY;
 
@@ -256,6 +259,15 @@ impl LongRest {
         let sway = self.mean_force - self.first_force;
         // The mean has to settle first.
         self.still >= Self::LONG_MEAN && sway.dot(sway) > LARGEST_SWAY * LARGEST_SWAY
+    }
+
+    /// Mean force, m/s², of a sensor that has been still since its first sample and does not turn, and the duration of
+    /// that stillness, s; `None` once it has moved.
+    pub(crate) fn force_from_the_start(&self) -> Option<(Vec3, f32)> {
+        let rate = self.mean_rate;
+        let is_still =
+            !self.has_moved && rate.dot(rate) < Self::LARGEST_ZERO_RATE * Self::LARGEST_ZERO_RATE;
+        is_still.then_some((self.mean_force, self.still))
     }
 
     /// Returns whether a force shows that the first samples were wrong, as a stale reading or an impact is.
@@ -438,6 +450,11 @@ impl BriefRest {
     pub fn is_accelerated(&self, constants: &Constants) -> bool {
         let (mean, limit) = (self.acceleration.newest, constants.rest_acceleration);
         mean.dot(mean) >= limit * limit
+    }
+
+    /// Returns whether the foot rises or sinks: along `up`, its mean acceleration over a stance is too large for rest.
+    pub fn rises(&self, constants: &Constants, up: Vec3) -> bool {
+        self.acceleration.usual.dot(up).abs() > constants.rest_acceleration
     }
 
     /// Subtracts a time in s without rest, or without a reliable sample. A gap of 30 ms each second must not end all

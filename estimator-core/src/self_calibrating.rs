@@ -49,6 +49,10 @@ const STILL: f32 = 0.5;
 /// Factor of the probability without evidence: the foot may stand or hang.
 const UNPROVEN: f32 = 0.5;
 
+/// Share with which a stance counts in the classes before any landing. A robot that stands with its motors holding is
+/// quieter than in any stance of its walk.
+const BEFORE_LANDING: f32 = 0.5;
+
 /// Number of masses of the acceleration: of the whole, across up, along up, and along the three axes.
 const PARTS: usize = 6;
 
@@ -96,8 +100,6 @@ pub(crate) struct SelfCalibrating {
     period: f32,
     /// Share of the newest mass in its mean.
     newest_share: f32,
-    /// 1/(h√2) for the kernel's bandwidth h.
-    inverse_scale: f32,
     /// Length of a window, samples.
     window: u32,
     /// Samples so far, up to a window.
@@ -135,11 +137,10 @@ impl SelfCalibrating {
             learning,
             period,
             newest_share,
-            inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / constants.bandwidth,
             window: rounded(constants.window * sample_rate).max(1),
             filled: 0,
             classes: Classes::new(&constants, &learnt),
-            turns: Turns::new(&constants),
+            turns: Turns::new(),
             slide: Slide::new(&constants, period, &learnt),
             evidence: Evidence::new(&constants, period),
             bridged: 0.0,
@@ -166,6 +167,11 @@ impl SelfCalibrating {
     /// Returns whether the lack of evidence alone keeps the probability at or below a threshold.
     pub fn is_unproven(&self, threshold: f32) -> bool {
         !self.evidence.is_given && self.probabilities.stable > threshold * UNPROVEN
+    }
+
+    /// Returns whether the foot has stood since the last evidence that it stands.
+    pub const fn stands(&self) -> bool {
+        self.evidence.stands
     }
 
     /// Returns whether the means cover a whole window.
@@ -203,8 +209,9 @@ impl SelfCalibrating {
             a.z * a.z,
         ];
         let logarithms = parts.map(|part| self.amplitude(part));
+        let inverse_scale = self.inverse_scale();
         for (mean, u) in self.masses.iter_mut().zip(logarithms) {
-            *mean += (mass(edge, u, self.inverse_scale) - *mean) * share;
+            *mean += (mass(edge, u, inverse_scale) - *mean) * share;
         }
         let [logarithm, ..] = logarithms;
         let [whole, ..] = self.masses;
@@ -219,7 +226,7 @@ impl SelfCalibrating {
         // An estimated up may be wrong by a tilt that leaves an acceleration as large as the noise.
         let tilt = if correction.is_some() { self.constants.noise } else { 0.0 };
         let level = a - direction * upright;
-        let no_slide = self.slide.push(&self.constants, level, w.length(), moving, tilt);
+        let no_slide = self.slide.push(&self.constants, self.period, level, w, moving, tilt);
         let still = self.stillness * no_slide;
         let samples = 1.0 + core::mem::take(&mut self.bridged);
         self.evidence.push(
@@ -227,7 +234,9 @@ impl SelfCalibrating {
             &Reading {
                 acceleration: a,
                 logarithm,
+                least: self.classes.lowest,
                 rate: w,
+                up: direction,
                 correction: correction.unwrap_or(0.0),
                 still,
                 samples,
@@ -244,14 +253,15 @@ impl SelfCalibrating {
     /// `share` is the share of the newest sample in a mean. Returns the logarithm of the rate.
     fn judge_turn(&mut self, w: Vec3, logarithm: f32, whole: f32, share: f32) -> f32 {
         let edge = self.turns.edge(&self.constants);
+        let inverse_scale = self.inverse_scale();
         for (mean, part) in self.turn_masses.iter_mut().zip([w.x * w.x, w.y * w.y, w.z * w.z]) {
             let v = Turns::logarithm(&self.constants, part);
-            *mean += (mass(edge, v, self.inverse_scale) - *mean) * share;
+            *mean += (mass(edge, v, inverse_scale) - *mean) * share;
         }
         let v = Turns::logarithm(&self.constants, w.dot(w));
         self.turns.settle(&self.constants, whole, self.stillness, v);
         let distance = self.turns.distance_below(&self.constants, &self.classes, logarithm, v);
-        self.stillness += (mass(distance, 0.0, self.inverse_scale) - self.stillness) * share;
+        self.stillness += (mass(distance, 0.0, inverse_scale) - self.stillness) * share;
         v
     }
 
@@ -306,7 +316,9 @@ impl SelfCalibrating {
         let is_swing_or_begins = !in_stance || self.phase_seconds < self.constants.stance;
         let walks_slowly = !walks && self.evidence.is_accelerated(&self.constants);
         if is_swing_or_begins || walks_slowly || self.evidence.fell_within(self.constants.lesson) {
-            self.classes.learn(&self.constants, logarithm, self.period);
+            let stands_first = in_stance && !self.evidence.has_landed;
+            let share = if stands_first { BEFORE_LANDING } else { 1.0 };
+            self.classes.learn(&self.constants, logarithm, self.period * share);
             if self.turns.are_judged(&self.constants) {
                 self.turns.learn(
                     &self.constants,
@@ -359,6 +371,11 @@ impl SelfCalibrating {
         self.turn_masses = self.turn_masses.map(|mass| mass * rest);
         self.stillness *= rest;
         self.probabilities = self.probabilities.scaled(rest);
+    }
+
+    /// 1/(h√2) for the kernel's bandwidth h.
+    fn inverse_scale(&self) -> f32 {
+        core::f32::consts::FRAC_1_SQRT_2 / self.constants.bandwidth
     }
 
     /// Logarithm of an amplitude given as its square.
@@ -570,6 +587,12 @@ struct Turns {
 }
 
 impl Turns {
+    /// Logarithm of the rate in stances before any is observed: 0.3 rad/s.
+    const STILL: f32 = ln(0.3);
+
+    /// Logarithm of the rate in swings before any is observed: 2 rad/s.
+    const MOVING: f32 = ln(2.0);
+
     /// Variances before any observation: a standard deviation of a factor of 1.9.
     const VARIANCE: f32 = 0.4;
 
@@ -577,10 +600,10 @@ impl Turns {
     /// separate perfectly.
     const LEAST_VARIANCE: f32 = 0.1;
 
-    fn new(constants: &Constants) -> Self {
+    const fn new() -> Self {
         Self {
-            still: ln(constants.turn_still),
-            moving: ln(constants.turn_moving),
+            still: Self::STILL,
+            moving: Self::MOVING,
             still_seconds: 0.0,
             moving_seconds: 0.0,
             acceleration_variance: Self::VARIANCE,
@@ -606,7 +629,7 @@ impl Turns {
 
     /// Upper end of the turns in stances.
     fn edge(&self, constants: &Constants) -> f32 {
-        self.still + constants.turn_part * self.separation().greater(LEAST_DISTANCE)
+        self.still + constants.part_of_the_way * self.separation().greater(LEAST_DISTANCE)
     }
 
     /// Distance of a sample with the logarithms `u` of its acceleration and `v` of its rate below the edges of both,
@@ -677,23 +700,25 @@ impl Turns {
 /// ```text
 /// v ← v·(1 − dt/τ) + clip(a)·dt
 /// S = 1 / (1 + (|v|/limit)⁴)
-/// limit² = (factor · usual · √(usual / (quiet · swing)))² + (lever · turn)² + (noise · τ)²
+/// limit² = (factor · usual · √(usual / (quiet · swing)))² + (lever · turn)² + ((noise + offset · lean) · τ)²
 /// ```
 ///
 /// *usual* is the speed that the foot's own stances leave in the sum: 0.3 mm/s on a noise-free simulated robot, 10 to
 /// 20 mm/s on real feet, where slower slides look like stances. *swing* is the acceleration of the foot's swings, so
 /// that the result does not depend on a robot's size. *turn* is the angular rate: the IMU above the sole of a foot that
-/// rolls moves, and the foot does not slide. The last term is what a false idea of up adds to the sum.
+/// rolls moves, and the foot does not slide. The last term is what a false idea of up adds to the sum: an accelerometer's
+/// unknown *offset* turns with a shank that leans by the angle *lean* within a second. A leg that hangs accelerates by g
+/// times its inclination, fourteen times as much.
 ///
 /// Two slides are not detected: at a steady acceleration below limit/τ, and at a constant speed.
 #[derive(Clone, Copy, Debug)]
 struct Slide {
-    /// Time between samples, s.
-    period: f32,
     /// Share of the speed that decays with each sample, and of the newest rate in its mean.
     share: f32,
     /// Speed along the ground, m/s, frame of the foot.
     speed: Vec3,
+    /// Turn within [`Self::LEAN_TIME`], rad, frame of the foot.
+    lean: Vec3,
     /// Mean angular rate, rad/s.
     turn: f32,
     /// Usual speed in stances, natural logarithm of m/s.
@@ -709,36 +734,45 @@ impl Slide {
     /// Square of the least speed, m²/s²: slower speeds look the same.
     const LEAST_SQUARE: f32 = 1.0e-8;
 
+    /// Largest offset of an accelerometer, m/s²: 40 mg on each axis.
+    const OFFSET: f32 = 0.7;
+
+    /// Time in which the estimate of up follows the force of a quiet foot, and forgets its lean, s.
+    const LEAN_TIME: f32 = 1.0;
+
     /// A foot that stands.
     fn new(constants: &Constants, period: f32, learnt: &Learnt) -> Self {
         Self {
-            period,
             share: 1.0 - exp(-period / constants.window),
             speed: Vec3::ZERO,
+            lean: Vec3::ZERO,
             turn: 0.0,
             usual: learnt.speed,
             observed: learnt.still_seconds,
         }
     }
 
-    /// Adds an acceleration along the ground, m/s², of a foot that turns at `rate` rad/s and has swings of the
-    /// logarithm `swing`. `tilt` is the acceleration that a false idea of up may leave, m/s². Returns the probability
-    /// that the foot does not slide.
+    /// Adds an acceleration along the ground, m/s², of a foot that turns at `rate` rad/s for a `period` in s, and has
+    /// swings of the logarithm `swing`. `tilt` is the acceleration that a false idea of up may leave, m/s², or 0 if up is
+    /// known. Returns the probability that the foot does not slide.
     fn push(
         &mut self,
         constants: &Constants,
+        period: f32,
         level: Vec3,
-        rate: f32,
+        rate: Vec3,
         swing: f32,
         tilt: f32,
     ) -> f32 {
         let clipped = level.clipped(constants.slide_acceleration);
-        self.speed = self.speed * (1.0 - self.share) + clipped * self.period;
-        self.turn += (rate - self.turn) * self.share;
+        self.speed = self.speed * (1.0 - self.share) + clipped * period;
+        self.turn += (rate.length() - self.turn) * self.share;
+        self.lean = self.lean * (1.0 - period / Self::LEAN_TIME) + rate * period;
         let louder = 0.5 * (self.usual - swing - Self::QUIET);
         let standing = constants.slide_factor * exp(self.usual + louder);
         let rolling = constants.slide_lever * self.turn;
-        let tilted = tilt * constants.window;
+        let unknown = if tilt > 0.0 { Self::OFFSET * self.lean.length() } else { 0.0 };
+        let tilted = (tilt + unknown) * constants.window;
         let limit = standing * standing + rolling * rolling + tilted * tilted;
         let ratio = self.speed.dot(self.speed) / limit;
         1.0 / (1.0 + ratio * ratio)
@@ -764,8 +798,12 @@ struct Reading {
     acceleration: Vec3,
     /// Logarithm of its amplitude, as the classes judge it.
     logarithm: f32,
+    /// Least logarithm that an amplitude can have.
+    least: f32,
     /// rad/s.
     rate: Vec3,
+    /// Unit vector.
+    up: Vec3,
     /// Angle by which up was corrected, rad.
     correction: f32,
     /// Probability of stillness without evidence.
@@ -781,9 +819,12 @@ struct Reading {
 /// Evidence that a foot stands: it has rested, or it has landed.
 ///
 /// Learnt limits leave room for stances that shake. A foot that hangs, is carried or is shaken moves within that room
-/// for minutes. It lacks the evidence of a walk, a landing in each stride, and that of a standing foot, rest. Without
-/// either for [`Constants::evidence`] the probability is at most one half, however little the foot moves, and nothing
-/// is learnt.
+/// for minutes. It lacks the evidence of a walk, a landing in each stride, and that of a standing foot, rest.
+///
+/// The evidence lasts as long as the foot stands. A foot that has stood and has not moved since still stands, even if its
+/// shank turns about it so that it does not rest. It has moved if for [`Self::MOVED`] the probability of stillness
+/// was below one half, or if it rose or sank. Without evidence for [`Constants::evidence`] the probability is then at
+/// most one half, however little the foot moves, and nothing is learnt.
 #[derive(Clone, Copy, Debug)]
 struct Evidence {
     rest: BriefRest,
@@ -796,7 +837,11 @@ struct Evidence {
     since_fall: f32,
     /// Time since the last evidence, s.
     since_evidence: f32,
-    /// Whether the foot has rested or landed lately, as of the newest reliable sample.
+    /// Whether the foot has stood since the last evidence.
+    stands: bool,
+    /// Duration of the motion that contradicts this, s.
+    moves_for: f32,
+    /// Whether the foot stands, or has rested or landed lately, as of the newest reliable sample.
     is_given: bool,
     /// Whether it has ever landed.
     has_landed: bool,
@@ -805,6 +850,9 @@ struct Evidence {
 }
 
 impl Evidence {
+    /// Duration of motion that ends a stand, s. Shorter motion is a jolt, or the trembling after a landing.
+    const MOVED: f32 = 0.06;
+
     /// The state before the first sample, for samples every `period` seconds.
     fn new(constants: &Constants, period: f32) -> Self {
         Self {
@@ -814,6 +862,8 @@ impl Evidence {
             since_landing: f32::INFINITY,
             since_fall: f32::INFINITY,
             since_evidence: f32::INFINITY,
+            stands: false,
+            moves_for: 0.0,
             is_given: false,
             has_landed: false,
             has_just_landed: false,
@@ -841,7 +891,10 @@ impl Evidence {
         self.since_landing = since(lands, self.since_landing);
 
         self.since_evidence = since(lands || has_rested, self.since_evidence);
-        self.is_given = self.since_evidence < constants.evidence;
+        let moves = reading.still < STILL || self.rest.rises(constants, reading.up);
+        self.moves_for = if moves { self.moves_for + reading.seconds } else { 0.0 };
+        self.stands = (self.stands || lands || has_rested) && self.moves_for < Self::MOVED;
+        self.is_given = self.stands || self.since_evidence < constants.evidence;
     }
 
     /// Factor of the probability: 1 while there is evidence, [`UNPROVEN`] without.
@@ -852,6 +905,8 @@ impl Evidence {
     /// Lets a time in s pass without a reliable sample.
     fn pass(&mut self, seconds: f32) {
         self.rest.pass(seconds);
+        self.moves_for += seconds;
+        self.stands &= self.moves_for < Self::MOVED;
         self.since_motion += seconds;
         self.since_landing += seconds;
         self.since_fall += seconds;
@@ -889,8 +944,6 @@ struct Landing {
     strongest: f32,
     /// e to the power of `strongest`, m/s².
     strongest_acceleration: f32,
-    /// Logarithm of the noise.
-    noise: f32,
     /// Acceleration that corrections of up have removed since the maximum, m/s². Where a pendulum turns, its force
     /// points along the rod, and the apparent swing was a false idea of up.
     corrected: f32,
@@ -925,7 +978,6 @@ impl Landing {
             stance_mean: Self::WEAKEST,
             strongest: Self::WEAKEST,
             strongest_acceleration: exp(Self::WEAKEST),
-            noise: ln(constants.noise),
             corrected: 0.0,
             gained: Vec3::ZERO,
             gained_at_most: 0.0,
@@ -957,7 +1009,7 @@ impl Landing {
         let has_lost_speed =
             sum_of_magnitudes(self.gained) < constants.leftover * self.gained_at_most;
 
-        let is_below = self.window_mean < swing.greater(self.noise) - constants.landing;
+        let is_below = self.window_mean < swing.greater(reading.least) - constants.landing;
         let begins = is_below && !self.is_below;
         self.is_below = is_below;
         self.has_landed = is_below && (self.has_landed || begins && has_lost_speed);
@@ -1163,7 +1215,7 @@ mod tests {
             let swing = ln(9.5);
             (0..100).fold(1.0, |_, ms| {
                 let level = Vec3::new(acceleration(ms), 0.0, 0.0);
-                slide.push(&CONSTANTS, level, 0.0, swing, 0.0)
+                slide.push(&CONSTANTS, DT, level, Vec3::ZERO, swing, 0.0)
             })
         };
         let slides = no_slide(|_| 0.3);
@@ -1181,7 +1233,9 @@ mod tests {
             let reading = Reading {
                 acceleration: Vec3::new(a, 0.0, 0.0),
                 logarithm: 0.5 * ln(a * a + CONSTANTS.noise * CONSTANTS.noise),
+                least: ln(CONSTANTS.noise),
                 rate: Vec3::ZERO,
+                up: Vec3::new(0.0, 0.0, 1.0),
                 correction: 0.0,
                 still: 0.0,
                 samples: 1.0,
