@@ -64,7 +64,7 @@ impl ContactEstimator {
         if self.model.stands() {
             self.pipeline.learn_offset(&reading, probabilities.stable);
         }
-        self.pipeline.conclude(&reading, probabilities, load)
+        self.pipeline.conclude(&reading, probabilities, self.model.mean_acceleration(), load)
     }
 
     fn up(&self) -> Up {

@@ -126,7 +126,8 @@ impl<const CAPACITY: usize> HalfWidthEstimator<CAPACITY> {
         if !self.density.is_full() {
             reading.flags = reading.flags.with(Flag::WindowNotFull);
         }
-        self.pipeline.conclude(&reading, probabilities, load)
+        // This method has no mean of the acceleration: a turn alone shows that the foot rolls.
+        self.pipeline.conclude(&reading, probabilities, f32::INFINITY, load)
     }
 
     /// Bias of the gyroscope, rad/s, frame of the foot, as in [`ContactEstimate::gyro_bias`]; `None` until the foot has

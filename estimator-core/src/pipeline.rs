@@ -126,12 +126,14 @@ impl Pipeline {
         }
     }
 
-    /// Decides on a sample with these probabilities.
+    /// Decides on a sample with these probabilities. `mean_acceleration` is the length of the mean acceleration over a few
+    /// samples, m/s², by which a foot that rolls is known.
     #[inline]
     pub(crate) fn conclude(
         &mut self,
         reading: &Reading,
         probabilities: Probabilities,
+        mean_acceleration: f32,
         load: Option<Load>,
     ) -> ContactEstimate {
         let flags = reading.flags;
@@ -146,7 +148,8 @@ impl Pipeline {
             self.roll.push(angular_rate.0.length(), certain);
         }
         // A robot may not lean on a foot that rolls, as if P were 0.
-        let firm = if self.roll.rolls() { 0.0 } else { probabilities.stable };
+        let rolls = self.roll.rolls(mean_acceleration);
+        let firm = if rolls { 0.0 } else { probabilities.stable };
         let (decision, phase) = self.phase.update(reading.timestamp, firm, flags, load);
         self.velocity_sigma = self.velocity.sigma(probabilities.stable, angular_rate.0, flags);
         ContactEstimate {

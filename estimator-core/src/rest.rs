@@ -452,6 +452,11 @@ impl BriefRest {
         mean.dot(mean) >= limit * limit
     }
 
+    /// Length of the mean acceleration over a window, m/s²; at most 2.
+    pub fn mean_acceleration(&self) -> f32 {
+        self.acceleration.newest.length()
+    }
+
     /// Returns whether the foot rises or sinks: along `up`, its mean acceleration over a stance is too large for rest.
     pub fn rises(&self, constants: &Constants, up: Vec3) -> bool {
         self.acceleration.usual.dot(up).abs() > constants.rest_acceleration

@@ -6,11 +6,12 @@
 //! ```text
 //! turn  = mean over τ of |ω|
 //! usual = mean over the memory of |ω| in stances, P > ½
-//! rolls = turn > max(speed/r, factor · usual)
+//! rolls = turn > max(speed/r, factor · usual) and |mean over τ of a| > least
 //! ```
 //!
 //! The second limit is for a point foot below a leg that sweeps over it. Such a foot turns in each stance, and its
-//! stances must not be lost. `docs/design/rolling.md` has the alternatives.
+//! stances must not be lost. So is the last condition: the heel of a shoe that rises accelerates by some m/s², whereas the
+//! IMU just above a point foot hardly does, however fast the shank turns. `docs/design/rolling.md` has the alternatives.
 
 use crate::constants::Constants;
 use crate::math::{Order, exp};
@@ -27,6 +28,9 @@ const SPEED: f32 = 0.2;
 
 /// Rate of a foot that rolls, as a multiple of its usual rate in stances.
 const FACTOR: f32 = 2.0;
+
+/// Least acceleration of the IMU of a foot that rolls, m/s². Up to this value no shoe is found to roll later.
+const LEAST_ACCELERATION: f32 = 0.7;
 
 /// Probability above which the foot is in a stance.
 const STANCE: f32 = 0.5;
@@ -71,9 +75,9 @@ impl Roll {
         }
     }
 
-    /// Returns whether the foot rolls.
-    pub(crate) fn rolls(&self) -> bool {
-        self.turn > self.limit.greater(FACTOR * self.usual)
+    /// Returns whether the foot rolls, if its mean acceleration over [`WINDOW`] has this length, m/s².
+    pub(crate) fn rolls(&self, acceleration: f32) -> bool {
+        self.turn > self.limit.greater(FACTOR * self.usual) && acceleration > LEAST_ACCELERATION
     }
 }
 
@@ -92,7 +96,7 @@ mod tests {
     fn until_it_rolls(mut roll: Roll, rate: f32) -> Option<u32> {
         (0..300).find(|_| {
             roll.push(rate, 0.9);
-            roll.rolls()
+            roll.rolls(4.0)
         })
     }
 
@@ -108,8 +112,15 @@ mod tests {
     #[test]
     fn point_foot_that_turns_in_each_stance_does_not_roll() {
         let sweeping = |ms| 4.0 + 1.5 * (ms % 250) as f32 / 250.0;
-        assert!(!stood(sweeping).rolls());
+        assert!(!stood(sweeping).rolls(4.0));
         assert_eq!(until_it_rolls(stood(sweeping), 6.0), None);
+    }
+
+    #[test]
+    fn point_foot_that_turns_without_accelerating_does_not_roll() {
+        let mut roll = stood(|_| 0.1);
+        (0..100).for_each(|_| roll.push(2.0, 0.9));
+        assert!(!roll.rolls(0.3) && roll.rolls(3.0));
     }
 
     #[test]
@@ -130,8 +141,8 @@ mod tests {
     fn extreme_rates_are_forgotten() {
         let mut roll = Roll::new(1_000, &VelocityParams::DEFAULT);
         roll.push(1.0e3, 0.9);
-        assert!(roll.rolls());
+        assert!(roll.rolls(4.0));
         (0..1_000).for_each(|_| roll.push(0.0, 0.9));
-        assert!(!roll.rolls());
+        assert!(!roll.rolls(4.0));
     }
 }

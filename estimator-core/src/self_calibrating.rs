@@ -174,6 +174,11 @@ impl SelfCalibrating {
         self.evidence.stands
     }
 
+    /// Length of the mean acceleration over a window, m/s².
+    pub fn mean_acceleration(&self) -> f32 {
+        self.evidence.rest.mean_acceleration()
+    }
+
     /// Returns whether the means cover a whole window.
     pub const fn is_full(&self) -> bool {
         self.filled >= self.window
