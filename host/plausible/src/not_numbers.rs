@@ -8,7 +8,7 @@ use crate::rest::is_number;
 /// Share of samples that may be non-numbers without a finding.
 const MOST: f64 = 0.01;
 
-/// Counts the samples with an axis that is no number.
+/// Counts the samples with a blank or infinite axis.
 #[derive(Default)]
 pub(crate) struct NotNumbersCheck {
     samples: u64,

@@ -86,7 +86,7 @@ fn along(way: Way, v: Vector) -> Vector {
     }))
 }
 
-/// What the swings show about the axes.
+/// Finding of the swings about the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Axes {
     /// They are a mirror image.
