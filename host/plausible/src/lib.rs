@@ -51,7 +51,7 @@ use low_rate::low_rate;
 use mixed_feet::MixedFeetCheck;
 use not_numbers::NotNumbersCheck;
 use rate_unit::RateCheck;
-use rest::{Rest, RestSearch, has_gravity};
+use rest::{Rest, RestSearch};
 use sensor_axes::{Axes, AxesCheck};
 
 pub use finding::{Finding, FindingKind};
@@ -148,7 +148,9 @@ impl Check {
     pub fn findings(&self) -> Vec<Finding> {
         let rest = self.rest.rest();
         let mut findings = Vec::from_iter(rest.as_ref().and_then(|rest| self.check_axes(rest)));
-        if self.gravity == Gravity::Included && rest.is_some_and(|rest| has_gravity(&rest)) {
+        // Of feet with different axes the mean at rest is less than gravity, but in another unit it is more.
+        let is_in_unit = rest.is_none_or(|rest| rest.size < LARGEST_REST);
+        if self.gravity == Gravity::Included && is_in_unit {
             findings.extend(self.mixed.finding());
         }
         findings.extend(self.not_numbers.finding());
