@@ -298,15 +298,17 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         self.write(register::CTRL6_C.address, 0).await?;
         let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.mask();
         self.write(register::CTRL3_C.address, written).await?;
-        let mut read = written;
+        let mut unfinished = Error::ResetTimeout { written, read: written };
         for _ in 0..RESET_POLLS {
             delay.delay_us(RESET_POLL_MICROS).await;
-            read = self.read(register::CTRL3_C.address).await?;
-            if !ctrl3_c::SW_RESET.is_set(read) {
-                return Ok(());
+            match self.read(register::CTRL3_C.address).await {
+                Ok(read) if !ctrl3_c::SW_RESET.is_set(read) => return Ok(()),
+                Ok(read) => unfinished = Error::ResetTimeout { written, read },
+                // A part in its reset may not acknowledge its address on I²C.
+                Err(error) => unfinished = error,
             }
         }
-        Err(Error::ResetTimeout { written, read })
+        Err(unfinished)
     }
 
     async fn apply(&mut self, config: &Config) -> Result<(), Error<BUS::Error>> {

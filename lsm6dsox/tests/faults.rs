@@ -1,8 +1,8 @@
 //! Faults of the part, and their detection by the driver.
 
 use crate::common::{QUIET, part, sensor};
-use embedded_hal::spi::SpiDevice;
-use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart};
+use embedded_hal::spi::{self, Operation, SpiDevice};
+use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, SimSpi};
 use lsm6dsox::{BusSpeed, Config, Error, FrozenDetector, Lsm6dsox, Pin, SetBusSpeed, register};
 
 const MILLISECOND: u64 = 1_000_000;
@@ -45,6 +45,47 @@ fn reset_in_mid_run_gives_stale_samples_and_fails_verify() {
     sensor.init(&mut part.delay()).unwrap();
     part.advance_by(MILLISECOND);
     assert!(sensor.sample().unwrap().is_fresh());
+}
+
+/// A bus on which the first readings of `CTRL3_C` fail, as of a part that does not answer during its reset.
+struct Deaf {
+    spi: SimSpi,
+    left: usize,
+}
+
+#[derive(Debug, PartialEq)]
+struct NoAnswer;
+
+impl spi::Error for NoAnswer {
+    fn kind(&self) -> spi::ErrorKind {
+        spi::ErrorKind::Other
+    }
+}
+
+impl spi::ErrorType for Deaf {
+    type Error = NoAnswer;
+}
+
+impl SpiDevice for Deaf {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), NoAnswer> {
+        const READ: u8 = register::CTRL3_C.read_address();
+        if let [Operation::TransferInPlace([READ, ..])] = operations
+            && let Some(left) = self.left.checked_sub(1)
+        {
+            self.left = left;
+            return Err(NoAnswer);
+        }
+        self.spi.transaction(operations).map_err(|never| match never {})
+    }
+}
+
+#[test]
+fn part_that_does_not_answer_during_its_reset_starts() {
+    for (left, started) in [(1, Ok(())), (20, Ok(())), (100, Err(Error::Bus(NoAnswer)))] {
+        let part = part(QUIET);
+        let mut sensor = Lsm6dsox::new(Deaf { spi: part.spi(), left }, PRESET);
+        assert_eq!(sensor.init(&mut part.delay()), started, "{left}");
+    }
 }
 
 #[test]
