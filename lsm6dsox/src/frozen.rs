@@ -19,9 +19,15 @@
 //! | one axis of the gyroscope | 8 | 90 samples | 5 · 10⁻²¹ | 0.25 |
 //! | the gyroscope | 3 | 40 samples | 2 · 10⁻²⁵ | 0.002 |
 //!
-//! A unit test computes these values. Below 0.49 codes of noise, behind a narrow filter or at a wide full scale,
-//! repeats prove nothing. Neither do they at the end of the range. The kilohertz preset has twice that noise of angular
-//! rate. The preset for 417 Hz, with its filter of 171 Hz, has 0.7 codes; a part with 30 % less noise is at the limit.
+//! A unit test computes these values. Below 0.49 codes of noise, behind a narrow filter or at a wide full scale, a
+//! working axis repeats as long. Neither do repeats prove anything at the end of the range. The kilohertz preset has
+//! twice that noise of angular rate. The preset for 417 Hz, with its filter of 171 Hz, has 0.7 codes.
+//!
+//! **A part with less noise** shows it by runs without a change that end by themselves. The detector keeps the longest of
+//! them, and takes only a run for frozen that is [`FACTOR`](FrozenDetector::FACTOR) times as long. Among *n* blocks the
+//! longest run has *log n* / *log q* blocks if a block repeats with probability 1/*q*. So a run of five times that length
+//! comes by chance once in *n*⁵ blocks. An axis whose runs of 510 samples end by themselves is not judged. Below
+//! 0.25 codes the first run can be so long that it is taken for frozen.
 
 use crate::sample::RawSample;
 
@@ -36,10 +42,39 @@ pub struct FrozenDetector {
     repeats: u16,
     /// Samples until this block ends; 0 before the first sample.
     left: u8,
-    /// Consecutive blocks without a change, per axis.
-    unchanged: [u8; AXES],
+    /// Consecutive blocks without a change of each axis, and of all axes of each sensor.
+    axes: [Run; AXES],
+    sensors: [Run; 2],
+    /// Longest repeat of all six codes that ended by itself.
+    longest_repeats: u16,
     frozen: u8,
     seen: bool,
+}
+
+/// Consecutive blocks without a change.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run {
+    now: u8,
+    /// Longest run that ended by itself, blocks.
+    longest: u8,
+}
+
+impl Run {
+    /// Adds a block.
+    fn update(&mut self, changed: bool) {
+        if changed {
+            self.longest = self.longest.max(self.now);
+            self.now = 0;
+        } else {
+            self.now = self.now.saturating_add(1);
+        }
+    }
+
+    /// Returns whether the run is longer than a working part's: `least` blocks, and much longer than any that ended.
+    fn is_frozen(self, least: u8) -> bool {
+        let most = self.longest.checked_mul(FrozenDetector::FACTOR);
+        most.is_some_and(|most| self.now >= most.max(least))
+    }
 }
 
 /// Axes in the order ax ay az wx wy wz.
@@ -60,6 +95,9 @@ impl FrozenDetector {
     pub const GYRO_AXIS_BLOCKS: u8 = 8;
     /// Blocks without a change from which all axes of the gyroscope count as stuck.
     pub const GYRO_BLOCKS: u8 = 3;
+
+    /// Multiple of the longest run without a change that ended by itself from which a run counts as frozen.
+    pub const FACTOR: u8 = 5;
 
     /// Mask of all axes: the part as a whole.
     pub const EVERY_AXIS: u8 = 0b11_1111;
@@ -82,12 +120,29 @@ impl FrozenDetector {
         for ((changed, code), last) in self.changed.iter_mut().zip(codes).zip(last) {
             *changed |= code != last;
         }
-        self.repeats = if codes == last { self.repeats.saturating_add(1) } else { 0 };
+        if codes == last {
+            self.repeats = self.repeats.saturating_add(1);
+        } else {
+            self.longest_repeats = self.longest_repeats.max(self.repeats);
+            self.repeats = 0;
+        }
         match self.left.checked_sub(1) {
             Some(left) => self.left = left,
             None => self.end_block(),
         }
         self.frozen()
+    }
+
+    /// Creates a detector without samples that keeps what this one has seen of the part's noise.
+    #[must_use]
+    pub fn restarted(&self) -> Self {
+        let kept = |run: &Run| Run { now: 0, longest: run.longest };
+        Self {
+            axes: self.axes.each_ref().map(kept),
+            sensors: self.sensors.each_ref().map(kept),
+            longest_repeats: self.longest_repeats,
+            ..Self::default()
+        }
     }
 
     /// Number of consecutive repeats of the last sample, for a caller that cannot wait for [`REPEATS`](Self::REPEATS)
@@ -97,10 +152,17 @@ impl FrozenDetector {
         self.repeats
     }
 
+    /// Returns whether the last sample has repeated `least` times, and more than twice as often as any before that
+    /// changed again.
+    #[must_use]
+    pub const fn has_repeated(&self, least: u16) -> bool {
+        self.repeats >= least && self.repeats > self.longest_repeats.saturating_mul(2)
+    }
+
     /// The frozen axes, as [`update`](Self::update) returns them.
     #[must_use]
     pub const fn frozen(&self) -> u8 {
-        if self.repeats >= Self::REPEATS { Self::EVERY_AXIS } else { self.frozen }
+        if self.has_repeated(Self::REPEATS) { Self::EVERY_AXIS } else { self.frozen }
     }
 
     /// Returns whether each axis has changed since the first sample.
@@ -122,21 +184,26 @@ impl FrozenDetector {
         for (before, now) in self.changed_before.iter_mut().zip(changed) {
             *before |= now;
         }
-        for (blocks, changed) in self.unchanged.iter_mut().zip(changed) {
-            *blocks = if changed { 0 } else { blocks.saturating_add(1) };
+        for (run, changed) in self.axes.iter_mut().zip(changed) {
+            run.update(changed);
         }
-        let [accel @ .., wx, wy, wz] = self.unchanged;
-        self.frozen = stuck(accel, Self::ACCEL_AXIS_BLOCKS, Self::ACCEL_BLOCKS)
-            | stuck([wx, wy, wz], Self::GYRO_AXIS_BLOCKS, Self::GYRO_BLOCKS) << 3;
+        let [ax, ay, az, wx, wy, wz] = changed;
+        let [accel, gyro] = &mut self.sensors;
+        accel.update(ax || ay || az);
+        gyro.update(wx || wy || wz);
+        let [axes @ .., wx, wy, wz] = self.axes;
+        self.frozen = stuck(*accel, axes, Self::ACCEL_AXIS_BLOCKS, Self::ACCEL_BLOCKS)
+            | stuck(*gyro, [wx, wy, wz], Self::GYRO_AXIS_BLOCKS, Self::GYRO_BLOCKS) << 3;
     }
 }
 
-/// Returns the frozen axes of a sensor, given each axis's number of blocks without a change.
-fn stuck([x, y, z]: [u8; 3], one: u8, all: u8) -> u8 {
-    if x.min(y).min(z) >= all {
+/// Returns the frozen axes of a sensor, given the runs of all its axes together and of each.
+fn stuck(together: Run, [x, y, z]: [Run; 3], one: u8, all: u8) -> u8 {
+    if together.is_frozen(all) {
         return 0b111;
     }
-    u8::from(x >= one) | u8::from(y >= one) << 1 | u8::from(z >= one) << 2
+    let [x, y, z] = [x, y, z].map(|axis| u8::from(axis.is_frozen(one)));
+    x | y << 1 | z << 2
 }
 
 #[cfg(test)]
@@ -226,6 +293,71 @@ mod tests {
         }
         detector.update(&moving(0, 0));
         assert!(detector.every_axis_has_changed());
+    }
+
+    /// Samples of a sensor at rest, its gyroscope with this noise in codes and its mean in the middle of a code. The
+    /// accelerometer changes in each sample.
+    fn quiet(sigma: f64, samples: usize) -> impl Iterator<Item = RawSample> {
+        let mut state = 1_u64;
+        // The sum of twelve numbers is nearly normal.
+        let mut normal = move || {
+            let mut sum = -6.0;
+            for _ in 0..12 {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                sum += (state >> 40) as f64 / (1_u64 << 24) as f64;
+            }
+            sum
+        };
+        (0..samples).map(move |time| {
+            let [wx, wy, wz] = [(); 3].map(|()| (sigma * normal()).round() as i16);
+            let moving = time as i16;
+            sample(3, [moving, moving, moving, wx, wy, wz])
+        })
+    }
+
+    /// Half an hour at 417 Hz.
+    const HALF_AN_HOUR: usize = 30 * 60 * 417;
+
+    #[test]
+    fn quiet_gyroscope_is_no_frozen_one() {
+        for sigma in [0.7, 0.5, 0.4, 0.3, 0.25] {
+            let mut detector = FrozenDetector::new();
+            let named = quiet(sigma, HALF_AN_HOUR).find_map(|sample| {
+                let frozen = detector.update(&sample);
+                (frozen != 0).then_some(frozen)
+            });
+            assert_eq!(named, None, "{sigma} codes of noise");
+        }
+    }
+
+    #[test]
+    fn frozen_axis_of_a_quiet_gyroscope_is_still_detected() {
+        for (sigma, most) in [(0.7, 150), (0.5, 300), (0.3, 1_500)] {
+            let mut detector = FrozenDetector::new();
+            for sample in quiet(sigma, HALF_AN_HOUR) {
+                detector.update(&sample);
+            }
+            let detected = quiet(sigma, 3_000).position(|mut stuck| {
+                stuck.angular_rate.codes[1] = 0;
+                detector.update(&stuck) == 0b01_0000
+            });
+            assert!(detected.is_some_and(|after| after < most), "{sigma}: {detected:?}");
+        }
+    }
+
+    #[test]
+    fn repeats_that_ended_by_themselves_raise_the_limit() {
+        let mut detector = FrozenDetector::new();
+        for code in [1, 1, 1, 2, 2, 2, 2] {
+            detector.update(&sample(3, [code; 6]));
+        }
+        // Two repeats ended, so that three are not enough.
+        assert_eq!((detector.repeats(), detector.has_repeated(3)), (3, false));
+        let mut restarted = detector.restarted();
+        for _ in 0..6 {
+            restarted.update(&sample(3, [7; 6]));
+        }
+        assert!(restarted.has_repeated(3));
     }
 
     /// Probability that a code repeats after many repeats, with its mean in the middle of a code: the

@@ -27,7 +27,8 @@ const WRONG_RATE: u16 = 200;
 ///
 /// With the noise of the preset all six codes of a sample at rest repeat by chance once in 137 000 samples, and three
 /// times in a row once in 80 000 years. With half of that noise three in a row come three times a year, or once a day
-/// if the mean of each axis lies in the middle of a code. Four repeats would take up to 5.0 ms.
+/// if the mean of each axis lies in the middle of a code. Then two in a row, which end by themselves, come first, and
+/// raise the limit. Four repeats would take up to 5.0 ms.
 pub const FROZEN_REPEATS: u16 = 3;
 
 /// Number of repeats from which a sample is not trusted.
@@ -106,14 +107,15 @@ pub(super) enum SampleIssue {
 }
 
 impl Watch {
-    /// Resets everything except the turn of the read-back, the event at which samples are read, and the ticks at a
-    /// wrong rate.
+    /// Resets everything except the turn of the read-back, the event at which samples are read, the ticks at a wrong
+    /// rate, and the noise that the part has shown.
     pub(super) fn restart(&mut self) {
         *self = Self {
             turn: self.turn,
             stale_turn: self.turn,
             read_at: self.read_at,
             wrong_rate: self.wrong_rate,
+            frozen: self.frozen.restarted(),
             ..Self::default()
         };
     }
@@ -209,7 +211,7 @@ impl Watch {
 
     /// Bit *i*: axis *i* repeats, in the order ax ay az wx wy wz.
     pub(super) fn frozen_axes(&self) -> u32 {
-        let axes = if self.frozen.repeats() >= FROZEN_REPEATS {
+        let axes = if self.frozen.has_repeated(FROZEN_REPEATS) {
             FrozenDetector::EVERY_AXIS
         } else {
             self.frozen.frozen()
