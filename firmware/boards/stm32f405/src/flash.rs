@@ -156,10 +156,7 @@ pub fn protect() -> Result<(), StoreFailed> {
     FLASH.optcr().modify(|w| w.set_optlock(true));
     lock();
     done?;
-    // SAFETY: the option bytes can be read at any time, and hold no variable of the program.
-    let [level, unprotected] = OPTION_BYTES
-        .map(|at| unsafe { core::ptr::with_exposed_provenance::<u16>(at).read_volatile() });
-    if level >> 2 & 3 == LEVEL_3.into() && unprotected & BOOTLOADER == 0 {
+    if brown_out_level() == 3 && is_bootloader_protected() {
         Ok(())
     } else {
         Err(StoreFailed::Flash)
@@ -168,12 +165,21 @@ pub fn protect() -> Result<(), StoreFailed> {
 
 /// Brown-out level: 0 is off; 1 to 3 reset the chip below 2.19, 2.50 and 2.83 V, typical, falling (DS8626 \[M\]).
 pub fn brown_out_level() -> u8 {
-    3 - (FLASH.optcr().read().bor_lev() & 3)
+    let [level, _] = option_bytes();
+    3 - (level >> 2 & 3) as u8
 }
 
 /// Returns whether the sectors of the bootloader are write-protected.
 pub fn is_bootloader_protected() -> bool {
-    FLASH.optcr().read().n_wrp() & BOOTLOADER == 0
+    let [_, unprotected] = option_bytes();
+    unprotected & BOOTLOADER == 0
+}
+
+/// The option bytes as the flash holds them. The register with their name holds what was last written to it, even if the
+/// flash has not taken that.
+fn option_bytes() -> [u16; 2] {
+    // SAFETY: the option bytes can be read at any time, and hold no variable of the program.
+    OPTION_BYTES.map(|at| unsafe { core::ptr::with_exposed_provenance::<u16>(at).read_volatile() })
 }
 
 impl ErrorType for ConfigFlash {
