@@ -278,7 +278,7 @@ impl Settings {
         self.u8(slot!(LOCK, 0)) != 0
     }
 
-    /// Log level: 0 nothing to 4 debugging.
+    /// Log level: 0 nothing to 3 information.
     #[must_use]
     pub fn log_level(&self) -> u8 {
         self.u8(slot!(LOG_LEVEL, 0))

@@ -248,10 +248,10 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Log level"),
         shape: Shape::Var,
         doc: Text::new(
-            "highest level logged over UART: 0 none, 1 errors, 2 warnings, 3 information, 4 debugging",
+            "highest level logged over UART: 0 none, 1 errors, 2 warnings, 3 information",
         ),
         entries: &[Entry::setting(0, "Log level", Concern::Stream, Value::U8(3))
-            .range(Value::U8(0), Value::U8(4))],
+            .range(Value::U8(0), Value::U8(3))],
     },
     Object {
         index: index::SELF_TEST,

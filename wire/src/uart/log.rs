@@ -2,7 +2,7 @@
 //!
 //! | bytes | field |
 //! |---|---|
-//! | 0 | level: 1 error, 2 warning, 3 information, 4 debugging |
+//! | 0 | level: 1 error, 2 warning, 3 information |
 //! | 1 … | the text, UTF-8 |
 
 use core::fmt;
@@ -15,7 +15,7 @@ pub const MAX_LOG: usize = 120;
 /// A line of text.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct LogMessage {
-    /// Level: 1 error, 2 warning, 3 information, 4 debugging.
+    /// Level: 1 error, 2 warning, 3 information.
     pub level: u8,
     text: [u8; MAX_LOG],
     length: u8,
