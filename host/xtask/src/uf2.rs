@@ -11,7 +11,7 @@ use program_images::segments;
 use crate::command::{Step, root};
 
 /// Folder of the package, a workspace of its own.
-const PACKAGE: &str = "firmware/boards/rp2040";
+const PACKAGE: &str = "firmware/boards/rp";
 
 /// Bytes of a block that go to the flash.
 const PAGE: usize = 256;

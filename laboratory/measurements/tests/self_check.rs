@@ -65,7 +65,7 @@ fn build_for_m33() -> PathBuf {
         "thumbv8m.main-none-eabihf",
         "release",
         &["--no-default-features", "--features", "self-check"],
-        &workspace().join("firmware/boards/rp2040"),
+        &workspace().join("firmware/boards/rp"),
         &workspace().join("target/feather-rp2350"),
     )
 }

@@ -55,13 +55,13 @@ const BILLS: [Bill; 7] = [
     },
     Bill {
         product: "foot-nano-rp2040",
-        folder: "firmware/boards/rp2040",
+        folder: "firmware/boards/rp",
         features: "nano-rp2040",
         target: "thumbv6m-none-eabi",
     },
     Bill {
         product: "foot-feather-rp2350",
-        folder: "firmware/boards/rp2040",
+        folder: "firmware/boards/rp",
         features: "feather-rp2350",
         target: "thumbv8m.main-none-eabihf",
     },

@@ -6,12 +6,13 @@ pub mod usb_errata;
 
 use embassy_rp::clocks::ClockConfig;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
-use embassy_rp::peripherals::{FLASH, I2C0, PIN_12, PIN_13, USB, WATCHDOG};
-use embassy_rp::{Peri, Peripherals, bind_interrupts, i2c, pac};
-use lsm6dsox::{BusSpeed, Config};
+use embassy_rp::peripherals::{I2C0, PIN_12, PIN_13, USB};
+use embassy_rp::{Peripherals, bind_interrupts, i2c, pac};
+use lsm6dsox::Config;
 
 use crate::flash::SettingsFlash;
-use crate::{resets, sensor, usb_watch};
+use crate::wiring::Wiring;
+use crate::{sensor, usb_watch};
 
 bind_interrupts!(pub struct Irqs {
     I2C0_IRQ => i2c::InterruptHandler<I2C0>;
@@ -48,46 +49,30 @@ pub type Controller = I2C0;
 pub type Data = PIN_12;
 pub type Clock = PIN_13;
 
-/// Peripherals and pins in use.
-pub struct Wiring {
-    pub watchdog: Peri<'static, WATCHDOG>,
-    pub flash: Peri<'static, FLASH>,
-    pub usb: Peri<'static, USB>,
-    pub sensor: sensor::Parts,
-    /// INT1 of the sensor.
-    pub data_ready: Option<Input<'static>>,
-    pub led: Output<'static>,
-    /// The radio is unused, and would take most of the current.
-    _radio_reset: Output<'static>,
-}
+/// Clock of the sensor's bus at its three speeds, fastest first, Hz.
+pub const BUS_HERTZ: [u32; 3] = [400_000, 300_000, 200_000];
 
-impl Wiring {
-    pub fn new(p: Peripherals) -> Self {
-        Self {
-            watchdog: p.WATCHDOG,
-            flash: p.FLASH,
-            usb: p.USB,
-            sensor: sensor::Parts { controller: p.I2C0, data: p.PIN_12, clock: p.PIN_13 },
-            // The sensor enters I3C mode if INT1 is high at power-up: hence a pull-down, never a pull-up.
-            data_ready: Some(Input::new(p.PIN_24, Pull::Down)),
-            led: Output::new(p.PIN_6, Level::Low),
-            _radio_reset: Output::new(p.PIN_3, Level::Low),
-        }
+/// Timer that counts microseconds.
+pub const TIMER: pac::timer::Timer = pac::TIMER;
+
+/// Peripherals and pins in use.
+pub fn wiring(p: Peripherals) -> Wiring {
+    Wiring {
+        watchdog: p.WATCHDOG,
+        flash: p.FLASH,
+        usb: p.USB,
+        sensor: sensor::Parts { controller: p.I2C0, data: p.PIN_12, clock: p.PIN_13 },
+        // The sensor enters I3C mode if INT1 is high at power-up: hence a pull-down, never a pull-up.
+        data_ready: Some(Input::new(p.PIN_24, Pull::Down)),
+        led: Output::new(p.PIN_6, Level::Low),
+        // The radio would take most of the current.
+        _unused_reset: Some(Output::new(p.PIN_3, Level::Low)),
     }
 }
 
 /// Clocks of the chip.
 pub fn clocks() -> ClockConfig {
     ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000))
-}
-
-/// Clock of the sensor's bus, Hz.
-pub const fn bus_hertz(speed: BusSpeed) -> u32 {
-    match speed {
-        BusSpeed::Full => 400_000,
-        BusSpeed::Half => 300_000,
-        BusSpeed::Quarter => 200_000,
-    }
 }
 
 /// Identification number of the flash chip, unique to the board.
@@ -103,18 +88,4 @@ pub fn unique_id(flash: &mut SettingsFlash) -> [u8; 8] {
         return first;
     }
     (u64::from_ne_bytes(first) ^ u64::from_ne_bytes(second)).to_ne_bytes()
-}
-
-/// Low word of the time, µs.
-pub fn micros() -> u32 {
-    pac::TIMER.timerawl().read()
-}
-
-/// Starts the loader. After copying a program, the loader starts it through the watchdog.
-pub fn start_loader() -> ! {
-    resets::forget();
-    embassy_rp::rom_data::reset_to_usb_boot(0, 0);
-    loop {
-        cortex_m::asm::nop();
-    }
 }

@@ -19,8 +19,9 @@ use firmware::supervision::Worker;
 use firmware::uart_requests::UartReceiver;
 
 use crate::PORTS;
-use crate::board::{self, Irqs, usb_errata};
+use crate::board::{Irqs, usb_errata};
 use crate::usb_watch::{self, Watch};
+use crate::wiring;
 
 type Bus<'d> = Driver<'d, USB>;
 
@@ -87,7 +88,7 @@ async fn send<'d>(mut sender: Sender<'d, Bus<'d>>, control: ControlChanged<'d>) 
         PORTS.liveness.report(Worker::Uart);
         if !sender.dtr() && sender.line_coding().data_rate() == LOADER_RATE {
             Timer::after(ANSWERED).await;
-            board::start_loader();
+            wiring::start_loader();
         }
         let bytes = PORTS.take_uart(&mut batch);
         if bytes.is_empty() {

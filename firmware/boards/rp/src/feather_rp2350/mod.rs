@@ -10,13 +10,14 @@
 pub mod usb_errata;
 
 use embassy_rp::clocks::ClockConfig;
-use embassy_rp::gpio::{Input, Level, Output};
-use embassy_rp::peripherals::{FLASH, I2C1, PIN_2, PIN_3, USB, WATCHDOG};
-use embassy_rp::{Peri, Peripherals, bind_interrupts, i2c, otp, pac};
-use lsm6dsox::{BusSpeed, Config};
+use embassy_rp::gpio::{Level, Output};
+use embassy_rp::peripherals::{I2C1, PIN_2, PIN_3, USB};
+use embassy_rp::{Peripherals, bind_interrupts, i2c, otp, pac};
+use lsm6dsox::Config;
 
 use crate::flash::SettingsFlash;
-use crate::{resets, sensor, usb_watch};
+use crate::wiring::Wiring;
+use crate::{sensor, usb_watch};
 
 bind_interrupts!(pub struct Irqs {
     I2C1_IRQ => i2c::InterruptHandler<I2C1>;
@@ -53,27 +54,24 @@ pub type Controller = I2C1;
 pub type Data = PIN_2;
 pub type Clock = PIN_3;
 
-/// Peripherals and pins in use.
-pub struct Wiring {
-    pub watchdog: Peri<'static, WATCHDOG>,
-    pub flash: Peri<'static, FLASH>,
-    pub usb: Peri<'static, USB>,
-    pub sensor: sensor::Parts,
-    /// INT1 of the sensor, for which the cable has no wire.
-    pub data_ready: Option<Input<'static>>,
-    pub led: Output<'static>,
-}
+/// Clock of the sensor's bus at its three speeds, fastest first, Hz. A sample and the registers read back with it take
+/// longer than a tick at less than 300 kHz.
+pub const BUS_HERTZ: [u32; 3] = [400_000, 350_000, 300_000];
 
-impl Wiring {
-    pub fn new(p: Peripherals) -> Self {
-        Self {
-            watchdog: p.WATCHDOG,
-            flash: p.FLASH,
-            usb: p.USB,
-            sensor: sensor::Parts { controller: p.I2C1, data: p.PIN_2, clock: p.PIN_3 },
-            data_ready: None,
-            led: Output::new(p.PIN_7, Level::Low),
-        }
+/// Timer that counts microseconds.
+pub const TIMER: pac::timer::Timer = pac::TIMER0;
+
+/// Peripherals and pins in use.
+pub fn wiring(p: Peripherals) -> Wiring {
+    Wiring {
+        watchdog: p.WATCHDOG,
+        flash: p.FLASH,
+        usb: p.USB,
+        sensor: sensor::Parts { controller: p.I2C1, data: p.PIN_2, clock: p.PIN_3 },
+        // The cable has no wire for it.
+        data_ready: None,
+        led: Output::new(p.PIN_7, Level::Low),
+        _unused_reset: None,
     }
 }
 
@@ -82,32 +80,8 @@ pub fn clocks() -> ClockConfig {
     ClockConfig::crystal(CRYSTAL_HZ)
 }
 
-/// Clock of the sensor's bus, Hz. A sample and the registers read back with it take longer than a tick at less than
-/// 300 kHz.
-pub const fn bus_hertz(speed: BusSpeed) -> u32 {
-    match speed {
-        BusSpeed::Full => 400_000,
-        BusSpeed::Half => 350_000,
-        BusSpeed::Quarter => 300_000,
-    }
-}
-
 /// Identification number of the chip, unique to it.
 pub fn unique_id(_: &mut SettingsFlash) -> [u8; 8] {
     // Zeros identify a chip that does not give its number.
     otp::get_chipid().unwrap_or(0).to_be_bytes()
-}
-
-/// Low word of the time, µs.
-pub fn micros() -> u32 {
-    pac::TIMER0.timerawl().read()
-}
-
-/// Starts the loader. After copying a program, the loader starts it through the watchdog.
-pub fn start_loader() -> ! {
-    resets::forget();
-    embassy_rp::rom_data::reset_to_usb_boot(0, 0);
-    loop {
-        cortex_m::asm::nop();
-    }
 }

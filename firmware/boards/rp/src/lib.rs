@@ -1,8 +1,8 @@
 //! The foot's program on a board with an RP2040 or an RP2350: its LSM6DSOX on I²C, frames over USB.
 //!
 //! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This
-//! library has the chip and the levels. A feature selects the board, whose module has its pins, its ticks and what its
-//! chip alone needs: `nano_rp2040` or `feather_rp2350`.
+//! library has the chips and the levels. A feature selects the board, whose module is a table of its pins and clocks, and
+//! has what its chip alone needs: `nano_rp2040` or `feather_rp2350`. `wiring` is the same on all boards.
 //!
 //! | level | content |
 //! |---|---|
@@ -30,6 +30,7 @@ mod stack;
 mod timebase;
 mod usb;
 mod usb_watch;
+mod wiring;
 
 #[cfg(feature = "feather-rp2350")]
 use feather_rp2350 as board;
@@ -54,7 +55,7 @@ use wire::foot::serial_number;
 use wire::node::{BootCause, Crash, Program};
 use wire::{Fault, Settings};
 
-use board::{TICK_US, Wiring};
+use board::TICK_US;
 use flash::SettingsFlash;
 use resets::Restart;
 use timebase::{Delay, Timebase};
@@ -74,7 +75,7 @@ pub fn run() -> ! {
     static FOOT: StaticCell<Foot> = StaticCell::new();
 
     let p = embassy_rp::init(embassy_rp::config::Config::new(board::clocks()));
-    let wiring = Wiring::new(p);
+    let wiring = board::wiring(p);
     let mut watchdog = Watchdog::new(wiring.watchdog);
     let restart = Restart::take(&mut watchdog);
     watchdog.start(WATCHDOG);
@@ -197,7 +198,9 @@ impl Board for ThisBoard {
     fn apply_rates(&self, _: &Settings) {}
 
     fn protect(&self) -> Result<(), StoreFailed> {
-        Err(StoreFailed::Flash)
+        // Nothing is left to protect: the loader is in the chip's ROM, and the detector of a low supply is on after
+        // each reset.
+        Ok(())
     }
 
     fn confirm_program(&self) -> Result<(), StoreFailed> {
@@ -206,7 +209,7 @@ impl Board for ThisBoard {
     }
 
     fn start_bootloader(&self) -> ! {
-        board::start_loader()
+        wiring::start_loader()
     }
 
     fn reset(&self) -> ! {

@@ -11,7 +11,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer};
 
-use crate::board::micros;
+use crate::wiring::micros;
 
 /// Time without a frame after which the controller is considered hung, µs.
 const HUNG_US: u32 = 1_000_000;

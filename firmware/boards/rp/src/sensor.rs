@@ -8,7 +8,8 @@ use embassy_rp::i2c::{Async, Config, Error, I2c};
 use embassy_time::{Duration, Timer, with_timeout};
 use lsm6dsox::{AsyncBus, BusSpeed, I2c as SensorOnI2c, Sa0, SetBusSpeed};
 
-use crate::board::{self, Clock, Controller, Data, Irqs};
+use crate::board::{Clock, Controller, Data, Irqs};
+use crate::wiring;
 
 /// Longest transfer: three times that of a sample at the slowest clock.
 const LONGEST_TRANSFER: Duration = Duration::from_micros(3_000);
@@ -50,7 +51,7 @@ impl Parts {
 
     fn start(self, speed: BusSpeed) -> SensorOnI2c<I2c<'static, Controller, Async>> {
         let mut config = Config::default();
-        config.frequency = board::bus_hertz(speed);
+        config.frequency = wiring::bus_hertz(speed);
         let bus = I2c::new_async(self.controller, self.clock, self.data, Irqs, config);
         SensorOnI2c::new(bus, Sa0::Low)
     }
